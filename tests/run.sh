@@ -8,21 +8,19 @@ tests/install.sh
 nextest() {
     # The examples are modules of tests: as programs of their own they would be built once more. One is a program that tests start.
     cargo build --locked --features security --example own_law
-    target/venv/bin/cargo-nextest nextest run --locked --tests --features security --test-threads $((2 * $(nproc))) "$@"
+    target/venv/bin/cargo-nextest nextest run --locked --workspace --exclude dq_python --tests --features security --test-threads $((2 * $(nproc))) "$@"
 }
 if [ $# != 0 ]; then
     nextest "$@"
     exit
 fi
-cargo check --locked --no-default-features --tests
-cargo check --locked --no-default-features --features ros
 code=0
 nextest || code=$?
 target/venv/bin/python tests/retried.py target/nextest/default/junit.xml | tee target/retried.txt
-cargo test --locked --doc --features security
+cargo test --locked --workspace --exclude dq_python --doc --features security
 # With the profile and the features of the tests, so that what both depend on is compiled once.
 rm -rf target/wheels
-(cd src/python && CARGO_TARGET_DIR=../../target ../../target/venv/bin/maturin build --profile dev --features python,security \
+(cd src/python && CARGO_TARGET_DIR=../../target ../../target/venv/bin/maturin build --profile dev --features security \
     --interpreter ../../target/venv/bin/python --out ../../target/wheels)
 target/venv/bin/python -m pip install --quiet --force-reinstall --no-deps target/wheels/dq_servo-*.whl
 target/venv/bin/python -m unittest discover --start-directory tests/python || code=$?

@@ -53,7 +53,6 @@ impl RobotChoice {
     }
 
     /// Whether one was chosen.
-    #[cfg(feature = "tools")]
     pub fn is_some(&self) -> bool {
         self.arm.arm.is_some() || self.robot.is_some()
     }

@@ -1,7 +1,6 @@
 //! The errors of the command line itself.
 
 use crate::ros::RosError;
-#[cfg(feature = "tools")]
 use std::path::PathBuf;
 use thiserror::Error;
 
@@ -11,7 +10,6 @@ use thiserror::Error;
 pub(super) struct Usage(pub String);
 
 /// A recording that lacks messages.
-#[cfg(feature = "tools")]
 #[derive(Debug, Error)]
 #[error("{dropped} messages were dropped: {directory:?} lacks them")]
 pub(super) struct Incomplete {

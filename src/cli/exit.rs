@@ -1,7 +1,6 @@
 //! Exit codes: 0 done, 1 failed, 2 asked wrongly, 3 done but for messages that a recording lacks; and one line on stderr for all but
 //! the first. A panic is a failure too.
 
-#[cfg(feature = "tools")]
 use super::error::Incomplete;
 use super::error::{Usage, is_ros_usage};
 use super::print::StdoutError;
@@ -11,7 +10,7 @@ use crate::params::ParameterError;
 use crate::ros::args::ArgsError;
 use crate::ros::names::NameError;
 use crate::servo::Rejection;
-use crate::{log_file, stderr};
+use dq_ros::{log_file, stderr};
 use std::panic::AssertUnwindSafe;
 use std::process::ExitCode;
 use std::time::Duration;
@@ -53,7 +52,6 @@ fn one_line(text: &str) -> String {
 }
 
 fn number(error: &anyhow::Error) -> u8 {
-    #[cfg(feature = "tools")]
     if error.is::<Incomplete>() {
         return 3;
     }
@@ -67,10 +65,7 @@ fn is_usage(error: &anyhow::Error) -> bool {
         NodeError::Ros(error) => is_ros_usage(error),
         NodeError::Wire(_) | NodeError::Thread(_) | NodeError::Realtime(_) => false,
     };
-    #[cfg(feature = "tools")]
     let of_tools = super::tools::is_usage;
-    #[cfg(not(feature = "tools"))]
-    let of_tools = |_: &anyhow::Error| false;
     error.is::<Usage>()
         || error.is::<ArgsError>()
         || error.is::<ParameterError>()
@@ -82,7 +77,7 @@ fn is_usage(error: &anyhow::Error) -> bool {
         || of_tools(error)
 }
 
-#[cfg(all(test, feature = "tools"))]
+#[cfg(test)]
 mod tests {
     use super::super::tools::recording::is_complete;
     use super::*;

@@ -4,7 +4,6 @@ use super::find::{Kind, there};
 use super::not_arrived::NotArrived;
 use super::print;
 use super::signals::Signals;
-#[cfg(feature = "tools")]
 use super::tools::recording::Recording;
 use super::watch::Watch;
 use crate::ros::{Environment, LogLevel, Logging, Node, Resolver, RosArgs, RosError, Session};
@@ -34,7 +33,6 @@ pub(super) struct Goal {
     #[arg(long)]
     keep_going: bool,
     /// Record the motion into a rosbag2 directory that does not exist yet
-    #[cfg(feature = "tools")]
     #[arg(long, value_name = "DIR")]
     record: Option<std::path::PathBuf>,
 }
@@ -58,13 +56,10 @@ impl Goal {
         let mut node = session.node(names.clone(), Logging::new(ros_args, LogLevel::Warn))?;
         let mut watch = Watch::new(&mut node, (kind, kind.node_name()), &self.frame)?;
         let mut signals = Signals::new()?;
-        #[cfg(feature = "tools")]
         let recording = self.record.as_deref();
-        #[cfg(feature = "tools")]
         let recording =
             recording.map(|bag| Recording::of_running(bag, &environment, ros_args)).transpose()?;
         let motion = async {
-            #[cfg(feature = "tools")]
             if let Some(recording) = &recording {
                 recording.hears((kind, kind.node_name()), &names).await?;
             }
@@ -81,10 +76,7 @@ impl Goal {
             }
             arrived = Err(self.explain(why, &node, &names));
         }
-        #[cfg(feature = "tools")]
         let (arrived, recorded) = Recording::end(recording, arrived).await?;
-        #[cfg(not(feature = "tools"))]
-        let (arrived, recorded) = (arrived?, Ok(()));
         print::results(report(&arrived), &mut signals).await?;
         recorded
     }

@@ -26,12 +26,10 @@ Exit code 0: arrived. 1: not, with the reason; the goal is then withdrawn by dq_
 Gains, limits and tolerances are the servo's parameters: dq_servo param list.";
 
 /// The columns of a table of motions, with these last ones of its own.
-#[cfg(feature = "tools")]
 pub(super) fn figures(own: &str) -> String {
     format!("{FIGURES}\n{own}")
 }
 
-#[cfg(feature = "tools")]
 const FIGURES: &str = "\
 The table, a row for each motion to a goal:
   2 %        when the error of rotation, and of position, was within 2 % of what it was at first, or within the
@@ -44,13 +42,11 @@ The table, a row for each motion to a goal:
   left       the errors of position and rotation at the end";
 
 /// The last columns of `demo`.
-#[cfg(feature = "tools")]
 pub(super) const OF_DEMO: &str = "\
   at goal    when the tolerances were first met
   jitter     how late the servo's cycles woke since the goal came: 99 % of them at most, and the latest";
 
 /// The last column of `plot`, and what it takes of a bag that has not all.
-#[cfg(feature = "tools")]
 pub(super) const OF_PLOT: &str = "\
   stalls     how often the servo reported that the arm gets no nearer
 Peak and effort are of the commands; without them in the bag, of the measured speeds; - means that it has neither.

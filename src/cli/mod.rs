@@ -2,7 +2,6 @@
 
 mod arm;
 mod call;
-#[cfg(feature = "tools")]
 mod count;
 mod error;
 mod exit;
@@ -12,7 +11,6 @@ mod help;
 mod not_arrived;
 mod own_goal;
 #[cfg(test)]
-#[cfg(feature = "tools")]
 mod pages;
 mod param;
 mod parameter_file;
@@ -22,7 +20,6 @@ mod run;
 mod signals;
 mod spinner;
 mod status;
-#[cfg(feature = "tools")]
 mod tools;
 mod watch;
 
@@ -32,7 +29,6 @@ use call::Ask;
 use clap::{CommandFactory, Parser, Subcommand};
 use error::Usage;
 use std::ffi::OsString;
-#[cfg(feature = "tools")]
 use std::io::IsTerminal;
 use std::process::ExitCode;
 
@@ -83,7 +79,6 @@ enum Command {
     /// List, get, set, describe, dump or load a running node's parameters
     #[command(after_long_help = help::PARAM)]
     Param(param::Param),
-    #[cfg(feature = "tools")]
     #[command(flatten)]
     Tools(tools::Command),
 }
@@ -122,7 +117,6 @@ fn run(arguments: impl Iterator<Item = OsString>) -> anyhow::Result<()> {
     match Cli::try_parse_from(std::iter::once("dq_servo".to_owned()).chain(ours.iter().cloned())) {
         Ok(Cli { command: Some(command) }) => execute(command, &ros_args),
         // A person sees the arm move at once; a script or a supervisor that forgot the subcommand moves nothing.
-        #[cfg(feature = "tools")]
         Ok(Cli { command: None }) if std::io::stdout().is_terminal() => {
             execute(Command::Tools(tools::Command::default()), &ros_args)
         }
@@ -154,7 +148,6 @@ fn warn(warnings: &[String]) {
 fn execute(command: Command, ros_args: &RosArgs) -> anyhow::Result<()> {
     let command = match command {
         Command::Pose(pose) => return pose.run(ros_args),
-        #[cfg(feature = "tools")]
         Command::Tools(tools::Command::Offline(tool)) => return tool.run(ros_args),
         online => online,
     };
@@ -175,9 +168,7 @@ fn execute(command: Command, ros_args: &RosArgs) -> anyhow::Result<()> {
             Command::Reset(targets) => call::call(Ask::Reset, &targets, ros_args).await,
             Command::Status(status) => status.run(ros_args).await,
             Command::Param(param) => param.run(ros_args).await,
-            #[cfg(feature = "tools")]
             Command::Tools(tools::Command::Online(tool)) => tool.run(ros_args).await,
-            #[cfg(feature = "tools")]
             Command::Tools(tools::Command::Offline(_)) => Ok(()),
             Command::Pose(_) => Ok(()),
         }

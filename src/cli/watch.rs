@@ -5,8 +5,8 @@ use super::own_goal::OwnGoal;
 use super::spinner::Spinner;
 use crate::ros::{Node, Publisher, RosError, Subscription};
 use crate::stderr;
+use crate::wire::distance;
 use crate::wire::messages::{DiagnosticStatus, Header, PoseStamped, Time};
-use crate::wire::status::distance;
 use crate::wire::{Contract, Direction, MotionReport, PoseNumbers, ServoKind, StatusReport};
 use std::time::{Duration, Instant};
 

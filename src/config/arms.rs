@@ -2,7 +2,7 @@
 
 macro_rules! arm {
     ($name:literal) => {
-        ($name, include_str!(concat!("../../msg_config/arms/", $name, ".yaml")))
+        ($name, include_str!(concat!("msg_config/arms/", $name, ".yaml")))
     };
 }
 

@@ -1,9 +1,9 @@
 //! The arm's body as a robot description has it: capsules around the shapes by which its links run into others.
 
 use super::scene::RADIUS;
-use crate::arm::{Collision, Description, DescriptionError, Place, Shape, collisions};
 use crate::mesh_file;
-use crate::space::{Body, Capsule, Fitted, MOST_CAPSULES, merged};
+use dq_kinematics::arm::{Collision, Description, DescriptionError, Place, Shape, collisions};
+use dq_space::space::{Body, Capsule, Fitted, MOST_CAPSULES, merged};
 use nalgebra::Vector3;
 use std::path::Path;
 
@@ -120,9 +120,9 @@ fn warning(missing: &[(usize, String, String)]) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::config::{NodeParameters, ServoParameters};
-    use crate::dq::UnitDualQuaternion;
-    use crate::params::{Given, ParameterStore, Value};
+    use crate::{NodeParameters, ServoParameters};
+    use dq_algebra::UnitDualQuaternion;
+    use dq_params::{Given, ParameterStore, Value};
     use nalgebra::Point3;
     use proptest::prelude::*;
 

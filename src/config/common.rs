@@ -1,10 +1,10 @@
 //! The parameters that the nodes share: the arm, its joints and its frames.
 
 use super::described;
-use crate::arm::{ArmError, Chain, Convention, Description, DhRow};
-use crate::dq::UnitDualQuaternion;
-use crate::params::{Declarer, List, ParameterError};
-use crate::servo::Goal;
+use dq_algebra::UnitDualQuaternion;
+use dq_core::servo::Goal;
+use dq_kinematics::arm::{ArmError, Chain, Convention, Description, DhRow};
+use dq_params::{Declarer, List, ParameterError};
 use std::f64::consts::TAU;
 use std::time::Duration;
 

@@ -4,14 +4,14 @@ use super::ArmParameters;
 use super::common::{NO_POSE, pose};
 use super::ranges::{JOINT_JERKS, JOINT_SPEEDS, POSITIVE};
 use super::scene::scene;
-use crate::arm::{JointKind, bounds};
-use crate::control::{Controller, Damping};
-use crate::dq::UnitDualQuaternion;
-use crate::params::{Declarer, List, ParameterError};
-use crate::servo::{
+use dq_algebra::UnitDualQuaternion;
+use dq_core::servo::{
     Arms, BeyondReach, GoalFrames, Interface, JointOrder, Limits, PositionLimits, Posture, RAMP_TIME,
     Reconfigure, STOP_TIME, Settings, SettingsError, Tolerance,
 };
+use dq_kinematics::arm::{JointKind, bounds};
+use dq_kinematics::control::{Controller, Damping};
+use dq_params::{Declarer, List, ParameterError};
 use std::time::Duration;
 
 /// With what reliability joint states are subscribed to.

@@ -2,12 +2,12 @@
 
 use super::body::{FittedBody, fitted};
 use super::ranges::JOINT_SPEEDS;
-use crate::arm::{
+use dq_common::text_file;
+use dq_kinematics::arm::{
     Chain, DescribedArm, DescribedJoint, Description, DescriptionError, JointLimits, LONGEST_DESCRIPTION,
     bounds, guess_frames,
 };
-use crate::params::{Given, List, ParameterError, Value};
-use crate::text_file;
+use dq_params::{Given, List, ParameterError, Value};
 use std::io;
 use std::path::{Path, PathBuf};
 

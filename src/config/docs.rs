@@ -1,7 +1,7 @@
 //! The table of all parameters.
 
 use super::{builtin, describes_arm, nodes};
-use crate::params::{Declaration, ParameterError, Value};
+use dq_params::{Declaration, ParameterError, Value};
 
 const HEAD: &str = "\
 | parameter | type | default | range | read-only | node | description |
@@ -48,7 +48,7 @@ fn default(declared: &Declaration, builtin: &[(String, Value)]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::config::{DualParameters, NodeParameters, PlantParameters, ServoParameters};
+    use crate::{DualParameters, NodeParameters, PlantParameters, ServoParameters};
 
     /// The rows of the node with the name that stands in their column.
     fn rows(table: &str, node: &str) -> Vec<Vec<String>> {

@@ -3,10 +3,10 @@
 use super::common::{NO_POSE, pose};
 use super::ranges::POSITIVE;
 use super::{ArmParameters, NodeParameters, ServoParameters};
-use crate::control::{Aim, Controller, Damping, Map};
-use crate::dq::UnitDualQuaternion;
-use crate::params::{Declarer, ParameterError};
-use crate::servo::Arms;
+use dq_algebra::UnitDualQuaternion;
+use dq_core::servo::Arms;
+use dq_kinematics::control::{Aim, Controller, Damping, Map};
+use dq_params::{Declarer, ParameterError};
 
 /// The parameters that declare those of the servo for two arms.
 #[derive(Clone, Debug, PartialEq)]

@@ -3,9 +3,9 @@
 use super::NodeParameters;
 use super::common::{joint_names, realtime_priority, simulated_time, update_rate};
 use super::cycle::{command_interface, command_period};
-use crate::check::GUARDED_PERIODS as PERIODS;
-use crate::params::{Declarer, ParameterError};
-use crate::servo::{Interface, JointOrder};
+use dq_core::check::GUARDED_PERIODS as PERIODS;
+use dq_core::servo::{Interface, JointOrder};
+use dq_params::{Declarer, ParameterError};
 use std::time::Duration;
 
 /// The guard's parameters, typed and checked as a whole.

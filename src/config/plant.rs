@@ -3,10 +3,10 @@
 use super::cycle::{check_range, command_interface};
 use super::ranges::JOINT_SPEEDS;
 use super::{ArmParameters, NodeParameters};
-use crate::arm::{DescribedArm, JointKind, JointLimits, bounds};
-use crate::params::{Declarer, List, ParameterError};
-use crate::plant::Realism;
-use crate::servo::Interface;
+use dq_core::plant::Realism;
+use dq_core::servo::Interface;
+use dq_kinematics::arm::{DescribedArm, JointKind, JointLimits, bounds};
+use dq_params::{Declarer, List, ParameterError};
 use std::time::Duration;
 
 /// What a simulated arm is called where nobody names it: the built-in one, and any other.

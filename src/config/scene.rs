@@ -1,11 +1,11 @@
 //! What the arm must keep out of, and its tool stay in, as parameters.
 
-use crate::params::{Declarer, List, ParameterError};
-use crate::servo::{Arms, PositionLimits};
-use crate::space::{
+use dq_common::text::cut;
+use dq_core::servo::{Arms, PositionLimits};
+use dq_params::{Declarer, List, ParameterError};
+use dq_space::space::{
     Body, CapsuleError, KeepOut, KeepOutError, MOST_CAPSULES, MOST_KEEP_OUTS, Scene, SceneError,
 };
-use crate::text::cut;
 use std::sync::Arc;
 
 /// The radius of what is around each link where nobody says what is \[m\].

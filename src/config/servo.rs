@@ -1,10 +1,10 @@
 //! The parameters of the servo for one arm.
 
 use super::{ArmParameters, NodeParameters, ServoParameters};
-use crate::arm::bounds;
-use crate::control::{Aim, Controller, Damping, Law, LawGains};
-use crate::params::{Declarer, ParameterError};
-use crate::servo::{Arms, GoalFrameMode, GoalFrames, Posture};
+use dq_core::servo::{Arms, GoalFrameMode, GoalFrames, Posture};
+use dq_kinematics::arm::bounds;
+use dq_kinematics::control::{Aim, Controller, Damping, Law, LawGains};
+use dq_params::{Declarer, ParameterError};
 use std::time::Duration;
 
 impl NodeParameters for ServoParameters {

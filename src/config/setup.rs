@@ -2,10 +2,10 @@
 
 use super::common::numbers_of;
 use super::{ARMS, DualParameters, NodeParameters, ServoParameters, arm_file};
-use crate::arm::Chain;
-use crate::dq::UnitDualQuaternion;
-use crate::params::{ParameterError, Value, parameters_for};
-use crate::servo::{Arms, JointOrder, Limits, PositionLimits, Servo, Settings, SettingsError};
+use dq_algebra::UnitDualQuaternion;
+use dq_core::servo::{Arms, JointOrder, Limits, PositionLimits, Servo, Settings, SettingsError};
+use dq_kinematics::arm::Chain;
+use dq_params::{ParameterError, Value, parameters_for};
 use std::time::Duration;
 use thiserror::Error;
 
@@ -23,44 +23,34 @@ pub enum SetupError {
     Settings(#[from] SettingsError),
 }
 
-impl Chain {
-    /// The kinematics of an arm of the box, by its name in [`ARMS`].
+/// What an arm of the box has, by the arm's name in [`ARMS`].
+pub trait ForArm: Sized {
+    /// That of the arm with this name, under the settings that its parameter file has.
     ///
     /// # Errors
     /// [`SetupError::UnknownArm`].
-    pub fn builtin(name: &str) -> Result<Self, SetupError> {
+    fn for_arm(name: &str) -> Result<Self, SetupError>;
+}
+
+impl ForArm for ServoParameters {
+    fn for_arm(name: &str) -> Result<Self, SetupError> {
+        Ok(Self::from_values(values::<Self>(name)?, name)?)
+    }
+}
+
+impl ForArm for Chain {
+    fn for_arm(name: &str) -> Result<Self, SetupError> {
         Ok(ServoParameters::for_arm(name)?.arms.chain().clone())
     }
 }
 
-impl Servo {
-    /// The servo of an arm of the box, by its name in [`ARMS`], as [`ServoParameters::for_arm`] has it.
-    ///
-    /// # Errors
-    /// [`SetupError::UnknownArm`].
-    pub fn for_arm(name: &str) -> Result<Self, SetupError> {
+impl ForArm for Servo {
+    fn for_arm(name: &str) -> Result<Self, SetupError> {
         Ok(ServoParameters::for_arm(name)?.build()?)
-    }
-
-    /// The servo of the arm that a robot description has from the link `base_frame` to the link `tool_frame`, as
-    /// [`ServoParameters::from_urdf`] has it.
-    ///
-    /// # Errors
-    /// [`SetupError::Parameters`].
-    pub fn from_urdf(text: &str, base_frame: &str, tool_frame: &str) -> Result<Self, SetupError> {
-        Ok(ServoParameters::from_urdf(text, base_frame, tool_frame)?.build()?)
     }
 }
 
 impl ServoParameters {
-    /// An arm of the box, by its name in [`ARMS`], under the settings that its parameter file has.
-    ///
-    /// # Errors
-    /// [`SetupError::UnknownArm`].
-    pub fn for_arm(name: &str) -> Result<Self, SetupError> {
-        Ok(Self::from_values(values::<Self>(name)?, name)?)
-    }
-
     /// Two arms of the box with that name, the right one's base in the left one's base frame. What is controlled is the right tool as
     /// seen from the left one.
     ///

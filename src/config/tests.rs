@@ -1,7 +1,7 @@
 //! The parameters of our nodes: what is taken, what is refused, and how an arm is described.
 
 use super::*;
-use crate::params::Constraint;
+use dq_params::Constraint;
 use std::time::Duration;
 
 #[test]

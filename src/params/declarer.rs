@@ -145,7 +145,7 @@ impl Row<'_, List<f64>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::params::ParameterStore;
+    use crate::ParameterStore;
 
     fn declare(p: &mut Declarer) -> (i64, f64, String, Vec<f64>) {
         (

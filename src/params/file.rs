@@ -2,7 +2,7 @@
 
 use super::yaml::Yaml;
 use super::{Given, ParameterError, Value};
-use crate::text_file;
+use dq_common::text_file;
 use std::collections::BTreeSet;
 use std::path::Path;
 

@@ -44,7 +44,7 @@ impl Yaml {
 }
 
 /// The first line of an error's text, without the word "error" and what programmers may do: an operator reads one line.
-pub(crate) fn one_line(error: &impl fmt::Display) -> String {
+pub fn one_line(error: &impl fmt::Display) -> String {
     const TO_PROGRAMMERS: [&str; 2] = [", set DuplicateKeyPolicy", "; use from_str"];
     let text = error.to_string();
     let line = text.lines().next().unwrap_or_default().trim_start_matches("error:").trim();

@@ -1,7 +1,7 @@
 //! The algebra of dual quaternions that are no poses, on arrays of eight numbers: real part, then dual part, scalar first in each.
 
 use super::arrays::{Numbers, array, exactly, matrix};
-use crate::dq::{self, DualQuaternion, Vector8};
+use dq_servo::dq::{self, DualQuaternion, Vector8};
 use nalgebra::Quaternion;
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;

@@ -2,8 +2,8 @@
 
 use super::arrays::{Numbers, Rows, array, matrix, rows, slice, table, wrong};
 use super::pose::Pose;
-use crate::arm::{self, ArmState, Convention, Description, DhRow};
-use crate::config::ARMS;
+use dq_servo::arm::{self, ArmState, Convention, Description, DhRow};
+use dq_servo::config::{ARMS, ForArm};
 use nalgebra::{Matrix6xX, Vector6};
 use numpy::ndarray::{Array3, ArrayView2};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArray3};
@@ -23,7 +23,7 @@ pub(super) fn arms() -> Vec<&'static str> {
 impl Chain {
     #[staticmethod]
     fn builtin(name: &str) -> PyResult<Self> {
-        arm::Chain::builtin(name).map(Self).map_err(wrong)
+        arm::Chain::for_arm(name).map(Self).map_err(wrong)
     }
 
     #[staticmethod]

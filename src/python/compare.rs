@@ -2,8 +2,8 @@
 
 use super::arrays::{table, wrong};
 use super::law::Law;
-use crate::compare::{self, Arm, ClosedLoop, PLANTS};
-use crate::control::Controller;
+use dq_servo::compare::{self, Arm, ClosedLoop, PLANTS};
+use dq_servo::control::Controller;
 use numpy::{IntoPyArray, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;

@@ -1,9 +1,9 @@
 //! Bags: the runs in them as arrays, and the replay.
 
 use super::arrays::{table, wrong};
-use crate::config::ServoParameters;
-use crate::record::Bag;
-use crate::runs::{self, RecordedRun};
+use dq_servo::config::{ForArm, ServoParameters};
+use dq_servo::record::Bag;
+use dq_servo::runs::{self, RecordedRun};
 use numpy::{IntoPyArray, PyArray1, PyArray2};
 use pyo3::prelude::*;
 use serde::Serialize;

@@ -1,6 +1,6 @@
 //! What a browser may ask.
 
-use crate::text::cut;
+use dq_common::text::cut;
 use serde::Deserialize;
 
 /// A frame from a browser.

@@ -1,12 +1,12 @@
 //! The files of the page, all inside the program, and the headers that they are served with.
 
-use crate::colors::{AXES, COMPONENTS, Color, law_color};
-use crate::control::Law;
 use axum::http::header::{
     CACHE_CONTROL, CONTENT_SECURITY_POLICY, CONTENT_TYPE, HeaderName, HeaderValue, REFERRER_POLICY,
     X_CONTENT_TYPE_OPTIONS, X_FRAME_OPTIONS,
 };
 use axum::response::{IntoResponse, Response};
+use dq_kinematics::colors::{AXES, COMPONENTS, Color, law_color};
+use dq_kinematics::control::Law;
 
 /// A file: its path, its type and its content.
 type Asset = (&'static str, &'static str, &'static str);

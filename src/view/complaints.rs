@@ -1,6 +1,6 @@
 //! Warnings of what browsers do, so thinned that nobody can fill a log.
 
-use crate::text::cut;
+use dq_common::text::cut;
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 

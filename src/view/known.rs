@@ -1,7 +1,7 @@
 //! The robot as far as it is known, while its parameters are read and while they change.
 
 use super::robot::Robot;
-use crate::wire::ParameterEvent;
+use dq_nodes::wire::ParameterEvent;
 
 /// More changes than anybody makes while parameters are read; a reading that fails ends with the next one.
 const MOST_CHANGES: usize = 1000;
@@ -45,8 +45,8 @@ impl Known {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::params::Value;
-    use crate::view::robot::tests::{changed, robot};
+    use crate::robot::tests::{changed, robot};
+    use dq_params::Value;
 
     #[test]
     fn a_change_is_not_overwritten_by_what_was_read_before_it() {

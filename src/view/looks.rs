@@ -1,7 +1,7 @@
 //! What the arm looks like by its robot description: the visual shapes of all links, as triangles that move with the joints.
 
 use super::surface::{Surface, Triangle, mesh, moved, triangles};
-use crate::arm::{Chain, Description, Place, Rgb, Shape, Visual, visuals};
+use dq_kinematics::arm::{Chain, Description, Place, Rgb, Shape, Visual, visuals};
 use nalgebra::{Point3, Vector3};
 use serde_json::json;
 use std::path::{Path, PathBuf};

@@ -1,7 +1,7 @@
 //! The servo's parameters, as the page shows and sets them.
 
-use crate::params::Value;
-use crate::wire::ParameterDescriptor;
+use dq_nodes::wire::ParameterDescriptor;
+use dq_params::Value;
 use serde::Serialize;
 
 /// A parameter with its value.

@@ -5,17 +5,17 @@ use super::looks::Looks;
 use super::robot::Robot;
 use super::seen::Seen;
 use super::{Answer, Ask, Asked, BackgroundTask, Race, RobotEnd, markers};
-use crate::config::PLANT_NAMES;
-use crate::ros::{
-    Client, Logger, Logging, Node, ParameterClient, Publisher, Resolver, RosError, Session, Subscription,
-};
-use crate::servo;
-use crate::wire::messages::{
+use dq_config::PLANT_NAMES;
+use dq_core::servo;
+use dq_nodes::wire::messages::{
     Header, Pose, PoseStamped, ServiceType, SetBool, SetBoolRequest, StringMessage, SuccessResponse, Trigger,
     TriggerRequest, Twist, TwistStamped, Vector3,
 };
-use crate::wire::visualization::MarkerArray;
-use crate::wire::{Contract, Direction, ParameterEvent, PoseNumbers, ServoKind};
+use dq_nodes::wire::visualization::MarkerArray;
+use dq_nodes::wire::{Contract, Direction, ParameterEvent, PoseNumbers, ServoKind};
+use dq_ros::ros::{
+    Client, Logger, Logging, Node, ParameterClient, Publisher, Resolver, RosError, Session, Subscription,
+};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use tokio::sync::{Notify, OnceCell, mpsc, oneshot, watch};

@@ -2,11 +2,11 @@
 
 use super::robot::{Robot, units};
 use super::seen::Seen;
-use crate::params::Value;
-use crate::ros::{Logging, Node, Publisher, Resolver, RosError, Session};
-use crate::servo::State;
-use crate::wire::messages::{Header, PoseStamped};
-use crate::wire::{Contract, Direction, MotionReport, Outcome, PoseNumbers, ServoKind};
+use dq_core::servo::State;
+use dq_nodes::wire::messages::{Header, PoseStamped};
+use dq_nodes::wire::{Contract, Direction, MotionReport, Outcome, PoseNumbers, ServoKind};
+use dq_params::Value;
+use dq_ros::ros::{Logging, Node, Publisher, Resolver, RosError, Session};
 use serde_json::json;
 use std::time::{Duration, Instant};
 

@@ -2,11 +2,11 @@
 
 use super::looks::Model;
 use super::parameters::Entry;
-use crate::arm::{Chain, bounds};
-use crate::config::ServoParameters;
-use crate::params::{ParameterError, Value};
-use crate::servo::JointOrder;
-use crate::wire::{ParameterDescriptor, ParameterEvent, ServoKind};
+use dq_config::ServoParameters;
+use dq_core::servo::JointOrder;
+use dq_kinematics::arm::{Chain, bounds};
+use dq_nodes::wire::{ParameterDescriptor, ParameterEvent, ServoKind};
+use dq_params::{ParameterError, Value};
 use serde_json::json;
 
 /// What is known of the robot from its servo's parameters.
@@ -155,7 +155,7 @@ fn typed(kind: ServoKind, values: &[(String, Value)]) -> Result<ServoParameters,
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
-    use crate::config::NodeParameters;
+    use dq_config::NodeParameters;
 
     pub fn robot() -> Robot {
         let (store, _) = ServoParameters::start("/dq_servo", Vec::new()).unwrap();
@@ -167,7 +167,7 @@ pub(super) mod tests {
     }
 
     pub fn changed(name: &str, value: Value) -> ParameterEvent {
-        let changed = crate::wire::Parameter { name: name.to_owned(), value: (&value).into() };
+        let changed = dq_nodes::wire::Parameter { name: name.to_owned(), value: (&value).into() };
         ParameterEvent { changed_parameters: vec![changed], ..ParameterEvent::default() }
     }
 

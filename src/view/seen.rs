@@ -2,13 +2,15 @@
 
 use super::explain::explain;
 use super::robot::Robot;
-use crate::arm::{ArmError, Chain};
-use crate::dq::UnitDualQuaternion;
-use crate::ros::{Node, RosError, Subscription};
-use crate::servo::{GoalError, GoalReading, JointOrder};
-use crate::wire::messages::{DiagnosticStatus, JointState, Message, PoseStamped, TwistStamped};
-use crate::wire::{Contract, Direction, PoseNumbers, ServoKind, pose_numbers};
-use crate::wire::{MotionReport, Outcome, StatusReport};
+use dq_algebra::UnitDualQuaternion;
+use dq_core::servo::{GoalError, GoalReading, JointOrder};
+use dq_kinematics::arm::{ArmError, Chain};
+use dq_nodes::wire::messages::{DiagnosticStatus, JointState, Message, PoseStamped, TwistStamped};
+use dq_nodes::wire::{
+    Contract, Direction, PoseNumbers, ServoKind, error_distance, goal_reading, pose_numbers,
+};
+use dq_nodes::wire::{MotionReport, Outcome, StatusReport};
+use dq_ros::ros::{Node, RosError, Subscription};
 use serde_json::{Value, json};
 use std::time::{Duration, Instant};
 
@@ -280,12 +282,12 @@ fn replace<T>(known: &mut Option<T>, newer: Option<T>) -> bool {
 }
 
 fn pose(message: &PoseStamped) -> PoseNumbers {
-    let GoalReading { position: [x, y, z], orientation_xyzw: [i, j, k, w], .. } = message.reading();
+    let GoalReading { position: [x, y, z], orientation_xyzw: [i, j, k, w], .. } = goal_reading(message);
     [x, y, z, i, j, k, w]
 }
 
 /// How far the tool is from the goal \[m, rad\].
 fn distance(error: &TwistStamped) -> [f64; 2] {
-    let GoalError { position, rotation } = error.distance();
+    let GoalError { position, rotation } = error_distance(error);
     [position, rotation]
 }

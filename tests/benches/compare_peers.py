@@ -147,7 +147,7 @@ def pink_frame_task(arm, goal, limits, gain):
 
 
 def run(arm, goal, start, velocity):
-    """The closed loop of src/compare/closed_loop.rs, for the ideal plant."""
+    """The closed loop of src/studies/compare/closed_loop.rs, for the ideal plant."""
     theta, length, peak, effort, speeds = numpy.array(start), 0.0, 0.0, 0.0, 0.0
     command = numpy.zeros(len(theta))
     first = point = arm.pose(theta).translation

@@ -1,11 +1,9 @@
 //! The command line without DDS: what it prints, and how it answers bad input.
-#![cfg(feature = "tools")]
 
 mod input;
 mod links;
 mod output;
 mod reproduce;
-mod rooms;
 mod scripts;
 mod streams;
 

@@ -1,7 +1,5 @@
 //! The comparison of the laws: its loops, its files, its page.
 
-#![cfg(feature = "tools")]
-
 mod arms;
 mod files;
 mod gains;

@@ -6,7 +6,7 @@ use dq_servo::control::Law;
 
 #[test]
 fn the_committed_page_is_what_the_command_wrote() {
-    assert_eq!(page(&committed()), include_str!("../../src/compare/what_the_laws_do.md"));
+    assert_eq!(page(&committed()), include_str!("../../src/studies/compare/what_the_laws_do.md"));
 }
 
 /// The committed run's study.

@@ -1,7 +1,7 @@
 //! Chains and servos of arms by name, by robot description and by DH rows, as a program of one's own makes and drives them.
 
 use dq_servo::arm::{Chain, Convention, DhRow};
-use dq_servo::config::{ARMS, BUILTIN_FILE, NodeParameters, ServoParameters, SetupError};
+use dq_servo::config::{ARMS, BUILTIN_FILE, ForArm, NodeParameters, ServoParameters, SetupError};
 use dq_servo::control::Law;
 use dq_servo::dq::UnitDualQuaternion;
 use dq_servo::params::parameters_for;
@@ -62,10 +62,10 @@ fn every_arm_of_the_box_has_its_servo_by_its_name_and_another_name_is_refused_wi
         let parameters = ServoParameters::for_arm(name).unwrap();
         let values = parameters_for(text, name, "/dq_servo").unwrap();
         assert_eq!(parameters, ServoParameters::from_values(values, name).unwrap());
-        assert_eq!(&Chain::builtin(name).unwrap(), parameters.arms.chain());
+        assert_eq!(&Chain::for_arm(name).unwrap(), parameters.arms.chain());
         assert_eq!(Servo::for_arm(name).unwrap().settings(), &parameters.settings);
     }
-    let refused = Chain::builtin("ur6e").unwrap_err();
+    let refused = Chain::for_arm("ur6e").unwrap_err();
     assert_eq!(refused, SetupError::UnknownArm("ur6e".to_owned()));
     assert!(
         refused
@@ -96,7 +96,7 @@ fn an_arm_by_its_name_goes_to_a_goal_under_every_interface() {
 
 #[test]
 fn a_goal_that_was_set_before_the_robot_was_heard_counts_however_late_the_clock_begins() {
-    let chain = Chain::builtin("ur5e").unwrap();
+    let chain = Chain::for_arm("ur5e").unwrap();
     let goal = goal_by(&chain.forward_kinematics(&START).unwrap(), Vector3::new(0.05, 0.0, 0.0));
     let mut servo = Servo::for_arm("ur5e").unwrap();
     servo.set_goal(goal.frame());
@@ -188,11 +188,11 @@ fn a_robot_description_gives_the_servo_its_limits_and_what_it_lacks_is_told() {
     let parameters = ServoParameters::from_urdf(urdf, "mast", "hook").unwrap();
     assert_eq!(parameters.joints[0].names(), ["turn", "lower"]);
     assert_eq!(parameters.arms.chain().forward_kinematics(&[0.0, 1.0]).unwrap().translation().z, -1.0);
-    let servo = Servo::from_urdf(urdf, "mast", "hook").unwrap();
+    let servo = ServoParameters::from_urdf(urdf, "mast", "hook").unwrap().build().unwrap();
     let limits = &servo.settings().limits;
     assert_eq!(limits.joint_velocity, [0.5, 1.0]);
     assert_eq!((&limits.position.lower, &limits.position.upper), (&vec![-2.0, 0.0], &vec![2.0, 3.0]));
-    let why = |text: &str, tool| Servo::from_urdf(text, "mast", tool).err().unwrap().to_string();
+    let why = |text: &str, tool| ServoParameters::from_urdf(text, "mast", tool).err().unwrap().to_string();
     assert!(why(urdf, "jib").contains("jib"), "{}", why(urdf, "jib"));
     let without = urdf.replace("velocity='0.5'", "");
     assert!(why(&without, "hook").contains("\"turn\" has no velocity limit"), "{}", why(&without, "hook"));

@@ -1,5 +1,4 @@
 //! Real processes over real DDS, each test in a network namespace of its own with loopback only.
-#![cfg(feature = "tools")]
 
 mod commands;
 mod described;

@@ -1,9 +1,10 @@
 //! A UR5e moves its tool along a circle, once in ten seconds, with joints that do what they are told.
+use dq_servo::config::ForArm;
 use dq_servo::{arm::Chain, dq::UnitDualQuaternion, servo::Measured, servo::Servo};
 use std::{error::Error, f64::consts::TAU, time::Duration};
 
 pub(crate) fn main() -> Result<(), Box<dyn Error>> {
-    let (mut servo, chain) = (Servo::for_arm("ur5e")?, Chain::builtin("ur5e")?);
+    let (mut servo, chain) = (Servo::for_arm("ur5e")?, Chain::for_arm("ur5e")?);
     let (mut angles, mut speeds) = ([0.0, -1.57, 1.57, -1.57, -1.57, 0.0], [0.0; 6]); // [rad], [rad/s]
     let (start, mut farthest) = (chain.forward_kinematics(&angles)?, 0.0_f64);
     for cycle in 0..10_000 {

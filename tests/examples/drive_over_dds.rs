@@ -1,12 +1,12 @@
 //! A servo in one's own program drives a simulated arm over DDS: it hears joint states and sends velocities, as the node does. Both are in
 //! this process, in a domain of their own on this host; an arm that is up elsewhere is driven likewise.
 
-use dq_servo::config::{PlantParameters, ServoParameters};
+use dq_servo::config::{ForArm, PlantParameters, ServoParameters};
 use dq_servo::nodes::{PlantNode, Prepared};
 use dq_servo::ros::{Environment, LogLevel, Logging, Resolver, RosArgs, Session};
 use dq_servo::servo::{Event, Servo, State};
 use dq_servo::wire::messages::{Float64MultiArray, JointState};
-use dq_servo::wire::{Contract, ServoKind};
+use dq_servo::wire::{Contract, ServoKind, joint_reading};
 use std::error::Error;
 use std::time::{Duration, Instant};
 
@@ -28,7 +28,7 @@ pub(crate) async fn main() -> Result<(), Box<dyn Error>> {
     while began.elapsed() < Duration::from_secs(30) {
         // As often as the arm says where it is.
         let state = states.next().await;
-        servo.cycle_with(began.elapsed(), [Event::JointState(0, state.reading(0, None))]);
+        servo.cycle_with(began.elapsed(), [Event::JointState(0, joint_reading(&state, 0, None))]);
         if let Some(velocities) = servo.output() {
             commands.publish(Float64MultiArray { data: velocities.to_vec(), ..Float64MultiArray::default() });
         }

@@ -1,7 +1,7 @@
 //! A control law of one's own drives a Panda, with every safety rule of the servo: it is registered, then named like the built-in ones.
 
 use dq_servo::arm::Chain;
-use dq_servo::config::ServoParameters;
+use dq_servo::config::{ForArm, ServoParameters};
 use dq_servo::control::{AngularLinear, ControlLaw, PoseError, register};
 use dq_servo::servo::{Measured, State};
 use std::error::Error;
@@ -32,7 +32,7 @@ pub(crate) fn main() -> Result<(), Box<dyn Error>> {
         settings.controller = settings.controller.with_gains(law, [0.5, 0.5]);
     });
     let mut servo = parameters.build()?;
-    let goal = Chain::builtin("panda")?.forward_kinematics(&[0.3, -0.5, 0.2, -2.0, 0.1, 1.7, 0.5])?;
+    let goal = Chain::for_arm("panda")?.forward_kinematics(&[0.3, -0.5, 0.2, -2.0, 0.1, 1.7, 0.5])?;
     servo.set_goal(goal);
     let (mut angles, mut speeds) = ([0.0, -0.785, 0.0, -2.356, 0.0, 1.571, 0.785], [0.0; 7]); // [rad], [rad/s]
     for cycle in 1..10_000 {

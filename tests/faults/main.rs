@@ -1,7 +1,6 @@
 //! Faults over real DDS: real processes, each test on hosts of its own (network namespaces), another vendor's DDS as the one who
 //! brings the fault. The name of a test says the outcome; the case of that name (cases_*.py) states it. Every command that the servo sent
 //! meanwhile is held against the invariants.
-#![cfg(feature = "tools")]
 
 #[path = "../dds/host.rs"]
 mod host;

@@ -2,7 +2,6 @@
 //!
 //! Starts from a corpus (tests/data/fuzz, the files of msg_config, messages of a real ROS 2) and damages it at random. CI takes
 //! some seconds of it; `FUZZ_FACTOR=1000 cargo test --test fuzz` takes as many times more cases.
-#![cfg(feature = "tools")]
 
 #[path = "../record/damage.rs"]
 mod damage;

@@ -1,5 +1,4 @@
 //! The reference work repeated: its numbers met, its claims judged.
-#![cfg(feature = "tools")]
 
 mod figures;
 

@@ -1,5 +1,4 @@
 //! Bags, without DDS: what is written is what is read, by us and by others; and no bytes bring the reader down.
-#![cfg(feature = "tools")]
 
 mod bags;
 mod damage;

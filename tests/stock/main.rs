@@ -1,6 +1,5 @@
 //! What a stock ROS 2 expects, by what of it the registries have: nodes on eProsima Fast DDS as rmw_fastrtps makes them, and
 //! colcon workspaces.
-#![cfg(feature = "tools")]
 
 #[path = "../dds/host.rs"]
 mod host;

@@ -1,5 +1,4 @@
 //! The live page: the server by its frames and headers, and the page in a real browser.
-#![cfg(feature = "tools")]
 
 mod browser;
 #[path = "../dds/host.rs"]

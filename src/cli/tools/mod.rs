@@ -21,6 +21,7 @@ use super::help;
 use crate::compare::CompareError;
 use crate::paper::PaperError;
 use crate::record::BagError;
+use crate::recording::RecordingError;
 use crate::ros::RosArgs;
 use crate::runs::RunError;
 use crate::view::ViewError;
@@ -90,10 +91,11 @@ impl Offline {
 
 /// Whether the error of one of these subcommands is in what was asked, not in what happened.
 pub(super) fn is_usage(error: &anyhow::Error) -> bool {
-    let bag = |error: &BagError| match error {
-        BagError::Write { .. } | BagError::Thread(_) | BagError::Deaf { .. } => false,
-        BagError::Ros(error) => is_ros_usage(error),
-        _ => true,
+    let bag = |error: &BagError| !matches!(error, BagError::Write { .. });
+    let recording = |error: &RecordingError| match error {
+        RecordingError::Bag(error) => bag(error),
+        RecordingError::Ros(error) => is_ros_usage(error),
+        RecordingError::Thread(_) | RecordingError::Deaf { .. } => false,
     };
     let run = |error: &RunError| match error {
         RunError::Bag(error) => bag(error),
@@ -109,5 +111,6 @@ pub(super) fn is_usage(error: &anyhow::Error) -> bool {
         || matches!(error.downcast_ref(), Some(ViewError::Listen { .. } | ViewError::Token))
         || error.downcast_ref().is_some_and(compare)
         || error.downcast_ref().is_some_and(bag)
+        || error.downcast_ref().is_some_and(recording)
         || error.downcast_ref().is_some_and(run)
 }

@@ -7,7 +7,8 @@ use crate::cli::count::count;
 use crate::cli::print;
 use crate::cli::signals::Signals;
 use crate::cli::spinner::Spinner;
-use crate::record::{BagError, Recorder, Selection, WriterOptions, WrittenBag};
+use crate::record::{WriterOptions, WrittenBag};
+use crate::recording::{Recorder, RecordingError, Selection};
 use crate::ros::{Environment, LogLevel, Logging, Resolver, RosArgs, RosError, Session};
 use crate::stderr;
 use anyhow::bail;
@@ -81,7 +82,7 @@ impl Record {
 }
 
 /// Leaves the servos as they were, and closes the bag.
-async fn finish(recorder: Recorder, events: Option<EventsSwitch>) -> Result<WrittenBag, BagError> {
+async fn finish(recorder: Recorder, events: Option<EventsSwitch>) -> Result<WrittenBag, RecordingError> {
     if let Some(events) = events {
         events.finish().await;
     }

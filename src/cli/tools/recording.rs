@@ -2,7 +2,8 @@
 
 use super::events::EventsSwitch;
 use crate::cli::error::Incomplete;
-use crate::record::{Recorder, Selection, WriterOptions, WrittenBag};
+use crate::record::{WriterOptions, WrittenBag};
+use crate::recording::{Recorder, Selection};
 use crate::ros::names::NameError;
 use crate::ros::{Environment, LogLevel, Logging, Resolver, RosArgs, RosError, Session};
 use crate::servo::Interface;

@@ -2,7 +2,7 @@
 
 use crate::rig::Rig;
 use dq_servo::compare::Arm;
-use dq_servo::config::ServoParameters;
+use dq_servo::config::{ForArm, ServoParameters};
 use dq_servo::servo::State;
 use std::path::Path;
 use std::time::Duration;

@@ -1,7 +1,7 @@
 //! Rule 6 where accelerations may not step: jerks, with stops and what is below limits that come near.
 
 use crate::rig::{PERIOD, Rig};
-use dq_servo::config::ServoParameters;
+use dq_servo::config::{ForArm, ServoParameters};
 use dq_servo::control::Law;
 use dq_servo::servo::State;
 

@@ -5,7 +5,6 @@ mod allocations;
 mod asks;
 mod delays;
 mod follow;
-#[cfg(feature = "tools")]
 mod franka;
 mod goals;
 mod huge;
@@ -19,6 +18,7 @@ mod keep_out_sequences;
 mod laws;
 mod limits;
 mod link;
+mod measured_gaps;
 mod motions;
 mod moving;
 mod position_limits;

@@ -1,0 +1,104 @@
+//! Logarithms and exponentials of poses.
+
+use super::log_factors::log_factors;
+use super::quaternion::{angle_by_sine, from_rotation_vector, rotation_vector, sinc};
+use super::{DualQuaternion, UnitDualQuaternion};
+use nalgebra::{Quaternion, Vector3, Vector6};
+
+/// Below this angle \[rad\] the quotients with θ² and θ³ are summed as series: the first term left out is below 1e-16.
+const SERIES_ANGLE: f64 = 1e-2;
+
+impl UnitDualQuaternion {
+    /// The paper's logarithm (eq. 32, `logdq`): half the rotation vector \[rad\], then half the translation \[m\].
+    ///
+    /// Rotation and translation are decoupled: this is not the logarithm of SE(3), which is
+    /// [`screw_log`](Self::screw_log). The rotation's angle is that of the signed quaternion, in `[0, 2π)`.
+    #[doc(alias = "logdq")]
+    pub fn half_log(&self) -> Vector6<f64> {
+        stack(0.5 * rotation_vector(&self.real()), 0.5 * self.translation())
+    }
+
+    /// The inverse of [`half_log`](Self::half_log) (`explogdq`): the pose of eq. 13. The paper names eq. 31 for it, whose product is another pose:
+    /// that turns the translation.
+    #[doc(alias = "explogdq")]
+    pub fn half_exp(half_log: &Vector6<f64>) -> Self {
+        let (half_rotation, half_translation) = split(half_log);
+        let real = from_rotation_vector(&(2.0 * half_rotation));
+        Self::new_unchecked(DualQuaternion { real, dual: Quaternion::from_imag(half_translation) * real })
+    }
+
+    /// The logarithm of SE(3): the twist `(ω, v)` [rad, m] of the screw that reaches this pose in unit time.
+    ///
+    /// With `p` the translation: `ω` the rotation vector and `v = α p − ½ ω×p + β ω(ω·p)`, `α = ½θ cot ½θ`,
+    /// `β = (1−α)/θ²` (Bullo & Murray 1995). The dual quaternion is taken as signed: a negative scalar part means an
+    /// angle in (π, 2π), so that a law that keeps its sign passes π without a jump. Exact to rounding
+    /// but towards 2π, where α grows as `2π/(θ − 2π)` and takes the rounding of `p` along: the linear part's error is of the
+    /// order of `1e-15/(2π − θ)`, about 1e-7 at 2π − 1e-8, and at 2π the axis is lost.
+    pub fn screw_log(&self) -> Vector6<f64> {
+        let (omega, linear) = screw_log(&self.real(), &self.translation());
+        stack(omega, linear)
+    }
+
+    /// The exponential of SE(3): the pose that the twist `(ω, v)` [rad, m] reaches in unit time, the inverse of
+    /// [`screw_log`](Self::screw_log).
+    ///
+    /// `t = v + a ω×v + b ω×(ω×v)` with `a = (1−cos θ)/θ²`, `b = (θ−sin θ)/θ³`.
+    pub fn screw_exp(twist: &Vector6<f64>) -> Self {
+        let (omega, linear) = split(twist);
+        let angle = omega.norm();
+        let a = 0.5 * sinc(0.5 * angle).powi(2);
+        let b = if angle < SERIES_ANGLE {
+            let square = angle * angle;
+            1.0 / 6.0 - square / 120.0 + square * square / 5040.0
+        } else {
+            (angle - angle.sin()) / angle.powi(3)
+        };
+        let turn = omega.cross(&linear);
+        let translation = linear + a * turn + b * omega.cross(&turn);
+        let real = from_rotation_vector(&omega);
+        Self::new_unchecked(DualQuaternion { real, dual: Quaternion::from_imag(0.5 * translation) * real })
+    }
+}
+
+/// [`UnitDualQuaternion::screw_log`] of a rotation and a translation, `(ω, v)`.
+#[inline(always)]
+pub fn screw_log(rotation: &Quaternion<f64>, translation: &Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
+    let (by_sine, alpha, beta) = if rotation.w >= 0.0 {
+        let [by_sine, beta] = log_factors(rotation.w);
+        (by_sine, by_sine * rotation.w, beta)
+    } else {
+        beyond_pi(rotation)
+    };
+    let omega = rotation.imag() * (2.0 * by_sine);
+    let linear = alpha * translation - 0.5 * omega.cross(translation) + beta * omega.dot(translation) * omega;
+    (omega, linear)
+}
+
+/// `½θ / sin ½θ`, α and β of an angle θ in (π, 2π].
+#[cold]
+fn beyond_pi(rotation: &Quaternion<f64>) -> (f64, f64, f64) {
+    let sine = rotation.imag().norm();
+    let angle_by_sine = angle_by_sine(sine, rotation.w);
+    let (alpha, beta) = log_coefficients(sine * angle_by_sine, rotation.w / sine);
+    (0.5 * angle_by_sine, alpha, beta)
+}
+
+/// `α = ½θ cot ½θ` and `β = (1−α)/θ²` of an angle θ \[rad\] and `cot ½θ`, which is not looked at near θ = 0.
+pub fn log_coefficients(angle: f64, half_cotangent: f64) -> (f64, f64) {
+    let square = angle * angle;
+    if angle < SERIES_ANGLE {
+        let beta = 1.0 / 12.0 + square / 720.0 + square * square / 30240.0;
+        (1.0 - beta * square, beta)
+    } else {
+        let alpha = 0.5 * angle * half_cotangent;
+        (alpha, (1.0 - alpha) / square)
+    }
+}
+
+fn stack(upper: Vector3<f64>, lower: Vector3<f64>) -> Vector6<f64> {
+    Vector6::new(upper.x, upper.y, upper.z, lower.x, lower.y, lower.z)
+}
+
+fn split(vector: &Vector6<f64>) -> (Vector3<f64>, Vector3<f64>) {
+    (vector.fixed_rows::<3>(0).into(), vector.fixed_rows::<3>(3).into())
+}

@@ -1,0 +1,86 @@
+//! Quaternions and their angle-axis form.
+
+use nalgebra::{Quaternion, Unit, UnitQuaternion, Vector3};
+use thiserror::Error;
+
+/// As tf2 has it: a quaternion whose squared norm is off 1 by more than this is a mistake; one of three decimals is off by less.
+const UNIT_TOLERANCE: f64 = 10e-3;
+
+/// A quaternion that is no orientation.
+#[derive(Clone, Copy, Debug, Error, PartialEq)]
+#[error("the orientation has norm {norm}: expected 1 ± {}", UNIT_TOLERANCE / 2.0)]
+pub struct NotUnit {
+    /// Its norm.
+    pub norm: f64,
+}
+
+/// The rotation of a quaternion (x, y, z, w) as people type it and messages carry it, normalised, with the sign that it came with.
+///
+/// ```
+/// use dq_algebra::unit_rotation;
+/// assert!(unit_rotation([0.717, -0.46, 0.28, 0.44]).is_ok());
+/// assert_eq!(unit_rotation([0.0, 0.0, 0.0, 2.0]).unwrap_err().norm, 2.0);
+/// ```
+///
+/// # Errors
+/// [`NotUnit`] where the squared norm is not 1 ± 0.01, or no number.
+pub fn unit_rotation([x, y, z, w]: [f64; 4]) -> Result<UnitQuaternion<f64>, NotUnit> {
+    let quaternion = Quaternion::new(w, x, y, z);
+    match (quaternion.norm_squared() - 1.0).abs() <= UNIT_TOLERANCE {
+        true => Ok(UnitQuaternion::new_normalize(quaternion)),
+        false => Err(NotUnit { norm: quaternion.norm() }),
+    }
+}
+
+/// The unit quaternion that rotates by `angle` \[rad\] about `axis`: `(cos ½θ, k sin ½θ)` (eq. 8, the paper's `quat`).
+///
+/// The sign is kept: `angle` and `angle + 2π` give opposite quaternions of the same rotation.
+///
+/// ```
+/// use dq_algebra::quaternion_from_angle_axis;
+/// use nalgebra::Vector3;
+/// let half_turn = quaternion_from_angle_axis(std::f64::consts::PI, &Vector3::z_axis());
+/// assert!((half_turn.k - 1.0).abs() < 1e-15);
+/// ```
+#[doc(alias = "quat")]
+pub fn quaternion_from_angle_axis(angle: f64, axis: &Unit<Vector3<f64>>) -> UnitQuaternion<f64> {
+    let (sin, cos) = (0.5 * angle).sin_cos();
+    UnitQuaternion::new_unchecked(Quaternion::from_parts(cos, axis.into_inner() * sin))
+}
+
+/// Angle \[rad\] in `[0, 2π]` and axis of a unit quaternion (the paper's `decq`).
+///
+/// The quaternion is taken as signed: one with a negative scalar part has an angle above π. Where the vector part is
+/// zero the axis is undefined and z is returned.
+#[doc(alias = "decq")]
+pub fn angle_axis(rotation: &UnitQuaternion<f64>) -> (f64, Unit<Vector3<f64>>) {
+    let (vector, scalar) = (rotation.imag(), rotation.scalar());
+    let angle = 2.0 * vector.norm().atan2(scalar);
+    (angle, Unit::try_new(vector, 0.0).unwrap_or(Vector3::z_axis()))
+}
+
+/// `θ l` \[rad\] of a quaternion with scalar part `cos ½θ` and vector part `l sin ½θ`, for θ in `[0, 2π)`.
+///
+/// `atan2` keeps full relative precision at every angle, and the quotient tends to 2 as the vector part vanishes. At
+/// exactly 2π, where no axis is defined, the vector is zero.
+#[inline(always)]
+pub fn rotation_vector(rotation: &Quaternion<f64>) -> Vector3<f64> {
+    rotation.imag() * angle_by_sine(rotation.imag().norm(), rotation.w)
+}
+
+/// `θ / sin ½θ` of an angle θ in `[0, 2π)` with this `sin ½θ` and `cos ½θ`.
+#[inline(always)]
+pub(super) fn angle_by_sine(half_sine: f64, half_cosine: f64) -> f64 {
+    if half_sine > 0.0 { 2.0 * half_sine.atan2(half_cosine) / half_sine } else { 2.0 }
+}
+
+/// The inverse of [`rotation_vector`]: `(cos ½θ, ω sin(½θ)/θ)`.
+pub(super) fn from_rotation_vector(rotation_vector: &Vector3<f64>) -> Quaternion<f64> {
+    let half_angle = 0.5 * rotation_vector.norm();
+    Quaternion::from_parts(half_angle.cos(), rotation_vector * (0.5 * sinc(half_angle)))
+}
+
+/// `sin(x)/x`, 1 at 0.
+pub(super) fn sinc(x: f64) -> f64 {
+    if x == 0.0 { 1.0 } else { x.sin() / x }
+}

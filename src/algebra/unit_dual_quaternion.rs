@@ -1,0 +1,188 @@
+//! Poses as unit dual quaternions.
+
+use super::{DqError, DualQuaternion, Vector8, quaternion_from_angle_axis};
+use nalgebra::{Isometry3, Matrix6, Quaternion, Unit, UnitQuaternion, Vector3};
+use std::ops::{Mul, Neg};
+
+/// A pose `q = r + ε ½ t r` (eq. 13) with `q q* = 1`; `q` and `-q` are the same pose.
+///
+/// ```
+/// use dq_algebra::UnitDualQuaternion;
+/// use nalgebra::{UnitQuaternion, Vector3};
+/// let base_from_a = UnitDualQuaternion::from_parts(UnitQuaternion::identity(), Vector3::new(1.0, 0.0, 0.0));
+/// let a_from_b = UnitDualQuaternion::from_translation_angle_axis(Vector3::y(), 0.5, &Vector3::z_axis());
+/// let base_from_b = base_from_a * a_from_b;
+/// assert!((base_from_b.translation() - Vector3::new(1.0, 1.0, 0.0)).norm() < 1e-15);
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct UnitDualQuaternion {
+    inner: DualQuaternion,
+}
+
+impl UnitDualQuaternion {
+    /// No rotation, no translation.
+    pub fn identity() -> Self {
+        Self::from_parts(UnitQuaternion::identity(), Vector3::zeros())
+    }
+
+    /// From the rotation and the translation \[m\], both in the base frame (eq. 13).
+    #[inline]
+    pub fn from_parts(rotation: UnitQuaternion<f64>, translation: Vector3<f64>) -> Self {
+        let (real, half) = (rotation.into_inner(), 0.5 * translation);
+        let vector = real.imag();
+        let dual = Quaternion::from_parts(-half.dot(&vector), real.w * half + half.cross(&vector));
+        Self { inner: DualQuaternion { real, dual } }
+    }
+
+    /// Rotated by `angle` \[rad\] about `axis`, then translated by `translation` \[m\] (the paper's `unitdq`).
+    #[doc(alias = "unitdq")]
+    pub fn from_translation_angle_axis(
+        translation: Vector3<f64>,
+        angle: f64,
+        axis: &Unit<Vector3<f64>>,
+    ) -> Self {
+        Self::from_parts(quaternion_from_angle_axis(angle, axis), translation)
+    }
+
+    /// The unit dual quaternion nearest to `q`: the real part is scaled to norm 1, and the part of the dual along the
+    /// real, which no pose has, is removed. What is unit but for rounding stays as it is, to the last bit.
+    ///
+    /// # Errors
+    /// [`DqError::NonFinite`], also of a pose so far away that no number says where; [`DqError::ZeroRealPart`] where the real part has no
+    /// direction.
+    pub fn try_normalize(q: &DualQuaternion) -> Result<Self, DqError> {
+        check_finite(q)?;
+        let rounding = 16.0 * f64::EPSILON;
+        if (q.real.norm_squared() - 1.0).abs() <= rounding
+            && q.real.dot(&q.dual).abs() <= rounding * q.dual.norm()
+        {
+            return Ok(Self { inner: *q });
+        }
+        let largest = q.real.coords.amax();
+        if largest == 0.0 {
+            return Err(DqError::ZeroRealPart);
+        }
+        // A power of two, which rounds nothing: the squares of what is left are neither too large nor too small for a number.
+        let scale = largest.log2().floor().exp2();
+        let real = q.real / scale;
+        let norm = real.norm();
+        let (real, dual) = (real / norm, q.dual / norm / scale);
+        let inner = DualQuaternion { real, dual: dual - real * real.dot(&dual) };
+        check_finite(&inner)?;
+        Ok(Self { inner })
+    }
+
+    /// Wraps a dual quaternion that is unit by construction.
+    pub(super) fn new_unchecked(inner: DualQuaternion) -> Self {
+        Self { inner }
+    }
+
+    /// As a general dual quaternion.
+    pub fn as_dual_quaternion(&self) -> &DualQuaternion {
+        &self.inner
+    }
+
+    /// The real part `r`.
+    pub fn real(&self) -> Quaternion<f64> {
+        self.inner.real
+    }
+
+    /// The dual part `½ t r` \[m\].
+    pub fn dual(&self) -> Quaternion<f64> {
+        self.inner.dual
+    }
+
+    /// The rotation.
+    pub fn rotation(&self) -> UnitQuaternion<f64> {
+        UnitQuaternion::new_unchecked(self.inner.real)
+    }
+
+    /// The translation `t = 2 d r*` \[m\] (eq. 25).
+    pub fn translation(&self) -> Vector3<f64> {
+        2.0 * (self.inner.dual * self.inner.real.conjugate()).imag()
+    }
+
+    /// `[real w x y z, dual w x y z]`.
+    pub fn to_vector8(&self) -> Vector8 {
+        self.inner.to_vector8()
+    }
+
+    /// How far the other pose is from this one \[m\], and by which angle it is turned against it \[rad\]. q and −q are the same pose.
+    pub fn distances(&self, other: &Self) -> [f64; 2] {
+        let way: Vector3<f64> = self.translation() - other.translation();
+        [way.norm(), self.rotation().angle_to(&other.rotation())]
+    }
+
+    /// The inverse pose (the paper's `cdualq`).
+    #[doc(alias = "cdualq")]
+    pub fn conjugate(&self) -> Self {
+        Self { inner: self.inner.conjugate() }
+    }
+
+    /// The frame that `frameplotter` draws: rotation (its axes are the columns) and origin \[m\].
+    #[doc(alias = "frameplotter")]
+    pub fn frame(&self) -> Isometry3<f64> {
+        Isometry3::from_parts(self.translation().into(), self.rotation())
+    }
+
+    /// The 6×6 matrix that maps twists `(ω, v)` of the body to twists in the base frame: `[R 0; [t]×R R]`.
+    pub fn adjoint(&self) -> Matrix6<f64> {
+        let rotation = self.rotation().to_rotation_matrix().into_inner();
+        let mut adjoint = Matrix6::zeros();
+        adjoint.fixed_view_mut::<3, 3>(0, 0).copy_from(&rotation);
+        adjoint.fixed_view_mut::<3, 3>(3, 3).copy_from(&rotation);
+        adjoint.fixed_view_mut::<3, 3>(3, 0).copy_from(&(self.translation().cross_matrix() * rotation));
+        adjoint
+    }
+
+    /// One Newton step back to norm 1, and the dual part made orthogonal to the real: second-order exact near unit, so
+    /// that rounding never accumulates over a chain of products.
+    fn renormalize(q: DualQuaternion) -> Self {
+        let scale = 0.5 * (3.0 - q.real.norm_squared());
+        let (real, dual) = (q.real * scale, q.dual * scale);
+        Self { inner: DualQuaternion { real, dual: dual - real * real.dot(&dual) } }
+    }
+}
+
+/// The pose of a frame, of the same sign as its rotation; [`frame`](UnitDualQuaternion::frame) is the way back.
+impl From<Isometry3<f64>> for UnitDualQuaternion {
+    fn from(frame: Isometry3<f64>) -> Self {
+        Self::from_parts(frame.rotation, frame.translation.vector)
+    }
+}
+
+/// The pose as a frame, as [`frame`](UnitDualQuaternion::frame) gives it.
+impl From<UnitDualQuaternion> for Isometry3<f64> {
+    fn from(pose: UnitDualQuaternion) -> Self {
+        pose.frame()
+    }
+}
+
+/// The rotation without a translation; [`rotation`](UnitDualQuaternion::rotation) is the way back.
+impl From<UnitQuaternion<f64>> for UnitDualQuaternion {
+    fn from(rotation: UnitQuaternion<f64>) -> Self {
+        Self::from_parts(rotation, Vector3::zeros())
+    }
+}
+
+impl Mul for UnitDualQuaternion {
+    type Output = Self;
+    fn mul(self, right: Self) -> Self {
+        Self::renormalize(self.inner * right.inner)
+    }
+}
+
+/// The same pose with the other sign.
+impl Neg for UnitDualQuaternion {
+    type Output = Self;
+    fn neg(self) -> Self {
+        Self { inner: DualQuaternion { real: -self.inner.real, dual: -self.inner.dual } }
+    }
+}
+
+fn check_finite(q: &DualQuaternion) -> Result<(), DqError> {
+    match q.to_vector8().iter().find(|x| !x.is_finite()) {
+        Some(bad) => Err(DqError::NonFinite(*bad)),
+        None => Ok(()),
+    }
+}

@@ -1,0 +1,93 @@
+//! What can be wrong with a bag, or with the place where one shall be.
+
+use dq_common::text::{REASON, shown};
+use mcap::McapError;
+use std::error::Error as _;
+use std::path::{Path, PathBuf};
+use thiserror::Error;
+
+/// An error of bags. Each message is one line that names the file.
+#[derive(Debug, Error)]
+pub enum BagError {
+    /// The place of a new bag is taken.
+    #[error("{0:?} exists already: a recording never overwrites, give it a new directory")]
+    Exists(PathBuf),
+    /// A file could not be written: no permission, no room, no such directory.
+    #[error("cannot write {path:?}: {why}")]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// What the operating system or the MCAP library says.
+        why: String,
+    },
+    /// A topic's type has no definition in `msg_config/interfaces`, which a bag carries.
+    #[error("{topic}: type {message} has no definition in msg_config/interfaces, so it cannot be recorded")]
+    UnknownType {
+        /// The topic.
+        topic: String,
+        /// `package/msg/Name`.
+        message: String,
+    },
+    /// A file could not be read.
+    #[error("cannot read {path:?}: {why}")]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// What the operating system says.
+        why: std::io::Error,
+    },
+    /// There is something else than a bag.
+    #[error("{path:?} is no rosbag2 bag: {why}")]
+    NotABag {
+        /// The file or directory.
+        path: PathBuf,
+        /// What was found instead.
+        why: String,
+    },
+    /// A bag's content contradicts itself.
+    #[error("{path:?} is damaged: {why}")]
+    Damaged {
+        /// The file.
+        path: PathBuf,
+        /// Where and how.
+        why: String,
+    },
+}
+
+impl BagError {
+    pub(super) fn write(path: &Path) -> impl FnOnce(std::io::Error) -> Self {
+        move |why| Self::Write { path: path.to_owned(), why: why.to_string() }
+    }
+
+    pub(super) fn write_mcap(path: &Path) -> impl FnOnce(McapError) -> Self {
+        // The operating system's words, where it is that which refuses.
+        let words = |why: McapError| why.source().map_or_else(|| why.to_string(), ToString::to_string);
+        move |why| Self::Write { path: path.to_owned(), why: words(why) }
+    }
+
+    pub(super) fn read(path: &Path) -> impl FnOnce(std::io::Error) -> Self {
+        move |why| Self::Read { path: path.to_owned(), why }
+    }
+
+    pub(super) fn not_a_bag(path: &Path, why: impl Into<String>) -> Self {
+        Self::NotABag { path: path.to_owned(), why: why.into() }
+    }
+
+    pub(super) fn damaged(path: &Path, why: &str) -> Self {
+        Self::Damaged { path: path.to_owned(), why: shown(why, REASON) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_full_disk_is_called_so() {
+        let full = McapError::Io(std::io::ErrorKind::StorageFull.into());
+        let text = BagError::write_mcap(Path::new("run"))(full).to_string();
+        assert_eq!(text, "cannot write \"run\": no storage space");
+        let text = BagError::write_mcap(Path::new("run"))(McapError::UnexpectedEof).to_string();
+        assert!(text.len() > "cannot write \"run\": ".len(), "{text}");
+    }
+}

@@ -1,0 +1,132 @@
+//! Writes one MCAP file.
+
+use super::error::BagError;
+use dq_messages::type_hash;
+use mcap::records::MessageHeader;
+use mcap::{WriteOptions, Writer};
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::{self, Seek, Write};
+use std::os::unix::fs::MetadataExt;
+use std::path::PathBuf;
+
+/// A chunk is compressed and written once it holds this many bytes: rosbag2's size.
+const CHUNK_SIZE: usize = 768 * 1024;
+
+/// The end of a file without an index: data end, footer, magic. It follows the last chunk until the next one overwrites it, so that
+/// any reader takes the file for whole at every moment, whatever becomes of this process.
+const END: [u8; 50] = *b"\x0f\x04\0\0\0\0\0\0\0\0\0\0\0\x02\x14\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\x89MCAP0\r\n";
+
+/// The MCAP file being written.
+pub(super) struct McapOutput {
+    path: PathBuf,
+    /// Unbuffered: the MCAP writer hands over whole chunks, and errors come when they happen.
+    writer: Writer<File>,
+    /// The same file, whose place for the next write the two share.
+    handle: File,
+    /// Its length, as it was left \[bytes\].
+    size: u64,
+    /// Bytes of messages that no chunk on disk has yet.
+    pending: usize,
+}
+
+impl McapOutput {
+    /// Begins a file, which is not there yet.
+    pub fn create(path: PathBuf) -> Result<Self, BagError> {
+        let file = File::create_new(&path).map_err(BagError::write(&path))?;
+        let handle = file.try_clone().map_err(BagError::write(&path))?;
+        let options = WriteOptions::new()
+            .profile("ros2")
+            .library(concat!("dq_servo ", env!("CARGO_PKG_VERSION")))
+            // Chunks end where this writer says so, and go to the file whole: what a kill cuts off is one chunk.
+            .chunk_size(None)
+            .disable_seeking(true)
+            .compression_threads(0);
+        let writer = options.create(file).map_err(BagError::write_mcap(&path))?;
+        let size = handle.metadata().map_err(BagError::write(&path))?.len();
+        let mut open = Self { path, writer, handle, size, pending: 0 };
+        open.flush()?;
+        Ok(open)
+    }
+
+    /// A channel for a topic with its type, definition and offered QoS (YAML).
+    pub fn add(&mut self, name: &str, message: &str, definition: &str, qos: &str) -> Result<u16, BagError> {
+        let metadata = BTreeMap::from([
+            ("offered_qos_profiles".to_owned(), qos.to_owned()),
+            ("topic_type_hash".to_owned(), type_hash(message).to_owned()),
+        ]);
+        self.writer
+            .add_schema(message, "ros2msg", definition.as_bytes())
+            .and_then(|schema| self.writer.add_channel(schema, name, "cdr", &metadata))
+            .map_err(BagError::write_mcap(&self.path))
+    }
+
+    /// Writes a message into the open chunk.
+    pub fn write(
+        &mut self,
+        channel: u16,
+        log_time: i64,
+        publish_time: i64,
+        cdr: &[u8],
+    ) -> Result<(), BagError> {
+        let time = |time: i64| u64::try_from(time).unwrap_or(0);
+        let header = MessageHeader {
+            channel_id: channel,
+            sequence: 0,
+            log_time: time(log_time),
+            publish_time: time(publish_time),
+        };
+        self.pending += cdr.len();
+        self.writer.write_to_known_channel(&header, cdr).map_err(BagError::write_mcap(&self.path))?;
+        if self.pending >= CHUNK_SIZE { self.flush() } else { Ok(()) }
+    }
+
+    /// Ends the open chunk, and brings it to disk.
+    ///
+    /// # Errors
+    /// [`BagError::Write`], also where somebody has removed the file, or has changed its length.
+    pub fn flush(&mut self) -> Result<(), BagError> {
+        self.check()?;
+        self.pending = 0;
+        self.writer.flush().map_err(BagError::write_mcap(&self.path))?;
+        self.size = self.end().map_err(BagError::write(&self.path))?;
+        Ok(())
+    }
+
+    /// Writes the end after the last chunk, and goes back before it. The file's length.
+    fn end(&mut self) -> io::Result<u64> {
+        self.handle.write_all(&END)?;
+        self.handle.seek_relative(-(END.len() as i64))?;
+        Ok(self.handle.metadata()?.len())
+    }
+
+    /// Writes index and footer, and waits for the disk.
+    ///
+    /// # Errors
+    /// As [`flush`](Self::flush).
+    pub fn close(&mut self) -> Result<(), BagError> {
+        self.check()?;
+        self.writer.finish().map_err(BagError::write_mcap(&self.path))?;
+        self.handle.sync_all().map_err(BagError::write(&self.path))
+    }
+
+    /// That the file is still where it was made, and as long as it was left: what others take from it is missed by no write.
+    fn check(&self) -> Result<(), BagError> {
+        let wrong = |why: &str| Err(BagError::Write { path: self.path.clone(), why: why.to_owned() });
+        let ours = self.handle.metadata().map_err(BagError::write(&self.path))?;
+        match std::fs::metadata(&self.path) {
+            Ok(there) if (there.dev(), there.ino()) != (ours.dev(), ours.ino()) => {
+                wrong("it was replaced while it was written")
+            }
+            Ok(there) if there.len() != self.size => wrong("its length was changed while it was written"),
+            Ok(_) => Ok(()),
+            Err(why) if why.kind() == io::ErrorKind::NotFound => wrong("it was removed while it was written"),
+            Err(why) => Err(BagError::write(&self.path)(why)),
+        }
+    }
+
+    /// Bytes on disk.
+    pub fn size(&self) -> u64 {
+        self.size
+    }
+}

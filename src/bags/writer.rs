@@ -1,0 +1,220 @@
+//! Writes a rosbag2 directory: MCAP files and `metadata.yaml`.
+
+use super::error::BagError;
+use super::mcap_output::McapOutput;
+use super::metadata::{Metadata, Span, TopicMetadata, yaml};
+use super::qos::Profile;
+use dq_messages::OfferedQos;
+use dq_messages::{definition, type_hash};
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+/// When a new file is begun; never, by default.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct WriterOptions {
+    /// Once the file has this many bytes or more. It grows by whole chunks.
+    pub max_size: Option<u64>,
+    /// Once it spans this much log time.
+    pub max_duration: Option<Duration>,
+}
+
+/// A topic as the bag describes it.
+#[derive(Clone, Debug)]
+pub struct TopicRecord {
+    /// The fully qualified name.
+    pub name: String,
+    /// `package/msg/Name`.
+    pub message: String,
+    /// What its publishers offer.
+    pub offered: Vec<OfferedQos>,
+}
+
+/// A topic of a [`BagWriter`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TopicId(usize);
+
+/// What a bag holds in the end.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct WrittenBag {
+    /// Messages written.
+    pub messages: u64,
+    /// Topics in the bag, those without a message too.
+    pub topics: usize,
+    /// Messages that the queue before the writer had no room for.
+    pub dropped: u64,
+    /// Files, `metadata.yaml` not counted.
+    pub files: usize,
+}
+
+/// A bag in the making. Dropped without [`BagWriter::finish`] it is still a whole bag, but errors are not reported.
+pub struct BagWriter {
+    directory: PathBuf,
+    options: WriterOptions,
+    topics: Vec<Entry>,
+    file: McapOutput,
+    files: Vec<(String, Span)>,
+    total: Span,
+    described: Described,
+}
+
+/// What the bag's metadata say of it.
+struct Described {
+    topics: usize,
+    messages: u64,
+    since: Instant,
+}
+
+/// The counts in the metadata are at most this old: whoever reads the bag of a recorder that was killed sees what is in it.
+const METADATA: Duration = Duration::from_secs(3);
+
+struct Entry {
+    metadata: TopicMetadata,
+    qos_yaml: String,
+    definition: String,
+    /// The topic's channel in the open file.
+    channel: u16,
+    count: u64,
+}
+
+impl Entry {
+    fn new(record: &TopicRecord, definition: String) -> Self {
+        let metadata = TopicMetadata {
+            name: record.name.clone(),
+            r#type: record.message.clone(),
+            serialization_format: "cdr",
+            offered_qos_profiles: record.offered.iter().map(Profile::from).collect(),
+            type_description_hash: type_hash(&record.message),
+        };
+        // A list of numbers and words is always YAML.
+        let qos_yaml = yaml(&metadata.offered_qos_profiles).unwrap_or_default();
+        Self { metadata, qos_yaml, definition, channel: 0, count: 0 }
+    }
+
+    /// Gives the topic a channel in that file.
+    fn join(&mut self, file: &mut McapOutput) -> Result<(), BagError> {
+        let TopicMetadata { name, r#type, .. } = &self.metadata;
+        self.channel = file.add(name, r#type, &self.definition, &self.qos_yaml)?;
+        Ok(())
+    }
+}
+
+impl BagWriter {
+    /// Begins a bag in a directory that is made for it.
+    ///
+    /// # Errors
+    /// [`BagError::Exists`], [`BagError::Write`].
+    pub fn create(directory: &Path, options: WriterOptions) -> Result<Self, BagError> {
+        std::fs::create_dir(directory).map_err(|why| match why.kind() {
+            ErrorKind::AlreadyExists => BagError::Exists(directory.to_owned()),
+            _ => BagError::write(directory)(why),
+        })?;
+        let name = file_name(directory, 0);
+        let file = McapOutput::create(directory.join(&name))?;
+        let directory = directory.to_owned();
+        let files = vec![(name, Span::default())];
+        let (total, topics) = (Span::default(), Vec::new());
+        let described = Described { topics: 0, messages: 0, since: Instant::now() };
+        let mut writer = Self { directory, options, topics, file, files, total, described };
+        writer.write_metadata()?;
+        Ok(writer)
+    }
+
+    /// Adds a topic.
+    ///
+    /// # Errors
+    /// [`BagError::UnknownType`], [`BagError::Write`].
+    pub fn add_topic(&mut self, record: &TopicRecord) -> Result<TopicId, BagError> {
+        let unknown =
+            || BagError::UnknownType { topic: record.name.clone(), message: record.message.clone() };
+        let definition = definition(&record.message).ok_or_else(unknown)?;
+        let mut entry = Entry::new(record, definition);
+        entry.join(&mut self.file)?;
+        self.topics.push(entry);
+        Ok(TopicId(self.topics.len() - 1))
+    }
+
+    /// Writes a message: `cdr` with its encapsulation header, times in \[ns\] since the Unix epoch. It is on disk once its chunk is:
+    /// after [`BagWriter::flush`] at the latest.
+    ///
+    /// # Errors
+    /// [`BagError::Write`].
+    pub fn write(
+        &mut self,
+        topic: TopicId,
+        log_time: i64,
+        publish_time: i64,
+        cdr: &[u8],
+    ) -> Result<(), BagError> {
+        if self.is_full(log_time) {
+            self.split()?;
+        }
+        let entry = &mut self.topics[topic.0];
+        self.file.write(entry.channel, log_time, publish_time, cdr)?;
+        entry.count += 1;
+        self.total.add(log_time);
+        if let Some((_, span)) = self.files.last_mut() {
+            span.add(log_time);
+        }
+        Ok(())
+    }
+
+    /// Hands all that was written to the operating system, so that any reader finds a whole bag even if this process is killed: with
+    /// all its topics, and with counts that are some seconds old at most.
+    ///
+    /// # Errors
+    /// [`BagError::Write`], also where somebody has removed the file, or has changed its length.
+    pub fn flush(&mut self) -> Result<(), BagError> {
+        self.file.flush()?;
+        let Described { topics, messages, since } = self.described;
+        let is_old = self.total.messages > messages && since.elapsed() >= METADATA;
+        if is_old || self.topics.len() > topics { self.write_metadata() } else { Ok(()) }
+    }
+
+    /// Closes the bag.
+    ///
+    /// # Errors
+    /// [`BagError::Write`].
+    pub fn finish(mut self) -> Result<WrittenBag, BagError> {
+        self.file.close()?;
+        self.write_metadata()?;
+        Ok(WrittenBag {
+            messages: self.total.messages,
+            topics: self.topics.len(),
+            dropped: 0,
+            files: self.files.len(),
+        })
+    }
+
+    /// Whether a message of that time belongs into a new file.
+    fn is_full(&self, log_time: i64) -> bool {
+        let Some((_, span)) = self.files.last().filter(|(_, span)| span.messages > 0) else { return false };
+        let too_long = self.options.max_duration.is_some_and(|limit| {
+            u128::try_from(log_time.saturating_sub(span.start())).is_ok_and(|age| age >= limit.as_nanos())
+        });
+        too_long || self.options.max_size.is_some_and(|limit| self.file.size() >= limit)
+    }
+
+    fn split(&mut self) -> Result<(), BagError> {
+        self.file.close()?;
+        let name = file_name(&self.directory, self.files.len());
+        self.file = McapOutput::create(self.directory.join(&name))?;
+        self.topics.iter_mut().try_for_each(|entry| entry.join(&mut self.file))?;
+        self.files.push((name, Span::default()));
+        self.write_metadata()
+    }
+
+    fn write_metadata(&mut self) -> Result<(), BagError> {
+        let topics = self.topics.iter().map(|entry| (entry.metadata.clone(), entry.count));
+        Metadata::new(&self.total, topics, &self.files).write(&self.directory)?;
+        let (topics, messages) = (self.topics.len(), self.total.messages);
+        self.described = Described { topics, messages, since: Instant::now() };
+        Ok(())
+    }
+}
+
+/// rosbag2's names: the directory's, with a number.
+fn file_name(directory: &Path, number: usize) -> String {
+    let name = directory.file_name().unwrap_or_else(|| "bag".as_ref());
+    format!("{}_{number}.mcap", name.to_string_lossy())
+}

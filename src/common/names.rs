@@ -1,0 +1,58 @@
+//! Enums whose variants have names that parameters, command lines, messages and files use.
+
+use thiserror::Error;
+
+/// A name that is none of those expected.
+#[derive(Clone, Debug, Error, PartialEq)]
+#[error("unknown {kind} {name:?}: expected one of {expected}")]
+pub struct UnknownName {
+    /// What it was meant to name.
+    pub kind: &'static str,
+    /// The name.
+    pub name: String,
+    /// The names that there are.
+    pub expected: String,
+}
+
+#[macro_export]
+/// Defines an enum with a name for each variant: `NAMES`, `name`, `Display` and `FromStr`.
+macro_rules! named {
+    (
+        $(#[$about:meta])*
+        $kind:literal $enum:ident { $($(#[$doc:meta])* $variant:ident = $name:literal,)* }
+    ) => {
+        $(#[$about])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        pub enum $enum { $($(#[$doc])* $variant,)* }
+
+        impl $enum {
+            /// The name of each.
+            pub const NAMES: &'static [&'static str] = &[$($name),*];
+
+            /// The name.
+            pub fn name(self) -> &'static str {
+                match self { $(Self::$variant => $name,)* }
+            }
+        }
+
+        impl std::fmt::Display for $enum {
+            fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                f.write_str(self.name())
+            }
+        }
+
+        impl std::str::FromStr for $enum {
+            type Err = $crate::UnknownName;
+            fn from_str(name: &str) -> std::result::Result<Self, Self::Err> {
+                match name {
+                    $($name => Ok(Self::$variant),)*
+                    other => Err($crate::UnknownName {
+                        kind: $kind,
+                        name: other.to_owned(),
+                        expected: Self::NAMES.join(", "),
+                    }),
+                }
+            }
+        }
+    };
+}

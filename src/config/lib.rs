@@ -1,0 +1,247 @@
+//! What our parameters mean: each is declared where it is read into a typed setting, with unit, range, default and description.
+//!
+//! From the name of an arm in the box, or from a robot description, there is one step to its servo: [`Servo::for_arm`](dq_core::servo::Servo::for_arm),
+//! [`Servo::from_urdf`](dq_core::servo::Servo::from_urdf). Whoever wants other limits, another law, other gains, another cycle or an arm of
+//! DH rows goes by [`ServoParameters`]:
+//!
+//! ```
+//! use dq_kinematics::arm::{Chain, Convention, DhRow};
+//! use dq_config::ServoParameters;
+//! use dq_kinematics::control::Law;
+//! use dq_core::servo::Interface;
+//! use std::time::Duration;
+//! let row = |a| DhRow { alpha: 0.0, a, d: 0.0, theta_offset: 0.0 };
+//! let chain = Chain::new(Convention::StandardDh, &[row(0.5), row(0.25)])?;
+//! let (velocity, acceleration) = ([2.0, 2.0], [10.0, 10.0]); // [rad/s], [rad/s²]
+//! let parameters = ServoParameters::for_chain(chain, &velocity, &acceleration)?
+//!     .with(|settings| {
+//!         settings.controller.law = Law::DoubleGeodesic;
+//!         settings.controller.set_gains(Law::DoubleGeodesic, [2.0, 3.0]);
+//!         settings.limits.linear_speed = 0.5; // [m/s]
+//!         settings.interface = Interface::Position;
+//!     })
+//!     .with_period(Duration::from_millis(4));
+//! assert_eq!(parameters.arms.chain().forward_kinematics(&[0.0, 0.0])?.translation().x, 0.75);
+//! let servo = parameters.build()?;
+//! assert_eq!(servo.settings().goal_tolerance.linear, 0.001); // [m], as of a node to which nothing is given
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! A node has the same from parameters, which files and arguments give:
+//!
+//! ```
+//! use dq_config::{NodeParameters, ServoParameters};
+//! use dq_params::FileParameters;
+//! let text = "
+//! dq_servo:
+//!   ros__parameters:
+//!     joints: [shoulder, elbow]
+//!     base_frame: base
+//!     tool_frame: hand
+//!     arm: {convention: standard_dh, alpha: [0.0, 0.0], a: [0.5, 0.25], d: [0.0, 0.0]}
+//!     limits: {joint_velocity: [2.0, 2.0], joint_acceleration: [10.0, 10.0]}
+//!     gains: {logc: [2.0, 3.0]}
+//! ";
+//! let given = FileParameters::read(text, "planar.yaml", "/dq_servo")?.given;
+//! let (store, warnings) = ServoParameters::start("/dq_servo", given)?;
+//! assert!(warnings.is_empty());
+//! let servo = ServoParameters::from_store(&store)?.build()?;
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod arms;
+mod body;
+mod common;
+mod cycle;
+mod described;
+mod docs;
+mod dual;
+mod guard;
+pub mod mesh_file;
+mod plant;
+mod ranges;
+mod scene;
+mod servo;
+mod setup;
+#[cfg(test)]
+mod tests;
+
+pub use arms::{ARMS, arm_file};
+pub use common::ArmParameters;
+pub use cycle::{ServoParameters, StatesReliability};
+pub use described::is_awaited;
+pub use docs::table;
+pub use dual::DualParameters;
+pub use guard::GuardParameters;
+pub use plant::{PLANT_NAMES, PlantParameters};
+pub use setup::{ForArm, SetupError};
+
+use body::FittedBody;
+use described::{Described, GivenLimits};
+use dq_kinematics::arm::DescribedArm;
+use dq_params::{Declaration, Declarer, Given, ParameterError, ParameterStore, Value, parameters_for};
+use std::sync::LazyLock;
+
+/// The parameter file that is built in: the PUMA 560 of the reference work.
+pub const BUILTIN_FILE: &str = include_str!("msg_config/puma560.yaml");
+
+/// The parameters of one kind of node.
+pub trait NodeParameters: Sized {
+    /// The node's default name.
+    const NODE_NAME: &'static str;
+
+    /// Declares each parameter and reads it. Values that fit each other never change what is declared.
+    ///
+    /// # Errors
+    /// [`ParameterError`] where values do not fit each other.
+    fn declare(p: &mut Declarer) -> Result<Self, ParameterError>;
+
+    /// Each parameter, declared.
+    ///
+    /// # Errors
+    /// [`ParameterError`] where the built-in arm fails a check: what is declared after that would be missing.
+    fn declarations() -> Result<Vec<Declaration>, ParameterError> {
+        let mut declarer = Declarer::new(builtin()?.iter().cloned());
+        Self::declare(&mut declarer)?;
+        Ok(declarer.into_declarations())
+    }
+
+    /// A store with the declarations at their defaults.
+    ///
+    /// # Errors
+    /// As [`declarations`](Self::declarations).
+    fn store() -> Result<ParameterStore, ParameterError> {
+        Ok(ParameterStore::new(Self::declarations()?, names()?))
+    }
+
+    /// The typed parameters of `store`.
+    ///
+    /// # Errors
+    /// [`ParameterError`] where values do not fit each other.
+    fn from_store(store: &ParameterStore) -> Result<Self, ParameterError> {
+        let values = store.iter().map(|(declared, value)| (declared.name.to_owned(), value.clone()));
+        Self::declare(&mut Declarer::new(values))
+    }
+
+    /// The typed parameters of a node that starts with these `values`, which are from `source`. What they have for other nodes is ignored.
+    ///
+    /// # Errors
+    /// As [`start`](Self::start), and [`ParameterError`] where values do not fit each other.
+    fn from_values(values: Vec<(String, Value)>, source: &str) -> Result<Self, ParameterError> {
+        let given = values.into_iter().map(|(name, value)| Given {
+            name,
+            value,
+            source: source.to_owned(),
+            by_name: false,
+        });
+        let (store, _ignored) = Self::start(&format!("/{}", Self::NODE_NAME), given.collect())?;
+        Self::from_store(&store)
+    }
+
+    /// The `robot_description` that a node has in force which was given this `text`: the part of it that counts, the arm.
+    fn description_in_force(_text: String, arm: &DescribedArm) -> String {
+        arm.urdf()
+    }
+
+    /// The store with which `node` (fully qualified) starts when these values are given, later ones over earlier ones, and what to
+    /// warn of.
+    ///
+    /// Where nothing describes an arm, the built-in one serves. Once `joints` or any `arm.*` is given nothing of it is left:
+    /// half of one arm and half of another would move, and wrongly. A robot description takes the place of both, and gives what
+    /// nobody gives: joint names, limits, and where the plant starts.
+    ///
+    /// # Errors
+    /// [`ParameterError::Missing`] for half an arm, [`ParameterError::File`] for a robot description that gives none, and what
+    /// [`ParameterStore::take`] says of a value.
+    fn start(node: &str, given: Vec<Given>) -> Result<(ParameterStore, Vec<String>), ParameterError> {
+        let mut store = Self::store()?;
+        let mut builtin = builtin()?.to_vec();
+        if let Some(described) = Described::find(&given)? {
+            builtin.retain(|(name, _)| !store.declaration(name).is_some_and(describes_arm));
+            let limits = GivenLimits::find(&given);
+            if store.declaration("limits.joint_velocity").is_some_and(|declared| declared.required) {
+                described.check_limits(&limits)?;
+            }
+            for (name, value) in builtin.into_iter().chain(described.defaults(&limits)) {
+                store.override_initial(&name, value)?;
+            }
+            let body = match store.declaration("body") {
+                Some(_) if given.iter().all(|value| value.name != "body") => Some(described.body()?),
+                _ => None,
+            };
+            let mut warnings = store.take(node, given)?;
+            if let Some(FittedBody { texts, warning }) = body {
+                store.override_initial("body", Value::StringArray(texts))?;
+                let is_used = store.get("constraints") == Some(&Value::Bool(true));
+                warnings.extend(warning.filter(|_| is_used));
+            }
+            warnings.extend(described.guess());
+            let in_force = Self::description_in_force(described.text, &described.arm);
+            store.override_initial("robot_description", Value::String(in_force))?;
+            return Ok((store, warnings));
+        }
+        if given.iter().any(|value| value.name == "joints" || value.name.starts_with("arm.")) {
+            check_arm_is_whole(&store, &given)?;
+            builtin.retain(|(name, _)| !store.declaration(name).is_some_and(describes_arm));
+        }
+        for (name, value) in builtin {
+            store.override_initial(&name, value)?;
+        }
+        let warnings = store.take(node, given)?;
+        Ok((store, warnings))
+    }
+}
+
+/// The default names of the kinds of nodes.
+pub const NODE_NAMES: [&str; 4] = [
+    ServoParameters::NODE_NAME,
+    DualParameters::NODE_NAME,
+    PlantParameters::NODE_NAME,
+    GuardParameters::NODE_NAME,
+];
+
+/// The kinds of nodes: their default names, and what they declare.
+///
+/// # Errors
+/// As [`NodeParameters::declarations`].
+pub fn nodes() -> Result<[(&'static str, Vec<Declaration>); 4], ParameterError> {
+    let [servo, dual, plant, guard] = NODE_NAMES;
+    Ok([
+        (servo, ServoParameters::declarations()?),
+        (dual, DualParameters::declarations()?),
+        (plant, PlantParameters::declarations()?),
+        (guard, GuardParameters::declarations()?),
+    ])
+}
+
+/// The names of the parameters of all nodes.
+///
+/// # Errors
+/// As [`NodeParameters::declarations`].
+pub fn names() -> Result<Vec<&'static str>, ParameterError> {
+    Ok(nodes()?.iter().flat_map(|(_, declared)| declared).map(|declared| declared.name).collect())
+}
+
+/// What the built-in file gives every node.
+fn builtin() -> Result<&'static [(String, Value)], ParameterError> {
+    static VALUES: LazyLock<Result<Vec<(String, Value)>, ParameterError>> =
+        LazyLock::new(|| parameters_for(BUILTIN_FILE, "msg_config/puma560.yaml", "/"));
+    VALUES.as_deref().map_err(Clone::clone)
+}
+
+fn describes_arm(declared: &Declaration) -> bool {
+    declared.required || ["arm.", "limits.joint_"].iter().any(|start| declared.name.starts_with(start))
+}
+
+fn check_arm_is_whole(store: &ParameterStore, given: &[Given]) -> Result<(), ParameterError> {
+    let required = store.iter().filter(|(declared, _)| declared.required).map(|(declared, _)| declared.name);
+    let missing: Vec<_> = required.filter(|name| given.iter().all(|value| value.name != *name)).collect();
+    match missing.is_empty() {
+        true => Ok(()),
+        false => Err(ParameterError::Missing {
+            what: "an arm",
+            missing,
+            why: "once `joints` or any `arm.*` is given, nothing of the built-in arm is used",
+        }),
+    }
+}

@@ -1,0 +1,360 @@
+//! What watches the commands to an arm from outside the servo, and stops the arm when they cease in motion: most controllers have no
+//! timeout of their own, and go on at the last velocity for ever.
+
+use crate::servo::Interface;
+use dq_common::named;
+use std::f64::consts::TAU;
+use std::time::Duration;
+
+/// The arm is commanded to stand for so long: one command that arrives is enough, and whoever comes next is not disturbed.
+const STOPPING: Duration = Duration::from_secs(1);
+
+/// A servo that lives is silent for no longer than so many of its periods ...
+pub const PERIODS: u32 = 3;
+
+/// ... and has no longer period than this.
+const LONGEST_PERIOD: Duration = Duration::from_millis(500);
+
+/// A guard that hears no joint states for this part of its timeout hears nothing, and one that did not look for as long was: what it missed may
+/// be commands.
+const DEAF: f64 = 0.5;
+
+named! {
+    /// Whether an arm has a guard, as its servo sees it.
+    "guard" GuardState {
+        /// There was none.
+        None = "none",
+        /// There is one.
+        Watching = "watching",
+        /// There was one: nobody would stop the arm if the servo were killed.
+        Gone = "gone",
+    }
+}
+
+/// The guard of one arm. Time is an argument, as everywhere in this room.
+///
+/// Commands have ceased only where joint states tell: who hears those without a gap for the whole timeout would have heard commands too.
+#[derive(Clone, Debug)]
+pub struct Guard {
+    interface: Interface,
+    timeout: Duration,
+    /// The last command, once there was one.
+    last: Option<Vec<f64>>,
+    /// How long after those before them the last two commands came: a slow servo is silent for longer than the timeout.
+    intervals: [Duration; 2],
+    /// When the last one came.
+    heard: Option<Duration>,
+    /// Whether it was to move, and nobody has stopped the arm since.
+    moves: bool,
+    /// Where the arm was measured last \[rad, prismatic: m\], and when.
+    measured: Vec<f64>,
+    measured_at: Option<Duration>,
+    /// Since when the guard has looked and heard joint states without a gap, and no command.
+    silent_since: Duration,
+    /// When it looked last.
+    looked: Duration,
+    /// Since when the arm is being stopped, and the command for it.
+    stopping: Option<(Duration, Vec<f64>)>,
+    stops: u64,
+}
+
+impl Guard {
+    /// Of an arm of so many joints that takes such commands; they have ceased when there was none for `timeout`.
+    pub fn new(interface: Interface, joint_count: usize, timeout: Duration) -> Self {
+        Self {
+            interface,
+            timeout,
+            last: None,
+            intervals: [Duration::ZERO; 2],
+            heard: None,
+            moves: false,
+            measured: vec![0.0; joint_count],
+            measured_at: None,
+            silent_since: Duration::ZERO,
+            looked: Duration::ZERO,
+            stopping: None,
+            stops: 0,
+        }
+    }
+
+    /// Changes after how long commands have ceased.
+    pub fn set_timeout(&mut self, timeout: Duration) {
+        self.timeout = timeout;
+    }
+
+    /// Hears a command of anyone but a guard, velocities [rad/s, prismatic: m/s] or positions \[rad, prismatic: m\], at `now`: whoever
+    /// commands the arm now is responsible for it. One of another length is for another arm, and one that is not finite is none.
+    pub fn hear(&mut self, command: &[f64], now: Duration) {
+        if !self.is_of_arm(command) {
+            return;
+        }
+        let before = self.last.replace(command.to_vec());
+        self.moves = match self.interface {
+            Interface::Velocity => command.iter().any(|speed| *speed != 0.0),
+            Interface::Position | Interface::Trajectory => before.is_some_and(|before| command != before),
+        };
+        let interval = self.heard.replace(now).map_or(Duration::ZERO, |before| now.saturating_sub(before));
+        self.intervals =
+            [self.intervals[1], if interval <= LONGEST_PERIOD { interval } else { Duration::ZERO }];
+        (self.silent_since, self.stopping) = (now, None);
+    }
+
+    /// After how long without a command they have ceased.
+    fn patience(&self) -> Duration {
+        self.timeout.max(PERIODS * self.intervals[0].min(self.intervals[1]))
+    }
+
+    /// Hears where the arm was measured at `now`: `positions` \[rad, prismatic: m\], one a joint. Positions of another length are of
+    /// another arm, and those that are not finite are none.
+    pub fn measure(&mut self, positions: &[f64], now: Duration) {
+        if !self.is_of_arm(positions) {
+            return;
+        }
+        if !self.hears(now) {
+            self.silent_since = now;
+        }
+        self.measured.copy_from_slice(positions);
+        self.measured_at = Some(now);
+    }
+
+    fn is_of_arm(&self, numbers: &[f64]) -> bool {
+        numbers.len() == self.measured.len() && numbers.iter().all(|number| number.is_finite())
+    }
+
+    /// Whether joint states come: a guard that hears none cannot tell whether commands have ceased, and sends nothing.
+    pub fn hears(&self, now: Duration) -> bool {
+        self.measured_at.is_some_and(|at| !self.is_gap(at, now))
+    }
+
+    fn is_gap(&self, from: Duration, to: Duration) -> bool {
+        to.saturating_sub(from) > self.patience().mul_f64(DEAF)
+    }
+
+    /// What is to be sent at `now`, if anything: zeros, or where an arm that takes positions was measured when commands had ceased.
+    pub fn step(&mut self, now: Duration) -> Option<&[f64]> {
+        let before = std::mem::replace(&mut self.looked, now);
+        if self.is_gap(before, now) {
+            self.silent_since = now;
+        }
+        let witnessed = self.measured_at.map_or(Duration::ZERO, |at| at.saturating_sub(self.silent_since));
+        if !(self.moves && witnessed > self.patience() && self.hears(now)) {
+            self.stopping = None;
+            return None;
+        }
+        if self.stopping.as_ref().is_some_and(|(since, _)| now.saturating_sub(*since) > STOPPING) {
+            (self.moves, self.stopping) = (false, None);
+        } else if self.stopping.is_none() {
+            self.stopping = Some((now, self.stand()));
+            self.stops += 1;
+        }
+        self.stopping.as_ref().map(|(_, command)| command.as_slice())
+    }
+
+    /// The command that lets the arm stand: of positions where it is, with the turns that the last command has and encoders may not.
+    fn stand(&self) -> Vec<f64> {
+        match (self.interface, &self.last) {
+            (Interface::Velocity, _) | (_, None) => vec![0.0; self.measured.len()],
+            (Interface::Position | Interface::Trajectory, Some(last)) => {
+                let turned = |(is, last): (&f64, &f64)| is - TAU * ((is - last) / TAU).round();
+                self.measured.iter().zip(last).map(turned).collect()
+            }
+        }
+    }
+
+    /// Whether the arm is being stopped.
+    pub fn is_stopping(&self) -> bool {
+        self.stopping.is_some()
+    }
+
+    /// Whether the arm has nobody else who would bring it to rest: the last command was to move, and it has not been stopped since.
+    pub fn is_needed(&self) -> bool {
+        self.moves
+    }
+
+    /// How often it has stopped the arm.
+    pub fn stops(&self) -> u64 {
+        self.stops
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MS: Duration = Duration::from_millis(1);
+
+    /// A guard with a timeout of 100 ms, each ms of three seconds: at `heard(ms)` it hears the command of that time and where the arm is,
+    /// where `looks(ms)` it looks at what it has heard since it looked last. What it sends and when first.
+    fn watches(
+        interface: Interface,
+        command: impl Fn(f64) -> Option<[f64; 2]>,
+        state: impl Fn(f64) -> Option<[f64; 2]>,
+        looks: impl Fn(u32) -> bool,
+    ) -> Option<(u32, Vec<f64>)> {
+        let mut guard = Guard::new(interface, 2, 100 * MS);
+        let (mut states, mut commands) = (Vec::new(), Vec::new());
+        for time in (0..3000).step_by(2) {
+            let seconds = f64::from(time) * 1e-3;
+            states.extend(state(seconds));
+            commands.extend(command(seconds));
+            if looks(time) {
+                let now = MS * time;
+                states.drain(..).for_each(|state| guard.measure(&state, now));
+                commands.drain(..).for_each(|command| guard.hear(&command, now));
+                if let Some(sent) = guard.step(now) {
+                    return Some((time, sent.to_vec()));
+                }
+            }
+        }
+        None
+    }
+
+    /// The same with commands until 100 ms and joint states of an arm that follows them and goes on.
+    fn after(interface: Interface, command: impl Fn(f64) -> [f64; 2]) -> Option<(u32, Vec<f64>)> {
+        watches(interface, |time| (time <= 0.1).then(|| command(time)), |time| Some([1.0, time]), |_| true)
+    }
+
+    #[test]
+    fn an_arm_in_motion_is_stopped_when_commands_cease() {
+        assert_eq!(after(Interface::Velocity, |_| [0.0, 0.1]), Some((202, vec![0.0; 2])));
+        for interface in [Interface::Position, Interface::Trajectory] {
+            let (time, sent) = after(interface, |time| [1.0, time]).unwrap();
+            let ways = sent.iter().zip([1.0, 0.202]).map(|(sent, is)| (sent - is).abs());
+            assert!(time == 202 && ways.fold(0.0, f64::max) < 1e-12, "where it is: {sent:?}");
+        }
+    }
+
+    /// Commands at 5 Hz, until `end` [s].
+    fn slow(end: f64) -> impl Fn(f64) -> Option<[f64; 2]> {
+        move |time| (((1000.0 * time) as u32).is_multiple_of(200) && time <= end).then_some([1.0, time])
+    }
+
+    #[test]
+    fn a_servo_that_is_slower_than_the_timeout_is_left_alone_until_it_is_silent_for_three_of_its_periods() {
+        let mut guard = Guard::new(Interface::Velocity, 2, 100 * MS);
+        let mut sent = Vec::new();
+        for time in (0..3000).step_by(2) {
+            let (now, seconds) = (MS * time, f64::from(time) * 1e-3);
+            guard.measure(&[1.0, seconds], now);
+            slow(2.0)(seconds).iter().for_each(|command| guard.hear(command, now));
+            sent.extend(guard.step(now).map(|_| time));
+        }
+        // How slow it is shows when its third command has come.
+        let after_third: Vec<_> = sent.into_iter().filter(|time| *time > 400).collect();
+        assert_eq!(after_third.first(), Some(&2602));
+    }
+
+    #[test]
+    fn a_guard_that_hears_nothing_sends_nothing() {
+        let silent = |time: f64| (0.5..0.8).contains(&time);
+        let moving = |time: f64| (!silent(time)).then_some([1.0, time]);
+        for interface in [Interface::Velocity, Interface::Position] {
+            // What it missed is lost, or comes when it looks again.
+            assert_eq!(watches(interface, moving, moving, |_| true), None);
+            let all = |time| Some([1.0, time]);
+            assert_eq!(watches(interface, all, all, |time| !(500..800).contains(&time)), None);
+            // The commands come a moment after the joint states.
+            let later = |time| (!(0.5..0.84).contains(&time)).then_some([1.0, time]);
+            assert_eq!(watches(interface, later, moving, |_| true), None);
+            // Nor is what it has heard long ago a reason once it hears nothing.
+            let until = |time: f64| (time <= 0.1).then_some([1.0, time]);
+            assert_eq!(watches(interface, until, |time| until(time - 0.06), |_| true), None);
+            assert_eq!(watches(interface, until, |_| None, |_| true), None, "no joint states at all");
+        }
+    }
+
+    #[test]
+    fn after_its_own_late_look_the_silence_begins_anew() {
+        let until = |time: f64| (time <= 0.1).then_some([0.0, 0.1]);
+        let (state, looks) = (|time| Some([1.0, time]), |time| !(150..250).contains(&time));
+        assert_eq!(watches(Interface::Velocity, until, state, looks), Some((352, vec![0.0; 2])));
+    }
+
+    #[test]
+    fn a_stop_that_is_interrupted_by_a_late_look_goes_on_once_there_was_silence_again() {
+        let mut guard = Guard::new(Interface::Velocity, 1, 100 * MS);
+        let mut sent = Vec::new();
+        guard.hear(&[1.0], MS);
+        for time in (1..2000).filter(|time| !(300..400).contains(time)) {
+            guard.measure(&[0.5], MS * time);
+            sent.extend(guard.step(MS * time).map(|_| time));
+        }
+        let expected: Vec<_> = (102..300).chain(501..=1501).collect();
+        assert_eq!((sent, guard.stops(), guard.is_needed()), (expected, 2, false));
+    }
+
+    #[test]
+    fn what_is_no_measurement_of_this_arm_is_ignored() {
+        let mut guard = Guard::new(Interface::Position, 2, 100 * MS);
+        for time in 1..=103 {
+            guard.measure(&[0.0, 0.1], MS * time);
+            if time <= 2 {
+                guard.hear(&[0.0, f64::from(time)], MS * time);
+            }
+            // Taken for a measurement, each would be where the arm is to stand.
+            guard.measure(&[9.0; 3], MS * time);
+            guard.measure(&[9.0], MS * time);
+            guard.measure(&[9.0, f64::NAN], MS * time);
+            assert_eq!(guard.step(MS * time), (time == 103).then_some(&[0.0, 0.1][..]));
+        }
+    }
+
+    #[test]
+    fn a_servo_that_stopped_cleanly_is_none_of_its_business() {
+        assert_eq!(after(Interface::Velocity, |time| if time < 0.09 { [1.0; 2] } else { [0.0; 2] }), None);
+        assert_eq!(after(Interface::Position, |time| [time.min(0.09); 2]), None);
+        assert_eq!(after(Interface::Velocity, |_| [0.0; 2]), None);
+    }
+
+    #[test]
+    fn an_arm_that_is_elsewhere_than_where_it_was_sent_is_not_called_back() {
+        // Where it was measured, and where it is held: encoders count no turns, controllers do.
+        for (measured, held) in [(0.5, 0.5), (-2.0, -2.0), (1.1, 1.1), (1.0 - TAU, 1.0), (1.2 + TAU, 1.2)] {
+            let mut guard = Guard::new(Interface::Position, 1, 100 * MS);
+            for time in 0..=200 {
+                guard.measure(&[if time < 150 { 1.05 } else { measured }], MS * time);
+                if time <= 100 {
+                    guard.hear(&[1.0 + 1e-3 * f64::from(time)], MS * time);
+                }
+                assert_eq!(guard.step(MS * time), None);
+            }
+            guard.measure(&[measured], 201 * MS);
+            let sent = guard.step(201 * MS).unwrap();
+            assert!((sent[0] - held).abs() < 1e-12, "{sent:?} instead of {held}");
+        }
+    }
+
+    #[test]
+    fn it_ends_when_another_takes_over_or_after_a_second() {
+        let mut guard = Guard::new(Interface::Velocity, 1, 100 * MS);
+        let mut at = |time: u32, command: Option<&[f64]>| {
+            guard.measure(&[0.0], MS * time);
+            command.iter().for_each(|command| guard.hear(command, MS * time));
+            let sent = guard.step(MS * time).map(<[f64]>::to_vec);
+            (sent, guard.is_needed())
+        };
+        let (stop, silence) = (Some(vec![0.0]), None::<Vec<f64>>);
+        assert_eq!(at(0, None), (silence.clone(), false));
+        assert_eq!(at(1, Some(&[1.0])), (silence.clone(), true));
+        for time in 2..102 {
+            let of_another_arm = (time == 90).then_some(&[1.0, 1.0][..]);
+            assert_eq!(at(time, of_another_arm), (silence.clone(), true));
+        }
+        for time in 102..=1102 {
+            assert_eq!(at(time, None), (stop.clone(), true), "{time}");
+        }
+        for time in 1103..2000 {
+            assert_eq!(at(time, None), (silence.clone(), false), "{time}");
+        }
+        at(2000, Some(&[1.0]));
+        for time in 2001..2101 {
+            assert_eq!(at(time, None), (silence.clone(), true));
+        }
+        assert_eq!(at(2101, None), (stop.clone(), true));
+        assert_eq!(at(2102, Some(&[0.5])), (silence.clone(), true), "another servo");
+        for time in 2103..2203 {
+            assert_eq!(at(time, None), (silence.clone(), true));
+        }
+        assert_eq!(at(2203, None), (stop, true), "which is watched too");
+    }
+}

@@ -1,0 +1,388 @@
+//! The robot's part: a kinematic arm that follows velocities, positions or trajectories of one point.
+//!
+//! ```
+//! use dq_core::plant::Plant;
+//! use std::time::Duration;
+//! let ms = Duration::from_millis;
+//! let mut arm = Plant::new(vec![0.0, 0.4], ms(100));
+//! arm.step(ms(0));
+//! arm.take_command(&[0.5, 0.0], ms(0))?; // [rad/s]
+//! // It stops by itself, 100 ms after the last command.
+//! (1..=500).for_each(|now| arm.step(ms(now)));
+//! assert!((arm.positions()[0] - 0.05).abs() < 1e-12);
+//! assert_eq!(arm.velocities(), [0.0, 0.0]);
+//! # Ok::<(), dq_core::plant::CommandError>(())
+//! ```
+
+mod realism;
+
+pub use realism::{Measured, Realism};
+
+use realism::Sensor;
+use std::collections::VecDeque;
+use std::time::Duration;
+use thiserror::Error;
+
+/// A command that the plant does not take.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum CommandError {
+    /// Not one number a joint.
+    #[error("a command of {got} numbers, expected {expected}: one a joint")]
+    WrongLength {
+        /// How many joints there are.
+        expected: usize,
+        /// How many numbers there were.
+        got: usize,
+    },
+    /// A number is infinite or not a number.
+    #[error("{value} for joint {joint}: expected a finite number")]
+    NonFinite {
+        /// The joint, counted from 1.
+        joint: usize,
+        /// The number.
+        value: f64,
+    },
+}
+
+/// An arm whose joints follow commands, at once but for its [`Realism`]. It stops by itself when velocities cease, and where positions have led it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Plant {
+    initial_positions: Vec<f64>,
+    positions: Vec<f64>,
+    velocities: Vec<f64>,
+    command: Vec<f64>,
+    commanded: Option<Duration>,
+    target: Option<Target>,
+    realism: Realism,
+    /// Commands on their way in, with when they take effect.
+    under_way: VecDeque<(Duration, Command)>,
+    sensor: Sensor,
+    /// Up to when it has moved.
+    moved: Option<Duration>,
+    /// Positions are of no effect before.
+    deaf_until: Duration,
+    command_timeout: Duration,
+}
+
+/// A controller that has received a joint state sends a command that is based on it within this time.
+const REACTION: Duration = Duration::from_millis(100);
+
+/// A command that has been checked.
+#[derive(Clone, Debug, PartialEq)]
+enum Command {
+    Velocities(Vec<f64>),
+    Positions(Target),
+}
+
+/// Where the joints are to be, and when.
+#[derive(Clone, Debug, PartialEq)]
+struct Target {
+    positions: Vec<f64>,
+    at: Duration,
+}
+
+impl Plant {
+    /// At rest at `initial_positions` \[rad, prismatic: m\]; a command older than `command_timeout` counts as zero.
+    pub fn new(initial_positions: Vec<f64>, command_timeout: Duration) -> Self {
+        let zeros = vec![0.0; initial_positions.len()];
+        Self {
+            positions: initial_positions.clone(),
+            initial_positions,
+            velocities: zeros.clone(),
+            command: zeros,
+            commanded: None,
+            target: None,
+            realism: Realism::default(),
+            under_way: VecDeque::new(),
+            sensor: Sensor::default(),
+            moved: None,
+            deaf_until: Duration::ZERO,
+            command_timeout,
+        }
+    }
+
+    /// Takes joint velocities [rad/s, prismatic: m/s] received at `now`.
+    ///
+    /// # Errors
+    /// [`CommandError`]; the command before stays in force, until it times out.
+    pub fn take_command(&mut self, velocities: &[f64], now: Duration) -> Result<(), CommandError> {
+        self.check(velocities)?;
+        self.send(now + self.realism.command_latency, Command::Velocities(velocities.to_vec()));
+        Ok(())
+    }
+
+    /// Puts a command under way that takes effect at `at`. Those that it overtakes, as the latency has shrunk, are of no effect.
+    fn send(&mut self, at: Duration, command: Command) {
+        self.under_way.retain(|(before, _)| *before <= at);
+        self.under_way.push_back((at, command));
+    }
+
+    /// Takes joint positions \[rad, prismatic: m\], received at `now`, that are to be reached `time` later, evenly from where the arm is.
+    ///
+    /// # Errors
+    /// [`CommandError`]; the arm goes on to the positions before.
+    pub fn take_positions(
+        &mut self,
+        positions: &[f64],
+        now: Duration,
+        time: Duration,
+    ) -> Result<(), CommandError> {
+        self.check(positions)?;
+        if now < self.deaf_until {
+            return Ok(());
+        }
+        let begin = now + self.realism.command_latency;
+        let target = Target { positions: positions.to_vec(), at: begin.saturating_add(time) };
+        self.send(begin, Command::Positions(target));
+        Ok(())
+    }
+
+    /// Puts the commands into force that take effect by `now`.
+    fn obey(&mut self, now: Duration) {
+        while let Some((at, _)) = self.under_way.front().filter(|(at, _)| *at <= now) {
+            let at = *at;
+            match self.under_way.pop_front() {
+                Some((_, Command::Velocities(velocities))) => {
+                    (self.command, self.commanded) = (velocities, Some(at));
+                }
+                Some((_, Command::Positions(target))) => self.target = Some(target),
+                None => {}
+            }
+        }
+    }
+
+    fn check(&self, numbers: &[f64]) -> Result<(), CommandError> {
+        let expected = self.command.len();
+        if numbers.len() != expected {
+            return Err(CommandError::WrongLength { expected, got: numbers.len() });
+        }
+        match numbers.iter().position(|value| !value.is_finite()) {
+            Some(i) => Err(CommandError::NonFinite { joint: i + 1, value: numbers[i] }),
+            None => Ok(()),
+        }
+    }
+
+    /// Moves up to time `now`, for as long as has passed since it last did; no longer than a command counts, as a robot that was
+    /// stopped itself has not moved meanwhile.
+    pub fn step(&mut self, now: Duration) {
+        self.obey(now);
+        let fresh = self.commanded.is_some_and(|at| now.saturating_sub(at) <= self.command_timeout);
+        let passed = self.moved.map_or(Duration::ZERO, |moved| now.saturating_sub(moved));
+        if let Some(target) = self.target.take() {
+            self.approach(target, now, passed);
+            self.moved = Some(now);
+            return;
+        }
+        let passed = passed.min(self.command_timeout).as_secs_f64();
+        let time_constant = self.realism.velocity_time_constant.as_secs_f64();
+        for (i, velocity) in self.velocities.iter_mut().enumerate() {
+            let wanted = if fresh { self.command[i] } else { 0.0 };
+            if time_constant > 0.0 {
+                // v′ = (u − v)/τ, solved over the time that has passed.
+                let (lag, decay) = (*velocity - wanted, (-passed / time_constant).exp());
+                self.positions[i] += wanted * passed + lag * time_constant * (1.0 - decay);
+                *velocity = wanted + lag * decay;
+            } else {
+                *velocity = wanted;
+                self.positions[i] += *velocity * passed;
+            }
+        }
+        self.moved = Some(now);
+    }
+
+    /// Goes its part of the way to `target` in the time `passed` until `now`.
+    fn approach(&mut self, target: Target, now: Duration, passed: Duration) {
+        let left = target.at.saturating_sub(now);
+        let part = if left.is_zero() { 1.0 } else { passed.as_secs_f64() / (passed + left).as_secs_f64() };
+        let rate = if passed.is_zero() { 0.0 } else { 1.0 / passed.as_secs_f64() };
+        let joints = self.positions.iter_mut().zip(&mut self.velocities).zip(&target.positions);
+        for ((position, velocity), wanted) in joints {
+            let way = part * (wanted - *position);
+            *position = if left.is_zero() { *wanted } else { *position + way };
+            *velocity = rate * way;
+        }
+        // The cycle after the one that arrives is at rest.
+        self.target = (!left.is_zero()).then_some(target);
+    }
+
+    /// Back to the initial positions, at rest. Positions that are sent before anybody can have seen that are of no effect: a servo at
+    /// rest sends the same ones all the time, and would call the arm back.
+    pub fn reset(&mut self) {
+        let now = self.moved.unwrap_or_default();
+        self.deaf_until = now + self.realism.state_interval + self.realism.state_latency + REACTION;
+        self.target = None;
+        self.under_way.clear();
+        self.sensor.clear();
+        self.positions.copy_from_slice(&self.initial_positions);
+        self.velocities.fill(0.0);
+        self.commanded = None;
+    }
+
+    /// Joint positions \[rad, prismatic: m\].
+    pub fn positions(&self) -> &[f64] {
+        &self.positions
+    }
+
+    /// Joint velocities [rad/s, prismatic: m/s].
+    pub fn velocities(&self) -> &[f64] {
+        &self.velocities
+    }
+
+    /// What comes out at `now` of where the arm is: its newest joint state, if one is due. `noise` gives numbers from −1 to 1.
+    pub fn measure(&mut self, now: Duration, noise: impl FnMut() -> f64) -> Option<Measured> {
+        self.sensor.measure(now, &self.realism, (&self.positions, &self.velocities), noise)
+    }
+
+    /// Changes what the robot is like.
+    pub fn set_realism(&mut self, realism: Realism) {
+        self.realism = realism;
+    }
+
+    /// When a command may be how old.
+    pub fn set_command_timeout(&mut self, command_timeout: Duration) {
+        self.command_timeout = command_timeout;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PERIOD: Duration = Duration::from_millis(2);
+
+    /// At rest at time 0.
+    fn plant() -> Plant {
+        let mut plant = Plant::new(vec![1.0, 2.0], Duration::from_millis(100));
+        plant.step(Duration::ZERO);
+        plant
+    }
+
+    #[test]
+    fn integrates_a_fresh_command() {
+        let mut plant = plant();
+        for cycle in 1..=50 {
+            plant.take_command(&[1.0, -2.0], PERIOD * cycle).unwrap();
+            plant.step(PERIOD * cycle);
+        }
+        assert!((plant.positions()[0] - 1.1).abs() < 1e-12 && (plant.positions()[1] - 1.8).abs() < 1e-12);
+    }
+
+    #[test]
+    fn late_steps_go_as_far_as_punctual_ones_but_no_further_than_a_command_counts() {
+        let ms = Duration::from_millis;
+        let mut late = plant();
+        for time in [2, 15, 16, 40] {
+            late.take_command(&[1.0, 0.0], ms(time)).unwrap();
+            late.step(ms(time));
+        }
+        assert!((late.positions()[0] - 1.04).abs() < 1e-12);
+        late.take_command(&[1.0, 0.0], ms(5000)).unwrap();
+        late.step(ms(5000));
+        assert!((late.positions()[0] - 1.14).abs() < 1e-12);
+    }
+
+    #[test]
+    fn stops_by_itself_when_commands_cease() {
+        let mut plant = plant();
+        plant.take_command(&[1.0, 1.0], Duration::ZERO).unwrap();
+        plant.step(Duration::from_millis(100));
+        assert_eq!(plant.velocities(), [1.0, 1.0]);
+        let before = plant.positions().to_vec();
+        plant.step(Duration::from_millis(101));
+        assert_eq!(plant.velocities(), [0.0, 0.0]);
+        assert_eq!(plant.positions(), before);
+    }
+
+    #[test]
+    fn positions_are_reached_at_once_or_evenly_in_their_time() {
+        let mut plant = plant();
+        let ms = Duration::from_millis;
+        plant.take_positions(&[1.01, 2.0], ms(2), ms(0)).unwrap();
+        plant.step(ms(2));
+        assert_eq!(plant.positions(), [1.01, 2.0]);
+        assert!((plant.velocities()[0] - 5.0).abs() < 1e-9, "by the way that it went");
+        plant.step(ms(4));
+        assert_eq!((plant.positions()[0], plant.velocities()[0]), (1.01, 0.0));
+        plant.take_positions(&[1.05, 2.0], ms(4), ms(10)).unwrap();
+        for (time, expected) in [(6, 1.018), (8, 1.026), (14, 1.05), (16, 1.05)] {
+            plant.step(ms(time));
+            assert!((plant.positions()[0] - expected).abs() < 1e-12, "{time} ms: {:?}", plant.positions());
+        }
+        assert_eq!(plant.velocities(), [0.0, 0.0]);
+        assert!(plant.take_positions(&[f64::INFINITY, 0.0], ms(20), ms(0)).is_err());
+    }
+
+    #[test]
+    fn commands_take_effect_late_and_a_velocity_is_gone_after_as_a_system_of_first_order() {
+        let ms = Duration::from_millis;
+        let mut plant = plant();
+        plant.set_realism(Realism { command_latency: ms(20), ..Realism::default() });
+        for time in (2..=40).step_by(2) {
+            plant.take_command(&[1.0, 0.0], ms(time)).unwrap();
+            plant.step(ms(time));
+        }
+        // From 22 ms on, with the step that ends then.
+        assert!((plant.positions()[0] - 1.02).abs() < 1e-12, "{:?}", plant.positions());
+        let mut plant = self::plant();
+        plant.set_realism(Realism { velocity_time_constant: ms(50), ..Realism::default() });
+        for time in (2..=100).step_by(2) {
+            plant.take_command(&[1.0, 0.0], ms(time)).unwrap();
+            plant.step(ms(time));
+        }
+        let (gone, speed) = (plant.positions()[0] - 1.0, plant.velocities()[0]);
+        assert!((speed - (1.0 - (-2.0_f64).exp())).abs() < 1e-12, "1 − exp(−t/τ): {speed}");
+        assert!(
+            (gone - (0.1 - 0.05 * (1.0 - (-2.0_f64).exp()))).abs() < 1e-12,
+            "t − τ (1 − exp(−t/τ)): {gone}"
+        );
+    }
+
+    #[test]
+    fn commands_that_are_overtaken_do_not_hold_up_those_that_came_after_them() {
+        let ms = Duration::from_millis;
+        let mut plant = plant();
+        plant.set_realism(Realism { command_latency: ms(1000), ..Realism::default() });
+        plant.take_command(&[-1.0, 0.0], ms(2)).unwrap();
+        plant.step(ms(2));
+        plant.set_realism(Realism { command_latency: ms(10), ..Realism::default() });
+        for time in (4..=1100).step_by(2) {
+            plant.take_command(&[1.0, 0.0], ms(time)).unwrap();
+            plant.step(ms(time));
+            assert_eq!(plant.velocities()[0], if time < 14 { 0.0 } else { 1.0 }, "{time} ms");
+        }
+    }
+
+    #[test]
+    fn bad_commands_are_refused_and_change_nothing() {
+        let mut plant = plant();
+        let untouched = plant.clone();
+        let wrong = CommandError::WrongLength { expected: 2, got: 3 };
+        assert_eq!(plant.take_command(&[0.0; 3], PERIOD), Err(wrong));
+        assert!(plant.take_command(&[0.0, f64::NAN], PERIOD).is_err());
+        assert_eq!(plant, untouched);
+    }
+
+    #[test]
+    fn reset_returns_to_the_initial_positions_at_rest() {
+        let mut plant = plant();
+        plant.take_command(&[1.0, 1.0], PERIOD).unwrap();
+        plant.step(PERIOD);
+        plant.reset();
+        plant.step(2 * PERIOD);
+        assert_eq!((plant.positions(), plant.velocities()), (&[1.0, 2.0][..], &[0.0; 2][..]));
+    }
+
+    #[test]
+    fn positions_count_again_once_a_reset_can_have_been_seen() {
+        let ms = Duration::from_millis;
+        let mut plant = plant();
+        plant.take_positions(&[2.0, 2.0], ms(2), Duration::ZERO).unwrap();
+        plant.step(ms(4));
+        plant.reset();
+        for (time, expected) in [(50, [1.0, 2.0]), (150, [3.0, 2.0])] {
+            plant.take_positions(&[3.0, 2.0], ms(time), Duration::ZERO).unwrap();
+            plant.step(ms(time + 2));
+            assert_eq!(plant.positions(), expected, "{time} ms");
+        }
+    }
+}

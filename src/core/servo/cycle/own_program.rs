@@ -1,0 +1,74 @@
+//! A servo in a program of its own: one goal, the joints as they are, one command.
+
+use super::Servo;
+use crate::servo::{GoalReading, JointReading, Rejection, Sent};
+use dq_algebra::UnitDualQuaternion;
+use std::time::Duration;
+
+/// Where the joints are and how fast they move, in the order of the servo's joints, arm after arm.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Measured<'a> {
+    /// Positions \[rad, prismatic: m\].
+    pub positions: &'a [f64],
+    /// Velocities [rad/s, prismatic: m/s]; empty where they are not measured.
+    pub velocities: &'a [f64],
+}
+
+impl Servo {
+    /// Asks for a goal pose, in the base frame; the next [`cycle`](Self::cycle), or [`cycle_with`](Self::cycle_with), takes it. One that is set again within
+    /// [`STREAM`](crate::servo::STREAM) only moves the aim of the motion in progress: a goal that moves is set before each cycle, as it is
+    /// at that cycle's time.
+    pub fn set_goal(&mut self, base_from_goal: impl Into<UnitDualQuaternion>) {
+        self.set = Some(base_from_goal.into());
+    }
+
+    /// The whole cycle at time `now`, with the joints where they are `measured` then: it returns what is to be sent to the robot, as
+    /// [`output`](Self::output) does. Times are of any clock that never goes back.
+    ///
+    /// # Errors
+    /// The [`Rejection`] of the joint state or of the goal that was [set](Self::set_goal). It is counted, and the last good one of its kind
+    /// stays in force: the cycle is made all the same, and [`output`](Self::output) has its command.
+    pub fn cycle(&mut self, now: Duration, measured: &Measured) -> Result<Option<&[f64]>, Rejection> {
+        self.begin(now);
+        let state = self.take_measured(measured, now);
+        let goal = self.take_set_goal(now);
+        self.step(now);
+        state.and(goal)?;
+        Ok(self.output())
+    }
+
+    fn take_measured(&mut self, measured: &Measured, now: Duration) -> Result<(), Rejection> {
+        let Measured { positions, velocities } = *measured;
+        let count = self.robot.arms.joint_count();
+        let lengths = [Some(positions.len()), (!velocities.is_empty()).then_some(velocities.len())];
+        if let Some(got) = lengths.into_iter().flatten().find(|got| *got != count) {
+            return self.counted(Err(Rejection::OnePerJoint { expected: count, got }));
+        }
+        for arm in 0..self.robot.link.figures().count() {
+            let (order, joints) = self.robot.link.order(arm);
+            let reading = JointReading {
+                names: order.names(),
+                positions: &positions[joints.clone()],
+                velocities: velocities.get(joints).unwrap_or_default(),
+                source: 0,
+                stamp_age: Some(Duration::ZERO),
+            };
+            self.take_joint_state(arm, &reading, now)?;
+        }
+        Ok(())
+    }
+
+    pub(in crate::servo) fn take_set_goal(&mut self, now: Duration) -> Result<(), Rejection> {
+        let Some(base_from_goal) = self.set.take() else { return Ok(()) };
+        let rotation = base_from_goal.real();
+        let goal = GoalReading {
+            position: base_from_goal.translation().into(),
+            orientation_xyzw: [rotation.i, rotation.j, rotation.k, rotation.w],
+            frame_id: "",
+            stamp: 0,
+            waited: Duration::ZERO,
+            sent: Sent::default(),
+        };
+        self.take_stamped_goal(&goal, now)
+    }
+}

@@ -1,0 +1,211 @@
+//! What the servo hears of its robot, and what follows from it.
+
+use super::Servo;
+use crate::servo::link::{ArmFigures, Contact, Disobedience, JointReading, LinkSettings, seconds};
+use crate::servo::{Contended, RateBound, Reason, Rejection, Revocation, Rivals, State, largest_rate};
+use dq_algebra::UnitDualQuaternion;
+use std::time::Duration;
+
+/// The law's fastest rate times the delay is kept below this. A law of rate λ that feeds back positions predicted over a delay τ
+/// is stable by the small-gain theorem while λ times the error of τ is less than 1; so it is with any true delay from 0 to 2 τ.
+const STABLE: f64 = 1.0;
+
+impl Servo {
+    /// Takes a joint state of the arm number `arm` (0 where there is one), received at `now`; of several in one cycle the last
+    /// good one counts. True where it is of the publisher that is believed: of two, the one that was there first.
+    ///
+    /// # Errors
+    /// The [`Rejection`], which is counted; the last good joint state stays in force.
+    pub fn take_joint_state(
+        &mut self,
+        arm: usize,
+        reading: &JointReading,
+        now: Duration,
+    ) -> Result<bool, Rejection> {
+        let arms = self.robot.link.figures().count();
+        let taken = match arm < arms {
+            true => self.robot.link.take(arm, reading, now, self.settings.state_timeout),
+            false => Err(Rejection::UnknownArm { arm, arms }),
+        };
+        self.counted(taken)
+    }
+
+    /// Notes whether anyone subscribes to the commands for the arm number `arm`: without, it is not driven.
+    ///
+    /// # Panics
+    /// Where the servo has no arm of that number.
+    pub fn set_listeners(&mut self, arm: usize, listeners: bool) {
+        self.robot.link.set_listeners(arm, listeners);
+    }
+
+    /// Notes whether anyone else sends commands to the arm number `arm`: then it is not driven.
+    ///
+    /// # Panics
+    /// Where the servo has no arm of that number.
+    pub fn set_rival(&mut self, arm: usize, rival: bool) {
+        self.robot.link.set_rival(arm, rival);
+    }
+
+    /// Notes at which part of its speed, 0 to 1, the arm number `arm` says that it moves.
+    ///
+    /// # Panics
+    /// Where the servo has no arm of that number.
+    pub fn set_speed_scaling(&mut self, arm: usize, factor: f64) {
+        self.robot.link.set_factor(arm, factor);
+    }
+
+    /// The number of the arm that has been silent longest.
+    pub fn quietest_arm(&self) -> usize {
+        self.robot.link.quietest()
+    }
+
+    /// What the last cycle found out of each arm.
+    pub fn arm_figures(&self) -> impl Iterator<Item = &ArmFigures> {
+        self.robot.link.figures()
+    }
+
+    /// Looks at what came since the last cycle. What the arm does next begins with the speed that it has, where it has come or the servo was
+    /// away itself.
+    pub(super) fn look_at_robot(&mut self, now: Duration) {
+        let settings = LinkSettings {
+            limits: &self.settings.limits,
+            state_timeout: self.settings.state_timeout,
+            // A robot that may be silent for longer is not away.
+            rearm_timeout: self.settings.rearm_timeout.max(self.settings.state_timeout),
+            latency: self.settings.latency,
+        };
+        self.robot.link.advance(now, &settings);
+        // One that takes positions stands where it was sent, or is moved by somebody else.
+        let coasts = !self.settings.interface.takes_positions();
+        for (joint, speed) in self.robot.link.coasting() {
+            let limit = self.settings.limits.joint_velocity[joint];
+            // Unlike clamp this takes any numbers.
+            let speed = if coasts { speed.max(-limit).min(limit) } else { 0.0 };
+            self.output.command[joint] = speed;
+            self.output.held_limits.begin(joint, speed);
+        }
+    }
+
+    /// Revokes what was asked for before whatever needs consent anew, all of it before anything is decided. The two publishers of what may have
+    /// one only, if there are two.
+    pub(super) fn revoke_for_faults(&mut self, now: Duration) -> Option<Rivals> {
+        let mut is_elsewhere = false;
+        for returned in self.robot.link.returns() {
+            returned.since.into_iter().for_each(|since| self.asks.revoke(since, now, returned.why));
+            is_elsewhere = true;
+        }
+        // Not for a second publisher: the arm is where it was sent, and decelerates.
+        if is_elsewhere {
+            self.output.setpoint.release();
+        }
+        let rivals = self.rivals(now);
+        if let Some(rivals) = rivals {
+            self.asks.revoke(now, now, Revocation::Rivals(rivals.of));
+        }
+        self.watch_setpoint(now);
+        let disobedience = self.robot.link.disobedience(now, self.settings.rearm_timeout);
+        if let Some(disobedience) = disobedience.filter(|_| self.asks.consent().is_asked()) {
+            let why = match disobedience {
+                Disobedience::For(joint, time) => Revocation::NotObeyed(joint + 1, time.as_secs_f64()),
+                Disobedience::Again(joint) => Revocation::KeepsLosing(joint + 1),
+            };
+            self.asks.revoke(now, now, why);
+            self.robot.link.tell();
+        }
+        rivals
+    }
+
+    /// The two publishers of what may have one only, if there are two.
+    fn rivals(&mut self, now: Duration) -> Option<Rivals> {
+        let asking = self.asks.rivals(now, self.silence());
+        let contended = self.robot.link.find(&[Contact::Contended]);
+        let commands = contended.map(|arm| Rivals { of: Contended::Commands(arm), first: 0, second: 1 });
+        self.robot.link.rivals(now).or(asking).or(commands)
+    }
+
+    /// An arm that takes positions and is too far from where it was sent is not driven on until somebody wants that.
+    fn watch_setpoint(&mut self, now: Duration) {
+        // Where it should be by now: a robot's delay is no reason to stop.
+        let lead = self.output.setpoint.farthest(self.robot.link.predicted());
+        if let Some((joint, lead, kind)) = lead.filter(|(_, lead, _)| *lead > self.settings.following_error) {
+            self.output.setpoint.give_way();
+            if self.asks.consent().is_asked() {
+                self.asks.revoke(now, now, Revocation::FellBehind(joint, lead, kind));
+            }
+        }
+        if self.robot.link.is_lost() {
+            self.output.setpoint.give_way();
+        }
+    }
+
+    /// The state in which the arm must not be driven, if there is reason for one. The first reason that holds counts.
+    pub(super) fn reason_to_stand(
+        &self,
+        now: Duration,
+        rivals: Option<Rivals>,
+    ) -> (Option<State>, Option<Reason>) {
+        let rivals = rivals.map(Reason::Rivals);
+        let consent = *self.asks.consent();
+        if consent.is_stopping() {
+            return (Some(State::Stopping), rivals);
+        }
+        let Some(received) = self.robot.link.received() else {
+            return (Some(State::WaitingForState), rivals);
+        };
+        if now.saturating_sub(received) > self.settings.state_timeout {
+            return (Some(State::StaleState), rivals);
+        }
+        if consent.is_paused() {
+            return (Some(State::Paused), rivals);
+        }
+        let revoked = if consent.is_of_twist() { Reason::Release } else { Reason::Revoked };
+        let held = rivals.or(consent.revocation().map(revoked));
+        if held.is_some() {
+            return (Some(State::Holding), held);
+        }
+        if self.mode.jog().is_some() {
+            return self.contact();
+        }
+        let Some(pursuit) = self.mode.pursuit() else { return (Some(State::Holding), None) };
+        match self.settings.goal_timeout {
+            Some(timeout) if now.saturating_sub(pursuit.received) > timeout => {
+                return (Some(State::StaleGoal), Some(Reason::StreamEnded));
+            }
+            _ if pursuit.lost.is_some() => return (Some(State::StaleGoal), Some(Reason::FrameLost)),
+            _ if pursuit.watch.stall.is_some() => return (Some(State::Stalled), None),
+            _ => {}
+        }
+        self.contact()
+    }
+
+    /// Why the arm is not driven although somebody wants it to be: it does not follow, or nobody hears its commands.
+    fn contact(&self) -> (Option<State>, Option<Reason>) {
+        let unheard = self.robot.link.find(&[Contact::Nobody]).map(Reason::NobodyListens);
+        let lost = self.robot.link.find(&[Contact::Lost, Contact::Resting]).map(Reason::DoesNotMove);
+        let must_rest = self.robot.link.find(&[Contact::Nobody, Contact::Resting]).is_some();
+        (must_rest.then_some(State::NotFollowing), unheard.or(lost))
+    }
+
+    /// What the law in force asks of the robot where the arm is, as far as its delay is known; none before the robot was heard.
+    pub fn demand(&self) -> Option<RateBound> {
+        let here = self.pose()?;
+        let rate = self.fastest_rate(&here);
+        let latency = self.robot.link.latency(self.settings.latency);
+        let period = (self.robot.link.delay() - latency).max(self.clock.period);
+        let largest = largest_rate(seconds(latency), seconds(period));
+        Some(RateBound { rate, largest, latency, period })
+    }
+
+    /// The part of the law's gain that the delay allows on the way to `goal`.
+    pub(super) fn stable_part(&self, goal: &UnitDualQuaternion) -> f64 {
+        // The cycle itself may be slower than the joint states come.
+        let delay = self.robot.link.delay().max(self.clock.period);
+        let demanded = self.fastest_rate(goal) * delay;
+        if demanded > STABLE { STABLE / demanded } else { 1.0 }
+    }
+
+    /// The law's fastest rate [1/s] on the way to `goal`.
+    fn fastest_rate(&self, goal: &UnitDualQuaternion) -> f64 {
+        self.settings.controller.fastest_rates(self.robot.arms.state(), goal).into_iter().fold(0.0, f64::max)
+    }
+}

@@ -1,0 +1,157 @@
+//! The cycle as a list: what came, whether the arm may move, where to, the velocity that is wanted, the filters, the command, the report.
+
+use super::Servo;
+use super::output::HeldBack;
+use super::tracking::Tracked;
+use crate::servo::filters::{Given, Towards};
+use crate::servo::mode::{Mode, Pursuit};
+use crate::servo::{Input, MotionMeter, Reason, State, Status};
+use dq_kinematics::control::Map;
+use std::time::Duration;
+
+impl Servo {
+    /// One cycle at time `now`: the next command, by what is known then. It returns the joint velocities [rad/s, prismatic: m/s]; what is to
+    /// be sent to the arm is not these but [`output`](Self::output).
+    pub fn step(&mut self, now: Duration) -> &[f64] {
+        let elapsed = now.saturating_sub(std::mem::replace(&mut self.clock.stepped, now));
+        self.clock.now = now;
+        // What came.
+        self.look_at_robot(now);
+        self.watch_jog(now);
+        self.robot.arms.evaluate(self.robot.link.measured());
+        // Whether the arm may move.
+        let rivals = self.revoke_for_faults(now);
+        self.watch_reconfiguration(now);
+        let (standing, reason) = self.reason_to_stand(now, rivals);
+        let driven = standing.is_none();
+        // Where to, the velocity that is wanted for that, and the command that is made of it.
+        let tracked = self.track(now);
+        if driven {
+            self.want(now, tracked.as_ref());
+        }
+        self.set_command(driven, tracked.as_ref());
+        let (measured, limits) = (self.robot.link.measured(), &self.settings.limits);
+        self.output.move_setpoint(driven, elapsed, measured, self.clock.period, limits);
+        self.robot.link.command(now, &self.output.command);
+        // What became of that.
+        let arrived = self.measure(now, tracked.as_ref());
+        let state = standing.unwrap_or(self.driving_state(arrived));
+        if let Some(tracked) = tracked.as_ref().filter(|_| state.gets_nearer()) {
+            self.watch_progress(now, elapsed, tracked);
+        }
+        self.record_motion(now);
+        if self.at_rest() {
+            self.asks.stand();
+        }
+        self.report(now, (state, reason), tracked.as_ref());
+        &self.output.command
+    }
+
+    /// The velocity that is wanted, by the twist, by the law or on the way to another configuration, where the arm is when the command reaches it.
+    fn want(&mut self, now: Duration, tracked: Option<&Tracked>) {
+        self.robot.predicted.evaluate(self.robot.link.predicted());
+        match (&self.mode, tracked) {
+            (Mode::Jog(jog), _) => {
+                let twist = jog.twist;
+                self.obey(&twist);
+            }
+            (Mode::Goal(_), Some(_)) if self.is_reconfiguring() => self.go_elsewhere(),
+            (Mode::Goal(_), Some(tracked)) => self.obey_law(now, tracked),
+            _ => self.output.velocity.fill(0.0),
+        }
+    }
+
+    /// Makes the next command of what is wanted where the arm is `driven`; else the arm comes to rest.
+    fn set_command(&mut self, driven: bool, tracked: Option<&Tracked>) {
+        self.output.held_limits.update(&self.settings.limits, &self.output.command);
+        let pursuit = self.mode.pursuit().filter(|pursuit| !pursuit.is_reconfiguring());
+        let escapes = pursuit.is_some_and(|pursuit| pursuit.watch.escape.is_escaping());
+        let goal = tracked.zip(pursuit).map(|(tracked, pursuit)| Towards {
+            pose: tracked.goal,
+            moving: tracked.moving.filter(|_| !escapes),
+            gain_factor: pursuit.watch.gain_factor,
+            escape: escapes.then_some(&self.escape.direction),
+        });
+        let given = Given {
+            settings: &self.settings,
+            arms: &self.robot.predicted,
+            positions: self.robot.link.predicted(),
+            goal,
+            by_tool: match pursuit {
+                Some(_) => self.settings.controller.law.map() == Map::DampedInverse,
+                None => self.mode.jog().is_some(),
+            },
+            link: &self.robot.link,
+            before: &self.output.command,
+            braking: self.robot.link.braking(self.output.held_limits.each(), self.clock.period),
+            period: self.clock.period,
+        };
+        self.output.held = HeldBack::default();
+        if driven {
+            self.output.filters.drive(&given, &mut self.output.velocity);
+            self.output.held = HeldBack::by(&self.output.filters);
+            let way = self.clock.period * self.escape.direction.along(&self.output.velocity);
+            if let Some(pursuit) = self.mode.pursuit_mut() {
+                pursuit.watch.escape.travel(way);
+            }
+        } else {
+            self.output.filters.stop(&given, &mut self.output.velocity);
+        }
+        std::mem::swap(&mut self.output.command, &mut self.output.velocity);
+    }
+
+    /// Says what the cycle did: nothing in it is read again.
+    fn report(&mut self, now: Duration, (state, reason): (State, Option<Reason>), tracked: Option<&Tracked>) {
+        self.look_at_reach();
+        let pursuit = self.mode.pursuit();
+        let watch = pursuit.map(|pursuit| &pursuit.watch);
+        let stall = watch.and_then(|watch| watch.stall);
+        let by_law = pursuit.filter(|pursuit| !pursuit.is_reconfiguring());
+        let before = &self.status;
+        self.status = Status {
+            state,
+            reason,
+            consent: *self.asks.consent(),
+            input: match &self.mode {
+                Mode::Idle => Input::None,
+                Mode::Goal(_) => Input::Goal,
+                Mode::Jog(_) => Input::Twist,
+            },
+            goal_count: self.motions.count,
+            goal: pursuit.map(|pursuit| pursuit.goal),
+            goal_stamp: pursuit.map_or(0, |pursuit| pursuit.stamp),
+            goal_beyond_reach: pursuit
+                .and_then(|pursuit| pursuit.beyond_reach)
+                .is_some_and(|(_, is_beyond)| is_beyond),
+            sign: pursuit.map_or(before.sign, Pursuit::sign),
+            joint_at_limit: self.output.held.at_limit.or(stall.and_then(|stall| stall.joint())),
+            held_by: self.output.held.by.or(stall.and_then(|stall| stall.pair())),
+            closest: self.output.held.closest,
+            too_far: self.robot.link.too_far(now),
+            speed_factor: self.robot.link.factor(),
+            leaving_singularity: state.is_driven() && watch.is_some_and(|watch| watch.escape.is_escaping()),
+            stall,
+            reconfiguration: watch.map(|watch| watch.reconfiguration).unwrap_or_default(),
+            figures: pursuit
+                .and_then(|pursuit| pursuit.record.meter.as_ref())
+                .map_or(before.figures, MotionMeter::figures),
+            pose_error: tracked.map_or(before.pose_error, |tracked| tracked.log),
+            latency: self.robot.link.latency(self.settings.latency),
+            gain_factor: by_law.map_or(1.0, |pursuit| pursuit.watch.gain_factor),
+        };
+    }
+
+    /// Finds out whether the goal in force is beyond reach, for another goal and under other settings only.
+    fn look_at_reach(&mut self) {
+        let configurations = self.configurations;
+        let Some(pursuit) = self.mode.pursuit() else { return };
+        if pursuit.beyond_reach.is_some_and(|(under, _)| under == configurations) {
+            return;
+        }
+        let point = pursuit.goal.base_from_goal().translation();
+        let is_beyond = self.beyond_reach(&point).is_some();
+        if let Some(pursuit) = self.mode.pursuit_mut() {
+            pursuit.beyond_reach = Some((configurations, is_beyond));
+        }
+    }
+}

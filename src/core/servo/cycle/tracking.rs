@@ -1,0 +1,180 @@
+//! The tracking of a goal: from the goal and the pose to the target velocities, the figures of the motion, and its end.
+
+use super::Servo;
+use crate::servo::link::Contact;
+use crate::servo::stream::MovingGoal;
+use crate::servo::{GoalError, MotionMeter, Reach, Settings, Stall, State, Tolerance};
+use dq_algebra::UnitDualQuaternion;
+use dq_kinematics::control::{Aim, SignMemory};
+use nalgebra::Vector3;
+use std::time::Duration;
+
+/// A settled arm counts as tracking again when an error exceeds this multiple of its tolerance.
+const UNSETTLE: f64 = 2.0;
+
+/// An arm has arrived when at its speed it would take longer than this \[s\] to cross the tolerance.
+const LINGERING: f64 = 0.1;
+
+/// The smallest singular value is looked at so often.
+const SIGMA_INTERVAL: Duration = Duration::from_millis(10);
+
+/// A law that asks for no more than this of any joint [rad/s, prismatic: m/s] asks for nothing: rounding is no motion.
+const NOTHING: f64 = 1e-9;
+
+/// The goal in force in one cycle.
+pub(super) struct Tracked {
+    /// How far the arm is from it.
+    pub error: GoalError,
+    /// The screw log of that, `(ω, v)` [rad, m], without what of the goal the tool is not asked for.
+    pub log: nalgebra::Vector6<f64>,
+    /// The goal with the sign that is chosen.
+    pub goal: UnitDualQuaternion,
+    /// The same where it moves and that is fed forward.
+    pub moving: Option<MovingGoal>,
+}
+
+impl Servo {
+    /// How far that point \[m\] is, and how far the arm reaches, where that is too little for what is asked of the tool.
+    pub(super) fn beyond_reach(&self, point: &Vector3<f64>) -> Option<Reach> {
+        let Settings { limits, goal_tolerance, controller, .. } = &self.settings;
+        let reach = self.robot.arms.reach(point, &limits.position);
+        (controller.aim != Aim::Orientation && reach.is_beyond(goal_tolerance.linear)).then_some(reach)
+    }
+
+    pub(super) fn driving_state(&self, arrived: bool) -> State {
+        match (arrived, self.output.held.at_limit) {
+            (true, _) => State::Settled,
+            (false, _) if self.robot.link.find(&[Contact::Lost]).is_some() => State::NotFollowing,
+            (false, _) if self.output.held.by.is_some() => State::Constrained,
+            (false, _) if self.is_reconfiguring() => State::Reconfiguring,
+            (false, Some(_)) => State::JointLimit,
+            (false, None) if self.mode.jog().is_some() => State::Jogging,
+            (false, None) => State::Tracking,
+        }
+    }
+
+    /// Gives the motion up, from the next cycle on, where it was driven for too long without progress; `elapsed` since the cycle before.
+    pub(super) fn watch_progress(&mut self, now: Duration, elapsed: Duration, tracked: &Tracked) {
+        let reconfigures = self.is_reconfiguring();
+        let left = if reconfigures { self.time_to_elsewhere() } else { 0.0 };
+        let Settings { goal_tolerance: tolerance, progress_timeout, reconfigure, .. } = self.settings;
+        let Some(pursuit) = self.mode.pursuit_mut() else { return };
+        let watch = &mut pursuit.watch;
+        // The escape from a singularity has an end of its own.
+        if watch.escape.is_escaping() {
+            return;
+        }
+        // On the way to another configuration the goal may be farther away for a while.
+        let (error, law_error) =
+            if reconfigures { (GoalError::default(), left) } else { (tracked.error, watch.law_error) };
+        let without = watch.progress.update(elapsed, error, law_error, &tolerance);
+        let creeps = watch.pace.update(elapsed, GoalError::default(), law_error, &tolerance);
+        let oscillates = watch.oscillation.update(now, &self.output.command, law_error);
+        let stall = match progress_timeout {
+            _ if oscillates => Some(self.stall_of_swings(&tracked.goal.translation())),
+            Some(timeout) if without > timeout => match reconfigures {
+                true => Some(self.stall_on_the_way()),
+                false => self.stall(&tracked.goal),
+            },
+            Some(timeout) if creeps > timeout => self.hindrance(),
+            _ => None,
+        };
+        if let (Some(stall), Some(pursuit)) = (stall, self.mode.pursuit_mut()) {
+            pursuit.watch.give_up(stall, reconfigure, now);
+        }
+    }
+
+    /// One far beyond reach makes the arm swing whatever the gains are.
+    fn stall_of_swings(&self, goal: &Vector3<f64>) -> Stall {
+        self.beyond_reach(goal).map_or(Stall::Oscillating, Stall::BeyondReach)
+    }
+
+    /// What holds up the way to another configuration.
+    fn stall_on_the_way(&self) -> Stall {
+        match (self.output.held.by, self.output.held.at_limit) {
+            (Some(pair), _) => Stall::Constrained(pair),
+            (None, Some(joint)) => Stall::AtLimit { joint },
+            (None, None) => Stall::NoProgress,
+        }
+    }
+
+    /// Where the goal in force is at time `now`, seen from where the arm is.
+    pub(super) fn track(&mut self, now: Duration) -> Option<Tracked> {
+        self.robot.link.received()?;
+        let pose = self.robot.arms.pose();
+        self.fed_back.note(now, pose);
+        let pursuit = self.mode.pursuit_mut()?;
+        let Settings { controller, feed_forward, sign_hysteresis, .. } = &self.settings;
+        let is_fed_forward = *feed_forward && self.fed_back.moves_by_itself();
+        let moving = if is_fed_forward { self.stream.at(now) } else { None };
+        let goal = moving.as_ref().map_or(pursuit.goal.base_from_goal(), |moving| &moving.pose);
+        let sign = pursuit.sign.get_or_insert_with(|| SignMemory::nearest(goal, &pose));
+        let goal = sign.apply(goal, &pose, *sign_hysteresis);
+        let nearest = controller.aim.nearest(&goal, &pose);
+        let log = (nearest.conjugate() * pose).screw_log();
+        let error = GoalError::of(controller.aim, self.robot.arms.state(), &goal);
+        pursuit.watch.error = error;
+        Some(Tracked { error, log, goal, moving: moving.map(|moving| MovingGoal { pose: goal, ..moving }) })
+    }
+
+    /// Wants the law's velocity towards the goal.
+    pub(super) fn obey_law(&mut self, now: Duration, tracked: &Tracked) {
+        let (arm, wanted) = (self.robot.predicted.state(), &mut self.output.velocity);
+        self.settings.controller.joint_velocity(arm, &tracked.goal, wanted);
+        if wanted.iter().all(|speed| speed.abs() <= NOTHING) {
+            wanted.fill(0.0);
+        }
+        self.watch_escape(now, &tracked.goal, tracked.error.is_within(&self.settings.goal_tolerance));
+        let gain_factor = self.stable_part(&tracked.goal);
+        if let Some(pursuit) = self.mode.pursuit_mut() {
+            pursuit.watch.gain_factor = gain_factor;
+        }
+    }
+
+    /// Whether an arm that is within `tolerance` stays there for a moment at the speed of the last command.
+    fn lingers(&self, tolerance: &Tolerance) -> bool {
+        let arm = self.robot.arms.state();
+        let asked_for = self.settings.controller.aim.part_of(arm, &arm.tool_twist(&self.output.command));
+        let (angular, linear) = (asked_for.0.norm(), asked_for.1.norm());
+        linear * LINGERING <= tolerance.linear && angular * LINGERING <= tolerance.angular
+    }
+
+    /// Adds this cycle to the motion's figures; true where the errors are within the tolerances.
+    pub(super) fn measure(&mut self, now: Duration, tracked: Option<&Tracked>) -> bool {
+        let (pose, tolerance) = (self.robot.arms.pose(), self.settings.goal_tolerance);
+        let lingers = self.lingers(&tolerance);
+        let (Some(pursuit), Some(Tracked { error, .. })) = (self.mode.pursuit_mut(), tracked) else {
+            return false;
+        };
+        let (point, goal_point) = (pose.translation(), pursuit.goal.base_from_goal().translation());
+        let record = &mut pursuit.record;
+        record.start.get_or_insert((now, pose));
+        let begin = || MotionMeter::begin(now, point, goal_point, error, &tolerance);
+        let meter = record.meter.get_or_insert_with(begin);
+        meter.aim_at(goal_point);
+        let speeds = self.output.speeds();
+        meter.update(now, point, error, speeds);
+        let limits = &self.settings.limits.joint_velocity;
+        for ((peak, speed), limit) in record.peak_speeds.iter_mut().zip(speeds).zip(limits) {
+            *peak = peak.max(speed.abs() / limit);
+        }
+        if now.saturating_sub(record.looked) >= SIGMA_INTERVAL {
+            record.looked = now;
+            let least = meter.figures().smallest_singular_value.unwrap_or(f64::INFINITY);
+            let (controller, arm) = (&self.settings.controller, self.robot.arms.state());
+            if let Some(sigma) = controller.singular_value_below(least, arm) {
+                meter.see_singular_value(sigma);
+            }
+        }
+        // An arm that has settled is within its tolerances at any speed, as after a switch to a law that drives it faster.
+        let (slack, lingers) = if record.settled { (UNSETTLE, true) } else { (1.0, lingers) };
+        let Tolerance { linear, angular } = tolerance;
+        let within =
+            lingers && error.is_within(&Tolerance { linear: slack * linear, angular: slack * angular });
+        if within {
+            meter.arrived();
+        }
+        record.settled = within;
+        within
+    }
+}

@@ -1,0 +1,250 @@
+//! The escape from a singularity at which a law stands still although a way to its goal begins there.
+//!
+//! Where the error `e` lies along a direction that the joints have lost, `Jᵀ e = 0`: a law that feeds back the error stands, and a
+//! hair's breadth beside it takes long to get going. Such a configuration is a critical point of `½|e|²`. At a saddle, as a folded
+//! elbow is for a goal further out, the error falls to second order along the direction of the most negative curvature, to both
+//! sides alike. At a minimum nothing near is nearer to the goal.
+
+use super::{Arms, PositionLimits};
+use dq_algebra::UnitDualQuaternion;
+use dq_kinematics::arm::ArmState;
+use dq_kinematics::control::Controller;
+use nalgebra::{DMatrix, DVector};
+
+/// The least speed along the escape [rad/s], over all joints.
+pub(super) const SPEED: f64 = 0.3;
+
+/// The least curvature that counts as an escape, as a part of the squared error: where two joints have to move for the error to
+/// fall, as at a singular wrist, the curvature goes with the square of the error.
+const LEAST_CURVATURE: f64 = 1e-3;
+
+/// Half the distance \[rad\] of the configurations whose difference gives the curvature.
+const STEP: f64 = 1e-5;
+
+/// So often is a matrix squared to find its largest eigenvalue: the power of 2²⁰ separates eigenvalues that differ by 1e-5 of it.
+const SQUARINGS: usize = 20;
+
+/// What there is of an escape.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Way {
+    /// One that can be taken.
+    Open,
+    /// One that this joint, counted from 0, cannot take in either direction, as it is at a position limit.
+    Barred(usize),
+    /// None: nothing near is nearer to the goal.
+    None,
+}
+
+/// The direction of the joints that leads out, of unit length.
+pub(super) struct EscapeDirection(DVector<f64>);
+
+impl EscapeDirection {
+    /// Raises the speed of `theta_dot` [rad/s] along the direction to the least that it has there.
+    pub fn lead(&self, theta_dot: &mut [f64]) {
+        let missing = (SPEED - self.along(theta_dot)).max(0.0);
+        theta_dot.iter_mut().zip(&self.0).for_each(|(speed, way)| *speed += missing * way);
+    }
+
+    /// The part of `values`, one a joint, that is along the direction: of joint velocities the speed [rad/s].
+    pub fn along(&self, values: &[f64]) -> f64 {
+        self.0.iter().zip(values).map(|(way, value)| way * value).sum()
+    }
+
+    /// The first joint with a large part in the direction that has a position limit there.
+    fn bar(&self, theta: &[f64], limits: &PositionLimits) -> Option<usize> {
+        let mut joints = self.0.iter().zip(theta).enumerate();
+        joints.find_map(|(joint, (way, angle))| {
+            (way.abs() > 0.1 && limits.is_near_towards(joint, *angle, *way)).then_some(joint)
+        })
+    }
+}
+
+/// How free the joints are to reduce the law's error.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Freedom {
+    /// The law's error `|e|`.
+    pub error: f64,
+    /// The part of it that the joints can change, `|Jᵀ e| / |e|`.
+    pub part: f64,
+    /// By which part of itself the error falls along the escape that was last found [1/rad].
+    pub fall: f64,
+}
+
+/// Looks for the escape, with the memory that finding it takes.
+pub(super) struct Escape {
+    pub direction: EscapeDirection,
+    /// To try configurations on.
+    trial: Arms,
+    search: Search,
+    descent: Vec<f64>,
+}
+
+impl Escape {
+    /// For the arms of `trial`.
+    pub fn new(trial: Arms) -> Self {
+        let joints = trial.joint_count();
+        let direction = EscapeDirection(DVector::zeros(joints));
+        Self { direction, trial, search: Search::new(joints), descent: vec![0.0; joints] }
+    }
+
+    /// Puts the tool that is tried at `tool_offset`.
+    pub fn set_tool_offset(&mut self, tool_offset: &UnitDualQuaternion) {
+        self.trial.set_tool_offset(tool_offset);
+    }
+
+    /// How free the joints of `arm` are to come nearer to the goal.
+    pub fn freedom(&mut self, arm: &ArmState, controller: &Controller, goal: &UnitDualQuaternion) -> Freedom {
+        let error = controller.steepest_descent(arm, goal, &mut self.descent);
+        let descent = self.descent.iter().map(|slope| slope * slope).sum::<f64>().sqrt();
+        // Of no error they can change all: it is not they that hold the arm.
+        let part = if error > 0.0 { descent / error } else { 1.0 };
+        Freedom { error, part, fall: self.direction.along(&self.descent) / error }
+    }
+
+    /// Looks for the escape at the joint angles `theta` \[rad\].
+    pub fn find(
+        &mut self,
+        controller: &Controller,
+        goal: &UnitDualQuaternion,
+        theta: &[f64],
+        limits: &PositionLimits,
+    ) -> Way {
+        let Self { direction, trial, search, descent } = self;
+        let curvature = search.steepest_bend(trial, controller, goal, theta, &mut direction.0);
+        trial.evaluate(theta);
+        let error = controller.steepest_descent(trial.state(), goal, descent);
+        // A curvature that is no number is none.
+        let is_open = curvature > 0.0 && curvature >= LEAST_CURVATURE * error * error;
+        if !is_open {
+            return Way::None;
+        }
+        // To both sides the way is the same to second order; what the law does already decides, be it ever so little.
+        let slope = direction.along(descent);
+        let largest = direction.0[direction.0.icamax()];
+        if slope < 0.0 || (slope == 0.0 && largest < 0.0) {
+            direction.0.neg_mut();
+        }
+        if direction.bar(theta, limits).is_some() {
+            direction.0.neg_mut();
+        }
+        direction.bar(theta, limits).map_or(Way::Open, Way::Barred)
+    }
+}
+
+/// The memory of a search.
+struct Search {
+    /// `−∂²(½|e|²)/∂θ²`, a column a joint, as far as differences of `Jᵀ e` give it: not quite symmetric.
+    bend: DMatrix<f64>,
+    power: DMatrix<f64>,
+    square: DMatrix<f64>,
+    positions: Vec<f64>,
+    descent: [Vec<f64>; 2],
+}
+
+impl Search {
+    /// For so many joints.
+    fn new(joints: usize) -> Self {
+        let (zeros, square) = (vec![0.0; joints], DMatrix::zeros(joints, joints));
+        let descent = [zeros.clone(), zeros.clone()];
+        Self { bend: square.clone(), power: square.clone(), square, positions: zeros, descent }
+    }
+
+    /// Turns `direction` to where the error bends down most; how much \[per rad²\].
+    fn steepest_bend(
+        &mut self,
+        arms: &mut Arms,
+        controller: &Controller,
+        goal: &UnitDualQuaternion,
+        theta: &[f64],
+        direction: &mut DVector<f64>,
+    ) -> f64 {
+        self.positions.copy_from_slice(theta);
+        for (joint, angle) in theta.iter().enumerate() {
+            for (side, descent) in [STEP, -STEP].into_iter().zip(&mut self.descent) {
+                self.positions[joint] = angle + side;
+                arms.evaluate(&self.positions);
+                controller.steepest_descent(arms.state(), goal, descent);
+            }
+            self.positions[joint] = *angle;
+            let [after, before] = &self.descent;
+            for ((bend, after), before) in self.bend.column_mut(joint).iter_mut().zip(after).zip(before) {
+                *bend = (after - before) / (2.0 * STEP);
+            }
+        }
+        self.largest_eigenvalue(direction)
+    }
+
+    /// The largest eigenvalue of the symmetric part of the bend, whose eigenvector becomes `direction`: a high power of the matrix,
+    /// shifted so that no eigenvalue is negative, is the product of that vector with itself.
+    fn largest_eigenvalue(&mut self, direction: &mut DVector<f64>) -> f64 {
+        let shift = self.bend.norm();
+        self.bend.transpose_to(&mut self.square);
+        self.bend += &self.square;
+        self.bend *= 0.5;
+        self.power.copy_from(&self.bend);
+        (0..self.power.nrows()).for_each(|joint| self.power[(joint, joint)] += shift);
+        for _ in 0..SQUARINGS {
+            for (column, mut square) in self.power.column_iter().zip(self.square.column_iter_mut()) {
+                square.gemv(1.0, &self.power, &column, 0.0);
+            }
+            let scale = self.square.norm();
+            if scale > 0.0 {
+                self.power.copy_from(&self.square);
+                self.power /= scale;
+            } else {
+                // The error bends as little, or as much the other way, in every direction: each is as steep as the others.
+                self.power.fill_with_identity();
+            }
+        }
+        direction.copy_from(&self.power.column(self.strongest_column()));
+        direction.normalize_mut();
+        let mut value = 0.0;
+        for (column, way) in self.bend.column_iter().zip(&*direction) {
+            value += way * column.dot(&*direction);
+        }
+        value
+    }
+
+    fn strongest_column(&self) -> usize {
+        let diagonal = |joint: &usize| self.power[(*joint, *joint)];
+        (0..self.power.nrows()).max_by(|a, b| diagonal(a).total_cmp(&diagonal(b))).unwrap_or_default()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The largest eigenvalue of the matrix with these rows, and its eigenvector.
+    fn largest(rows: &[f64]) -> (f64, Vec<f64>) {
+        let count = rows.len().isqrt();
+        let (mut search, mut direction) = (Search::new(count), DVector::zeros(count));
+        search.bend = DMatrix::from_row_slice(count, count, rows);
+        (search.largest_eigenvalue(&mut direction), direction.as_slice().to_vec())
+    }
+
+    #[test]
+    fn the_largest_eigenvalue_is_a_number_where_all_are_negative_or_zero() {
+        for (rows, value) in [
+            (&[-2.5][..], -2.5),
+            (&[0.0], 0.0),
+            (&[2.5], 2.5),
+            (&[0.0; 4], 0.0),
+            (&[-3.0, 0.0, 0.0, -3.0], -3.0),
+            (&[-3.0, 0.0, 0.0, -2.0], -2.0),
+            (&[-3.0, 0.0, 0.0, 1.0], 1.0),
+            // So small that their squares are zero.
+            (&[-1e-200], -1e-200),
+            (&[-1e-200, 0.0, 0.0, -1e-200], -1e-200),
+        ] {
+            let (found, along) = largest(rows);
+            assert!((found - value).abs() <= 1e-12 * value.abs(), "{rows:?}: {found}");
+            for (row, way) in rows.chunks(along.len()).zip(&along) {
+                let turned: f64 = row.iter().zip(&along).map(|(number, way)| number * way).sum();
+                assert!((turned - value * way).abs() <= 1e-9 * value.abs(), "{rows:?}: {along:?}");
+            }
+            let length = along.iter().map(|way| way * way).sum::<f64>().sqrt();
+            assert!((length - 1.0).abs() < 1e-12, "{rows:?}: {along:?}");
+        }
+    }
+}

@@ -1,0 +1,94 @@
+//! Goals as they come over the wire.
+
+use super::{GoalError, Rejection, Tolerance};
+use dq_algebra::{UnitDualQuaternion, unit_rotation};
+use dq_common::text::cut;
+use dq_kinematics::arm::bounds;
+use nalgebra::Vector3;
+
+/// A goal pose that has been checked.
+#[derive(Clone, Copy, Debug)]
+pub struct Goal {
+    base_from_goal: UnitDualQuaternion,
+}
+
+/// q and −q are one goal.
+impl PartialEq for Goal {
+    fn eq(&self, other: &Self) -> bool {
+        let (one, other) = (self.base_from_goal, other.base_from_goal);
+        one == other || one == -other
+    }
+}
+
+impl Goal {
+    /// From position \[m\], orientation (x, y, z, w) and the frame they are in, which is `base_frame` or empty.
+    ///
+    /// # Errors
+    /// A [`Rejection`] for another frame, a number that is not finite or beyond [`bounds`], or a quaternion that is not unit.
+    pub fn new(
+        position: [f64; 3],
+        orientation_xyzw: [f64; 4],
+        frame_id: &str,
+        base_frame: &str,
+    ) -> Result<Self, Rejection> {
+        if !is_own_frame(frame_id, base_frame) {
+            return Err(Rejection::UnknownFrame {
+                got: cut(frame_id).into_owned(),
+                expected: vec![base_frame.to_owned()],
+            });
+        }
+        check_finite("position", &position)?;
+        check_finite("orientation", &orientation_xyzw)?;
+        check_size("position", &position, bounds::LENGTH, "m")?;
+        let rotation = unit_rotation(orientation_xyzw)?;
+        Ok(Self::of(UnitDualQuaternion::from_parts(rotation, Vector3::from(position))))
+    }
+
+    /// The goal of that pose.
+    pub fn of(base_from_goal: UnitDualQuaternion) -> Self {
+        Self { base_from_goal }
+    }
+
+    /// How far `other` is from this goal. q and −q are the same.
+    pub fn distance(&self, other: &Self) -> GoalError {
+        let [position, rotation] = self.base_from_goal.distances(&other.base_from_goal);
+        GoalError { position, rotation }
+    }
+
+    /// Whether `other` is this goal within `tolerance`: reaching one reaches the other.
+    pub fn is_same(&self, other: &Self, tolerance: &Tolerance) -> bool {
+        let distance = self.distance(other);
+        distance.position <= tolerance.linear && distance.rotation <= tolerance.angular
+    }
+
+    /// The goal pose, with the sign it came with.
+    pub fn base_from_goal(&self) -> &UnitDualQuaternion {
+        &self.base_from_goal
+    }
+}
+
+/// Whether a goal in `frame_id` is in `base_frame`, as one in no frame is.
+pub fn is_own_frame(frame_id: &str, base_frame: &str) -> bool {
+    // ROS 1 wrote frames with a leading slash, and some tools still do.
+    let frame = frame_id.trim_start_matches('/');
+    frame.is_empty() || frame == base_frame.trim_start_matches('/')
+}
+
+pub(super) fn check_size(
+    field: &str,
+    values: &[f64],
+    bound: f64,
+    unit: &'static str,
+) -> Result<(), Rejection> {
+    match values.iter().find(|value| value.abs() > bound) {
+        None => Ok(()),
+        Some(value) => Err(Rejection::OutOfRange { field: field.to_owned(), value: *value, bound, unit }),
+    }
+}
+
+pub(super) fn check_finite(field: &str, values: &[f64]) -> Result<(), Rejection> {
+    match values.iter().find(|value| !value.is_finite()) {
+        None => Ok(()),
+        Some(value) => Err(Rejection::NonFinite { field: field.to_owned(), value: *value }),
+    }
+}

@@ -1,0 +1,282 @@
+//! One arm: its last joint state, how late that is, and whether the arm follows.
+
+use super::command_history::CommandHistory;
+use super::latency::Latency;
+use super::lateness::{Cycles, Lateness};
+use super::presence::{Return, Step};
+use super::samples::Samples;
+use super::tracking_monitor::TrackingMonitor;
+use super::{ArmFigures, Contact, JointReading, LinkSettings, seconds, way};
+use crate::servo::arbiter::Arbiter;
+use crate::servo::{JointOrder, Rejection};
+use dq_kinematics::arm::JointKind;
+use std::ops::Range;
+use std::time::Duration;
+
+/// Between two positions that give the arm's speed there is at least so much time.
+const TWO_STATES: Duration = Duration::from_millis(20);
+
+/// A command may show in the joint states so much later.
+const LATELY: Duration = Duration::from_millis(250);
+
+/// Slower than this [rad/s] an arm stands: what velocities that are measured make of a standstill.
+const STANDSTILL: f64 = 0.02;
+
+/// One arm.
+pub(super) struct ArmLink {
+    order: JointOrder,
+    pub joints: Range<usize>,
+    kinds: Vec<JointKind>,
+    pub sources: Arbiter,
+    /// What came since the last cycle.
+    newest: Option<Newest>,
+    positions: Vec<f64>,
+    velocities: Vec<f64>,
+    /// How far the arm was commanded lately \[rad\].
+    way: Vec<f64>,
+    /// Where in the last message the arm's joints were.
+    places: Vec<usize>,
+    /// The last state: when it came, and for which time it was made.
+    pub received: Option<Duration>,
+    measured_at: Duration,
+    pub figures: ArmFigures,
+    /// What the robot has done that needs consent anew, if it has in this cycle.
+    pub returned: Option<Return>,
+    /// The part of its speed at which the robot says that it moves, where it says that.
+    pub told_factor: Option<f64>,
+    /// A robot that has come and may be moving.
+    newcomer: Option<Newcomer>,
+    pub latency: Latency,
+    lateness: Lateness,
+    samples: Samples,
+    pub following: TrackingMonitor,
+    pub listeners: bool,
+    /// Whether another publisher sends it commands.
+    pub rival: bool,
+}
+
+/// A state that waits for the cycle; its numbers are in the arm's `positions` and `velocities`.
+struct Newest {
+    now: Duration,
+    has_velocities: bool,
+    stamp_age: Option<Duration>,
+}
+
+/// A robot of which it is not known yet how fast it moves.
+struct Newcomer {
+    since: Duration,
+    /// Where it was then \[rad\].
+    positions: Vec<f64>,
+    /// How fast it was before [rad/s], if that is known.
+    velocity: Option<Vec<f64>>,
+}
+
+impl ArmLink {
+    /// Nothing heard yet of the arm with these joints, of these kinds, which are `joints` of all.
+    pub fn new(order: JointOrder, kinds: Vec<JointKind>, joints: Range<usize>, period: Duration) -> Self {
+        let zeros = vec![0.0; joints.len()];
+        Self {
+            order,
+            sources: Arbiter::default(),
+            newest: None,
+            positions: zeros.clone(),
+            way: zeros.clone(),
+            velocities: zeros,
+            places: vec![0; joints.len()],
+            received: None,
+            measured_at: Duration::ZERO,
+            figures: ArmFigures::default(),
+            returned: None,
+            told_factor: None,
+            newcomer: None,
+            latency: Latency::new(period),
+            lateness: Lateness::default(),
+            samples: Samples::new(joints.clone()),
+            following: TrackingMonitor::new(joints.len()),
+            listeners: true,
+            rival: false,
+            joints,
+            kinds,
+        }
+    }
+
+    /// Its joint names, and which of all joints they are.
+    pub fn order(&self) -> (JointOrder, Range<usize>) {
+        (self.order.clone(), self.joints.clone())
+    }
+
+    /// Takes a joint state received at `now`, as [`Link::take`](super::Link::take).
+    pub fn take(
+        &mut self,
+        reading: &JointReading,
+        now: Duration,
+        silence: Duration,
+    ) -> Result<bool, Rejection> {
+        // A message that is no state of this arm says nothing of who else is there.
+        self.order.locate(reading.names, reading.positions, &mut self.places)?;
+        if !self.sources.hear(reading.source, now, silence) {
+            return Ok(false);
+        }
+        self.pick(reading.positions, |arm| &mut arm.positions);
+        let has_velocities = reading.velocities.len() == reading.names.len();
+        if has_velocities {
+            self.pick(reading.velocities, |arm| &mut arm.velocities);
+        }
+        let has_velocities = has_velocities && self.velocities.iter().all(|speed| speed.is_finite());
+        self.newest = Some(Newest { now, has_velocities, stamp_age: reading.stamp_age });
+        Ok(true)
+    }
+
+    /// The arm's joints out of those of a message.
+    fn pick(&mut self, values: &[f64], slots: impl Fn(&mut Self) -> &mut Vec<f64>) {
+        for joint in 0..self.places.len() {
+            let value = values[self.places[joint]];
+            slots(self)[joint] = value;
+        }
+    }
+
+    /// Looks at what came since the last cycle; `measured` and `velocity` are of all arms.
+    pub fn advance(
+        &mut self,
+        settings: &LinkSettings,
+        measured: &mut [f64],
+        velocity: &mut [f64],
+        commanded: &CommandHistory,
+    ) {
+        self.returned = None;
+        let Some(Newest { now, has_velocities, stamp_age }) = self.newest.take() else { return };
+        let (measured, velocity) = (&mut measured[self.joints.clone()], &mut velocity[self.joints.clone()]);
+        let lately = self.received.unwrap_or(now).saturating_sub(LATELY);
+        commanded.travel(self.joints.clone(), lately, now, &mut self.way);
+        let step = Step {
+            commanded: &self.way,
+            before: self.received,
+            now,
+            from: measured,
+            to: &self.positions,
+            speeds: &settings.limits.joint_velocity[self.joints.clone()],
+            kinds: &self.kinds,
+            first_joint: self.joints.start + 1,
+        };
+        let returned = step.returned(settings.rearm_timeout);
+        if !returned.is_some_and(|it| it.is_of_newcomer()) {
+            self.follow_velocity(has_velocities, now, measured, velocity);
+        } else if !self.find_velocity(now, has_velocities, settings.state_timeout, velocity) {
+            return;
+        }
+        if returned.is_some() {
+            self.samples.clear();
+            self.following = TrackingMonitor::new(self.joints.len());
+        }
+        measured.copy_from_slice(&self.positions);
+        let age = self.latency.hear(now, self.received, stamp_age);
+        (self.received, self.measured_at) = (Some(now), now.saturating_sub(age));
+        self.watch(now, measured, settings.latency, commanded);
+        self.returned = returned;
+    }
+
+    /// Puts together what the cycle at `now` is to know. The `cycles` came as they did.
+    pub fn sum_up(&mut self, now: Duration, fixed: Option<Duration>, cycles: &Cycles) {
+        let due = self.received.unwrap_or(now) + seconds(self.latency.interval());
+        self.lateness.note(now, now.saturating_sub(due));
+        let age = self.received.unwrap_or_default().saturating_sub(self.measured_at);
+        let latency = fixed.unwrap_or_else(|| seconds(self.latency.total()));
+        let contact = match &self.following {
+            _ if self.rival => Contact::Contended,
+            _ if !self.listeners => Contact::Nobody,
+            it if it.must_rest() => Contact::Resting,
+            it if it.is_lost() => Contact::Lost,
+            it if it.is_seen() => Contact::Following,
+            _ => Contact::Unseen,
+        };
+        self.figures = ArmFigures {
+            lag: fixed.unwrap_or_else(|| age + seconds(self.latency.response())),
+            delay: latency + seconds(self.latency.interval()),
+            lateness: cycles.latest().max(self.lateness.worst()),
+            cycle: cycles.slowest(),
+            contact,
+            factor: self.told_factor.map_or(self.following.factor(), |told| told.clamp(0.0, 1.0)),
+            came: self.returned.is_some_and(|it| it.is_of_newcomer())
+                || (cycles.has_gap() && self.received.is_some()),
+        };
+    }
+
+    /// How fast the robot moves as it says, or as it has gone since the state before: for an arm that waits for the other one, and after a
+    /// gap in the cycles.
+    fn follow_velocity(&self, has_velocities: bool, now: Duration, measured: &[f64], velocity: &mut [f64]) {
+        let moves = has_velocities && self.velocities.iter().any(|speed| speed.abs() >= STANDSTILL);
+        let passed = now.saturating_sub(self.received.unwrap_or(now));
+        match () {
+            () if moves => velocity.copy_from_slice(&self.velocities),
+            () if has_velocities || passed < TWO_STATES => velocity.fill(0.0),
+            () => self.rates(measured, passed.as_secs_f64(), velocity),
+        }
+    }
+
+    /// Finds out how fast a robot moves that has just come; false where that takes another state. Two measurements must agree, since
+    /// the first states after an absence may be old ones: its own velocities and two positions, or three positions.
+    fn find_velocity(
+        &mut self,
+        now: Duration,
+        has_velocities: bool,
+        state_timeout: Duration,
+        velocity: &mut [f64],
+    ) -> bool {
+        velocity.fill(0.0);
+        if has_velocities && self.velocities.iter().all(|speed| speed.abs() < STANDSTILL) {
+            self.newcomer = None;
+            return true;
+        }
+        let time = self.newcomer.as_ref().map_or(Duration::MAX, |it| now.saturating_sub(it.since));
+        if time < TWO_STATES {
+            return false;
+        }
+        let newcomer = self.newcomer.take().filter(|_| time <= TWO_STATES + state_timeout);
+        let measured = newcomer.as_ref().map(|it| {
+            let mut rates = vec![0.0; self.positions.len()];
+            self.rates(&it.positions, time.as_secs_f64(), &mut rates);
+            rates
+        });
+        let other = match has_velocities {
+            true => Some(self.velocities.clone()),
+            false => newcomer.and_then(|it| it.velocity),
+        };
+        if let (Some(measured), Some(other)) = (&measured, other) {
+            for ((slot, one), other) in velocity.iter_mut().zip(measured).zip(other) {
+                let agrees = one * other > 0.0 && one.abs() >= STANDSTILL;
+                *slot = if agrees { one.signum() * one.abs().min(other.abs()) } else { 0.0 };
+            }
+            return true;
+        }
+        self.newcomer = Some(Newcomer { since: now, positions: self.positions.clone(), velocity: measured });
+        false
+    }
+
+    /// Writes to `rates` the velocities [rad/s, prismatic: m/s] that took the joints from `from` to where they are in `time` \[s\].
+    fn rates(&self, from: &[f64], time: f64, rates: &mut [f64]) {
+        let ways = from.iter().zip(&self.positions).zip(&self.kinds);
+        rates
+            .iter_mut()
+            .zip(ways)
+            .for_each(|(rate, ((from, to), kind))| *rate = way(*kind, *from, *to) / time);
+    }
+
+    /// Compares where the arm is with what it was commanded.
+    fn watch(
+        &mut self,
+        now: Duration,
+        measured: &[f64],
+        fixed: Option<Duration>,
+        commanded: &CommandHistory,
+    ) {
+        self.following.watch_start(now, (measured, &self.kinds), self.joints.clone(), commanded);
+        if !self.samples.add(self.measured_at, measured, &self.kinds) {
+            return;
+        }
+        if let Some(motion) = self.samples.displacement() {
+            self.latency.compare(&motion, commanded);
+            let response = fixed.unwrap_or_else(|| seconds(self.latency.response()));
+            self.following.watch_motion(now, &motion, response, commanded);
+        }
+    }
+}

@@ -1,0 +1,337 @@
+//! What connects the servo to its robot: whose joint states count, how late they are, whether the robot is there and follows.
+
+mod arm;
+mod command_history;
+mod latency;
+mod lateness;
+mod presence;
+mod samples;
+mod tracking_monitor;
+
+use presence::Return;
+pub use presence::longest_way;
+pub(super) use tracking_monitor::Disobedience;
+
+use super::limits::Braking;
+use super::{Contended, Interface, JointOrder, Limits, Rejection, Rivals};
+use arm::ArmLink;
+use command_history::CommandHistory;
+use dq_kinematics::arm::JointKind;
+use lateness::Cycles;
+use std::f64::consts::TAU;
+use std::ops::Range;
+use std::time::Duration;
+
+/// Stamps may be so much ahead of our clock and still count as now.
+const AHEAD_NS: i64 = 5_000_000;
+
+/// A joint state as it came.
+#[derive(Clone, Copy, Debug)]
+pub struct JointReading<'a> {
+    /// Joint names.
+    pub names: &'a [String],
+    /// Joint positions \[rad, prismatic: m\], one a name.
+    pub positions: &'a [f64],
+    /// Joint velocities [rad/s, prismatic: m/s], one a name, or none.
+    pub velocities: &'a [f64],
+    /// Who published it: a number for each publisher.
+    pub source: u32,
+    /// How old it is by its stamp; none where the stamp is no time of the past.
+    pub stamp_age: Option<Duration>,
+}
+
+/// The age of what was stamped at `stamp` \[ns\] at the time `clock` \[ns\] of the same clock, as [`JointReading::stamp_age`].
+pub fn stamp_age(clock: i64, stamp: i64) -> Option<Duration> {
+    let age = clock.checked_sub(stamp).filter(|age| *age >= -AHEAD_NS)?;
+    Some(Duration::from_nanos(age.max(0).unsigned_abs()))
+}
+
+/// What is known of how an arm follows its commands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Contact {
+    /// It does.
+    Following,
+    /// It stands, or has not been seen to move yet: it is driven gently.
+    Unseen,
+    /// It did not when that was last seen, and is tried, gently.
+    Lost,
+    /// It did not, and gets zeros for a while.
+    Resting,
+    /// Nobody subscribes to its commands.
+    Nobody,
+    /// Another publisher sends it commands too.
+    Contended,
+}
+
+/// What the link has found out of an arm for one cycle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ArmFigures {
+    /// The commands of so long before the last joint state came, and since, are not in it.
+    pub lag: Duration,
+    /// What the law's gain is held against: the time from a command to the joint state that shows it and to the next one.
+    pub delay: Duration,
+    /// By how much a cycle or a joint state came too late in the last seconds.
+    pub lateness: Duration,
+    /// From one cycle to the next, as a stop in the last seconds would have had them at worst; no less than the period counts.
+    pub cycle: Duration,
+    /// How it follows.
+    pub contact: Contact,
+    /// The part of the commanded speed at which it moves, at most 1.
+    pub factor: f64,
+    /// In this cycle the robot has come, or the servo itself after a gap: what the arm does next begins with the speed that it has.
+    pub came: bool,
+}
+
+impl Default for ArmFigures {
+    fn default() -> Self {
+        Self {
+            lag: Duration::ZERO,
+            delay: Duration::ZERO,
+            lateness: Duration::ZERO,
+            cycle: Duration::ZERO,
+            contact: Contact::Unseen,
+            factor: 1.0,
+            came: false,
+        }
+    }
+}
+
+/// What the link needs of the settings.
+pub(super) struct LinkSettings<'a> {
+    pub limits: &'a Limits,
+    pub state_timeout: Duration,
+    pub rearm_timeout: Duration,
+    pub latency: Option<Duration>,
+}
+
+/// The joints of all arms: as measured, and as they should be by now.
+pub(super) struct Link {
+    arms: Vec<ArmLink>,
+    commanded: CommandHistory,
+    cycles: Cycles,
+    measured: Vec<f64>,
+    predicted: Vec<f64>,
+    velocity: Vec<f64>,
+}
+
+impl Link {
+    /// Nothing heard yet of these arms, whose joints are of these kinds and take these commands, by a cycle of `period`.
+    pub fn new(orders: Vec<JointOrder>, kinds: &[JointKind], period: Duration, interface: Interface) -> Self {
+        let mut count = 0;
+        let arms = orders.into_iter().map(|order| {
+            let joints = count..count + order.names().len();
+            count = joints.end;
+            ArmLink::new(order, kinds[joints.clone()].to_vec(), joints, period)
+        });
+        let arms = arms.collect();
+        let zeros = vec![0.0; count];
+        let commanded = CommandHistory::new(count, period, interface);
+        Self {
+            arms,
+            commanded,
+            cycles: Cycles::new(period),
+            measured: zeros.clone(),
+            predicted: zeros.clone(),
+            velocity: zeros,
+        }
+    }
+
+    /// Takes a joint state received at `now`, for the next cycle; the last good one before it counts. True where it is of the
+    /// publisher that is believed.
+    pub fn take(
+        &mut self,
+        arm: usize,
+        reading: &JointReading,
+        now: Duration,
+        silence: Duration,
+    ) -> Result<bool, Rejection> {
+        self.arms[arm].take(reading, now, silence)
+    }
+
+    /// The joint names of `arm`, and which of all joints they are.
+    pub fn order(&self, arm: usize) -> (JointOrder, Range<usize>) {
+        self.arms[arm].order()
+    }
+
+    /// Whether anyone subscribes to the commands for `arm`.
+    pub fn set_listeners(&mut self, arm: usize, listeners: bool) {
+        self.arms[arm].listeners = listeners;
+    }
+
+    /// Whether anyone else sends commands to `arm`.
+    pub fn set_rival(&mut self, arm: usize, rival: bool) {
+        self.arms[arm].rival = rival;
+    }
+
+    /// Looks at what has come since the last cycle.
+    pub fn advance(&mut self, now: Duration, settings: &LinkSettings) {
+        self.cycles.note(now);
+        for arm in &mut self.arms {
+            arm.advance(settings, &mut self.measured, &mut self.velocity, &self.commanded);
+            arm.sum_up(now, settings.latency, &self.cycles);
+        }
+        self.predict(now);
+    }
+
+    /// What each arm has done in this cycle that needs consent anew: what was asked for before is revoked.
+    pub fn returns(&self) -> impl Iterator<Item = Return> + '_ {
+        self.arms.iter().filter_map(|arm| arm.returned)
+    }
+
+    /// Why what was asked for longer than `timeout` ago is not obeyed, if it is not.
+    pub fn disobedience(&self, now: Duration, timeout: Duration) -> Option<Disobedience> {
+        self.arms.iter().find_map(|arm| {
+            let first = arm.joints.start;
+            Some(match arm.following.disobedience(now, timeout)? {
+                Disobedience::For(joint, time) => Disobedience::For(first + joint, time),
+                Disobedience::Again(joint) => Disobedience::Again(first + joint),
+            })
+        })
+    }
+
+    /// What was asked for was revoked.
+    pub fn tell(&mut self) {
+        self.arms.iter_mut().for_each(|arm| arm.following.tell());
+    }
+
+    /// Whether an arm does not follow, as far as is known.
+    pub fn is_lost(&self) -> bool {
+        self.arms.iter().any(|arm| arm.following.is_lost())
+    }
+
+    /// Notes at which part of its speed `arm` says that it moves.
+    pub fn set_factor(&mut self, arm: usize, factor: f64) {
+        self.arms[arm].told_factor = factor.is_finite().then_some(factor);
+    }
+
+    /// The part of the commanded speed at which the slowest arm moves.
+    pub fn factor(&self) -> f64 {
+        self.figures().map(|figures| figures.factor).fold(1.0, f64::min)
+    }
+
+    /// Of the arms whose next command begins with the speed that they have: which joints, and how fast these are [rad/s].
+    pub fn coasting(&self) -> impl Iterator<Item = (usize, f64)> + '_ {
+        let came = self.arms.iter().filter(|arm| arm.figures.came && self.received().is_some());
+        came.flat_map(|arm| arm.joints.clone()).map(|joint| (joint, self.velocity[joint]))
+    }
+
+    fn predict(&mut self, now: Duration) {
+        for arm in &self.arms {
+            let since = arm.received.unwrap_or(now).saturating_sub(arm.figures.lag);
+            let slots = &mut self.predicted[arm.joints.clone()];
+            self.commanded.travel(arm.joints.clone(), since, now, slots);
+            slots
+                .iter_mut()
+                .zip(&self.measured[arm.joints.clone()])
+                .for_each(|(slot, measured)| *slot = measured + arm.figures.factor * *slot);
+        }
+    }
+
+    /// The joints are commanded to move at `command` [rad/s] from `now` on.
+    pub fn command(&mut self, now: Duration, command: &[f64]) {
+        self.commanded.hold(now, command);
+        for arm in &mut self.arms {
+            let joints = arm.joints.clone();
+            arm.following.command(now, &command[joints.clone()], &self.measured[joints]);
+        }
+    }
+
+    /// The positions as last measured \[rad\], arm after arm.
+    pub fn measured(&self) -> &[f64] {
+        &self.measured
+    }
+
+    /// Where the joints should be when the next command reaches them \[rad\]: as last measured, moved on by the commands since.
+    pub fn predicted(&self) -> &[f64] {
+        &self.predicted
+    }
+
+    /// When the arm that has been silent longest was last heard; none where it is not known of each where it is and how fast.
+    pub fn received(&self) -> Option<Duration> {
+        self.arms.iter().map(|arm| arm.received).min().flatten()
+    }
+
+    /// The arm that has been silent longest.
+    pub fn quietest(&self) -> usize {
+        let arms = self.arms.iter().enumerate();
+        arms.min_by_key(|(_, arm)| arm.received).map_or(0, |(arm, _)| arm)
+    }
+
+    /// The two publishers that both give joint states of an arm, with the arm's number.
+    pub fn rivals(&mut self, now: Duration) -> Option<Rivals> {
+        let mut arms = self.arms.iter_mut().enumerate();
+        arms.find_map(|(arm, link)| {
+            let (first, second) = link.sources.rivals(now)?;
+            Some(Rivals { of: Contended::JointStates(arm), first, second })
+        })
+    }
+
+    /// What the last cycle found out of each arm.
+    pub fn figures(&self) -> impl Iterator<Item = &ArmFigures> {
+        self.arms.iter().map(|arm| &arm.figures)
+    }
+
+    /// The first arm that is one of `contacts`.
+    pub fn find(&self, contacts: &[Contact]) -> Option<usize> {
+        self.figures().position(|figures| contacts.contains(&figures.contact))
+    }
+
+    /// The joint, counted from 1 arm after arm, that goes too far, and how many times as far as commanded.
+    pub fn too_far(&self, now: Duration) -> Option<(usize, f64)> {
+        self.arms.iter().find_map(|arm| {
+            let (joint, factor) = arm.following.too_far(now)?;
+            Some((arm.joints.start + joint + 1, factor))
+        })
+    }
+
+    /// Tries an arm that did not follow at once.
+    pub fn try_again(&mut self) {
+        self.arms.iter_mut().for_each(|arm| arm.following.try_again());
+    }
+
+    /// The factor for `target` [rad/s] so that joints that have not been seen to follow are driven gently.
+    pub fn probing_factor(&self, target: &[f64], accelerations: &[f64]) -> f64 {
+        let factor = |arm: &ArmLink| {
+            let joints = arm.joints.clone();
+            arm.following.probing_factor(&target[joints.clone()], &accelerations[joints])
+        };
+        self.arms.iter().map(factor).fold(1.0, f64::min)
+    }
+
+    /// From a command to the joint state that shows it \[s\], of the slowest arm.
+    pub fn latency(&self, fixed: Option<Duration>) -> f64 {
+        let estimated = self.arms.iter().map(|arm| arm.latency.total()).fold(0.0, f64::max);
+        fixed.map_or(estimated, |latency| latency.as_secs_f64())
+    }
+
+    /// What braking before a position limit depends on, by a servo of `period` \[s\] whose joints have these `decelerations` [rad/s²]
+    /// and jerks [rad/s³], and were changed by these steps [rad/s].
+    /// A command may stay in force for as long as the latest of the last seconds did. The law's gain is not held against that: what is late
+    /// once makes no law unstable.
+    pub fn braking<'a>(&self, [decelerations, jerks, steps]: [&'a [f64]; 3], period: f64) -> Braking<'a> {
+        let slowest = |of: fn(&ArmFigures) -> Duration| self.figures().map(of).max().unwrap_or_default();
+        let delay = slowest(|figures| figures.delay + figures.lateness).as_secs_f64();
+        let cycle = slowest(|figures| figures.cycle).as_secs_f64().max(period);
+        Braking { decelerations, jerks, steps, period, cycle, delay }
+    }
+
+    /// What the law's gain is held against \[s\], of the slowest arm.
+    pub fn delay(&self) -> f64 {
+        self.figures().map(|figures| figures.delay).max().unwrap_or_default().as_secs_f64()
+    }
+}
+
+/// So many seconds; zero for what is no time.
+pub(super) fn seconds(seconds: f64) -> Duration {
+    Duration::try_from_secs_f64(seconds).unwrap_or_default()
+}
+
+/// The way from one position of a joint to another: of one that turns the shorter way round \[rad\], as encoders wrap; of one that
+/// slides the whole way \[m\].
+pub fn way(kind: JointKind, from: f64, to: f64) -> f64 {
+    let way = to - from;
+    match kind {
+        JointKind::Revolute => way - TAU * (way / TAU).round(),
+        JointKind::Prismatic => way,
+    }
+}

@@ -1,0 +1,120 @@
+//! Whether the robot is the one, where it is, for which a goal was given.
+
+use super::way;
+use crate::servo::Revocation;
+use dq_kinematics::arm::JointKind;
+use std::time::Duration;
+
+/// Joint states may come this much late after others that were not, without the robot having jumped.
+const LATENESS: f64 = 0.05;
+
+/// How far a joint may have gone \[rad, prismatic: m\] at its largest speed [rad/s] between two joint states so many seconds apart.
+pub fn longest_way(speed: f64, seconds: f64) -> f64 {
+    speed * (seconds + LATENESS)
+}
+
+/// The robot is there again: what was asked for before `since` is revoked.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(in crate::servo) struct Return {
+    pub since: Option<Duration>,
+    pub why: Revocation,
+}
+
+impl Return {
+    /// Whether the robot was not there before, so that nobody knows how fast it moves.
+    pub fn is_of_newcomer(&self) -> bool {
+        !matches!(self.why, Revocation::IsElsewhere(..))
+    }
+}
+
+/// What the robot may have done between two joint states.
+pub(super) struct Step<'a> {
+    /// When the state before came, if there was one.
+    pub before: Option<Duration>,
+    pub now: Duration,
+    /// Positions before and now \[rad, prismatic: m\].
+    pub from: &'a [f64],
+    pub to: &'a [f64],
+    /// The joints' largest speeds [rad/s].
+    pub speeds: &'a [f64],
+    /// How far they were commanded lately \[rad\]: with limits that have been lowered meanwhile they still do that.
+    pub commanded: &'a [f64],
+    /// What the joints do.
+    pub kinds: &'a [JointKind],
+    /// The arm's first joint, counted from 1 arm after arm.
+    pub first_joint: usize,
+}
+
+impl Step<'_> {
+    /// Whether the robot has been away for longer than `timeout`, or has gone farther than it can have in the time.
+    pub fn returned(&self, timeout: Duration) -> Option<Return> {
+        // There is nothing to revoke from before the clock began.
+        let lately = self.now.checked_sub(timeout);
+        let Some(before) = self.before else {
+            return Some(Return { since: lately, why: Revocation::CameLater(0.0) });
+        };
+        let away = self.now.saturating_sub(before);
+        if away > timeout {
+            return Some(Return { since: lately, why: Revocation::WasAway(away.as_secs_f64()) });
+        }
+        let seconds = away.as_secs_f64();
+        let speeds = self.speeds.iter().zip(self.commanded);
+        let allowed = speeds.map(|(speed, way)| longest_way(*speed, seconds) + way.abs());
+        let mut jumps = self.from.iter().zip(self.to).zip(self.kinds).zip(allowed).enumerate();
+        jumps.find_map(|(joint, (((from, to), kind), allowed))| {
+            let jump = way(*kind, *from, *to).abs();
+            let why = Revocation::IsElsewhere(self.first_joint + joint, jump, *kind);
+            (jump > allowed).then_some(Return { since: Some(before), why })
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MS: Duration = Duration::from_millis(1);
+
+    fn step(before: Option<Duration>, now: Duration, to: f64) -> Option<Return> {
+        step_of(JointKind::Revolute, before, now, to)
+    }
+
+    fn step_of(kind: JointKind, before: Option<Duration>, now: Duration, to: f64) -> Option<Return> {
+        let (commanded, kinds) = (&[0.02], &[kind]);
+        Step { before, now, from: &[0.0], to: &[to], speeds: &[2.0], commanded, kinds, first_joint: 7 }
+            .returned(1000 * MS)
+    }
+
+    #[test]
+    fn a_robot_that_goes_on_has_not_returned() {
+        assert_eq!(step(Some(5000 * MS), 5002 * MS, 0.1), None);
+        assert_eq!(step(Some(5000 * MS), 5500 * MS, 1.0), None);
+        assert_eq!(
+            step(Some(5000 * MS), 5002 * MS, std::f64::consts::TAU + 0.01),
+            None,
+            "an encoder that wraps"
+        );
+    }
+
+    #[test]
+    fn a_joint_that_slides_has_no_turns() {
+        let jump = std::f64::consts::TAU + 0.01;
+        let why = Revocation::IsElsewhere(7, jump, JointKind::Prismatic);
+        let returned = step_of(JointKind::Prismatic, Some(5000 * MS), 5002 * MS, jump);
+        assert_eq!(returned, Some(Return { since: Some(5000 * MS), why }));
+        assert!(why.explain(|joint| joint.to_string()).ends_with("7 jumped by 6.29 m"));
+    }
+
+    #[test]
+    fn one_that_was_away_or_is_elsewhere_has() {
+        let away = Return { since: Some(8000 * MS), why: Revocation::WasAway(4.0) };
+        assert_eq!(step(Some(5000 * MS), 9000 * MS, 0.0), Some(away));
+        let elsewhere =
+            Return { since: Some(5000 * MS), why: Revocation::IsElsewhere(7, 1.2, JointKind::Revolute) };
+        assert_eq!(step(Some(5000 * MS), 5400 * MS, 1.2), Some(elsewhere));
+        assert_eq!(
+            step(None, 9000 * MS, 0.0),
+            Some(Return { since: Some(8000 * MS), why: Revocation::CameLater(0.0) })
+        );
+    }
+}

@@ -1,0 +1,313 @@
+//! Whether an arm follows its commands: each of its joints, at one common part of the speed that is commanded.
+
+use super::CommandHistory;
+use super::samples::Displacement;
+use super::way;
+use dq_kinematics::arm::JointKind;
+use std::ops::Range;
+use std::time::Duration;
+
+/// Until it is seen to follow, a joint is driven no faster than this [rad/s], and no faster than its acceleration gives in
+/// [`PROBE_ACCELERATION`] \[s\]: what it has to take in one step if it begins to follow only then.
+const PROBE_SPEED: f64 = 0.05;
+const PROBE_ACCELERATION: f64 = 0.01;
+
+/// A joint that has moved so far \[rad\] as commanded follows: more than encoders make of a standstill.
+const SEEN: f64 = 2e-4;
+
+/// A joint follows that goes at least this part of the way that the others go for it.
+const PART: f64 = 0.2;
+
+/// A robot that goes less than this part of the way obeys no command; one that goes more was told to be slow.
+const SLOWEST: f64 = 0.02;
+
+/// A joint that has not begun to move for so long after it was commanded to go [`PROBE_WAY`], or over so long a way \[rad\], does not follow.
+const PATIENCE: Duration = Duration::from_millis(400);
+const LONGEST_PROBE: f64 = 0.02;
+
+/// The way \[rad\] that must have been commanded before a joint can be said to follow or not: from where it stood, and within a window.
+const PROBE_WAY: f64 = 2e-3;
+const WAY: f64 = 0.01;
+
+/// A joint that goes so many times as far as commanded is reported, and one that goes so many times as far obeys no command.
+const TOO_FAR: f64 = 2.0;
+const MUCH_TOO_FAR: f64 = 5.0;
+
+/// An arm that has ceased to follow so often within this time is not tried again.
+const LOSSES: usize = 3;
+const LOSSES_WITHIN: Duration = Duration::from_secs(10);
+
+/// Commands may take effect so much later than estimated.
+const SLACK: [Duration; 3] = [Duration::ZERO, Duration::from_millis(50), Duration::from_millis(100)];
+
+/// The arm does not follow when it has not for so long.
+const PERSISTENCE: Duration = Duration::from_millis(50);
+
+/// Commands below this [rad/s] are too small to see whether they are followed.
+const CREEP: f64 = 1e-3;
+
+/// After so long without a command to be seen the arm must be seen to follow anew.
+const REST: Duration = Duration::from_millis(300);
+
+/// An arm that does not follow is tried again after so long.
+const RETRY: Duration = Duration::from_millis(500);
+
+/// How much of the remaining difference a window brings the part of its speed at which the robot moves nearer.
+const SMOOTHING: f64 = 0.05;
+
+/// The fastest that a joint of this acceleration [rad/s²] may be driven while it has not been seen to follow [rad/s].
+fn probe_speed(acceleration: f64) -> f64 {
+    PROBE_SPEED.min(PROBE_ACCELERATION * acceleration)
+}
+
+/// What is known of one arm.
+#[derive(Clone, Debug, PartialEq)]
+enum Phase {
+    /// It stands: the next command is the first.
+    Standing,
+    /// It has been commanded since; the way of a joint fails to be gone since.
+    Driven { since: Duration, fails_since: Option<Duration> },
+    /// It is not driven, since.
+    Lost { since: Duration },
+}
+
+/// Why what was asked for is not obeyed. The joint is counted from 0.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(in crate::servo) enum Disobedience {
+    /// A joint has not obeyed for so long.
+    For(usize, Duration),
+    /// A joint has ceased to follow once too often.
+    Again(usize),
+}
+
+/// Watches one arm.
+#[derive(Clone, Debug)]
+pub(super) struct TrackingMonitor {
+    phase: Phase,
+    /// Which joints have been seen to follow since the arm last stood, and since when each that has not was commanded to go far enough.
+    seen: Vec<bool>,
+    due: Vec<Option<Duration>>,
+    /// Since when the arm does not obey, as far as is known, and the joint that was seen not to.
+    disobeys: Option<(Duration, usize)>,
+    commanded: Option<Duration>,
+    start: Vec<f64>,
+    way: Vec<f64>,
+    /// The largest and the smallest part of its way that each joint may have gone, and how many times as far as it, or as the least way.
+    parts: Vec<[f64; 3]>,
+    /// The part of the commanded speed at which the robot moves.
+    factor: f64,
+    /// When it last ceased to follow, newest first.
+    losses: [Option<Duration>; LOSSES],
+    /// Since when a joint goes too far, which one, and how many times as far as commanded.
+    too_far: Option<(Duration, usize, f64)>,
+}
+
+impl TrackingMonitor {
+    pub fn new(joint_count: usize) -> Self {
+        let zeros = vec![0.0; joint_count];
+        Self {
+            phase: Phase::Standing,
+            seen: vec![false; joint_count],
+            due: vec![None; joint_count],
+            disobeys: None,
+            commanded: None,
+            start: zeros.clone(),
+            way: zeros,
+            parts: vec![[0.0; 3]; joint_count],
+            factor: 1.0,
+            losses: [None; LOSSES],
+            too_far: None,
+        }
+    }
+
+    /// Tries at once an arm that somebody asks to move.
+    pub fn try_again(&mut self) {
+        if matches!(self.phase, Phase::Lost { .. }) {
+            self.stand();
+        }
+        // What was not obeyed was asked for before.
+        self.disobeys = self.disobeys.filter(|_| matches!(self.phase, Phase::Driven { .. }));
+    }
+
+    fn stand(&mut self) {
+        self.phase = Phase::Standing;
+        self.seen.fill(false);
+        self.due.fill(None);
+    }
+
+    /// Whether the arm does not follow, as far as is known.
+    pub fn is_lost(&self) -> bool {
+        self.disobeys.is_some()
+    }
+
+    /// Whether it must not be commanded now.
+    pub fn must_rest(&self) -> bool {
+        matches!(self.phase, Phase::Lost { .. })
+    }
+
+    /// Whether each joint that is commanded has been seen to follow since the arm last stood.
+    pub fn is_seen(&self) -> bool {
+        self.seen.iter().any(|seen| *seen) && !self.is_lost()
+    }
+
+    /// The part of the commanded speed at which the robot moves, at most 1.
+    pub fn factor(&self) -> f64 {
+        self.factor
+    }
+
+    /// Why what was asked for is to be revoked at `now`, where nobody asks for longer than `timeout` what is not obeyed.
+    pub fn disobedience(&self, now: Duration, timeout: Duration) -> Option<Disobedience> {
+        let (since, joint) = self.disobeys?;
+        let time = now.saturating_sub(since);
+        let [_, .., oldest] = self.losses;
+        let keeps_losing = oldest.is_some_and(|oldest| now.saturating_sub(oldest) <= LOSSES_WITHIN);
+        match () {
+            () if keeps_losing && self.must_rest() => Some(Disobedience::Again(joint)),
+            () if time > timeout => Some(Disobedience::For(joint, time)),
+            () => None,
+        }
+    }
+
+    /// What was asked for was revoked: the losses so far were told.
+    pub fn tell(&mut self) {
+        self.losses = [None; LOSSES];
+    }
+
+    /// The joint, counted from 0, that goes too far, and how many times as far as commanded.
+    pub fn too_far(&self, now: Duration) -> Option<(usize, f64)> {
+        let (since, joint, factor) = self.too_far?;
+        (now.saturating_sub(since) >= PERSISTENCE).then_some((joint, factor))
+    }
+
+    /// The factor for `target` [rad/s] with which a joint of these `accelerations` [rad/s²] that was not seen to follow is driven gently.
+    pub fn probing_factor(&self, target: &[f64], accelerations: &[f64]) -> f64 {
+        let joints = target.iter().zip(accelerations).zip(&self.seen).filter(|(_, seen)| !**seen);
+        joints.fold(1.0, |factor, ((speed, acceleration), _)| {
+            factor.min(probe_speed(*acceleration) / speed.abs())
+        })
+    }
+
+    /// Notes what the arm is commanded from `now` on, and where it is: `positions` \[rad\].
+    pub fn command(&mut self, now: Duration, command: &[f64], positions: &[f64]) {
+        if command.iter().any(|speed| speed.abs() > CREEP) {
+            self.commanded = Some(now);
+            if self.phase == Phase::Standing {
+                self.phase = Phase::Driven { since: now, fails_since: None };
+                self.start.copy_from_slice(positions);
+            }
+            return;
+        }
+        let rests = self.commanded.is_none_or(|last| now.saturating_sub(last) >= REST);
+        match self.phase {
+            Phase::Lost { since } if now.saturating_sub(since) >= RETRY => self.stand(),
+            Phase::Driven { .. } if rests => {
+                self.stand();
+                self.too_far = None;
+            }
+            _ => {}
+        }
+    }
+
+    /// Looks which joints have begun to move since the arm stood: its joints, `range` of all, are at `positions`
+    /// \[rad, prismatic: m\] at `now`, and of these kinds.
+    pub fn watch_start(
+        &mut self,
+        now: Duration,
+        (positions, kinds): (&[f64], &[JointKind]),
+        range: Range<usize>,
+        commanded: &CommandHistory,
+    ) {
+        let Phase::Driven { since, .. } = self.phase else { return };
+        if self.seen.iter().all(|seen| *seen) {
+            return;
+        }
+        commanded.travel(range, since, now, &mut self.way);
+        let asked = self.way.iter().map(|way| way * way).sum::<f64>();
+        let moved = |joint: usize| way(kinds[joint], self.start[joint], positions[joint]);
+        let along: f64 = self.way.iter().enumerate().map(|(joint, way)| way * moved(joint)).sum();
+        let factor = if asked > 0.0 { (along / asked).min(1.0) } else { 1.0 };
+        let mut failed = None;
+        for joint in 0..positions.len() {
+            let (way, moved) = (self.way[joint].abs(), moved(joint) * self.way[joint].signum());
+            let follows = factor >= SLOWEST && moved >= 0.5 * PART * factor * way;
+            self.seen[joint] |= follows && moved >= SEEN && moved <= MUCH_TOO_FAR * way;
+            if self.seen[joint] || way < PROBE_WAY {
+                continue;
+            }
+            let since = *self.due[joint].get_or_insert(now);
+            if way >= LONGEST_PROBE || now.saturating_sub(since) >= PATIENCE {
+                failed.get_or_insert((since, joint, moved <= -PART * way));
+            }
+        }
+        match failed {
+            // One that goes the other way is not to be tried for ever.
+            Some((since, joint, goes_back)) => self.lose((since, now), joint, goes_back),
+            None => self.disobeys = self.disobeys.filter(|(_, joint)| !self.seen[*joint]),
+        }
+    }
+
+    /// Looks at `now` whether an arm in motion goes on to follow: it has gone the way of `motion`, and answers after `response`.
+    pub fn watch_motion(
+        &mut self,
+        now: Duration,
+        motion: &Displacement,
+        response: Duration,
+        commanded: &CommandHistory,
+    ) {
+        let Phase::Driven { since, fails_since } = self.phase else { return };
+        self.parts.fill([f64::NEG_INFINITY, f64::INFINITY, f64::INFINITY]);
+        let (mut factor, mut most) = (f64::NEG_INFINITY, 0.0_f64);
+        for slack in SLACK {
+            let before = |time: Duration| time.saturating_sub(response + slack);
+            commanded.travel(motion.joints.clone(), before(motion.from), before(motion.to), &mut self.way);
+            let (mut along, mut asked) = (0.0, 0.0);
+            let parts = self.parts.iter_mut().zip(&self.way).zip(motion.moved);
+            for (([largest, smallest, excess], way), moved) in parts {
+                *excess = excess.min(moved.abs() / way.abs().max(WAY));
+                // Of a small way nothing can be said: it may have been followed, and not too far.
+                let part = (way.abs() >= WAY).then(|| moved / way);
+                (*largest, *smallest) = (largest.max(part.unwrap_or(1.0)), smallest.min(part.unwrap_or(1.0)));
+                (along, asked) = (along + way * moved, asked + way * way);
+            }
+            most = most.max(asked);
+            factor = factor.max(if asked > 0.0 { along / asked } else { 1.0 });
+        }
+        let common = factor.min(1.0);
+        let is_judged = most >= WAY * WAY && self.is_seen();
+        if is_judged && common >= SLOWEST {
+            self.factor += SMOOTHING * (common - self.factor);
+        }
+        self.watch_excess(now);
+        let mut joints = self.parts.iter().zip(&self.seen).enumerate();
+        let failed = joints.find(|(_, ([largest, _, excess], seen))| {
+            **seen && (common < SLOWEST || *largest < PART * common || *excess >= MUCH_TOO_FAR)
+        });
+        let failed = failed.filter(|_| is_judged).map(|(joint, _)| joint);
+        let fails_since = failed.map(|_| fails_since.unwrap_or(now));
+        self.phase = Phase::Driven { since, fails_since };
+        if let (Some(joint), Some(fails)) = (failed, fails_since)
+            && now.saturating_sub(fails) >= PERSISTENCE
+        {
+            self.lose((fails, now), joint, true);
+        }
+    }
+
+    /// Notes the joint that goes farthest beyond its way.
+    fn watch_excess(&mut self, now: Duration) {
+        let parts = self.parts.iter().map(|[_, smallest, _]| *smallest).enumerate();
+        let farthest = parts.max_by(|(_, one), (_, other)| one.total_cmp(other));
+        let since = self.too_far.map_or(now, |(since, ..)| since);
+        self.too_far =
+            farthest.filter(|(_, part)| *part >= TOO_FAR).map(|(joint, part)| (since, joint, part));
+    }
+
+    /// Drives it no more for a while, as that joint has not obeyed since then; whether that `counts` as a loss.
+    fn lose(&mut self, (since, now): (Duration, Duration), joint: usize, counts: bool) {
+        self.phase = Phase::Lost { since: now };
+        self.disobeys = Some((self.disobeys.map_or(since, |(first, _)| first), joint));
+        if counts {
+            self.losses.rotate_right(1);
+            self.losses[0] = Some(now);
+        }
+    }
+}

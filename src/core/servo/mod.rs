@@ -1,0 +1,101 @@
+//! The servo cycle: (state, goal, clock) → command and status. Every safety rule lives here.
+//!
+//! No I/O, no clock, no threads: time is an argument, so that each rule is tested in fake time.
+//!
+//! Who drives an arm with a [`Servo`] tells the servo once a cycle where the joints are ([`Servo::cycle`]) and sends the arm what it returns:
+//! nothing where that is none, as before the arm is driven for the first time.
+//!
+//! A UR5e under logc, ten cycles on its way to a goal, with joints that follow at once:
+//!
+//! ```
+//! use dq_config::ForArm;
+//! use dq_core::servo::{Measured, Servo, State};
+//! use nalgebra::{Isometry3, Vector3};
+//! use std::f64::consts::PI;
+//! use std::time::Duration;
+//!
+//! let mut servo = Servo::for_arm("ur5e")?;
+//! let mut angles = [0.0, -1.57, 1.57, -1.57, -1.57, 0.0]; // [rad]
+//! let mut speeds = [0.0; 6]; // [rad/s]
+//! servo.set_goal(Isometry3::new(Vector3::new(-0.4, -0.3, 0.4), PI * Vector3::x()));
+//! for cycle in 1..=10 {
+//!     let measured = Measured { positions: &angles, velocities: &speeds };
+//!     if let Some(output) = servo.cycle(cycle * Duration::from_millis(2), &measured)? {
+//!         speeds.copy_from_slice(output); // velocities, as the arm takes by default; positions under the other interfaces
+//!     }
+//!     angles.iter_mut().zip(&speeds).for_each(|(angle, speed)| *angle += 0.002 * speed);
+//! }
+//! assert_eq!(servo.status().state, State::Tracking);
+//! assert!(!servo.at_rest());
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod arbiter;
+mod arms;
+mod carried;
+mod close_pair;
+mod consent;
+mod cycle;
+mod escape;
+mod escape_phase;
+mod event;
+mod fed_back;
+mod filters;
+mod goal;
+mod goal_error;
+mod interface;
+mod jerk;
+mod joints;
+mod limits;
+mod link;
+mod mode;
+mod motion;
+mod motion_record;
+mod oscillation;
+mod position_limits;
+mod progress;
+mod reason;
+mod reconfiguration;
+mod rejection;
+mod revocation;
+mod search;
+mod setpoint;
+mod settings;
+mod settings_error;
+mod stability;
+mod stall;
+mod state;
+mod status;
+mod stream;
+mod twist;
+mod violation;
+
+pub use arms::{Arms, ToolSpeed};
+pub use close_pair::ClosePair;
+pub use consent::{Ask, Asker, Consent, Revoked, STREAM};
+pub use cycle::{Measured, Servo};
+pub use event::{Event, GoalMotion, GoalReading, Sent, TwistReading};
+pub use filters::{CLEARANCE, Replaced};
+pub use goal::{Goal, is_own_frame};
+pub use goal_error::GoalError;
+pub use interface::Interface;
+pub use joints::JointOrder;
+pub use limits::{Limits, RAMP_TIME, STOP_TIME};
+pub use link::{ArmFigures, Contact, JointReading, longest_way, stamp_age, way};
+pub use motion::{Figures, MotionMeter, Settling};
+use motion_record::MotionLog;
+pub use motion_record::{MOTIONS, Motion, Outcome};
+pub use position_limits::PositionLimits;
+pub use reason::Reason;
+pub use reconfiguration::{Detour, NoWayRound, Reconfiguration, Reconfigure};
+pub use rejection::{Rejection, RejectionCounts};
+pub use revocation::{Contended, Revocation, Rivals};
+pub use search::{Found, STARTS, Search};
+pub use settings::{BeyondReach, GoalFrameMode, GoalFrames, Posture, Settings, Tolerance};
+pub use settings_error::SettingsError;
+pub use stability::{RateBound, largest_rate};
+pub use stall::{Reach, Stall};
+pub use state::State;
+pub use status::{Input, Status};
+pub use twist::Twist;
+pub use violation::Violation;

@@ -1,0 +1,74 @@
+//! Joint position limits.
+
+use dq_kinematics::arm::JointKind;
+
+/// Between which positions each joint may be, and where it slows down.
+///
+/// Only the joint that is near a limit is slowed, and only outward: to scale the whole velocity, as the speed limits do, would
+/// hold the whole arm as soon as one joint is at its limit. The others go on, and the law sees each cycle where that has led.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PositionLimits {
+    /// Smallest joint positions \[rad, prismatic: m\], one a joint; −∞ for a joint without.
+    pub lower: Vec<f64>,
+    /// Largest joint positions \[rad, prismatic: m\], one a joint; ∞ for a joint without.
+    pub upper: Vec<f64>,
+    /// Distance from a limit \[rad, prismatic: m\] inside which the joint is slowed.
+    pub margin: f64,
+}
+
+/// How far [`PositionLimits::beside`] goes \[rad, prismatic: m\].
+const ASIDE: [(JointKind, f64); 2] = [(JointKind::Revolute, 0.3), (JointKind::Prismatic, 0.1)];
+
+impl PositionLimits {
+    /// Positions a little aside of `positions`, inside the limits: the pose of the tool there is one that the arm reaches. Joints of these
+    /// kinds go up by 0.3 rad or 0.1 m, where their limits leave no room for it down, and where neither half of the way to the farther one.
+    pub fn beside(&self, positions: &[f64], kinds: &[JointKind]) -> Vec<f64> {
+        let bounds = self.lower.iter().zip(&self.upper);
+        let aside = |((position, kind), (lower, upper)): ((&f64, &JointKind), (&f64, &f64))| {
+            let step = ASIDE.iter().find(|(of, _)| of == kind).map_or(0.0, |(_, step)| *step);
+            let (up, down) = (upper - self.margin - position, position - self.margin - lower);
+            position
+                + match (up >= step, down >= step) {
+                    (true, _) => step,
+                    (false, true) => -step,
+                    (false, false) if up >= down => 0.5 * up.max(0.0),
+                    (false, false) => -0.5 * down.max(0.0),
+                }
+        };
+        positions.iter().zip(kinds).zip(bounds).map(aside).collect()
+    }
+
+    /// Smallest and largest position of each joint \[rad, prismatic: m\].
+    pub fn ranges(&self) -> impl Iterator<Item = (f64, f64)> + Clone {
+        self.lower.iter().copied().zip(self.upper.iter().copied())
+    }
+
+    /// Whether these are positions of all joints within their limits.
+    pub(super) fn contain(&self, positions: &[f64]) -> bool {
+        let mut joints = positions.iter().zip(self.ranges());
+        let is_within = |(position, (lower, upper)): (&f64, _)| {
+            position.is_finite() && (lower..=upper).contains(position)
+        };
+        positions.len() == self.lower.len() && joints.all(is_within)
+    }
+
+    /// No limits for `joint_count` joints.
+    pub fn none(joint_count: usize) -> Self {
+        Self {
+            lower: vec![f64::NEG_INFINITY; joint_count],
+            upper: vec![f64::INFINITY; joint_count],
+            margin: 0.0,
+        }
+    }
+
+    /// Whether the joint is nearer than the margin to a limit, or beyond it.
+    pub(super) fn is_near(&self, joint: usize, position: f64) -> bool {
+        (position - self.lower[joint]).min(self.upper[joint] - position) <= self.margin
+    }
+
+    /// Whether the joint is nearer than the margin to the limit that lies in the direction of `way`, or beyond it.
+    pub(super) fn is_near_towards(&self, joint: usize, position: f64, way: f64) -> bool {
+        let room = if way > 0.0 { self.upper[joint] - position } else { position - self.lower[joint] };
+        room <= self.margin
+    }
+}

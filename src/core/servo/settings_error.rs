@@ -1,0 +1,136 @@
+//! What settings must be for a servo to take them.
+
+use super::{Interface, Limits, Settings};
+use dq_kinematics::control::{Controller, Law};
+use std::slice::from_ref;
+use std::time::Duration;
+use thiserror::Error;
+
+/// Settings, or joint names, that a servo does not take.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum SettingsError {
+    /// A list that does not have one entry a joint, of all arms together.
+    #[error("{list} has {got} entries, expected {expected}: one a joint")]
+    Length {
+        /// Which list.
+        list: &'static str,
+        /// How many joints there are.
+        expected: usize,
+        /// How many entries the list has.
+        got: usize,
+    },
+    /// A number that cannot be meant.
+    #[error("{name} has {value}, expected {expected}")]
+    Number {
+        /// Where it is.
+        name: &'static str,
+        /// The number.
+        value: f64,
+        /// What is taken there.
+        expected: &'static str,
+    },
+    /// Commands of another kind than those that the servo was made for.
+    #[error("interface is {got}, expected {expected}: it stays as it is while the servo runs")]
+    AnotherInterface {
+        /// What the servo was made for.
+        expected: Interface,
+        /// What was asked for.
+        got: Interface,
+    },
+}
+
+/// Fails where the list of that name does not have one entry a joint.
+pub(super) fn check_length(list: &'static str, got: usize, expected: usize) -> Result<(), SettingsError> {
+    if got == expected { Ok(()) } else { Err(SettingsError::Length { list, expected, got }) }
+}
+
+/// Fails where there is no time from one cycle to the next.
+pub(super) fn check_period(period: Duration) -> Result<(), SettingsError> {
+    match period.is_zero() {
+        true => Err(SettingsError::Number { name: "period", value: 0.0, expected: "a time above 0" }),
+        false => Ok(()),
+    }
+}
+
+/// Whether a number is taken, and what is.
+type Taken = (fn(f64) -> bool, &'static str);
+
+const FINITE: Taken = (f64::is_finite, "a finite number");
+const SIZE: Taken = (|value| value.is_finite() && value >= 0.0, "a finite number not below 0");
+const BOUND: Taken = (|value| !value.is_nan(), "a number, or an infinite one for no limit");
+const TOLERANCE: Taken = (|value| value >= 0.0, "a number not below 0");
+
+impl Settings {
+    /// Fails where these cannot be the settings of a servo of so many joints that sends such commands. Those for which this does not fail
+    /// such a servo takes, whenever they come.
+    ///
+    /// # Errors
+    /// [`SettingsError`].
+    pub fn check(&self, joint_count: usize, interface: Interface) -> Result<(), SettingsError> {
+        self.check_lengths(joint_count)?;
+        self.check_numbers()?;
+        if self.interface != interface {
+            return Err(SettingsError::AnotherInterface { expected: interface, got: self.interface });
+        }
+        Ok(())
+    }
+
+    fn check_lengths(&self, joint_count: usize) -> Result<(), SettingsError> {
+        let (limits, posture) = (&self.limits, &self.posture.positions);
+        for (list, numbers) in [
+            ("limits.joint_velocity", &limits.joint_velocity),
+            ("limits.joint_acceleration", &limits.joint_acceleration),
+            ("limits.joint_deceleration", &limits.joint_deceleration),
+            ("limits.jerk", &limits.joint_jerk),
+            ("limits.position.lower", &limits.position.lower),
+            ("limits.position.upper", &limits.position.upper),
+        ] {
+            check_length(list, numbers.len(), joint_count)?;
+        }
+        if let Some(scene) = &self.scene {
+            check_length("scene", scene.joint_count(), joint_count)?;
+        }
+        match posture.len() {
+            0 => Ok(()),
+            got => check_length("posture.positions", got, joint_count),
+        }
+    }
+
+    fn check_numbers(&self) -> Result<(), SettingsError> {
+        let Limits { joint_velocity, joint_acceleration, joint_deceleration, joint_jerk, position, .. } =
+            &self.limits;
+        let Controller { damping, .. } = &self.controller;
+        let offset = self.tool_offset.to_vector8();
+        let numbers: [(&str, &[f64], Taken); 18] = [
+            ("tool_offset", offset.as_slice(), FINITE),
+            ("sign_hysteresis", from_ref(&self.sign_hysteresis), SIZE),
+            ("damping.max", from_ref(&damping.max), SIZE),
+            ("damping.threshold", from_ref(&damping.threshold), SIZE),
+            ("limits.joint_velocity", joint_velocity, SIZE),
+            ("limits.joint_acceleration", joint_acceleration, SIZE),
+            ("limits.joint_deceleration", joint_deceleration, SIZE),
+            ("limits.jerk", joint_jerk, TOLERANCE),
+            ("limits.linear_speed", from_ref(&self.limits.linear_speed), SIZE),
+            ("limits.angular_speed", from_ref(&self.limits.angular_speed), SIZE),
+            ("limits.position.lower", &position.lower, BOUND),
+            ("limits.position.upper", &position.upper, BOUND),
+            ("limits.position.margin", from_ref(&position.margin), SIZE),
+            ("posture.positions", &self.posture.positions, FINITE),
+            ("posture.gain", from_ref(&self.posture.gain), SIZE),
+            ("goal_tolerance.linear", from_ref(&self.goal_tolerance.linear), TOLERANCE),
+            ("goal_tolerance.angular", from_ref(&self.goal_tolerance.angular), TOLERANCE),
+            ("following_error", from_ref(&self.following_error), TOLERANCE),
+        ];
+        let gains =
+            Law::all().map(|law| (law.parameter(), &self.controller.all_gains[law.number()][..], SIZE));
+        for (name, numbers, (is_taken, expected)) in numbers.into_iter().chain(gains) {
+            if let Some(value) = numbers.iter().copied().find(|number| !is_taken(*number)) {
+                return Err(SettingsError::Number { name, value, expected });
+            }
+        }
+        let mut ranges = position.ranges();
+        let crossed = ranges.find_map(|(lower, upper)| (upper < lower).then_some(upper));
+        let (name, expected) = ("limits.position.upper", "a number not below the lower limit");
+        crossed.map_or(Ok(()), |value| Err(SettingsError::Number { name, value, expected }))
+    }
+}

@@ -1,0 +1,274 @@
+//! How a goal moves that comes again and again: its twist, estimated from the poses of the last moments.
+
+use dq_algebra::UnitDualQuaternion;
+use nalgebra::{Matrix3, SMatrix, Vector3, Vector6};
+use std::collections::VecDeque;
+use std::time::Duration;
+
+/// Poses are looked at over this time \[s\] ...
+const WINDOW: f64 = 0.12;
+
+/// ... but so many at least, and no more than there is room for.
+const FEWEST: usize = 3;
+const MOST: usize = 64;
+
+/// A motion is believed that so many poses show, over this time \[s\].
+const PROOF: usize = 3;
+const SPAN: f64 = 0.03;
+
+/// Poses that are further apart in time \[s\] are single goals.
+const LONGEST_INTERVAL: f64 = 0.25;
+
+/// Stamps count where messages were all under way for the same time, but for this \[s\] and this part of the time looked at: else the
+/// sender's clock goes wrong.
+const SPREAD: f64 = 0.01;
+const SPREAD_SHARE: f64 = 0.25;
+
+/// A pose that is off the expected one by more than this part of the goal's way, and this much [rad, m] besides, has jumped: what was
+/// before it counts no more.
+const JUMP: f64 = 0.5;
+const STEP: [f64; 2] = [5e-3, 1e-3];
+
+/// So many of its standard errors of a velocity are taken for noise.
+const NOISE: f64 = 2.0;
+
+/// How much one pose adds to what is known of the noise.
+const MEMORY: f64 = 0.1;
+
+/// What moves by less than this [rad, m] stands.
+const ROUNDING: f64 = 1e-6;
+
+/// A pose as it came.
+#[derive(Clone, Copy, Debug)]
+struct StampedPose {
+    pose: UnitDualQuaternion,
+    stamp: i64,
+    received: i64,
+    /// When it held, by the cycle's clock \[ns\].
+    time: i64,
+}
+
+/// The goal's motion about the newest pose.
+#[derive(Clone, Copy, Debug)]
+struct Fit {
+    pose: UnitDualQuaternion,
+    /// When it was there, by the cycle's clock \[ns\].
+    time: i64,
+    /// Where it was then, seen from `pose`, its twist and the change of that, of a screw log over time \[s\].
+    coefficients: [Vector6<f64>; 3],
+    /// The inverse of the normal matrix, of powers of the time by `span` \[s\].
+    covariance: Matrix3<f64>,
+    span: f64,
+}
+
+/// A goal that moves.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct MovingGoal {
+    /// Where it should be now.
+    pub pose: UnitDualQuaternion,
+    /// Its body twist `(ω, v)` [rad/s, m/s].
+    pub twist: Vector6<f64>,
+}
+
+impl MovingGoal {
+    /// The same goal `seconds` later.
+    pub fn after(&self, seconds: f64) -> Self {
+        Self { pose: self.pose * UnitDualQuaternion::screw_exp(&(seconds * self.twist)), ..*self }
+    }
+}
+
+/// The poses of a goal in the last moments.
+#[derive(Clone, Debug)]
+pub(super) struct GoalStream {
+    samples: VecDeque<StampedPose>,
+    fit: Option<Fit>,
+    /// The squares of the noise of a pose, of its rotation [rad²] and its position [m²].
+    noise: [f64; 2],
+    /// How many poses that was seen of.
+    heard: u32,
+}
+
+impl Default for GoalStream {
+    fn default() -> Self {
+        Self { samples: VecDeque::with_capacity(MOST), fit: None, noise: [0.0; 2], heard: 0 }
+    }
+}
+
+fn seconds(nanoseconds: i64) -> f64 {
+    nanoseconds as f64 * 1e-9
+}
+
+fn nanoseconds(time: Duration) -> i64 {
+    i64::try_from(time.as_nanos()).unwrap_or(i64::MAX)
+}
+
+impl GoalStream {
+    /// Forgets all.
+    pub fn clear(&mut self) {
+        self.samples.clear();
+        (self.fit, self.noise, self.heard) = (None, [0.0; 2], 0);
+    }
+
+    /// Adds a pose that its sender stamped `stamp` \[ns\], received at `now`. Of several that come in one cycle the last counts.
+    pub fn add(&mut self, pose: &UnitDualQuaternion, stamp: i64, now: Duration) {
+        let received = nanoseconds(now);
+        if self.samples.back().is_some_and(|last| last.received >= received) {
+            self.samples.pop_back();
+        }
+        let mut next = StampedPose { pose: *pose, stamp, received, time: received };
+        if let Some(last) = self.samples.back() {
+            if last.pose.real().dot(&pose.real()) < 0.0 {
+                next.pose = -next.pose;
+            }
+            if seconds(received.saturating_sub(last.received)) > LONGEST_INTERVAL {
+                self.samples.clear();
+            }
+        }
+        if self.samples.len() >= MOST {
+            self.samples.pop_front();
+        }
+        self.samples.push_back(next);
+        self.set_times();
+        if self.has_jumped() {
+            self.samples.drain(..self.samples.len().saturating_sub(1));
+            self.set_times();
+        }
+        self.forget_old();
+        self.fit = self.find_fit();
+    }
+
+    /// Times by the stamps, as if all messages had been under way for as long as the fastest, where the stamps allow it; else by receipt.
+    fn set_times(&mut self) {
+        let mut stamps = self.samples.iter().zip(self.samples.iter().skip(1));
+        let in_order = stamps.all(|(one, next)| one.stamp < next.stamp);
+        let delays = self.samples.iter().map(|it| it.received.saturating_sub(it.stamp));
+        let (fastest, slowest) = (delays.clone().min().unwrap_or(0), delays.max().unwrap_or(0));
+        let ends = (self.samples.front(), self.samples.back());
+        let received = |it: Option<&StampedPose>| it.map_or(0, |sample| sample.received);
+        let most = SPREAD + SPREAD_SHARE * seconds(received(ends.1).saturating_sub(received(ends.0)));
+        let stamped = in_order && seconds(slowest.saturating_sub(fastest)) <= most;
+        for sample in &mut self.samples {
+            sample.time = if stamped { sample.stamp.saturating_add(fastest) } else { sample.received };
+        }
+    }
+
+    /// Whether the newest pose is not where the others lead to; by how much it is off is noise otherwise.
+    fn has_jumped(&mut self) -> bool {
+        let (Some(fit), Some(newest)) = (&self.fit, self.samples.back()) else { return false };
+        let interval = seconds(newest.time.saturating_sub(fit.time));
+        let expected = fit.after(interval).pose;
+        let off = (expected.conjugate() * newest.pose).screw_log();
+        let (off, speeds) = (halves(&off), halves(&fit.coefficients[1]));
+        let way = interval.max(SPAN);
+        let mut all = off.iter().zip(&speeds).zip(STEP);
+        if all.any(|((off, speed), step)| off.norm() > JUMP * way * speed.norm() + step) {
+            return true;
+        }
+        let variance = 1.0 + fit.variance_at(interval);
+        self.heard = self.heard.saturating_add(1);
+        let share = MEMORY.max(1.0 / f64::from(self.heard));
+        for (noise, off) in self.noise.iter_mut().zip(&off) {
+            *noise += share * (off.norm_squared() / variance - *noise);
+        }
+        false
+    }
+
+    fn forget_old(&mut self) {
+        let Some(newest) = self.samples.back().map(|newest| newest.time) else { return };
+        let is_old = |sample: &StampedPose| seconds(newest.saturating_sub(sample.time)) > WINDOW;
+        while self.samples.len() > FEWEST && self.samples.front().is_some_and(is_old) {
+            self.samples.pop_front();
+        }
+    }
+
+    /// The least squares of a motion with a constant twist, or from three poses on with one that changes steadily.
+    fn find_fit(&self) -> Option<Fit> {
+        let (first, newest) = (self.samples.front()?, self.samples.back()?);
+        let span = seconds(newest.time.saturating_sub(first.time));
+        if span <= 0.0 {
+            return None;
+        }
+        let order = if self.samples.len() < PROOF { 2 } else { 3 };
+        let (mut normal, mut right) = (Matrix3::<f64>::zeros(), SMatrix::<f64, 3, 6>::zeros());
+        for sample in &self.samples {
+            let s = seconds(sample.time.saturating_sub(newest.time)) / span;
+            let basis = if order < 3 { Vector3::new(1.0, s, 0.0) } else { Vector3::new(1.0, s, s * s) };
+            let log = (newest.pose.conjugate() * sample.pose).screw_log();
+            normal += basis * basis.transpose();
+            right += basis * log.transpose();
+        }
+        if order < 3 {
+            normal[(2, 2)] = 1.0;
+        }
+        let mut covariance = normal.try_inverse()?;
+        if order < 3 {
+            covariance[(2, 2)] = 0.0;
+        }
+        let solution = covariance * right;
+        let row = |i: usize| -> Vector6<f64> { solution.row(i).transpose() };
+        let coefficients = [row(0), row(1) / span, 2.0 * row(2) / (span * span)];
+        let finite = coefficients.iter().all(|row| row.iter().all(|number| number.is_finite()));
+        finite.then_some(Fit { pose: newest.pose, time: newest.time, coefficients, covariance, span })
+    }
+
+    /// Where the goal is at `now` and how it moves; none where it stands, or moves in no way that could be believed.
+    ///
+    /// It goes on for no longer than its poses have been apart lately; then it stands for as long, and is where it was last seen.
+    pub fn at(&self, now: Duration) -> Option<MovingGoal> {
+        let fit = self.believed()?;
+        let (age, longest) = (seconds(nanoseconds(now).saturating_sub(fit.time)), self.longest_age());
+        if age <= longest {
+            return Some(fit.after(age.max(0.0)));
+        }
+        let stands = MovingGoal { twist: Vector6::zeros(), ..fit.after(longest) };
+        (age <= 2.0 * longest).then_some(stands)
+    }
+
+    /// The motion without what may be noise of it, rotation and translation each by itself; none where nothing is left.
+    fn believed(&self) -> Option<Fit> {
+        let mut fit = self.fit.filter(|fit| self.samples.len() >= PROOF && fit.span >= SPAN)?;
+        let error = fit.covariance[(1, 1)] / fit.span.powi(2);
+        let [_, twist, change] = &mut fit.coefficients;
+        let mut moves = false;
+        for (half, noise) in self.noise.iter().enumerate() {
+            let mut speed = twist.fixed_rows_mut::<3>(3 * half);
+            let square = speed.norm_squared();
+            let share = (1.0 - NOISE.powi(2) * error * noise / square).max(0.0);
+            let counts = share > 0.0 && square.sqrt() * fit.span > ROUNDING;
+            let share = if counts { share } else { 0.0 };
+            speed *= share;
+            change.fixed_rows_mut::<3>(3 * half).scale_mut(share);
+            moves |= counts;
+        }
+        moves.then_some(fit)
+    }
+
+    /// How old a pose became before the next one came \[s\].
+    fn longest_age(&self) -> f64 {
+        let ages = self.samples.iter().zip(self.samples.iter().skip(1));
+        ages.map(|(one, next)| seconds(next.received.saturating_sub(one.time)))
+            .fold(0.0, f64::max)
+            .min(LONGEST_INTERVAL)
+    }
+}
+
+/// Rotation and translation of a log.
+fn halves(log: &Vector6<f64>) -> [Vector3<f64>; 2] {
+    [log.fixed_rows::<3>(0).into(), log.fixed_rows::<3>(3).into()]
+}
+
+impl Fit {
+    /// How far the pose at `s` \[s\] after the newest one may be off, by the variance of one pose.
+    fn variance_at(&self, s: f64) -> f64 {
+        let s = s / self.span;
+        let basis = Vector3::new(1.0, s, s * s);
+        basis.dot(&(self.covariance * basis))
+    }
+
+    /// The goal at `s` \[s\] after the newest pose.
+    fn after(&self, s: f64) -> MovingGoal {
+        let [place, twist, change] = &self.coefficients;
+        let log = place + s * twist + 0.5 * s * s * change;
+        MovingGoal { pose: self.pose * UnitDualQuaternion::screw_exp(&log), twist: twist + s * change }
+    }
+}

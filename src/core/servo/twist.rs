@@ -1,0 +1,50 @@
+//! Twists as they come over the wire.
+
+use super::Rejection;
+use super::goal::{check_finite, check_size};
+use dq_common::text::cut;
+use dq_kinematics::arm::bounds;
+use nalgebra::Vector3;
+
+/// How the tool point is to move, checked.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Twist {
+    /// Velocity of the tool point [m/s].
+    pub linear: Vector3<f64>,
+    /// Angular velocity of the tool [rad/s].
+    pub angular: Vector3<f64>,
+    /// Whether both are along the tool's axes, else along the base's.
+    pub in_tool: bool,
+}
+
+impl Twist {
+    /// From the velocities and the frame they are in: the first of `frames`, the base, which an empty name stands for too, or the
+    /// second, the tool.
+    ///
+    /// # Errors
+    /// A [`Rejection`] for another frame, or a number that is not finite or beyond [`bounds`].
+    pub fn new(
+        linear: [f64; 3],
+        angular: [f64; 3],
+        frame_id: &str,
+        frames: [&str; 2],
+    ) -> Result<Self, Rejection> {
+        let [base, tool] = frames.map(|frame| frame.trim_start_matches('/'));
+        let frame = frame_id.trim_start_matches('/');
+        let in_tool = !frame.is_empty() && frame == tool && frame != base;
+        if !(in_tool || frame.is_empty() || frame == base) {
+            let (got, expected) = (cut(frame_id).into_owned(), [base, tool].map(str::to_owned).into());
+            return Err(Rejection::UnknownFrame { got, expected });
+        }
+        for (field, values, unit) in [("linear", &linear, "m/s"), ("angular", &angular, "rad/s")] {
+            check_finite(field, values)?;
+            check_size(field, values, bounds::SPEED, unit)?;
+        }
+        Ok(Self { linear: linear.into(), angular: angular.into(), in_tool })
+    }
+
+    /// Whether it asks for no motion.
+    pub fn is_zero(&self) -> bool {
+        self.linear == Vector3::zeros() && self.angular == Vector3::zeros()
+    }
+}

@@ -1,0 +1,174 @@
+//! Curves over two axes.
+
+use super::canvas::{Anchor, Canvas, Line, Rectangle};
+use super::curve::{clip, decades, range_of, spaced, ticks};
+use super::marks::{Mark, NamedMarks};
+use super::style::{FAINT, INK, LABEL, TICK};
+use dq_kinematics::colors::Color;
+use serde_json::{Value, json};
+use std::ops::Range;
+
+/// A curve over two axes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Series {
+    /// The curve's name in the legend, where curves of one name and look are there once.
+    pub name: String,
+    /// The curve's colour.
+    pub color: Color,
+    /// How the curve is drawn.
+    pub line: Line,
+    /// The curve's points in the units of the axes.
+    pub points: Vec<(f64, f64)>,
+}
+
+/// One of the two axes of a panel.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Axis {
+    /// The quantity with its unit.
+    pub label: String,
+    /// The values between which the axis is shown.
+    pub range: Range<f64>,
+    /// Whether equal ratios of values are equally far apart, not equal differences; the range is then above 0.
+    pub logarithmic: bool,
+}
+
+impl Axis {
+    /// An axis with this label and range.
+    pub fn new(label: &str, range: Range<f64>) -> Self {
+        Self { label: label.to_owned(), range, logarithmic: false }
+    }
+
+    /// The same with equal ratios equally far apart.
+    pub fn logarithmic(label: &str, range: Range<f64>) -> Self {
+        Self { logarithmic: true, ..Self::new(label, range) }
+    }
+
+    /// Where a value stands: 0 at the start of the axis, 1 at its end.
+    fn part(&self, value: f64) -> f64 {
+        let Range { start, end } = self.range;
+        match self.logarithmic {
+            true => (value / start).ln() / (end / start).ln(),
+            false => (value - start) / (end - start),
+        }
+    }
+
+    /// About as many as `count`, so many at least that there are two of them; on a logarithmic axis, where they are not even, up to three
+    /// times `count`.
+    fn ticks(&self, count: f64) -> Vec<(f64, String)> {
+        if self.logarithmic { decades(&self.range, 3.0 * count) } else { ticks(&self.range, count.max(5.0)) }
+    }
+}
+
+/// Two axes with curves; what is outside is cut off.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Panel {
+    /// The text above the panel.
+    pub title: String,
+    /// The horizontal axis.
+    pub x: Axis,
+    /// The vertical axis.
+    pub y: Axis,
+    /// The curves, later ones over earlier ones.
+    pub series: Vec<Series>,
+    /// The marked changes.
+    pub marks: Vec<Mark>,
+}
+
+/// Curves over time, with the vertical range that shows all of them in that time.
+pub fn over_time(title: &str, time: Axis, label: &str, series: Vec<Series>) -> Panel {
+    let points = series.iter().flat_map(|series| &series.points);
+    let range = range_of(points.filter(|point| time.range.contains(&point.0)).map(|point| point.1));
+    Panel { title: title.to_owned(), x: time, y: Axis::new(label, range), series, marks: Vec::new() }
+}
+
+/// The room beside the curves: for numbers and names at the left, and for half a number at the right \[px\].
+const LEFT: f64 = 76.0;
+const RIGHT: f64 = 16.0;
+
+impl Panel {
+    /// What it shows, as numbers.
+    pub(super) fn data(&self) -> Value {
+        let series = |series: &Series| {
+            let shown = clip(&series.points, &self.x.range, &self.y.range).concat();
+            let points: Vec<_> = self.visible(&shown).into_iter().map(|(x, y)| [x, y]).collect();
+            json!({ "name": series.name, "points": points })
+        };
+        let series: Vec<_> = self.series.iter().map(series).collect();
+        json!({ "title": self.title, "x": self.x.label, "y": self.y.label, "series": series })
+    }
+
+    /// Its marks, with places for their names in a panel of that width \[px\].
+    pub(super) fn named_marks(&self, width: f64) -> NamedMarks<'_> {
+        let shown =
+            self.marks.iter().filter(|mark| (self.x.range.start..=self.x.range.end).contains(&mark.x));
+        let width = width - LEFT - RIGHT;
+        NamedMarks::new(shown.map(|mark| (mark, width * self.x.part(mark.x))), width)
+    }
+
+    /// The points that can be distinguished in the panel.
+    fn visible(&self, points: &[(f64, f64)]) -> Vec<(f64, f64)> {
+        let apart = |axis: &Axis, a: f64, b: f64| axis.part(a) - axis.part(b);
+        spaced(points, |a, b| (400.0 * apart(&self.x, a.0, b.0)).hypot(250.0 * apart(&self.y, a.1, b.1)))
+    }
+
+    /// Draws the panel into a rectangle whose upper `band` pixels, below the title, are for the names of marks.
+    pub(super) fn draw(&self, canvas: &mut Canvas, frame: Rectangle, band: f64) {
+        /// About how far apart ticks are \[px\].
+        const APART: (f64, f64) = (56.0, 36.0);
+        let plot = Rectangle {
+            left: frame.left + LEFT,
+            top: frame.top + 26.0 + band,
+            width: frame.width - LEFT - RIGHT,
+            height: frame.height - 78.0 - band,
+        };
+        let (right, bottom) = (plot.right(), plot.bottom());
+        let across = |x: f64| plot.left + plot.width * self.x.part(x);
+        let up = |y: f64| bottom - plot.height * self.y.part(y);
+        canvas.text(&self.title, (plot.left, frame.top + 14.0), LABEL, Anchor::Left);
+        for (x, text) in self.x.ticks(plot.width / APART.0) {
+            canvas.line(&[(across(x), plot.top), (across(x), bottom)], FAINT, 0.8, Line::Solid);
+            canvas.text(&text, (across(x), bottom + 12.0), TICK, Anchor::Center);
+        }
+        for (y, text) in self.y.ticks(plot.height / APART.1) {
+            canvas.line(&[(plot.left, up(y)), (right, up(y))], FAINT, 0.8, Line::Solid);
+            canvas.text(&text, (plot.left - 6.0, up(y)), TICK, Anchor::Right);
+        }
+        // Below the curves, so that one along an axis is seen.
+        let corners = [(plot.left, plot.top), (plot.left, bottom), (right, bottom)];
+        canvas.line(&corners, INK, 1.0, Line::Solid);
+        self.named_marks(frame.width).draw(canvas, &plot, band);
+        for series in &self.series {
+            for part in clip(&series.points, &self.x.range, &self.y.range) {
+                let points: Vec<_> = self.visible(&part).iter().map(|(x, y)| (across(*x), up(*y))).collect();
+                canvas.line(&points, series.color, 1.6, series.line);
+            }
+        }
+        canvas.text(&self.x.label, (plot.left + 0.5 * plot.width, bottom + 32.0), LABEL, Anchor::Center);
+        canvas.text(&self.y.label, (frame.left + 16.0, plot.top + 0.5 * plot.height), LABEL, Anchor::Upwards);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ratios_are_equally_far_apart_on_a_logarithmic_axis() {
+        let axis = Axis::logarithmic("", 0.5..200.0);
+        assert_eq!((axis.part(0.5), axis.part(200.0)), (0.0, 1.0));
+        assert!((axis.part(10.0) - 0.5).abs() < 1e-12);
+        let texts: Vec<_> = axis.ticks(5.0).into_iter().map(|(_, text)| text).collect();
+        assert_eq!(texts, ["0.5", "1", "2", "5", "10", "20", "50", "100", "200"]);
+        let few = axis.ticks(2.0).into_iter().map(|(_, text)| text);
+        assert_eq!(few.collect::<Vec<_>>(), ["1", "10", "100"], "where there is no room for all");
+        assert_eq!(Axis::new("", 0.51..1.47).ticks(1.6).len(), 5, "one alone says nothing");
+    }
+
+    #[test]
+    fn the_vertical_range_is_that_of_the_time_shown() {
+        let points = vec![(0.0, 1.0), (1.0, 2.0), (5.0, 100.0)];
+        let curve = Series { name: String::new(), color: INK, line: Line::Solid, points };
+        let panel = over_time("", Axis::new("time [s]", 0.0..2.0), "", vec![curve]);
+        assert!(panel.y.range.contains(&1.0) && panel.y.range.contains(&2.0) && panel.y.range.end < 3.0);
+    }
+}

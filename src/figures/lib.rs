@@ -1,0 +1,39 @@
+//! Figures as SVG and PNG: charts over a coordinate, views of space, one style.
+
+mod canvas;
+mod chart;
+mod curve;
+mod figure;
+mod files;
+mod labels;
+mod marks;
+mod projection;
+mod space;
+mod style;
+
+pub use canvas::Line;
+pub use chart::{Axis, Panel, Series, over_time};
+pub use dq_kinematics::colors::{COMPONENTS, Color, law_color};
+pub use figure::{Figure, Width, chart, png, save, scenes};
+pub use files::{make_folder, write};
+pub use marks::Mark;
+pub use space::{Path, Place, Scene, frameplotter};
+pub use style::{INK, LIMIT};
+
+use thiserror::Error;
+
+/// Why there is no figure.
+#[derive(Debug, Error)]
+pub enum DrawError {
+    /// It could not be made into pixels.
+    #[error("a figure could not be drawn: {0}")]
+    Drawing(String),
+    /// Its file could not be written.
+    #[error("{file} cannot be written: {why}")]
+    Output {
+        /// The file's path.
+        file: String,
+        /// What the operating system says.
+        why: String,
+    },
+}

@@ -1,0 +1,195 @@
+//! Paths and frames in R³, in a box with axes.
+
+use super::canvas::{Anchor, Canvas, Line, Point, Rectangle, distance};
+use super::chart::Series;
+use super::curve::{range_of, spaced};
+use super::labels::Labels;
+use super::projection::Projection;
+use super::style::{INK, LABEL};
+use dq_algebra::UnitDualQuaternion;
+use dq_kinematics::colors::{AXES, Color};
+use nalgebra::{Isometry3, Vector3, Vector6};
+use serde_json::{Value, json};
+use std::ops::Range;
+
+/// A path of the tool.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Path {
+    /// The path's name in the legend; without one it is not there.
+    pub name: String,
+    /// The path's colour.
+    pub color: Color,
+    /// How the path is drawn.
+    pub line: Line,
+    /// The path's points in the base frame \[m\].
+    pub points: Vec<Vector3<f64>>,
+}
+
+/// A point with a name.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Place {
+    /// The name written beside the point.
+    pub name: String,
+    /// The point in the base frame \[m\].
+    pub point: Vector3<f64>,
+}
+
+/// What is seen from one side.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scene {
+    /// The text above the scene.
+    pub title: String,
+    /// The paths, later ones over earlier ones.
+    pub paths: Vec<Path>,
+    /// The frames that `frameplotter` draws.
+    pub frames: Vec<Isometry3<f64>>,
+    /// How long the axes of the frames are \[m\].
+    pub axis_length: f64,
+    /// Start, goal and the like.
+    pub places: Vec<Place>,
+    /// The viewer's azimuth and elevation \[°\].
+    pub view: (f64, f64),
+}
+
+/// The paper's `frameplotter`: the frame of an element of se(3) given by the paper's logarithm (eq. 32).
+pub fn frameplotter(half_log: &Vector6<f64>) -> Isometry3<f64> {
+    UnitDualQuaternion::half_exp(half_log).frame()
+}
+
+/// An axis of a frame: from its origin to its tip, in its colour.
+type Arrow = (Vector3<f64>, Vector3<f64>, Color);
+
+impl Scene {
+    /// What it shows, as numbers.
+    pub(super) fn data(&self) -> Value {
+        let xyz = |point: &Vector3<f64>| [point.x, point.y, point.z];
+        let path = |path: &Path| {
+            // To half a millimetre.
+            let points = spaced(&path.points, |a, b| (a - b).norm() / 5e-4);
+            json!({ "name": path.name, "points_m": points.iter().map(xyz).collect::<Vec<_>>() })
+        };
+        let place = |place: &Place| json!({ "name": place.name, "point_m": xyz(&place.point) });
+        let frame = |frame: &Isometry3<f64>| {
+            let q = frame.rotation;
+            json!({ "origin_m": xyz(&frame.translation.vector), "quaternion_wxyz": [q.w, q.i, q.j, q.k] })
+        };
+        json!({
+            "title": self.title,
+            "paths": self.paths.iter().map(path).collect::<Vec<_>>(),
+            "places": self.places.iter().map(place).collect::<Vec<_>>(),
+            "frames": self.frames.iter().map(frame).collect::<Vec<_>>(),
+        })
+    }
+
+    /// The paths, and the axes of frames where there are any.
+    pub(super) fn legend(&self) -> Vec<Series> {
+        let entry =
+            |name: &str, color, line| Series { name: name.to_owned(), color, line, points: Vec::new() };
+        let axes = ["x of the tool", "y of the tool", "z of the tool"].into_iter().zip(AXES);
+        let axes =
+            axes.filter(|_| !self.frames.is_empty()).map(|(name, color)| entry(name, color, Line::Solid));
+        self.paths.iter().map(|path| entry(&path.name, path.color, path.line)).chain(axes).collect()
+    }
+
+    pub(super) fn draw(&self, canvas: &mut Canvas, frame: Rectangle) {
+        let projection = Projection::new(self.bounds(), self.view, frame);
+        canvas.text(&self.title, (frame.left + 18.0, frame.top + 12.0), LABEL, Anchor::Left);
+        let numbers = projection.draw_box(canvas);
+        for path in &self.paths {
+            let points: Vec<_> = path.points.iter().map(|point| projection.point(point)).collect();
+            let points = if path.line == Line::Dots { points } else { visible(&points) };
+            canvas.line(&points, path.color, 1.4, path.line);
+        }
+        self.draw_frames(canvas, &projection);
+        let places = self.named_places(&projection);
+        places.iter().for_each(|(_, point)| canvas.dot(*point, INK, 3.2));
+        let mut labels = Labels::new(frame, self.drawn_on(&projection), numbers);
+        let named = places.iter().filter(|(name, _)| !name.is_empty());
+        named.for_each(|(name, point)| labels.draw(canvas, name, *point));
+    }
+
+    /// The places on the sheet; what stands at one point has one name put together.
+    fn named_places(&self, projection: &Projection) -> Vec<(String, Point)> {
+        /// Dots as near as this lie on each other [px].
+        const SAME: f64 = 5.0;
+        let mut named: Vec<(Vec<&str>, Point)> = Vec::new();
+        for place in &self.places {
+            let point = projection.point(&place.point);
+            match named.iter_mut().find(|(_, at)| distance(*at, point) < SAME) {
+                Some((names, _)) if place.name.is_empty() || names.contains(&place.name.as_str()) => {}
+                Some((names, _)) => names.push(&place.name),
+                None => named.push((vec![&place.name], point)),
+            }
+        }
+        let joined = |names: Vec<&str>| {
+            names.into_iter().filter(|name| !name.is_empty()).collect::<Vec<_>>().join(", ")
+        };
+        named.into_iter().map(|(names, point)| (joined(names), point)).collect()
+    }
+
+    /// The axes of all frames.
+    fn arrows(&self) -> impl Iterator<Item = Arrow> {
+        self.frames.iter().flat_map(move |frame| {
+            let origin = frame.translation.vector;
+            let axes = [Vector3::x(), Vector3::y(), Vector3::z()].into_iter().zip(AXES);
+            axes.map(move |(axis, color)| {
+                (origin, origin + frame.rotation * (self.axis_length * axis), color)
+            })
+        })
+    }
+
+    /// Points on all that is drawn, so close that a name between two of them would cover nothing.
+    fn drawn_on(&self, projection: &Projection) -> Vec<Point> {
+        const STEPS: u32 = 16;
+        let paths = self.paths.iter().flat_map(|path| &path.points).copied();
+        let arrows = self.arrows().flat_map(|(origin, tip, _)| {
+            (0..=STEPS).map(move |k| origin + f64::from(k) / f64::from(STEPS) * (tip - origin))
+        });
+        visible(&paths.chain(arrows).map(|point| projection.point(&point)).collect::<Vec<_>>())
+    }
+
+    /// All that is drawn, with a little room.
+    fn bounds(&self) -> [Range<f64>; 3] {
+        let paths = self.paths.iter().flat_map(|path| path.points.iter().copied());
+        let tips = self.arrows().map(|(_, tip, _)| tip);
+        let all: Vec<_> = paths.chain(tips).chain(self.places.iter().map(|place| place.point)).collect();
+        let ranges: [Range<f64>; 3] =
+            std::array::from_fn(|axis| range_of(all.iter().map(|point| point[axis])));
+        // A path in a plane gets a box all the same.
+        let least = 0.25 * ranges.iter().map(|range| range.end - range.start).fold(0.0, f64::max);
+        ranges.map(|range| {
+            let short = (least - (range.end - range.start)).max(0.0);
+            range.start - 0.5 * short..range.end + 0.5 * short
+        })
+    }
+
+    /// Each frame as three arrows, the nearest ones last.
+    fn draw_frames(&self, canvas: &mut Canvas, projection: &Projection) {
+        let mut arrows: Vec<_> = self.arrows().collect();
+        arrows.sort_by(|a, b| projection.depth(&a.1).total_cmp(&projection.depth(&b.1)));
+        for (origin, tip, color) in arrows {
+            draw_arrow(canvas, projection.point(&origin), projection.point(&tip), color);
+        }
+        for frame in &self.frames {
+            canvas.dot(projection.point(&frame.translation.vector), INK, 1.5);
+        }
+    }
+}
+
+/// The points that can be distinguished on the sheet.
+fn visible(points: &[Point]) -> Vec<Point> {
+    spaced(points, |a, b| distance(*a, *b))
+}
+
+fn draw_arrow(canvas: &mut Canvas, from: Point, to: Point, color: Color) {
+    canvas.line(&[from, to], color, 1.0, Line::Solid);
+    let length = distance(from, to);
+    if length < 1.0 {
+        return;
+    }
+    let (x, y) = ((to.0 - from.0) / length, (to.1 - from.1) / length);
+    let head = length.min(7.0);
+    let base = (to.0 - head * x, to.1 - head * y);
+    let side = |sign: f64| (base.0 - sign * 0.35 * head * y, base.1 + sign * 0.35 * head * x);
+    canvas.fill(&[to, side(1.0), side(-1.0)], color);
+}

@@ -1,0 +1,361 @@
+//! A serial chain of revolute and prismatic joints and its forward kinematics.
+
+use super::half_turns::half_turns;
+use super::link::{ChainEnd, Kinds, Link, LinkPair};
+use super::pair::{twice, two};
+use super::{ArmError, ArmState, Convention, DhRow, Joint, JointKind, bounds};
+use dq_algebra::UnitDualQuaternion;
+use nalgebra::{Isometry3, Quaternion, Unit, UnitQuaternion, Vector3};
+
+/// Axes are square to each other whose directions have no larger product.
+const SQUARE: f64 = 1e-9;
+
+/// A serial arm with any number of revolute and prismatic joints.
+///
+/// DH rows of both conventions and joints about any axes become one form: before each rotation about z, or shift along it, there is a
+/// fixed transform, and after the last a fixed transform to the tool.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Chain {
+    /// Link i−1 (or the base) from the frame in which joint i turns about z or slides along it, at position 0.
+    before_joint: Vec<Isometry3<f64>>,
+    kinds: Vec<JointKind>,
+    /// Of the tool without its offset; none where that is the last link.
+    last_link_from_flange: Option<Isometry3<f64>>,
+    /// None where the tool is the last link.
+    last_link_from_tool: Option<Isometry3<f64>>,
+    tool_offset: UnitDualQuaternion,
+    /// The same links, two at a time.
+    pairs: Vec<LinkPair>,
+    /// The turn about z that is left before the first joint.
+    first_turn: ChainEnd,
+    /// Where the arm stands.
+    base_point: Vector3<f64>,
+}
+
+impl Chain {
+    /// From DH rows, base first.
+    ///
+    /// # Errors
+    /// [`ArmError::NoJoints`], [`ArmError::NonFinite`], [`ArmError::OutOfRange`].
+    pub fn new(convention: Convention, rows: &[DhRow]) -> Result<Self, ArmError> {
+        if rows.is_empty() {
+            return Err(ArmError::NoJoints);
+        }
+        rows.iter().enumerate().try_for_each(|(i, row)| row.check(i + 1))?;
+        let fixed = rows.iter().map(|row| row.fixed(convention).frame());
+        let (mut before, last_link_from_tool): (Vec<_>, _) = match convention {
+            Convention::ModifiedDh => (fixed.collect(), Isometry3::identity()),
+            Convention::StandardDh => {
+                let mut shifted: Vec<_> = std::iter::once(Isometry3::identity()).chain(fixed).collect();
+                let last = shifted.pop().unwrap_or_else(Isometry3::identity);
+                (shifted, last)
+            }
+        };
+        for (transform, row) in before.iter_mut().zip(rows) {
+            let (sin, cos) = (0.5 * row.theta_offset).sin_cos();
+            *transform = turned(transform, cos, sin);
+        }
+        Ok(Self::of(before, vec![JointKind::Revolute; rows.len()], last_link_from_tool))
+    }
+
+    /// From joints, base first, and the tool in the last joint's frame.
+    ///
+    /// # Errors
+    /// [`ArmError::NoJoints`], [`ArmError::NonFinite`] (of an axis too, as `Unit::new_normalize` makes one of zeros),
+    /// [`ArmError::OutOfRange`].
+    pub fn from_joints(
+        joints: &[Joint],
+        last_joint_from_tool: &UnitDualQuaternion,
+    ) -> Result<Self, ArmError> {
+        if joints.is_empty() {
+            return Err(ArmError::NoJoints);
+        }
+        let mut before_joint = Vec::with_capacity(joints.len());
+        // From the frame whose z is the last joint's axis to the joint's own.
+        let mut z_from_joint = Isometry3::identity();
+        for (i, joint) in joints.iter().enumerate() {
+            bounds::length("origin", i + 1, joint.parent_from_joint.translation().norm())?;
+            if let Some(value) = joint.axis.iter().copied().find(|x| !x.is_finite()) {
+                return Err(ArmError::NonFinite { parameter: "axis", joint: i + 1, value });
+            }
+            let joint_from_z = Isometry3::from_parts(Vector3::zeros().into(), from_z(&joint.axis));
+            before_joint.push(z_from_joint * joint.parent_from_joint.frame() * joint_from_z);
+            z_from_joint = joint_from_z.inverse();
+        }
+        bounds::length("tool", joints.len(), last_joint_from_tool.translation().norm())?;
+        let kinds = joints.iter().map(|joint| joint.kind).collect();
+        Ok(Self::of(before_joint, kinds, z_from_joint * last_joint_from_tool.frame()))
+    }
+
+    fn of(
+        before_joint: Vec<Isometry3<f64>>,
+        kinds: Vec<JointKind>,
+        last_link_from_tool: Isometry3<f64>,
+    ) -> Self {
+        let last_link_from_flange = Some(last_link_from_tool).filter(|tool| *tool != Isometry3::identity());
+        let chain = Self {
+            before_joint,
+            kinds,
+            last_link_from_flange,
+            last_link_from_tool: last_link_from_flange,
+            tool_offset: UnitDualQuaternion::identity(),
+            pairs: Vec::new(),
+            first_turn: ChainEnd::turned(0.0),
+            base_point: Vector3::zeros(),
+        };
+        chain.with_links()
+    }
+
+    /// What each joint does, base first.
+    pub fn kinds(&self) -> &[JointKind] {
+        &self.kinds
+    }
+
+    /// With its links as its transforms are.
+    fn with_links(mut self) -> Self {
+        let links: Vec<_> = self.before_joint.iter().map(Link::new).collect();
+        let befores = links.iter().map(|(_, before, _)| *before);
+        self.first_turn = ChainEnd::turned(befores.clone().next().unwrap_or(0.0));
+        let ends = befores.skip(1).chain([0.0]);
+        let joints: Vec<_> = links
+            .iter()
+            .zip(ends)
+            .zip(&self.kinds)
+            .map(|(((link, _, after), next), kind)| (*link, after + next, *kind))
+            .collect();
+        self.pairs = joints.chunks(2).map(LinkPair::new).collect();
+        self
+    }
+
+    /// The number of joints.
+    pub fn joint_count(&self) -> usize {
+        self.before_joint.len()
+    }
+
+    /// The same arm standing at `world_from_base`: from then on its base frame is the world.
+    pub fn standing_at(mut self, world_from_base: &UnitDualQuaternion) -> Self {
+        if let Some(first) = self.before_joint.first_mut() {
+            *first = world_from_base.frame() * *first;
+        }
+        self.base_point = world_from_base.rotation() * self.base_point + world_from_base.translation();
+        self.with_links()
+    }
+
+    /// Moves the tool by `flange_from_tool`, seen from where it is without an offset.
+    pub fn set_tool_offset(&mut self, flange_from_tool: &UnitDualQuaternion) {
+        self.tool_offset = *flange_from_tool;
+        let flange = self.last_link_from_flange;
+        self.last_link_from_tool = match *flange_from_tool == UnitDualQuaternion::identity() {
+            true => flange,
+            false => Some(flange.unwrap_or_else(Isometry3::identity) * flange_from_tool.frame()),
+        };
+    }
+
+    /// The tool, seen from where it is without an offset.
+    pub fn tool_offset(&self) -> &UnitDualQuaternion {
+        &self.tool_offset
+    }
+
+    /// Where the arm stands \[m\].
+    pub fn base_point(&self) -> Vector3<f64> {
+        self.base_point
+    }
+
+    /// An upper bound of the distance from where the arm stands to its tool \[m\], with joints in these ranges \[rad, prismatic: m\]; a joint
+    /// that slides and has none stays at 0.
+    pub fn reach(&self, ranges: impl Iterator<Item = (f64, f64)>) -> f64 {
+        self.length_from(0, ranges)
+    }
+
+    /// How far `point` is from where the arm's foot can be at the nearest, and an upper bound of how far from there its tool can be \[m\],
+    /// with joints in these ranges \[rad, prismatic: m\]. The foot is on the joints that slide square to each other before any turns.
+    pub fn gap(&self, point: &Vector3<f64>, ranges: impl Iterator<Item = (f64, f64)> + Clone) -> (f64, f64) {
+        let (mut foot, mut axes, mut count) = (Isometry3::identity(), [Vector3::zeros(); 3], 0);
+        for before in self
+            .before_joint
+            .iter()
+            .zip(&self.kinds)
+            .map_while(|(before, kind)| (*kind == JointKind::Prismatic).then_some(before))
+        {
+            let next = foot * before;
+            let axis = next.rotation * Vector3::z();
+            if count == axes.len() || axes.iter().any(|other| other.dot(&axis).abs() > SQUARE) {
+                break;
+            }
+            (foot, axes[count]) = (next, axis);
+            count += 1;
+        }
+        let foot = if count == 0 { self.base_point } else { foot.translation.vector };
+        let mut way = point - foot;
+        for (axis, (lower, upper)) in axes[..count].iter().zip(ranges.clone()) {
+            way -= axis * axis.dot(&way).max(lower).min(upper);
+        }
+        (way.norm(), self.length_from(count, ranges))
+    }
+
+    /// The length of all links from that of joint number `first`, counted from 0, to the tool \[m\], and of what slides between them.
+    fn length_from(&self, first: usize, ranges: impl Iterator<Item = (f64, f64)>) -> f64 {
+        let starts = std::iter::once(self.base_point).chain(std::iter::repeat(Vector3::zeros()));
+        let lengths = self
+            .before_joint
+            .iter()
+            .zip(starts)
+            .map(|(before, start)| (before.translation.vector - start).norm());
+        let slides = self.kinds.iter().zip(ranges.chain(std::iter::repeat((0.0, 0.0)))).map(
+            |(kind, (lower, upper))| match kind {
+                JointKind::Revolute => 0.0,
+                JointKind::Prismatic => lower.abs().max(upper.abs()),
+            },
+        );
+        let links = lengths.zip(slides).skip(first).map(|(length, slide)| length + slide);
+        let tool = self.last_link_from_tool.map_or(0.0, |tool| tool.translation.vector.norm());
+        links.sum::<f64>() + tool
+    }
+
+    /// `base_from_tool` at joint positions `theta` \[rad, prismatic: m\] (eq. 14), with the sign that the product of the factors has.
+    ///
+    /// # Errors
+    /// [`ArmError::JointCount`].
+    pub fn forward_kinematics(&self, theta: &[f64]) -> Result<UnitDualQuaternion, ArmError> {
+        self.check_count(theta)?;
+        let (rotation, point) = self.for_each_pair(theta, |_| ()).tool(self.last_link_from_tool.as_ref());
+        Ok(UnitDualQuaternion::from_parts(rotation, point))
+    }
+
+    /// `base_from_link` of each link: the frame that moves with joint i, z along its axis.
+    ///
+    /// # Errors
+    /// [`ArmError::JointCount`].
+    pub fn link_poses(&self, theta: &[f64]) -> Result<Vec<UnitDualQuaternion>, ArmError> {
+        self.check_count(theta)?;
+        let mut links = Vec::with_capacity(self.joint_count());
+        self.for_each_link(theta, |link| links.push((*link).into()));
+        Ok(links)
+    }
+
+    /// Calls `each` with the same frames, base first, of as many joints as there are numbers in `theta`, without allocating.
+    pub fn for_each_link(&self, theta: &[f64], mut each: impl FnMut(&Isometry3<f64>)) {
+        let mut frame = Isometry3::identity();
+        for ((before, kind), position) in self.before_joint.iter().zip(&self.kinds).zip(theta) {
+            let (sin, cos) = (0.5 * position).sin_cos();
+            frame *= match kind {
+                JointKind::Revolute => turned(before, cos, sin),
+                JointKind::Prismatic => before * Isometry3::translation(0.0, 0.0, *position),
+            };
+            each(&frame);
+        }
+    }
+
+    /// Where each joint is in the link before it, or the base, at position 0 \[m\], base first.
+    pub fn joint_origins(&self) -> impl Iterator<Item = Vector3<f64>> + '_ {
+        self.before_joint.iter().map(|before| before.translation.vector)
+    }
+
+    /// Fills `state` with the tool pose and the joint axes at `theta` \[rad, prismatic: m\], without allocating. A state of another arm
+    /// of as many joints becomes one of this arm, whatever its joints did.
+    ///
+    /// # Errors
+    /// [`ArmError::JointCount`] where `theta` or `state` have not as many joints as this arm.
+    pub fn evaluate(&self, theta: &[f64], state: &mut ArmState) -> Result<(), ArmError> {
+        self.check_count(theta)?;
+        let motions = state.motions_mut(self.joint_count())?;
+        let mut slots = motions.iter_mut();
+        let end = self.for_each_pair(theta, |ends| {
+            if let Some(axes) = slots.next() {
+                *axes = ChainEnd::z_axes(ends);
+            }
+        });
+        let (rotation, tool_point) = end.tool(self.last_link_from_tool.as_ref());
+        let tool = twice(&tool_point);
+        for (motions, pair) in motions.iter_mut().zip(&self.pairs) {
+            let (direction, point) = *motions;
+            let turned = direction.cross(&(tool - point));
+            *motions = match pair.kinds {
+                None => (direction, turned),
+                Some(Kinds { turns, slides }) => (direction * turns, turned * turns + direction * slides),
+            };
+        }
+        state.set_tool(rotation, tool_point);
+        Ok(())
+    }
+
+    /// Calls `each` with two joints at a time, base first, by the frames whose z axes are theirs; returns the last link.
+    ///
+    /// Fast because the half turns of the next two are on their way while these two are multiplied up, one after the other.
+    #[inline]
+    fn for_each_pair(&self, theta: &[f64], mut each: impl FnMut(&[ChainEnd; 2])) -> ChainEnd {
+        let mut end = self.first_turn;
+        let mut turned = self.pairs.iter().zip(theta.chunks(2)).map(|(pair, positions)| {
+            let positions = two(positions);
+            let angles = pair.kinds.map_or(positions, |kinds| positions * kinds.turns);
+            (pair, positions - angles, half_turns(angles, pair.half_angles))
+        });
+        let mut ahead = turned.next();
+        while let Some((pair, slid, (cosines, sines))) = ahead {
+            ahead = turned.next();
+            let (slid, cosines, sines) = (slid.to_array(), cosines.to_array(), sines.to_array());
+            let mut pass = |i: usize| {
+                end.follow(&pair.links[i]);
+                if pair.kinds.is_some() {
+                    end.advance(slid[i] * end.z_axis());
+                }
+                let axis = end;
+                end.turn(cosines[i], sines[i]);
+                axis
+            };
+            let ends = [pass(0), pass(1)];
+            each(&ends);
+        }
+        end
+    }
+
+    /// The tool in the last link.
+    pub fn last_link_from_tool(&self) -> UnitDualQuaternion {
+        let (rotation, point) = ChainEnd::turned(0.0).tool(self.last_link_from_tool.as_ref());
+        UnitDualQuaternion::from_parts(rotation, point)
+    }
+
+    /// Each joint's frame at θ = 0 in the link before it (or the base), base first.
+    pub(super) fn parent_from_joint(&self) -> Vec<UnitDualQuaternion> {
+        self.before_joint.iter().map(|frame| (*frame).into()).collect()
+    }
+
+    fn check_count(&self, theta: &[f64]) -> Result<(), ArmError> {
+        match theta.len() == self.joint_count() {
+            true => Ok(()),
+            false => Err(ArmError::JointCount { expected: self.joint_count(), got: theta.len() }),
+        }
+    }
+}
+
+/// The frame turned about its own z axis by the angle whose half has this cosine and sine.
+fn turned(frame: &Isometry3<f64>, cos: f64, sin: f64) -> Isometry3<f64> {
+    let q = frame.rotation.quaternion();
+    let rotation = Quaternion::new(
+        q.w * cos - q.k * sin,
+        q.i * cos + q.j * sin,
+        q.j * cos - q.i * sin,
+        q.k * cos + q.w * sin,
+    );
+    Isometry3::from_parts(frame.translation, UnitQuaternion::new_unchecked(rotation))
+}
+
+/// A rotation that takes z to this direction, exact to rounding everywhere, which one by way of the arc cosine of their product is
+/// not near the poles: the shortest one, or from −z on, after half a turn about x.
+fn from_z(direction: &Unit<Vector3<f64>>) -> UnitQuaternion<f64> {
+    let (x, y, z) = (direction.x, direction.y, direction.z);
+    UnitQuaternion::new_normalize(match z >= 0.0 {
+        true => Quaternion::new(1.0 + z, -y, x, 0.0),
+        false => Quaternion::new(-y, 1.0 - z, 0.0, x),
+    })
+}
+
+impl ArmState {
+    /// The arm with all joints at 0.
+    pub fn new(chain: &Chain) -> Self {
+        let mut state = Self::of_joints(chain.joint_count());
+        // The counts are equal by construction.
+        let _ = chain.evaluate(&vec![0.0; chain.joint_count()], &mut state);
+        state
+    }
+}

@@ -1,0 +1,46 @@
+//! Serial arms of revolute and prismatic joints: Denavit–Hartenberg rows, robot descriptions (URDF), forward kinematics, Jacobians.
+//!
+//! Two links of 0.4 m and 0.3 m in a plane, by Craig's rows:
+//!
+//! ```
+//! use dq_kinematics::arm::{ArmState, Chain, Convention, DhRow};
+//! use std::f64::consts::FRAC_PI_2;
+//! let row = |a| DhRow { alpha: 0.0, a, d: 0.0, theta_offset: 0.0 };
+//! // The third row is the hand's, which turns with its own joint.
+//! let chain = Chain::new(Convention::ModifiedDh, &[row(0.0), row(0.4), row(0.3)])?;
+//! let mut arm = ArmState::new(&chain);
+//! chain.evaluate(&[0.0, FRAC_PI_2, 0.0], &mut arm)?;
+//! let tool = arm.tool_point();
+//! assert!((tool.x - 0.4).abs() < 1e-15 && (tool.y - 0.3).abs() < 1e-15);
+//! // What 1 rad/s of the first joint gives the tool's point: its distance from that joint, turned by a right angle.
+//! let velocity = arm.point_columns().next().unwrap();
+//! assert!((velocity.x + 0.3).abs() < 1e-15 && (velocity.y - 0.4).abs() < 1e-15);
+//! # Ok::<(), dq_kinematics::arm::ArmError>(())
+//! ```
+
+pub mod bounds;
+mod chain;
+mod description;
+mod dh;
+mod error;
+mod half_turns;
+mod joint;
+mod link;
+pub(crate) mod pair;
+mod places;
+mod state;
+mod urdf;
+mod urdf_reader;
+mod urdf_shapes;
+mod urdf_tree;
+
+pub use chain::Chain;
+pub use description::{DescribedArm, DescribedJoint, DescriptionError, JointLimits, Motion};
+pub use dh::{Convention, DhRow};
+pub use error::ArmError;
+pub use joint::{Joint, JointKind};
+pub use places::Place;
+pub use state::ArmState;
+pub use urdf_reader::{Description, guess_frames};
+pub use urdf_shapes::{Collision, Rgb, Shape, Visual, collisions, visuals};
+pub use urdf_tree::LONGEST_DESCRIPTION;

@@ -1,0 +1,218 @@
+//! An arm at given joint angles: tool pose, what each joint does to the tool, and the Jacobians that this gives.
+
+use super::ArmError;
+use super::pair::{Motions, Pair, ZEROS, beside, dot, put, sum, twice, two};
+use dq_algebra::{UnitDualQuaternion, Vector8};
+use nalgebra::{Matrix6xX, OMatrix, Quaternion, U8, UnitQuaternion, Vector3, Vector6};
+use wide::f64x2;
+
+/// Tool pose of an arm and what each joint does to the tool; [`Chain::evaluate`](super::Chain::evaluate) fills it without allocating.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ArmState {
+    rotation: UnitQuaternion<f64>,
+    tool_point: Vector3<f64>,
+    joint_count: usize,
+    /// Two joints at a time, or one and one that does nothing.
+    motions: Vec<Motions>,
+}
+
+impl ArmState {
+    /// An arm of so many joints, with nothing known of them.
+    pub(super) fn of_joints(joint_count: usize) -> Self {
+        Self {
+            rotation: UnitQuaternion::identity(),
+            tool_point: Vector3::zeros(),
+            joint_count,
+            motions: vec![STILL; joint_count.div_ceil(2)],
+        }
+    }
+
+    /// Two arms as one (paper §4): [`set_relative`](Self::set_relative) on a state of its own.
+    pub fn relative(left: &Self, right: &Self) -> Self {
+        let mut state = Self::of_joints(left.joint_count + right.joint_count);
+        state.set_relative(left, right);
+        state
+    }
+
+    /// Becomes the arm whose base is the tool of `left` and whose tool is that of `right`: its pose is
+    /// `q_r = q_2* q_1` (eq. 22), its joints are those of `left` (the paper's β, arm 2), then those of `right` (α, arm 1).
+    ///
+    /// Seen from the left tool, a joint of the right arm moves the right tool as it does, `(l, v)`, and a joint of the left arm moves
+    /// it the other way, `−(l, v + l × (t_1 − t_2))` with the tools' points. So everything that holds for one arm holds for this one, with
+    /// twice the joints, as long as both states are in one base frame. This allocates only where the state was of another number of
+    /// joints.
+    pub fn set_relative(&mut self, left: &Self, right: &Self) {
+        let joint_count = left.joint_count + right.joint_count;
+        if self.joint_count != joint_count {
+            *self = Self::of_joints(joint_count);
+        }
+        let left_from_base = left.rotation.inverse();
+        let way = right.tool_point - left.tool_point;
+        let lefts = left.tool_motions().map(|(l, v)| (-l, -(v + l.cross(&way))));
+        let mut all = lefts
+            .chain(right.tool_motions())
+            .map(|(angular, linear)| (left_from_base * angular, left_from_base * linear));
+        for pair in &mut self.motions {
+            let [first, second] = [all.next(), all.next()].map(Option::unwrap_or_default);
+            *pair = (beside(&first.0, &second.0), beside(&first.1, &second.1));
+        }
+        self.set_tool(left_from_base * right.rotation, left_from_base * way);
+    }
+
+    /// The number of joints.
+    pub fn joint_count(&self) -> usize {
+        self.joint_count
+    }
+
+    /// The tool pose.
+    #[inline]
+    pub fn base_from_tool(&self) -> UnitDualQuaternion {
+        UnitDualQuaternion::from_parts(self.rotation, self.tool_point)
+    }
+
+    /// The tool's position in the base frame \[m\].
+    pub fn tool_point(&self) -> Vector3<f64> {
+        self.tool_point
+    }
+
+    /// The pose Jacobian, 8×n: `d(base_from_tool)/dt = J θ̇` (eq. 15). Column i is `½ (l + ε p×l) q` with the joint's axis
+    /// line (direction l, point p), and `½ ε l q` for a prismatic joint.
+    pub fn pose_jacobian(&self) -> OMatrix<f64, U8, nalgebra::Dyn> {
+        let mut columns = Vec::with_capacity(self.joint_count);
+        self.for_each_pose_column(|column| columns.push(column));
+        OMatrix::from_columns(&columns)
+    }
+
+    /// Calls `each` with the columns of the pose Jacobian, base first, without allocating.
+    pub fn for_each_pose_column(&self, mut each: impl FnMut(Vector8)) {
+        let rotation = Products::of(&self.rotation);
+        let half_tool = twice(&(0.5 * self.tool_point));
+        for (i, (line, linear)) in self.motions.iter().enumerate() {
+            let real = rotation.times(line);
+            let vector = rotation.times(&(linear + half_tool.cross(line)));
+            let scalar = rotation.scaled(-dot(&half_tool, line));
+            let dual =
+                [vector[0] + scalar[0], vector[1] + scalar[1], vector[2] + scalar[2], vector[3] + scalar[3]];
+            // An array's own map is not always compiled in place.
+            let column = |i: usize| {
+                let number = |numbers: f64x2| numbers.to_array()[i];
+                let ([a, b, c, d], [e, f, g, h]) = (real, dual);
+                Vector8::from([
+                    number(a),
+                    number(b),
+                    number(c),
+                    number(d),
+                    number(e),
+                    number(f),
+                    number(g),
+                    number(h),
+                ])
+            };
+            each(column(0));
+            if 2 * i + 1 < self.joint_count {
+                each(column(1));
+            }
+        }
+    }
+
+    /// The velocity of the tool point that each joint gives, `l × (t − p)` [m/rad], prismatic: l \[m/m\], without allocating.
+    pub fn point_columns(&self) -> impl Iterator<Item = Vector3<f64>> + '_ {
+        self.tool_motions().map(|(_, linear)| linear)
+    }
+
+    /// What each joint does to the tool, along the base's axes: `(l, l × (t − p))` [rad/rad, m/rad], prismatic: `(0, l)`
+    /// [rad/m, m/m], without allocating.
+    pub fn tool_motions(&self) -> impl Iterator<Item = (Vector3<f64>, Vector3<f64>)> + '_ {
+        let of = |pair: &Pair, i: usize| pair.map(|numbers| numbers.to_array()[i % 2]);
+        (0..self.joint_count).map(move |i| {
+            let (angular, linear) = &self.motions[i / 2];
+            (of(angular, i), of(linear, i))
+        })
+    }
+
+    /// What two joints at a time do to the tool, as [`tool_motions`](Self::tool_motions) of one.
+    pub(crate) fn tool_motion_pairs(&self) -> &[Motions] {
+        &self.motions
+    }
+
+    /// `Jᵀ` times a moment about the tool's point and a force there, along the base's axes, each number twice: what each joint feels of
+    /// them.
+    #[inline]
+    pub(crate) fn apply_transpose(&self, (moment, force): &Motions, to: &mut [f64]) {
+        for (room, (angular, linear)) in to.chunks_mut(2).zip(&self.motions) {
+            put(dot(angular, moment) + dot(linear, force), room);
+        }
+    }
+
+    /// The columns of the twist Jacobian at the tool along the base's axes, without allocating.
+    pub fn tool_columns(&self) -> impl Iterator<Item = Vector6<f64>> + '_ {
+        self.tool_motions().map(|(angular, linear)| {
+            Vector6::new(angular.x, angular.y, angular.z, linear.x, linear.y, linear.z)
+        })
+    }
+
+    /// The body-twist Jacobian, 6×n: `(ω, v)` of the tool in its own frame is `J θ̇`.
+    pub fn body_jacobian(&self) -> Matrix6xX<f64> {
+        let columns: Vec<_> = self.body_columns().collect();
+        Matrix6xX::from_columns(&columns)
+    }
+
+    /// The columns of the body-twist Jacobian, `(Rᵀl, Rᵀ(l × (t − p)))`, prismatic: `(0, Rᵀl)`, without allocating.
+    pub fn body_columns(&self) -> impl Iterator<Item = Vector6<f64>> + '_ {
+        let tool_from_base = self.rotation.inverse().to_rotation_matrix();
+        self.tool_motions().map(move |(angular, linear)| {
+            let (angular, linear) = (tool_from_base * angular, tool_from_base * linear);
+            Vector6::new(angular.x, angular.y, angular.z, linear.x, linear.y, linear.z)
+        })
+    }
+
+    /// The tool's twist `(ω, v)` [rad/s, m/s] along the base's axes at joint velocities `theta_dot` [rad/s, prismatic: m/s].
+    pub fn tool_twist(&self, theta_dot: &[f64]) -> (Vector3<f64>, Vector3<f64>) {
+        let zero = twice(&Vector3::zeros());
+        let pairs = self.motions.iter().zip(theta_dot.chunks(2));
+        let (angular, linear) = pairs.fold((zero, zero), |(angular, linear), ((l, v), speeds)| {
+            let speeds = two(speeds);
+            (angular + l * speeds, linear + v * speeds)
+        });
+        (sum(&angular), sum(&linear))
+    }
+
+    pub(super) fn set_tool(&mut self, rotation: UnitQuaternion<f64>, tool_point: Vector3<f64>) {
+        (self.rotation, self.tool_point) = (rotation, tool_point);
+    }
+
+    pub(super) fn motions_mut(&mut self, expected: usize) -> Result<&mut [Motions], ArmError> {
+        match self.joint_count == expected {
+            true => Ok(&mut self.motions),
+            false => Err(ArmError::JointCount { expected, got: self.joint_count }),
+        }
+    }
+}
+
+/// What two joints do that there are not.
+const STILL: Motions = (ZEROS, ZEROS);
+
+/// `½ i q`, `½ j q` and `½ k q`, of which half the product of a vector with q is a sum; each number twice, w, x, y, z.
+struct Products([[f64x2; 4]; 3]);
+
+impl Products {
+    fn of(q: &Quaternion<f64>) -> Self {
+        let half = |number: f64| f64x2::splat(0.5 * number);
+        let (w, x, y, z) = (half(q.w), half(q.i), half(q.j), half(q.k));
+        Self([[-x, w, -z, y], [-y, z, w, -x], [-z, -y, x, w]])
+    }
+
+    /// Half the products of two numbers with the quaternion.
+    #[inline(always)]
+    fn scaled(&self, numbers: f64x2) -> [f64x2; 4] {
+        let [[_, w, _, y], [_, z, _, _], [_, _, x, _]] = &self.0;
+        [*w * numbers, *x * numbers, *y * numbers, *z * numbers]
+    }
+
+    /// Half the products of two vectors with the quaternion.
+    #[inline(always)]
+    fn times(&self, v: &Vector3<f64x2>) -> [f64x2; 4] {
+        let sum = |i: usize| self.0[0][i] * v.x + self.0[1][i] * v.y + self.0[2][i] * v.z;
+        [sum(0), sum(1), sum(2), sum(3)]
+    }
+}

@@ -1,0 +1,172 @@
+//! From the text of a URDF document to the arm between two of its links.
+
+use super::bounds::JOINT_ANGLE;
+use super::description::{DescribedArm, DescribedJoint, DescriptionError, JointLimits, Motion};
+use super::urdf_tree::{Tree, child_of, document, linked, name_of, wrong};
+use dq_common::text::cut;
+use roxmltree::Node;
+
+/// What a description says, as far as somebody asked.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Description {
+    /// The arm between the two links.
+    pub arm: DescribedArm,
+    /// The robot's other joints that can be read: fingers, sensors, other arms.
+    pub beside: Vec<DescribedJoint>,
+}
+
+impl Description {
+    /// What the URDF document `text` has from the link `base` to the link `tool`, and beside that.
+    ///
+    /// The chain must be whole and right in each number that moves the tool. Of all else only the names of links and joints must be.
+    ///
+    /// # Errors
+    /// [`DescriptionError`].
+    pub fn read(text: &str, base: &str, tool: &str) -> Result<Self, DescriptionError> {
+        let document = document(text)?;
+        let robot = document.root_element();
+        let tree = Tree::new(robot)?;
+        tree.check_link("base_frame", base)?;
+        tree.check_link("tool_frame", tool)?;
+        let chain = tree.between(base, tool)?;
+        let joints = chain.iter().map(|joint| read_joint(*joint)).collect::<Result<Vec<_>, _>>()?;
+        if joints.iter().all(|joint| joint.motion == Motion::Fixed) {
+            let [base, tool] = [base, tool].map(|name| cut(name).into_owned());
+            return Err(DescriptionError::NoJoint { base, tool });
+        }
+        let others = tree.joints.iter().filter(|joint| !chain.contains(joint));
+        let beside = others.filter_map(|joint| read_beside(*joint)).collect();
+        let robot = robot.attribute("name").map(|name| cut(name).into_owned()).unwrap_or_default();
+        Ok(Self { arm: DescribedArm { robot, joints }, beside })
+    }
+}
+
+/// The two frames of an arm in the URDF document `text`, each the given one or a guess. From the root the arm follows the links that carry
+/// most joints, until these part: what has fewer than three joints after that is a gripper. It begins at `base_link`, if it passes that,
+/// and goes on over fixed joints, to `tool0` if there is one.
+///
+/// # Errors
+/// [`DescriptionError`].
+pub fn guess_frames(text: &str, [base, tool]: [Option<&str>; 2]) -> Result<[String; 2], DescriptionError> {
+    if let (Some(base), Some(tool)) = (base, tool) {
+        return Ok([base, tool].map(str::to_owned));
+    }
+    let document = document(text)?;
+    let tree = Tree::new(document.root_element())?;
+    let root = tree.root().unwrap_or_default();
+    let arm = tree.arm(base.unwrap_or(root));
+    let from = base.or_else(|| arm.iter().copied().find(|link| *link == "base_link")).unwrap_or(root);
+    let to = tool.or_else(|| arm.last().copied()).unwrap_or(root);
+    Ok([from.to_owned(), to.to_owned()])
+}
+
+/// A joint of the chain.
+fn read_joint(joint: Node) -> Result<DescribedJoint, DescriptionError> {
+    let motion = match joint.attribute("type").unwrap_or_default() {
+        "fixed" => Motion::Fixed,
+        "revolute" => Motion::Revolute,
+        "continuous" => Motion::Continuous,
+        "prismatic" => Motion::Prismatic,
+        other => {
+            let why =
+                "expected revolute, continuous, prismatic or fixed joints between base_frame and tool_frame";
+            return Err(wrong(joint, format!("its type is {:?}: {why}", cut(other))));
+        }
+    };
+    // What does not move mimics nothing, whatever is written.
+    if motion != Motion::Fixed
+        && let Some(mimic) = child_of(joint, "mimic")
+    {
+        let of = cut(mimic.attribute("joint").unwrap_or_default());
+        return Err(wrong(joint, format!("it mimics {of:?}: expected joints that move by themselves")));
+    }
+    read_as(joint, motion)
+}
+
+/// A joint beside the chain: one that moves stays where it is, so that its limits matter as far as they can be read.
+fn read_beside(joint: Node) -> Option<DescribedJoint> {
+    let motion = match joint.attribute("type")? {
+        "fixed" => Motion::Fixed,
+        "revolute" => Motion::Revolute,
+        "continuous" => Motion::Continuous,
+        "prismatic" => Motion::Prismatic,
+        _ => return None,
+    };
+    read_as(joint, motion).or_else(|_| read_as(joint, Motion::Fixed)).ok()
+}
+
+fn read_as(joint: Node, motion: Motion) -> Result<DescribedJoint, DescriptionError> {
+    let origin = child_of(joint, "origin");
+    if origin.is_some_and(|origin| origin.has_attribute("quat_xyzw")) {
+        return Err(wrong(joint, "its origin has quat_xyzw: expected rpy"));
+    }
+    let axis = child_of(joint, "axis").filter(|_| motion != Motion::Fixed);
+    let described = DescribedJoint {
+        name: name_of(joint).to_owned(),
+        motion,
+        parent: linked(joint, "parent")?.to_owned(),
+        child: linked(joint, "child")?.to_owned(),
+        xyz: three(joint, origin, "xyz", [0.0; 3])?,
+        rpy: three(joint, origin, "rpy", [0.0; 3])?,
+        axis: three(joint, axis, "xyz", [1.0, 0.0, 0.0])?,
+        limits: limits(joint, motion)?,
+    };
+    match motion == Motion::Fixed || described.axis.iter().any(|number| number.abs() > SHORTEST_AXIS) {
+        true => Ok(described),
+        false => Err(wrong(joint, format!("its axis is {:?}: expected a direction", described.axis))),
+    }
+}
+
+/// An axis whose numbers are all smaller is none.
+const SHORTEST_AXIS: f64 = 1e-6;
+
+/// Three numbers of an attribute.
+fn three(joint: Node, of: Option<Node>, name: &str, default: [f64; 3]) -> Result<[f64; 3], DescriptionError> {
+    let Some((node, text)) = of.and_then(|node| Some((node, node.attribute(name)?))) else {
+        return Ok(default);
+    };
+    let numbers: Option<Vec<f64>> = text.split_whitespace().take(4).map(number).collect();
+    numbers.and_then(|numbers| numbers.try_into().ok()).ok_or_else(|| {
+        let element = node.tag_name().name();
+        wrong(joint, format!("{name} of its {element} is {:?}: expected three numbers", cut(text)))
+    })
+}
+
+/// A number within what a robot can have.
+fn number(text: &str) -> Option<f64> {
+    text.trim().parse().ok().filter(|number: &f64| number.abs() <= JOINT_ANGLE)
+}
+
+/// The limits of a joint as the description has them, whether any arm could move within them or not: parameters may give others. Of a
+/// position limit and the soft one of the `safety_controller` it is the tighter one: a controller is to keep within both.
+fn limits(joint: Node, motion: Motion) -> Result<JointLimits, DescriptionError> {
+    let read = |element: &'static str, name: &str| {
+        let Some(text) = child_of(joint, element).and_then(|element| element.attribute(name)) else {
+            return Ok(None);
+        };
+        match text.trim().parse().ok().filter(|number: &f64| !number.is_nan()) {
+            Some(number) => Ok(Some(number)),
+            None => {
+                Err(wrong(joint, format!("{name} of its {element} is {:?}: expected a number", cut(text))))
+            }
+        }
+    };
+    let between = matches!(motion, Motion::Revolute | Motion::Prismatic);
+    let bound = |name, soft, tighter: fn(f64, f64) -> f64| -> Result<_, DescriptionError> {
+        if !between {
+            return Ok(None);
+        }
+        // URDF: a limit that is not there is 0; of soft ones only those count that are there.
+        let (hard, soft) = (read("limit", name)?.unwrap_or(0.0), read("safety_controller", soft)?);
+        Ok(Some(soft.map_or(hard, |soft: f64| tighter(hard, soft))))
+    };
+    Ok(match motion {
+        Motion::Fixed => JointLimits::default(),
+        _ => JointLimits {
+            lower: bound("lower", "soft_lower_limit", f64::max)?,
+            upper: bound("upper", "soft_upper_limit", f64::min)?,
+            velocity: read("limit", "velocity")?,
+            acceleration: read("limit", "acceleration")?,
+        },
+    })
+}

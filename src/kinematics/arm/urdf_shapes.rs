@@ -1,0 +1,176 @@
+//! The shapes of the links of a URDF document: what they look like, and what they run into others with.
+
+use super::description::{DescriptionError, pose};
+use super::urdf_tree::{child_of, document, name_of};
+use dq_algebra::UnitDualQuaternion;
+use nalgebra::Vector3;
+use roxmltree::Node;
+use std::collections::HashMap;
+
+/// Red, green and blue, 0 to 1.
+pub type Rgb = [f32; 3];
+
+/// A shape that a link is seen by.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Visual {
+    /// The link's name.
+    pub link: String,
+    /// Where the shape is in the link's frame.
+    pub link_from_shape: UnitDualQuaternion,
+    /// The shape.
+    pub shape: Shape,
+    /// Its colour, where the description gives one.
+    pub color: Option<Rgb>,
+}
+
+/// A shape by which a link runs into others.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Collision {
+    /// The link's name.
+    pub link: String,
+    /// Where it is in the link's frame, and the shape; none where the description has none there that can be read.
+    pub shape: Option<(UnitDualQuaternion, Shape)>,
+}
+
+/// A shape about its own origin, with lengths along z; \[m\].
+#[derive(Clone, Debug, PartialEq)]
+pub enum Shape {
+    /// What a file has, by the scale along each axis.
+    Mesh {
+        /// As the description names it: a path, `file://…` or `package://…`.
+        file: String,
+        /// By this factor along each axis.
+        scale: Vector3<f64>,
+    },
+    /// A box with these edges.
+    Box(Vector3<f64>),
+    /// A cylinder along z.
+    Cylinder {
+        /// Its radius.
+        radius: f64,
+        /// Its length.
+        length: f64,
+    },
+    /// A ball of that radius.
+    Sphere(f64),
+}
+
+/// Every shape of the URDF document `text` that can be read; others are left out, as nothing moves by them.
+///
+/// # Errors
+/// [`DescriptionError`] for a text that is no URDF document.
+pub fn visuals(text: &str) -> Result<Vec<Visual>, DescriptionError> {
+    let document = document(text)?;
+    let robot = document.root_element();
+    let materials = robot.children().filter(|node| node.has_tag_name("material"));
+    let materials: HashMap<_, _> =
+        materials.filter_map(|node| Some((name_of(node).to_owned(), color(node)?))).collect();
+    let links = robot.children().filter(|node| node.has_tag_name("link"));
+    let shown = links.flat_map(|link| {
+        let visuals = link.children().filter(|node| node.has_tag_name("visual"));
+        visuals.filter_map(move |node| visual(link, node))
+    });
+    let named = |mut visual: Visual, material: Option<String>| {
+        visual.color = visual.color.or_else(|| materials.get(&material?).copied());
+        visual
+    };
+    Ok(shown.map(|(visual, material)| named(visual, material)).collect())
+}
+
+/// Every shape of the URDF document `text` by which links run into others, also where it cannot be read.
+///
+/// # Errors
+/// [`DescriptionError`] for a text that is no URDF document.
+pub fn collisions(text: &str) -> Result<Vec<Collision>, DescriptionError> {
+    let document = document(text)?;
+    let links = document.root_element().children().filter(|node| node.has_tag_name("link"));
+    let all = links.flat_map(|link| {
+        let collisions = link.children().filter(|node| node.has_tag_name("collision"));
+        collisions.map(move |node| Collision { link: name_of(link).to_owned(), shape: placed(node) })
+    });
+    Ok(all.collect())
+}
+
+/// The shape, and the name of its material.
+fn visual(link: Node, node: Node) -> Option<(Visual, Option<String>)> {
+    let (link_from_shape, shape) = placed(node)?;
+    let material = child_of(node, "material");
+    let link = name_of(link).to_owned();
+    let visual = Visual { link, link_from_shape, shape, color: material.and_then(color) };
+    Some((visual, material.map(|material| name_of(material).to_owned())))
+}
+
+/// The shape of a `<visual>` or a `<collision>`, and where it is in the link's frame.
+fn placed(node: Node) -> Option<(UnitDualQuaternion, Shape)> {
+    let origin = child_of(node, "origin");
+    let three = |name: &str| match origin.and_then(|origin| origin.attribute(name)) {
+        Some(text) => vector(text),
+        None => Some(Vector3::zeros()),
+    };
+    let link_from_shape = pose(three("xyz")?.into(), three("rpy")?.into());
+    Some((link_from_shape, shape(child_of(node, "geometry")?)?))
+}
+
+fn shape(geometry: Node) -> Option<Shape> {
+    let node = geometry.children().find(Node::is_element)?;
+    let size = |name: &str| number(node.attribute(name)?).filter(|size| *size > 0.0);
+    match node.tag_name().name() {
+        "mesh" => {
+            let scale = node.attribute("scale").map_or(Some(Vector3::repeat(1.0)), vector)?;
+            Some(Shape::Mesh { file: node.attribute("filename")?.to_owned(), scale })
+        }
+        "box" => Some(Shape::Box(vector(node.attribute("size")?)?)),
+        "cylinder" => Some(Shape::Cylinder { radius: size("radius")?, length: size("length")? }),
+        "sphere" => Some(Shape::Sphere(size("radius")?)),
+        _ => None,
+    }
+}
+
+fn color(material: Node) -> Option<Rgb> {
+    let text = child_of(material, "color")?.attribute("rgba")?;
+    let parts: Option<Vec<f64>> = text.split_whitespace().map(number).collect();
+    let parts = parts?;
+    let [red, green, blue, ..] = parts[..] else { return None };
+    Some([red, green, blue].map(|part| part.clamp(0.0, 1.0) as f32))
+}
+
+fn vector(text: &str) -> Option<Vector3<f64>> {
+    let parts: Option<Vec<f64>> = text.split_whitespace().map(number).collect();
+    <[f64; 3]>::try_from(parts?).ok().map(Vector3::from)
+}
+
+/// A number that fits a picture \[m, rad\].
+fn number(text: &str) -> Option<f64> {
+    text.trim().parse().ok().filter(|number: &f64| number.abs() <= 1e4)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shapes_have_their_place_and_their_color() {
+        let text = r#"<robot name="r"><material name="blue"><color rgba="0 0 1 1"/></material>
+          <link name="a">
+            <visual><origin xyz="0 0 1" rpy="0 0 1.5707963267948966"/><geometry><box size="1 2 3"/></geometry><material name="blue"/></visual>
+            <visual><geometry><mesh filename="package://p/a.stl" scale="0.001 0.001 0.001"/></geometry></visual>
+            <visual><geometry><cylinder radius="-1" length="1"/></geometry></visual>
+            <visual><geometry><sphere radius="nan"/></geometry></visual>
+          </link>
+          <link name="b"><visual><geometry><sphere radius="0.5"/></geometry><material name=""><color rgba="2 0.5 0 1"/></material></visual></link>
+        </robot>"#;
+        let [boxed, mesh, ball] = <[Visual; 3]>::try_from(visuals(text).unwrap()).unwrap();
+        assert_eq!((boxed.link.as_str(), &boxed.shape), ("a", &Shape::Box(Vector3::new(1.0, 2.0, 3.0))));
+        assert_eq!(boxed.color, Some([0.0, 0.0, 1.0]));
+        assert_eq!(boxed.link_from_shape.translation(), Vector3::z());
+        let turned = boxed.link_from_shape.rotation() * Vector3::x();
+        assert!((turned - Vector3::y()).norm() < 1e-15);
+        let scale = Vector3::repeat(0.001);
+        assert_eq!(mesh.shape, Shape::Mesh { file: "package://p/a.stl".to_owned(), scale });
+        assert_eq!((ball.link.as_str(), ball.color), ("b", Some([1.0, 0.5, 0.0])));
+        let all = collisions(&text.replace("visual", "collision")).unwrap();
+        let read: Vec<_> = all.iter().map(|one| (one.link.as_str(), one.shape.is_some())).collect();
+        assert_eq!(read, [("a", true), ("a", true), ("a", false), ("a", false), ("b", true)]);
+        assert_eq!(all[0].shape, Some((boxed.link_from_shape, boxed.shape)));
+    }
+}

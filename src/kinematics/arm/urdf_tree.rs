@@ -1,0 +1,260 @@
+//! The links and joints of a URDF document, and what hangs from what.
+//!
+//! Read by roxmltree and not by urdf-rs (0.10): that reads every element of the robot where we need those of one chain, ends the process
+//! by a stack overflow on deeply nested text, does not name the element in which a number is wrong, and reads a missing limit as zeros.
+
+use super::description::DescriptionError;
+use dq_common::text::{self, cut};
+use roxmltree::{Document, Node, ParsingOptions};
+use std::collections::{HashMap, HashSet};
+
+/// The longest description that is read \[bytes\]: a humanoid's has 0.2 MB.
+pub const LONGEST_DESCRIPTION: usize = 4 << 20;
+
+/// The most joints that a chain may have.
+const MOST_JOINTS: usize = 64;
+
+/// The most XML nodes that a description may have.
+const MOST_NODES: u32 = 200_000;
+
+/// The robot's document.
+pub(super) fn document(text: &str) -> Result<Document<'_>, DescriptionError> {
+    if text.len() > LONGEST_DESCRIPTION {
+        return Err(DescriptionError::TooLong { size: text.len(), most: LONGEST_DESCRIPTION });
+    }
+    let options = ParsingOptions { nodes_limit: MOST_NODES, ..ParsingOptions::default() };
+    let document = Document::parse_with_options(text, options).map_err(|why| not_xml(&why))?;
+    let robot = document.root_element();
+    if robot.tag_name().name() != "robot" {
+        return Err(DescriptionError::NotUrdf(cut(robot.tag_name().name()).into_owned()));
+    }
+    check_expanded(&document)?;
+    Ok(document)
+}
+
+/// Why a text is no XML: macros whose prefix nobody has declared are xacro all the same.
+fn not_xml(why: &roxmltree::Error) -> DescriptionError {
+    match why {
+        roxmltree::Error::UnknownNamespace(prefix, at) if prefix == "xacro" => {
+            DescriptionError::Xacro { element: format!("{prefix}:..."), line: at.row }
+        }
+        why => DescriptionError::NotXml(cut(&why.to_string()).into_owned()),
+    }
+}
+
+/// Whether no macro of xacro is left.
+fn check_expanded(document: &Document) -> Result<(), DescriptionError> {
+    let is_macro = |node: &Node| node.tag_name().namespace().is_some_and(|uri| uri.contains("xacro"));
+    match document.descendants().find(is_macro) {
+        None => Ok(()),
+        Some(node) => Err(DescriptionError::Xacro {
+            element: format!("xacro:{}", cut(node.tag_name().name())),
+            line: document.text_pos_at(node.range().start).row,
+        }),
+    }
+}
+
+/// The names in a description, and what hangs from what.
+pub(super) struct Tree<'a> {
+    links: Vec<&'a str>,
+    pub joints: Vec<Node<'a, 'a>>,
+    /// By the link that it carries: the link that carries it, and the joint.
+    by_child: HashMap<&'a str, (&'a str, Node<'a, 'a>)>,
+}
+
+impl<'a> Tree<'a> {
+    pub fn new(robot: Node<'a, 'a>) -> Result<Self, DescriptionError> {
+        let elements = |kind: &'static str| robot.children().filter(move |node| node.has_tag_name(kind));
+        let links = named("link", elements("link"))?;
+        let joints: Vec<_> = elements("joint").collect();
+        named("joint", joints.iter().copied())?;
+        let by_name: HashMap<&str, ()> = links.iter().map(|name| (*name, ())).collect();
+        let mut by_child = HashMap::new();
+        for joint in &joints {
+            let (parent, child) = (linked(*joint, "parent")?, linked(*joint, "child")?);
+            for (role, name) in [("parent", parent), ("child", child)] {
+                if !by_name.contains_key(name) {
+                    return Err(wrong(*joint, format!("its {role} {:?} is no link", cut(name))));
+                }
+            }
+            if let Some((_, other)) = by_child.insert(child, (parent, *joint)) {
+                let (child, other) = (cut(child), name_of(other));
+                return Err(wrong(
+                    *joint,
+                    format!("its child {child:?} is the child of joint {other:?} too"),
+                ));
+            }
+        }
+        let tree = Self { links, joints, by_child };
+        tree.check_rings()?;
+        let mut roots = tree.links.iter().filter(|link| !tree.by_child.contains_key(*link));
+        if let (Some(first), Some(second)) = (roots.next(), roots.next()) {
+            return Err(DescriptionError::TwoRoots(cut(first).into_owned(), cut(second).into_owned()));
+        }
+        Ok(tree)
+    }
+
+    /// That the way up from each link ends.
+    fn check_rings(&self) -> Result<(), DescriptionError> {
+        let mut ends: HashSet<&str> = HashSet::new();
+        for link in &self.links {
+            let (mut link, mut way) = (*link, Vec::new());
+            while let Some((parent, joint)) = self.by_child.get(link).filter(|_| !ends.contains(link)) {
+                // As many steps as there are joints lead onto the ring, if there is one.
+                if way.len() == self.joints.len() {
+                    let why = format!("its child {:?} carries its parent {:?} too", cut(link), cut(parent));
+                    return Err(wrong(*joint, format!("{why}: expected links that form a tree, no ring")));
+                }
+                way.push(link);
+                link = parent;
+            }
+            ends.extend(way);
+        }
+        Ok(())
+    }
+
+    pub fn check_link(&self, frame: &'static str, name: &str) -> Result<(), DescriptionError> {
+        /// So many links are listed.
+        const LISTED: usize = 8;
+        if self.links.contains(&name) {
+            return Ok(());
+        }
+        let listed: Vec<_> = self.links.iter().take(LISTED).map(|link| cut(link)).collect();
+        let more = match self.links.len().saturating_sub(LISTED) {
+            0 => String::new(),
+            more => format!(" and {more} more"),
+        };
+        let known = format!("{}{more}", listed.join(", "));
+        Err(DescriptionError::NoSuchLink { frame, name: cut(name).into_owned(), known })
+    }
+
+    /// The joints from one link to another, found from the tool back to the base.
+    pub fn between(&self, base: &str, tool: &str) -> Result<Vec<Node<'a, 'a>>, DescriptionError> {
+        let (mut link, mut found) = (tool, Vec::new());
+        while link != base {
+            match self.by_child.get(link) {
+                Some((parent, joint)) => {
+                    found.push(*joint);
+                    link = parent;
+                }
+                None => {
+                    let [base, tool, root] = [base, tool, link].map(|name| cut(name).into_owned());
+                    return Err(DescriptionError::NotConnected { base, tool, root });
+                }
+            }
+        }
+        if let Some(beyond) = found.len().checked_sub(MOST_JOINTS).filter(|beyond| *beyond > 0) {
+            let joint = found[beyond - 1];
+            return Err(wrong(
+                joint,
+                format!("{} joints lead to the tool: expected {MOST_JOINTS} at most", found.len()),
+            ));
+        }
+        found.reverse();
+        Ok(found)
+    }
+
+    /// The link that no joint carries.
+    pub fn root(&self) -> Option<&'a str> {
+        self.links.iter().copied().find(|link| !self.by_child.contains_key(link))
+    }
+
+    /// The links of the arm that begins at the link `from`, for all that can be guessed.
+    pub fn arm(&self, from: &'a str) -> Vec<&'a str> {
+        /// What carries fewer joints after the arm has parted is a gripper.
+        const LEAST: usize = 3;
+        let mut children: HashMap<&str, Vec<(&'a str, Node)>> = HashMap::new();
+        for joint in &self.joints {
+            if let (Ok(parent), Ok(child)) = (linked(*joint, "parent"), linked(*joint, "child")) {
+                children.entry(parent).or_default().push((child, *joint));
+            }
+        }
+        let of = |link: &str| children.get(link).map(Vec::as_slice).unwrap_or_default();
+        let mut all = vec![from];
+        let mut next = 0;
+        while let Some(link) = all.get(next) {
+            all.extend(of(link).iter().map(|(child, _)| *child));
+            next += 1;
+        }
+        // The most joints of an arm on any way from a link on, and whether anything moves there: what mimics is no arm's.
+        let mut most: HashMap<&str, (usize, bool)> =
+            HashMap::from_iter(self.links.iter().map(|link| (*link, (0, false))));
+        for link in all.into_iter().rev() {
+            let each = of(link).iter().map(|(child, joint)| carried(*joint, most[child]));
+            let all = each.fold((0, false), |(most, any), (count, moves)| (most.max(count), any || moves));
+            most.insert(link, all);
+        }
+        let (mut arm, mut link, mut moved) = (vec![from], from, false);
+        loop {
+            let carried = |(child, joint): &(&str, Node)| carried(*joint, most[child]);
+            let (longest, _) = most[link];
+            let parts = of(link).iter().filter(|child| carried(child).1).count() > 1;
+            if parts && moved && longest < LEAST {
+                return arm;
+            }
+            let is_tool = |(child, _): &&(&str, Node)| longest == 0 && *child == "tool0";
+            let is_longest = |child: &&(&str, Node)| carried(child).0 == longest;
+            let next = of(link).iter().find(is_tool).or_else(|| of(link).iter().find(is_longest));
+            let Some((child, joint)) = next else { return arm };
+            (link, moved) = (*child, moved || moves(*joint));
+            arm.push(link);
+        }
+    }
+}
+
+/// Whether the joint can be an arm's: it moves, and by itself.
+fn moves(joint: Node) -> bool {
+    let moves = matches!(joint.attribute("type"), Some("revolute" | "continuous" | "prismatic"));
+    moves && child_of(joint, "mimic").is_none()
+}
+
+/// The most joints of an arm from this one on, and whether anything moves, where it is so from its child on.
+fn carried(joint: Node, (most, moves_beyond): (usize, bool)) -> (usize, bool) {
+    let is_fixed = joint.attribute("type") == Some("fixed");
+    (most + usize::from(moves(joint)), moves_beyond || !is_fixed)
+}
+
+/// The names of these elements, each there once.
+fn named<'a>(
+    kind: &'static str,
+    nodes: impl Iterator<Item = Node<'a, 'a>>,
+) -> Result<Vec<&'a str>, DescriptionError> {
+    let (mut seen, mut names) = (HashMap::new(), Vec::new());
+    for node in nodes {
+        let name = node.attribute("name").unwrap_or_default();
+        let bad = |why: &str| {
+            Err(DescriptionError::Element { kind, name: cut(name).into_owned(), why: why.to_owned() })
+        };
+        if name.is_empty() {
+            let line = node.document().text_pos_at(node.range().start).row;
+            return bad(&format!("it has no name, in line {line}"));
+        }
+        if name.len() > text::LONGEST || name.chars().any(char::is_control) {
+            return bad("expected a name of printable characters, 250 bytes at most");
+        }
+        if seen.insert(name, ()).is_some() {
+            return bad("the name is there twice");
+        }
+        names.push(name);
+    }
+    Ok(names)
+}
+
+pub(super) fn name_of<'a>(joint: Node<'a, '_>) -> &'a str {
+    joint.attribute("name").unwrap_or_default()
+}
+
+pub(super) fn wrong(joint: Node, why: impl Into<String>) -> DescriptionError {
+    DescriptionError::Element { kind: "joint", name: name_of(joint).to_owned(), why: why.into() }
+}
+
+pub(super) fn child_of<'a>(node: Node<'a, 'a>, kind: &'static str) -> Option<Node<'a, 'a>> {
+    node.children().find(|child| child.has_tag_name(kind))
+}
+
+/// The link that the joint names as its parent or child.
+pub(super) fn linked<'a>(joint: Node<'a, 'a>, role: &'static str) -> Result<&'a str, DescriptionError> {
+    child_of(joint, role)
+        .and_then(|node| node.attribute("link"))
+        .ok_or_else(|| wrong(joint, format!("it has no <{role} link=...>")))
+}

@@ -1,0 +1,173 @@
+//! What a control law is.
+
+use super::angular_linear::{AngularLinear, norm, scaled, twice};
+use super::gram::Gram;
+use super::{Aim, Damping, PoseError};
+use crate::arm::ArmState;
+use dq_algebra::UnitDualQuaternion;
+use dq_common::named;
+use std::ops::RangeInclusive;
+use wide::f64x2;
+
+named! {
+    /// How an error becomes joint velocities.
+    "controller" Map {
+        /// `Jᵀ`.
+        Transpose = "transpose",
+        /// `J⁺ = Jᵀ(JJᵀ + λ²I)⁻¹`.
+        DampedInverse = "damped_inverse",
+    }
+}
+
+/// The gains of a law: what the parameter `gains.` with its name takes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LawGains {
+    /// What each of them is called, of one or two.
+    pub names: &'static [&'static str],
+    /// Their values where nobody gives any.
+    pub defaults: [f64; 2],
+    /// The least and the largest.
+    pub range: RangeInclusive<f64>,
+    /// Their unit.
+    pub unit: &'static str,
+    /// What they are, in a sentence.
+    pub about: &'static str,
+}
+
+/// The least gain that anybody may give.
+pub(super) const LEAST: f64 = 1e-6;
+
+impl LawGains {
+    /// `k_ω` and `k_v` [1/s], both `default` and at most `most`.
+    pub fn twist(default: f64, most: f64) -> Self {
+        Self {
+            names: &["k_omega", "k_v"],
+            defaults: [default; 2],
+            range: LEAST..=most,
+            unit: "1/s",
+            about: "k_omega and k_v: gains of the angular and of the linear error",
+        }
+    }
+}
+
+/// What a law goes by.
+#[derive(Clone, Copy)]
+pub struct LawInput<'a> {
+    /// The arm, or two arms as one.
+    pub arm: &'a ArmState,
+    /// The goal, whose sign is chosen already.
+    pub base_from_goal: &'a UnitDualQuaternion,
+    /// What of the goal is asked for.
+    pub aim: Aim,
+    /// The law's gains; of one gain the second is not used.
+    pub gains: [f64; 2],
+    /// The damped inverse.
+    pub damping: Damping,
+}
+
+impl LawInput<'_> {
+    /// Where the goal is, as far as it is asked for, along the base's axes.
+    #[inline(always)]
+    pub fn error(&self) -> PoseError {
+        PoseError::of(self.aim, self.arm, self.base_from_goal)
+    }
+
+    /// `Jᵀ` times a twist of the tool along the base's axes: joint velocities, one a joint.
+    #[inline(always)]
+    pub fn transpose(&self, twist: &AngularLinear, theta_dot: &mut [f64]) {
+        self.arm.apply_transpose(&twice(twist), theta_dot);
+    }
+
+    /// `J⁺` times what is asked for of a twist of the tool along the base's axes: joint velocities, one a joint.
+    #[inline(always)]
+    pub fn damped_inverse(&self, twist: impl FnOnce() -> AngularLinear, theta_dot: &mut [f64]) {
+        self.damping.joint_velocity(self.arm, self.aim, twist, theta_dot);
+    }
+}
+
+/// A control law: which error it feeds back, with which gains, by which map. [`register`](super::register) makes one of your own known
+/// under its name: see the page "Your law" there.
+pub trait ControlLaw: Sync {
+    /// Its name in the parameter `controller`: lower-case letters, digits and underscores.
+    fn name(&self) -> &'static str;
+
+    /// The error that it feeds back: at gain 1 the twist `(ω, v)` [rad/s, m/s] that takes the tool to the goal.
+    fn error(&self, error: &PoseError) -> AngularLinear;
+
+    /// Its gains.
+    fn gains(&self) -> LawGains {
+        LawGains::twist(1.0, 100.0)
+    }
+
+    /// How its twist becomes joint velocities.
+    fn map(&self) -> Map {
+        Map::DampedInverse
+    }
+
+    /// `k_ω` and `k_v` [1/s] at this error, with its gains as they are set.
+    fn twist_gains(&self, gains: [f64; 2], _error: &AngularLinear) -> [f64; 2] {
+        gains
+    }
+
+    /// Its gains for the one number `gain` [1/s]: K, or equal gains; `before` they were these.
+    fn gains_at(&self, gain: f64, _before: [f64; 2]) -> [f64; 2] {
+        [gain; 2]
+    }
+
+    /// The twist `(ω, v)` [rad/s, m/s] that the tool is to have.
+    #[inline]
+    fn twist(&self, gains: [f64; 2], error: &PoseError) -> AngularLinear {
+        let error = self.error(error);
+        scaled(self.twist_gains(gains, &error), &error)
+    }
+
+    /// Joint velocities [rad/s, prismatic: m/s] that move the arm towards the goal; written to `theta_dot`, one a joint.
+    #[inline]
+    fn joint_velocity(&self, input: &LawInput, theta_dot: &mut [f64]) {
+        match self.map() {
+            Map::Transpose => input.transpose(&self.twist(input.gains, &input.error()), theta_dot),
+            Map::DampedInverse => {
+                input.damped_inverse(|| self.twist(input.gains, &input.error()), theta_dot);
+            }
+        }
+    }
+
+    /// The fastest rates [1/s] at which small errors of position and rotation decay where the arm is. With the damped inverse they are
+    /// the gains of what is asked for; with the transpose the closed loop is `δθ̇ = −Jᵀ K J δθ`, and both are `σ_max²(√K J)`.
+    fn fastest_rates(&self, input: &LawInput) -> [f64; 2] {
+        rates_by_twist(self, input)
+    }
+
+    /// `Jᵀ e`, with the law's twist e, written to `descent`: the direction in which the joints reduce `½|e|²` fastest. Returns `|e|`.
+    fn steepest_descent(&self, input: &LawInput, descent: &mut [f64]) -> f64 {
+        descent_by_twist(self, input, descent)
+    }
+}
+
+/// [`fastest_rates`](ControlLaw::fastest_rates) of a law that feeds back a twist.
+pub(super) fn rates_by_twist(law: &(impl ControlLaw + ?Sized), input: &LawInput) -> [f64; 2] {
+    let [angular, linear] = law.twist_gains(input.gains, &law.error(&input.error()));
+    match (law.map(), input.aim) {
+        (Map::DampedInverse, Aim::Pose | Aim::PositionAndAxis) => [linear, angular],
+        (Map::DampedInverse, Aim::Position | Aim::Distance) => [linear, 0.0],
+        (Map::DampedInverse, Aim::Orientation) => [0.0, angular],
+        (Map::Transpose, aim) => {
+            let rows = aim.rows(input.arm);
+            let (angular, linear) = (f64x2::splat(angular.sqrt()), f64x2::splat(linear.sqrt()));
+            let pairs = input.arm.tool_motion_pairs().iter();
+            let weighted = pairs.map(|(l, v)| rows.of_both(&(l * angular, v * linear)));
+            [Gram::of_columns(input.arm.joint_count(), weighted).largest_eigenvalue(); 2]
+        }
+    }
+}
+
+/// [`steepest_descent`](ControlLaw::steepest_descent) of a law that feeds back a twist.
+pub(super) fn descent_by_twist(
+    law: &(impl ControlLaw + ?Sized),
+    input: &LawInput,
+    descent: &mut [f64],
+) -> f64 {
+    let twist = law.twist(input.gains, &input.error());
+    input.transpose(&twist, descent);
+    norm(&twist)
+}

@@ -1,0 +1,258 @@
+//! The laws by name: those that are built in, and those that a program has registered.
+
+use super::PoseError;
+use super::control_law::{ControlLaw, Map};
+use super::laws::{Diffc, HInfinity, Lq, PredefinedTime, Proportional};
+use dq_common::UnknownName;
+use std::fmt;
+use std::ops::Deref;
+use std::str::FromStr;
+use std::sync::{Mutex, OnceLock, PoisonError};
+use thiserror::Error;
+
+/// A control law that has a name: what it can do is its [`ControlLaw`].
+#[derive(Clone, Copy)]
+pub struct Law {
+    number: usize,
+    law: &'static dyn ControlLaw,
+}
+
+/// So many laws have room in a [`Controller`](super::Controller).
+pub(super) const MOST: usize = 16;
+
+/// The place of the gains of a law that is on no list: the last one, which no other law has.
+const UNLISTED: usize = MOST - 1;
+
+/// Why a law was not registered.
+#[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
+pub enum RegisterError {
+    /// Another law has its name.
+    #[error("there is a law called {0:?} already")]
+    Name(&'static str),
+    /// Nothing else than lower-case letters, digits and underscores can be in a name.
+    #[error("the name {0:?} is not made of lower-case letters, digits and underscores")]
+    Letters(&'static str),
+    /// Laws have been asked for already.
+    #[error("laws are registered before anything else is done with laws")]
+    Late,
+    /// There is no room for more.
+    #[error("there is room for {UNLISTED} laws")]
+    Room,
+}
+
+static REGISTERED: Mutex<Vec<&'static dyn ControlLaw>> = Mutex::new(Vec::new());
+static NAMES: OnceLock<Names> = OnceLock::new();
+
+/// All laws with their names, of the program's whole life.
+struct Names {
+    laws: Vec<Law>,
+    names: Vec<&'static str>,
+    parameters: Vec<&'static str>,
+}
+
+/// Makes a law of your own known, before anything else is done with laws: best as the first thing in `main`.
+///
+/// From then on it is one of [`Law::all`]: the parameter `controller` takes its name, `gains.` with its name its gains; every safety rule
+/// holds for it, `compare` runs it, figures have a colour for it and `replay` repeats it.
+///
+/// # Errors
+/// [`RegisterError`].
+///
+/// # Your law
+/// Sliding along the logarithm at a speed that does not fade with the distance: `ξ = k X/√(|X|² + ε²)`, a boundary layer ε wide about the
+/// goal (Slotine & Li 1991, §7.2, in place of its switch). It is not in the table of laws, and here it drives the built-in arm:
+///
+/// ```
+/// use dq_kinematics::arm::ArmState;
+/// use dq_config::{NodeParameters, ServoParameters};
+/// use dq_kinematics::control::{AngularLinear, ControlLaw, PoseError, RegisterError, nearer_goal, pose_error, register};
+/// use dq_params::Value;
+///
+/// struct BoundaryLayer;
+///
+/// impl ControlLaw for BoundaryLayer {
+///     fn name(&self) -> &'static str {
+///         "boundary_layer"
+///     }
+///     fn error(&self, error: &PoseError) -> AngularLinear {
+///         error.screw_log()
+///     }
+///     fn twist_gains(&self, gains: [f64; 2], (angular, linear): &AngularLinear) -> [f64; 2] {
+///         let size = (angular.norm_squared() + linear.norm_squared() + 0.1_f64.powi(2)).sqrt();
+///         gains.map(|gain| gain / size)
+///     }
+/// }
+///
+/// register(&BoundaryLayer)?;
+/// assert_eq!(register(&BoundaryLayer), Err(RegisterError::Name("boundary_layer")));
+/// let (mut store, _warnings) = ServoParameters::start("/dq_servo", Vec::new())?;
+/// store.override_initial("controller", Value::from_yaml("boundary_layer")?)?;
+/// store.override_initial("gains.boundary_layer", Value::from_yaml("[0.5, 0.5]")?)?;
+/// let parameters = ServoParameters::from_store(&store)?;
+/// let (chain, controller) = (parameters.arms.chain(), parameters.settings.controller);
+/// assert_eq!(controller.law.name(), "boundary_layer");
+/// let goal = chain.forward_kinematics(&[0.4, -0.9, 0.3, 0.2, 1.2, 0.0])?;
+/// let (mut theta, mut theta_dot) = ([0.0, -1.2, 0.1, 0.4, 1.0, 0.3], [0.0; 6]);
+/// let mut arm = ArmState::new(chain);
+/// for _cycle in 0..5000 {
+///     chain.evaluate(&theta, &mut arm)?;
+///     let nearer = nearer_goal(&goal, &arm.base_from_tool());
+///     controller.joint_velocity(&arm, &nearer, &mut theta_dot);
+///     theta.iter_mut().zip(&theta_dot).for_each(|(angle, speed)| *angle += 0.002 * speed);
+/// }
+/// assert!(pose_error(&arm, &goal).translation().norm() < 1e-6);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// In a program of its own, `dq_servo::cli::main` is all else that `main` does after it.
+pub fn register(law: &'static dyn ControlLaw) -> Result<(), RegisterError> {
+    let name = law.name();
+    let is_right = |byte: u8| byte.is_ascii_lowercase() || byte.is_ascii_digit() || byte == b'_';
+    if name.is_empty() || !name.bytes().all(is_right) {
+        return Err(RegisterError::Letters(name));
+    }
+    let mut registered = REGISTERED.lock().unwrap_or_else(PoisonError::into_inner);
+    if NAMES.get().is_some() {
+        return Err(RegisterError::Late);
+    }
+    let is_taken =
+        Law::ALL.iter().any(|law| law.name() == name) || registered.iter().any(|law| law.name() == name);
+    if is_taken {
+        return Err(RegisterError::Name(name));
+    }
+    if Law::ALL.len() + registered.len() >= UNLISTED {
+        return Err(RegisterError::Room);
+    }
+    registered.push(law);
+    Ok(())
+}
+
+fn names() -> &'static Names {
+    NAMES.get_or_init(|| {
+        let registered = REGISTERED.lock().unwrap_or_else(PoisonError::into_inner);
+        let own = (Law::ALL.len()..).zip(registered.iter()).map(|(number, law)| Law { number, law: *law });
+        let laws: Vec<_> = Law::ALL.into_iter().chain(own).collect();
+        // Once for the program's life.
+        let parameter = |law: &Law| &*format!("gains.{}", law.name()).leak();
+        Names {
+            names: laws.iter().map(|law| law.name()).collect(),
+            parameters: laws.iter().map(parameter).collect(),
+            laws,
+        }
+    })
+}
+
+/// Declares the laws that are built in.
+macro_rules! built_in {
+    ($($(#[$doc:meta])* $law:ident = $number:literal: $is:expr,)*) => {
+        #[allow(non_upper_case_globals, reason = "each is one of a list, as variants are")]
+        impl Law {
+            $($(#[$doc])* pub const $law: Self = Self { number: $number, law: &$is };)*
+
+            /// Every law that is built in, in the order of the table.
+            pub const ALL: [Self; 11] = [$(Self::$law),*];
+        }
+    };
+}
+
+/// Gain times error.
+const fn proportional<E>(name: &'static str, error: E, map: Map) -> Proportional<E> {
+    Proportional { name, error, map }
+}
+
+built_in! {
+    /// R⁸ difference × transpose: the paper's difference feedback (eq. 16–20).
+    Diffc = 0: Diffc,
+    /// Error's dual quaternion, `q* q_d − 1`, × damped inverse. That is the R⁸ difference as seen from the tool, not `J₈⁺ (q_d − q)`.
+    DiffcInverse = 1: proportional("diffc_inverse", PoseError::difference, Map::DampedInverse),
+    /// Screw logarithm × damped inverse: the paper's logarithmic feedback on SE(3) (eq. 28–30).
+    Logc = 2: proportional("logc", PoseError::screw_log, Map::DampedInverse),
+    /// Screw logarithm × transpose.
+    LogcTranspose = 3: proportional("logc_transpose", PoseError::screw_log, Map::Transpose),
+    /// Decoupled logarithm × damped inverse: rotation and translation each on their own geodesic (paper §10.1; Bullo &
+    /// Murray 1995).
+    DoubleGeodesic = 4: proportional("double_geodesic", PoseError::decoupled_log, Map::DampedInverse),
+    /// Decoupled logarithm × transpose.
+    DoubleGeodesicTranspose = 5: proportional("double_geodesic_transpose", PoseError::decoupled_log, Map::Transpose),
+    /// Unit quaternion's vector part × damped inverse: closed-loop inverse kinematics as it is most often built
+    /// (Chiaverini & Siciliano 1999).
+    UnitQuaternion = 6: proportional("unit_quaternion", PoseError::vector_part, Map::DampedInverse),
+    /// Unit quaternion's vector part × transpose.
+    UnitQuaternionTranspose = 7: proportional("unit_quaternion_transpose", PoseError::vector_part, Map::Transpose),
+    /// diffc_inverse with gains from the weights of a quadratic cost (after Marinho, Figueredo & Adorno, IROS 2015).
+    Lq = 8: Lq,
+    /// unit_quaternion with gains from bounds on how far disturbances carry (Figueredo, Adorno & Ishihara 2021,
+    /// arXiv 1811.05436).
+    HInfinity = 9: HInfinity,
+    /// logc with a gain that grows at both ends, so that the time to arrive has a bound that is set in advance
+    /// (Aldana-López et al. 2019, arXiv 1809.07012).
+    PredefinedTime = 10: PredefinedTime,
+}
+
+impl Law {
+    /// Every law, those that were registered last.
+    pub fn all() -> impl ExactSizeIterator<Item = Self> + Clone {
+        names().laws.iter().copied()
+    }
+
+    /// The name of each.
+    pub fn names() -> &'static [&'static str] {
+        &names().names
+    }
+
+    /// The parameter that has its gains.
+    pub fn parameter(self) -> &'static str {
+        names().parameters[self.number]
+    }
+
+    /// A law that is on no list, so that no parameter can name it: one that Python has made while laws were at work.
+    pub fn unlisted(law: &'static dyn ControlLaw) -> Self {
+        Self { number: UNLISTED, law }
+    }
+
+    /// Its place among all.
+    pub fn number(self) -> usize {
+        self.number
+    }
+}
+
+impl Deref for Law {
+    type Target = dyn ControlLaw;
+
+    fn deref(&self) -> &Self::Target {
+        self.law
+    }
+}
+
+impl PartialEq for Law {
+    fn eq(&self, other: &Self) -> bool {
+        let listed = self.number != UNLISTED;
+        self.number == other.number && (listed || std::ptr::addr_eq(self.law, other.law))
+    }
+}
+
+impl Eq for Law {}
+
+impl fmt::Debug for Law {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl fmt::Display for Law {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl FromStr for Law {
+    type Err = UnknownName;
+
+    fn from_str(name: &str) -> Result<Self, UnknownName> {
+        Self::all().find(|law| law.name() == name).ok_or_else(|| UnknownName {
+            kind: "controller",
+            name: name.to_owned(),
+            expected: Self::names().join(", "),
+        })
+    }
+}

@@ -1,0 +1,5 @@
+//! Serial arms and the laws that move them: chains by DH rows or a robot description, Jacobians, and the control laws of the reference work.
+
+pub mod arm;
+pub mod colors;
+pub mod control;

@@ -1,0 +1,34 @@
+//! Plain CDR, the encoding of messages.
+
+use super::WireError;
+use super::messages::Message;
+use byteorder::{BigEndian, LittleEndian};
+use serde::de::DeserializeOwned;
+
+/// A message in plain CDR is this, or the other byte order's, and then its payload; the last two bytes are options, of which there
+/// are none.
+pub const CDR_LE: [u8; 4] = [0, 1, 0, 0];
+/// Big endian.
+pub const CDR_BE: [u8; 4] = [0, 0, 0, 0];
+
+/// Decodes a message that was kept as bytes, its encapsulation header of four bytes included.
+///
+/// # Errors
+/// [`WireError::Decode`] where they are no whole message of type `M` in plain CDR.
+pub fn decode<M: Message>(cdr: &[u8]) -> Result<M, WireError> {
+    let error = |why: String| WireError::Decode { message: M::TYPE, bytes: cdr.len(), why };
+    let Some((header, payload)) = cdr.split_first_chunk() else {
+        return Err(error("they do not begin as plain CDR does".to_owned()));
+    };
+    decode_payload(*header, payload).map(|(message, _)| message).map_err(error)
+}
+
+/// Decodes the value at the beginning of a payload with that header; returns the bytes that it took, too.
+pub fn decode_payload<V: DeserializeOwned>(header: [u8; 4], payload: &[u8]) -> Result<(V, usize), String> {
+    let decoded = match header {
+        [0, 0, ..] => cdr_encoding::from_bytes::<V, BigEndian>(payload),
+        [0, 1, ..] => cdr_encoding::from_bytes::<V, LittleEndian>(payload),
+        _ => return Err("they do not begin as plain CDR does".to_owned()),
+    };
+    decoded.map_err(|why| why.to_string())
+}

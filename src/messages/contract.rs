@@ -1,0 +1,74 @@
+//! The topics of a node, as a file lists them.
+
+use super::messages::Message;
+use super::{DurabilityKind, ReliabilityKind, WireError};
+use serde::Deserialize;
+use std::collections::BTreeMap;
+
+/// One topic of the contract.
+#[derive(Clone, Debug, Deserialize, PartialEq)]
+#[serde(deny_unknown_fields)]
+pub struct TopicContract {
+    /// Whether the node publishes or subscribes.
+    pub direction: Direction,
+    /// `package/msg/Name`.
+    #[serde(rename = "type")]
+    pub message: String,
+    /// Delivery.
+    pub reliability: ReliabilityKind,
+    /// Whether late joiners get the last samples.
+    pub durability: DurabilityKind,
+    /// Samples kept.
+    pub depth: i32,
+    /// How often, for people.
+    pub rate: String,
+}
+
+/// The node's side of a topic.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "snake_case")]
+pub enum Direction {
+    /// Subscribed.
+    In,
+    /// Published.
+    Out,
+}
+
+/// The topics of one node by their names there.
+#[derive(Clone, Debug, Deserialize, PartialEq)]
+#[serde(transparent)]
+pub struct NodeContract {
+    topics: BTreeMap<String, TopicContract>,
+}
+
+impl NodeContract {
+    /// The topic called `name`, checked to be of type `M` and of that direction.
+    ///
+    /// # Errors
+    /// [`WireError::Contract`].
+    pub fn topic<M: Message>(&self, name: &str, direction: Direction) -> Result<&TopicContract, WireError> {
+        self.topics
+            .get(name)
+            .filter(|topic| topic.message == M::TYPE && topic.direction == direction)
+            .ok_or_else(|| WireError::Contract { topic: name.to_owned(), message: M::TYPE })
+    }
+
+    /// The same contract with the topic `name` subscribed best effort.
+    pub fn with_best_effort(mut self, name: &str) -> Self {
+        if let Some(topic) = self.topics.get_mut(name) {
+            topic.reliability = ReliabilityKind::BestEffort;
+        }
+        self
+    }
+
+    /// The same contract with the topics of `other` besides.
+    pub fn with(mut self, other: Self) -> Self {
+        self.topics.extend(other.topics);
+        self
+    }
+
+    /// Names and topics.
+    pub fn topics(&self) -> impl Iterator<Item = (&str, &TopicContract)> {
+        self.topics.iter().map(|(name, topic)| (name.as_str(), topic))
+    }
+}

@@ -1,0 +1,23 @@
+//! What goes over the wire, as data: messages, their definitions and hashes, parameters, and the topics of a node. No DDS.
+
+mod cdr;
+mod contract;
+mod error;
+mod in_place;
+mod interfaces;
+pub mod messages;
+mod parameter_messages;
+mod poses;
+mod qos;
+mod type_description;
+pub mod visualization;
+
+pub use cdr::{CDR_BE, CDR_LE, decode, decode_payload};
+pub use contract::{Direction, NodeContract, TopicContract};
+pub use error::WireError;
+pub use in_place::{InPlace, Reuse};
+pub use interfaces::{definition, type_hash};
+pub use parameter_messages::*;
+pub use poses::{PoseNumbers, pose_numbers};
+pub use qos::{DurabilityKind, LivelinessKind, OfferedQos, ReliabilityKind};
+pub use type_description::{GetTypeDescription, describe};

@@ -1,0 +1,85 @@
+//! Places in space, and motions.
+
+use super::{Header, Message, message};
+use serde::{Deserialize, Serialize};
+
+message! {
+    /// A point or position \[m\].
+    Point = "geometry_msgs/msg/Point" {
+        x: f64,
+        y: f64,
+        z: f64,
+    }
+}
+message! {
+    /// A vector in space.
+    Vector3 = "geometry_msgs/msg/Vector3" {
+        x: f64,
+        y: f64,
+        z: f64,
+    }
+}
+message! {
+    /// A rotation, scalar last as ROS has it.
+    Quaternion = "geometry_msgs/msg/Quaternion" {
+        x: f64,
+        y: f64,
+        z: f64,
+        w: f64,
+    }
+}
+message! {
+    /// Position and orientation.
+    Pose = "geometry_msgs/msg/Pose" {
+        /// Position \[m\].
+        ///
+        position: Point,
+        orientation: Quaternion,
+    }
+}
+message! {
+    /// A pose with time and frame.
+    PoseStamped = "geometry_msgs/msg/PoseStamped" {
+        header: Header,
+        pose: Pose,
+    }
+}
+message! {
+    /// Linear \[m\] or [m/s] and angular \[rad\] or [rad/s] parts.
+    Twist = "geometry_msgs/msg/Twist" {
+        linear: Vector3,
+        angular: Vector3,
+    }
+}
+message! {
+    /// A twist with time and frame.
+    TwistStamped = "geometry_msgs/msg/TwistStamped" {
+        header: Header,
+        twist: Twist,
+    }
+}
+message! {
+    /// Position and orientation of a child frame.
+    Transform = "geometry_msgs/msg/Transform" {
+        /// Translation \[m\].
+        ///
+        translation: Vector3,
+        rotation: Quaternion,
+    }
+}
+message! {
+    /// A transform from `header.frame_id` to `child_frame_id`.
+    TransformStamped = "geometry_msgs/msg/TransformStamped" {
+        header: Header,
+        #[serde(deserialize_with = "dq_common::text::deserialize_cut")]
+        child_frame_id: String,
+        transform: Transform,
+    }
+}
+message! {
+    /// Transforms for TF.
+    TFMessage = "tf2_msgs/msg/TFMessage" {
+        #[serde(deserialize_with = "dq_common::text::deserialize_few")]
+        transforms: Vec<TransformStamped>,
+    }
+}

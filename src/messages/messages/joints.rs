@@ -1,0 +1,105 @@
+//! What joints do and are to do.
+
+use super::{DurationMessage, Header, Message, message};
+use serde::{Deserialize, Serialize};
+use std::time::Duration;
+
+message! {
+    /// One dimension of a multi-array.
+    MultiArrayDimension = "std_msgs/msg/MultiArrayDimension" {
+        label: String,
+        size: u32,
+        stride: u32,
+    }
+}
+message! {
+    /// How a multi-array is laid out.
+    MultiArrayLayout = "std_msgs/msg/MultiArrayLayout" {
+        /// The dimensions, outermost first; empty for a plain list.
+        ///
+        #[serde(deserialize_with = "dq_common::text::deserialize_few")]
+        dim: Vec<MultiArrayDimension>,
+        data_offset: u32,
+    }
+}
+message! {
+    /// Numbers: the joint velocity command [rad/s] in the order of the parameter `joints`.
+    Float64MultiArray = "std_msgs/msg/Float64MultiArray" {
+        layout: MultiArrayLayout,
+        #[serde(deserialize_with = "dq_common::text::deserialize_few")]
+        data: Vec<f64>,
+    }
+}
+message! {
+    /// Bytes: the record of a servo's cycle.
+    UInt8MultiArray = "std_msgs/msg/UInt8MultiArray" {
+        layout: MultiArrayLayout,
+        data: Vec<u8>,
+    }
+}
+message! {
+    /// Joint names with positions \[rad\], velocities [rad/s] and efforts, each list as long as `name` or empty.
+    JointState = "sensor_msgs/msg/JointState" {
+        header: Header,
+        #[serde(deserialize_with = "dq_common::text::deserialize_cuts")]
+        name: Vec<String>,
+        /// Positions \[rad\].
+        ///
+        #[serde(deserialize_with = "dq_common::text::deserialize_few")]
+        position: Vec<f64>,
+        /// Velocities [rad/s].
+        ///
+        #[serde(deserialize_with = "dq_common::text::deserialize_few")]
+        velocity: Vec<f64>,
+        /// Efforts [N m].
+        ///
+        #[serde(deserialize_with = "dq_common::text::deserialize_few")]
+        effort: Vec<f64>,
+    }
+}
+message! {
+    /// Where the joints are to be at a time, each list as long as the trajectory's names or empty.
+    JointTrajectoryPoint = "trajectory_msgs/msg/JointTrajectoryPoint" {
+        /// Positions \[rad\].
+        ///
+        #[serde(deserialize_with = "dq_common::text::deserialize_few")]
+        positions: Vec<f64>,
+        /// Velocities [rad/s].
+        ///
+        #[serde(deserialize_with = "dq_common::text::deserialize_few")]
+        velocities: Vec<f64>,
+        /// Accelerations [rad/s²].
+        ///
+        #[serde(deserialize_with = "dq_common::text::deserialize_few")]
+        accelerations: Vec<f64>,
+        /// Efforts [N m].
+        ///
+        #[serde(deserialize_with = "dq_common::text::deserialize_few")]
+        effort: Vec<f64>,
+        time_from_start: DurationMessage,
+    }
+}
+message! {
+    /// Joint names with the points that they are to pass.
+    JointTrajectory = "trajectory_msgs/msg/JointTrajectory" {
+        header: Header,
+        #[serde(deserialize_with = "dq_common::text::deserialize_cuts")]
+        joint_names: Vec<String>,
+        #[serde(deserialize_with = "dq_common::text::deserialize_few")]
+        points: Vec<JointTrajectoryPoint>,
+    }
+}
+
+impl JointTrajectory {
+    /// The positions \[rad\] of its last point in the order of `joints`, and when they are to be reached; none where it has no point,
+    /// or not one position of each joint.
+    pub fn target(&self, joints: &[String]) -> Option<(Vec<f64>, Duration)> {
+        let point = self.points.last()?;
+        let position = |joint: &String| {
+            let place = self.joint_names.iter().position(|name| name == joint)?;
+            point.positions.get(place).copied()
+        };
+        let positions = joints.iter().map(position).collect::<Option<Vec<_>>>()?;
+        Some((positions, (&point.time_from_start).into()))
+    }
+}

@@ -1,0 +1,61 @@
+//! What nodes say of themselves.
+
+use super::{Header, Message, Time, message};
+use serde::{Deserialize, Serialize};
+
+message! {
+    /// A line of a node's log.
+    Log = "rcl_interfaces/msg/Log" {
+        /// When it was logged.
+        stamp: Time,
+        /// 10 debug, 20 info, 30 warn, 40 error, 50 fatal.
+        level: u8,
+        /// The logger, named as its node with dots for slashes.
+        name: String,
+        /// The text.
+        msg: String,
+        /// The source file, if that is said.
+        file: String,
+        /// The function, if that is said.
+        function: String,
+        /// The line in the source file.
+        line: u32,
+    }
+}
+message! {
+    /// UTF-8 text.
+    StringMessage = "std_msgs/msg/String" {
+        data: String,
+    }
+}
+message! {
+    /// A figure of a status: name and value.
+    KeyValue = "diagnostic_msgs/msg/KeyValue" {
+        #[serde(deserialize_with = "dq_common::text::deserialize_cut")]
+        key: String,
+        #[serde(deserialize_with = "dq_common::text::deserialize_cut")]
+        value: String,
+    }
+}
+message! {
+    /// Status of one component.
+    DiagnosticStatus = "diagnostic_msgs/msg/DiagnosticStatus" {
+        /// 0 OK, 1 WARN, 2 ERROR, 3 STALE.
+        ///
+        level: u8,
+        #[serde(deserialize_with = "dq_common::text::deserialize_cut")]
+        name: String,
+        #[serde(deserialize_with = "dq_common::text::deserialize_cut")]
+        message: String,
+        #[serde(deserialize_with = "dq_common::text::deserialize_cut")]
+        hardware_id: String,
+        values: Vec<KeyValue>,
+    }
+}
+message! {
+    /// Statuses at one time.
+    DiagnosticArray = "diagnostic_msgs/msg/DiagnosticArray" {
+        header: Header,
+        status: Vec<DiagnosticStatus>,
+    }
+}

@@ -1,0 +1,260 @@
+//! The messages of the parameter services, package `rcl_interfaces`.
+
+use super::messages::{Message, ServiceType, Time, message, service};
+use dq_params::{Constraint, Declaration, Value};
+use serde::{Deserialize, Serialize};
+
+message! {
+    /// A parameter value: a type tag and one field a type.
+    ParameterValue = "rcl_interfaces/msg/ParameterValue" {
+        /// 0 not set, 1 bool, 2 integer, 3 double, 4 string, 5 to 9 their arrays (5: bytes).
+        ///
+        kind: u8,
+        bool_value: bool,
+        integer_value: i64,
+        double_value: f64,
+        string_value: String,
+        byte_array_value: Vec<u8>,
+        bool_array_value: Vec<bool>,
+        integer_array_value: Vec<i64>,
+        double_array_value: Vec<f64>,
+        string_array_value: Vec<String>,
+    }
+}
+message! {
+    /// A parameter: name and value.
+    Parameter = "rcl_interfaces/msg/Parameter" {
+        #[serde(deserialize_with = "dq_common::text::deserialize_cut")]
+        name: String,
+        value: ParameterValue,
+    }
+}
+message! {
+    /// What changed in a node's parameters.
+    ParameterEvent = "rcl_interfaces/msg/ParameterEvent" {
+        stamp: Time,
+        #[serde(deserialize_with = "dq_common::text::deserialize_cut")]
+        node: String,
+        new_parameters: Vec<Parameter>,
+        changed_parameters: Vec<Parameter>,
+        deleted_parameters: Vec<Parameter>,
+    }
+}
+message! {
+    /// Whether a parameter was set, and why not.
+    SetParametersResult = "rcl_interfaces/msg/SetParametersResult" {
+        successful: bool,
+        #[serde(deserialize_with = "dq_common::text::deserialize_cut")]
+        reason: String,
+    }
+}
+message! {
+    /// Bounds of a double.
+    FloatingPointRange = "rcl_interfaces/msg/FloatingPointRange" {
+        from_value: f64,
+        to_value: f64,
+        /// Step; 0 for none.
+        ///
+        step: f64,
+    }
+}
+message! {
+    /// Bounds of an integer.
+    IntegerRange = "rcl_interfaces/msg/IntegerRange" {
+        from_value: i64,
+        to_value: i64,
+        /// Step; 0 for none.
+        ///
+        step: u64,
+    }
+}
+message! {
+    /// What a parameter is.
+    ParameterDescriptor = "rcl_interfaces/msg/ParameterDescriptor" {
+        name: String,
+        kind: u8,
+        description: String,
+        additional_constraints: String,
+        read_only: bool,
+        dynamic_typing: bool,
+        floating_point_range: Vec<FloatingPointRange>,
+        integer_range: Vec<IntegerRange>,
+    }
+}
+message! {
+    /// Names of parameters.
+    Names = "rcl_interfaces/srv/GetParameters_Request" {
+        #[serde(deserialize_with = "dq_common::text::deserialize_cuts")]
+        names: Vec<String>,
+    }
+}
+message! {
+    /// Values, in the order of the names asked for.
+    Values = "rcl_interfaces/srv/GetParameters_Response" {
+        values: Vec<ParameterValue>,
+    }
+}
+message! {
+    /// Types, in the order of the names asked for.
+    Types = "rcl_interfaces/srv/GetParameterTypes_Response" {
+        types: Vec<u8>,
+    }
+}
+message! {
+    /// Descriptors, in the order of the names asked for.
+    Descriptors = "rcl_interfaces/srv/DescribeParameters_Response" {
+        descriptors: Vec<ParameterDescriptor>,
+    }
+}
+message! {
+    /// Parameters to set.
+    Changes = "rcl_interfaces/srv/SetParameters_Request" {
+        parameters: Vec<Parameter>,
+    }
+}
+message! {
+    /// One result a parameter.
+    Results = "rcl_interfaces/srv/SetParameters_Response" {
+        results: Vec<SetParametersResult>,
+    }
+}
+message! {
+    /// One result for all.
+    AtomicResult = "rcl_interfaces/srv/SetParametersAtomically_Response" {
+        result: SetParametersResult,
+    }
+}
+message! {
+    /// Which parameters to list.
+    ListRequest = "rcl_interfaces/srv/ListParameters_Request" {
+        /// Only those below these; empty for all.
+        ///
+        #[serde(deserialize_with = "dq_common::text::deserialize_cuts")]
+        prefixes: Vec<String>,
+        /// Levels below the prefix; 0 for all.
+        ///
+        depth: u64,
+    }
+}
+message! {
+    /// Parameter names and their prefixes.
+    ListResult = "rcl_interfaces/msg/ListParametersResult" {
+        names: Vec<String>,
+        prefixes: Vec<String>,
+    }
+}
+message! {
+    /// Parameter names and their prefixes.
+    ListResponse = "rcl_interfaces/srv/ListParameters_Response" {
+        result: ListResult,
+    }
+}
+service! {
+    /// Lists names.
+    ListParameters = "rcl_interfaces/srv/ListParameters" (ListRequest) -> ListResponse
+}
+service! {
+    /// Gets values.
+    GetParameters = "rcl_interfaces/srv/GetParameters" (Names) -> Values
+}
+service! {
+    /// Gets types.
+    GetParameterTypes = "rcl_interfaces/srv/GetParameterTypes" (Names) -> Types
+}
+service! {
+    /// Describes.
+    DescribeParameters = "rcl_interfaces/srv/DescribeParameters" (Names) -> Descriptors
+}
+service! {
+    /// Sets one after the other.
+    SetParameters = "rcl_interfaces/srv/SetParameters" (Changes) -> Results
+}
+service! {
+    /// Sets all or none.
+    SetParametersAtomically = "rcl_interfaces/srv/SetParametersAtomically" (Changes) -> AtomicResult
+}
+
+impl From<&Value> for ParameterValue {
+    fn from(value: &Value) -> Self {
+        let mut wire = Self { kind: kind_of(value), ..Self::default() };
+        match value {
+            Value::Bool(value) => wire.bool_value = *value,
+            Value::Integer(value) => wire.integer_value = *value,
+            Value::Double(value) => wire.double_value = *value,
+            Value::String(value) => wire.string_value = value.clone(),
+            Value::ByteArray(list) => wire.byte_array_value = list.clone(),
+            Value::BoolArray(list) => wire.bool_array_value = list.clone(),
+            Value::IntegerArray(list) => wire.integer_array_value = list.clone(),
+            Value::DoubleArray(list) => wire.double_array_value = list.clone(),
+            Value::StringArray(list) => wire.string_array_value = list.clone(),
+        }
+        wire
+    }
+}
+
+impl ParameterValue {
+    /// The value; none where it is not set or of an unknown type.
+    pub fn into_value(self) -> Option<Value> {
+        match self.kind {
+            1 => Some(Value::Bool(self.bool_value)),
+            2 => Some(Value::Integer(self.integer_value)),
+            3 => Some(Value::Double(self.double_value)),
+            4 => Some(Value::String(self.string_value)),
+            5 => Some(Value::ByteArray(self.byte_array_value)),
+            6 => Some(Value::BoolArray(self.bool_array_value)),
+            7 => Some(Value::IntegerArray(self.integer_array_value)),
+            8 => Some(Value::DoubleArray(self.double_array_value)),
+            9 => Some(Value::StringArray(self.string_array_value)),
+            _ => None,
+        }
+    }
+}
+
+/// The wire's tag of a value's type.
+pub fn kind_of(value: &Value) -> u8 {
+    match value {
+        Value::Bool(_) => 1,
+        Value::Integer(_) => 2,
+        Value::Double(_) => 3,
+        Value::String(_) => 4,
+        Value::ByteArray(_) => 5,
+        Value::BoolArray(_) => 6,
+        Value::IntegerArray(_) => 7,
+        Value::DoubleArray(_) => 8,
+        Value::StringArray(_) => 9,
+    }
+}
+
+impl ParameterDescriptor {
+    /// The type's name, as `ros2 param describe` prints it.
+    pub fn type_name(&self) -> &'static str {
+        let value = ParameterValue { kind: self.kind, ..ParameterValue::default() };
+        value.into_value().map_or("not set", |value| value.type_name())
+    }
+}
+
+impl From<&Declaration> for ParameterDescriptor {
+    fn from(declared: &Declaration) -> Self {
+        let unit = if declared.unit.is_empty() { String::new() } else { format!(" [{}]", declared.unit) };
+        let (mut floating_point_range, mut integer_range) = (Vec::new(), Vec::new());
+        match declared.constraint {
+            Constraint::Range { min, max } => {
+                floating_point_range.push(FloatingPointRange { from_value: min, to_value: max, step: 0.0 });
+            }
+            Constraint::IntegerRange { min, max } => {
+                integer_range.push(IntegerRange { from_value: min, to_value: max, step: 0 });
+            }
+            _ => {}
+        }
+        Self {
+            name: declared.name.to_owned(),
+            kind: kind_of(&declared.default),
+            description: format!("{}{unit}", declared.description),
+            additional_constraints: declared.expected(),
+            read_only: declared.read_only,
+            dynamic_typing: false,
+            floating_point_range,
+            integer_range,
+        }
+    }
+}

@@ -1,0 +1,139 @@
+//! What comes from one arm: its joint states, and who publishes them.
+
+use super::events::EventsRecord;
+use super::senders::Senders;
+use crate::wire::messages::{JointState, Time};
+use crate::wire::{NodeContract, ServoKind, joint_reading};
+use dq_config::StatesReliability;
+use dq_core::servo::{Event, JointOrder, Rejection, Servo};
+use dq_ros::ros::{Clock, EndpointId, Node, RosError, Subscription};
+use std::sync::Arc;
+
+/// Where an arm's joint states come from.
+pub(super) type JointStates = Arc<Subscription<JointState>>;
+
+/// The joint states of one arm.
+pub(super) struct ArmInput {
+    joints: JointOrder,
+    joint_states: JointStates,
+    /// The last one, over which the next is decoded.
+    state: JointState,
+    publishers: Senders,
+    clock: Clock,
+    /// When the last joint state that was taken was made; when it came, if it does not say.
+    pub stamp: Time,
+    /// The speed [rad/s] of the arm's fastest joint in the last joint state, if it has all of their speeds.
+    pub speed: Option<f64>,
+}
+
+/// What comes from the arms with these joints, subscribed to with that reliability.
+pub(super) fn subscribe(
+    node: &mut Node,
+    (kind, contract): (ServoKind, &NodeContract),
+    joints: Vec<JointOrder>,
+    (reliability, clock): (StatesReliability, &Clock),
+) -> Result<Vec<ArmInput>, RosError> {
+    let subscribe = |(arm, joints): (&&str, JointOrder)| {
+        let topic = format!("{arm}joint_states");
+        let joint_states = match reliability {
+            StatesReliability::Auto => node.adapting_subscription(contract, &topic),
+            StatesReliability::Reliable => node.subscription(contract, &topic),
+            StatesReliability::BestEffort => {
+                node.subscription(&contract.clone().with_best_effort(&topic), &topic)
+            }
+        };
+        Ok(ArmInput::new(joints, joint_states?, clock.clone()))
+    };
+    kind.arms().iter().zip(joints).map(subscribe).collect()
+}
+
+impl ArmInput {
+    pub fn new(joints: JointOrder, joint_states: Subscription<JointState>, clock: Clock) -> Self {
+        Self {
+            joints,
+            joint_states: Arc::new(joint_states),
+            state: JointState::default(),
+            publishers: Senders::default(),
+            clock,
+            stamp: Time::default(),
+            speed: None,
+        }
+    }
+
+    /// Gives the servo every joint state that came of the arm of that number, of which the last that fits counts: on one topic there may be
+    /// those of a gripper too.
+    pub fn feed(&mut self, arm: usize, record: &mut EventsRecord, servo: &mut Servo) {
+        let Self { joints, joint_states, state, publishers, clock, stamp, speed } = self;
+        // A simulated clock comes in steps, and may be slow: stamps of it say nothing of how late a state is.
+        let real = (!clock.is_simulated()).then(|| Time::now().nanoseconds());
+        let malformed = joint_states.each_over(state, |state, origin| {
+            // Whoever gives no state of this arm, as one of many grippers, takes no number from whoever does.
+            let is_arm = joints.are_among(&state.name);
+            let source = if is_arm { publishers.number(origin.publisher) } else { 0 };
+            // A rejection is counted by the servo, and logged by the report.
+            let taken = record.take(servo, Event::JointState(arm, joint_reading(state, source, real)));
+            if taken.unwrap_or(false) {
+                *speed = fastest_of(joints, state);
+                *stamp = if state.header.stamp.is_zero() { clock.now() } else { state.header.stamp.clone() };
+            }
+        });
+        for why in malformed {
+            let _ = servo.take(Event::Unusable(Rejection::Malformed(why)));
+        }
+    }
+
+    /// The publisher of that number.
+    pub fn publisher(&self, number: u32) -> Option<EndpointId> {
+        self.publishers.publisher(number)
+    }
+
+    /// Where they come from.
+    pub fn source(&self) -> JointStates {
+        self.joint_states.clone()
+    }
+}
+
+/// Why a publisher of joint states is not heard, and what to do about it.
+pub(super) fn unheard(joint_states: &JointStates) -> Option<String> {
+    let why = joint_states.unheard()?;
+    Some(format!("{why}, or set states_reliability to auto"))
+}
+
+/// The speed of the fastest of these joints [rad/s], whatever else moves, as a gripper or wheels; none where one of them has no speed.
+fn fastest_of(joints: &JointOrder, state: &JointState) -> Option<f64> {
+    let JointState { name, velocity, .. } = state;
+    let speed = |joint| {
+        let place = name.iter().position(|name| name == joint)?;
+        velocity.get(place).map(|speed| speed.abs()).filter(|speed| speed.is_finite())
+    };
+    let mut speeds = joints.names().iter().map(speed);
+    let fastest = speeds.try_fold(0.0, |fastest, speed| Some(f64::max(fastest, speed?)));
+    fastest.filter(|_| velocity.len() == name.len())
+}
+
+/// The largest amount among the speeds; none for no speeds.
+pub(super) fn fastest(speeds: &[f64]) -> Option<f64> {
+    speeds.iter().map(|speed| speed.abs()).reduce(f64::max)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_the_arm_s_own_joints_say_whether_it_stands() {
+        let names = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect::<Vec<_>>();
+        let joints = JointOrder::new(names(&["shoulder", "elbow"]));
+        let speed = |name: &[&str], velocity: &[f64]| {
+            let state =
+                JointState { name: names(name), velocity: velocity.to_vec(), ..JointState::default() };
+            fastest_of(&joints, &state)
+        };
+        let mobile = ["wheel", "elbow", "shoulder"];
+        assert_eq!(speed(&mobile, &[9.0, 0.1, -0.2]), Some(0.2));
+        assert_eq!(speed(&mobile, &[9.0, 0.0, 0.0]), Some(0.0));
+        assert_eq!(speed(&mobile, &[0.0, f64::NAN, 0.0]), None);
+        assert_eq!(speed(&["wheel", "elbow"], &[0.0, 0.0]), None);
+        assert_eq!((speed(&mobile, &[]), speed(&mobile, &[0.0, 0.0])), (None, None));
+    }
+}

@@ -1,0 +1,85 @@
+//! The robot description that comes by topic: waited for before the servo starts, and watched while it runs.
+
+use super::{NodeError, Prepared};
+use crate::wire::messages::StringMessage;
+use crate::wire::{Contract, NodeContract};
+use dq_config::NodeParameters;
+use dq_kinematics::arm::Description;
+use dq_params::{ParameterStore, Value};
+use dq_ros::ros::{LogLevel, Logging, Node, Resolver, RosArgs, RosError, Session};
+use std::time::Duration;
+use tokio::time::{Instant, interval};
+
+/// The topic.
+const TOPIC: &str = "robot_description";
+
+/// So often it is logged that the description is waited for, or that another one came.
+const REMINDER: Duration = Duration::from_secs(5);
+
+impl<P: NodeParameters> Prepared<P> {
+    /// The node that the command line asks for, once a robot description has come to `session` that has an arm between its frames. One
+    /// that has none is logged, and the next one waited for.
+    ///
+    /// # Errors
+    /// [`NodeError`] for names that are not right, and where the network refuses.
+    pub async fn when_described(session: &Session, args: &RosArgs) -> Result<Self, NodeError> {
+        let names = Resolver::new(P::NODE_NAME, args).map_err(RosError::from)?;
+        let mut node = session.node(names, Logging::new(args, LogLevel::Info))?;
+        let descriptions = node.subscription::<StringMessage>(&Contract::builtin()?.servo, TOPIC)?;
+        let (mut reminder, mut refused) = (interval(REMINDER), None);
+        loop {
+            let remind = tokio::select! {
+                description = descriptions.next() => match Self::described(args, description.data) {
+                    Ok(prepared) => return Ok(prepared),
+                    // The first one is reported at once, others with the reminder.
+                    Err(why) => refused.replace(why).is_none(),
+                },
+                _ = reminder.tick() => true,
+            };
+            if remind {
+                let topic = descriptions.topic();
+                let waiting = match &refused {
+                    None => format!("nothing on {topic} describes it yet"),
+                    Some(why) => format!("what came on {topic} does not describe it: {why}"),
+                };
+                node.log().warn(&format!("waiting for the arm: {waiting}"));
+            }
+        }
+    }
+}
+
+/// Logs robot descriptions that have another arm between the frames than the one in force: it stays in force.
+pub(super) fn watch(
+    node: &mut Node,
+    contract: &NodeContract,
+    store: &ParameterStore,
+) -> Result<(), RosError> {
+    let text = |name: &str| match store.get(name) {
+        Some(Value::String(text)) => text.clone(),
+        _ => String::new(),
+    };
+    let [in_force, base, tool] = [TOPIC, "base_frame", "tool_frame"].map(text);
+    if in_force.is_empty() {
+        return Ok(());
+    }
+    let descriptions = node.subscription::<StringMessage>(contract, TOPIC)?;
+    let log = node.log().clone();
+    node.run(async move {
+        let mut logged: Option<Instant> = None;
+        loop {
+            let came = descriptions.next().await.data;
+            let why = match Description::read(&came, &base, &tool) {
+                Ok(read) if read.arm.urdf() == in_force => continue,
+                Ok(_) => {
+                    format!("it has another arm between {base} and {tool}: start the servo anew to take it")
+                }
+                Err(why) => why.to_string(),
+            };
+            if logged.is_none_or(|last| last.elapsed() >= REMINDER) {
+                logged = Some(Instant::now());
+                log.warn(&format!("the description on {} is not taken: {why}", descriptions.topic()));
+            }
+        }
+    });
+    Ok(())
+}

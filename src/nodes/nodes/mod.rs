@@ -1,0 +1,67 @@
+//! The nodes: receive → convert → step → convert → publish; nothing else.
+
+#[cfg(test)]
+mod allocations;
+mod arm_input;
+mod commands;
+mod cycle_thread;
+mod description;
+mod events;
+mod explain;
+mod frames;
+mod guard;
+mod guards;
+mod in_force;
+mod keep_outs;
+mod outputs;
+mod parameters;
+mod pictures;
+mod plant;
+mod realtime;
+mod report;
+mod requests;
+mod rivals;
+mod ros_inputs;
+mod searcher;
+mod sender_clock;
+mod senders;
+mod servo;
+mod shutdown;
+mod snapshot;
+
+pub use guard::GuardNode;
+pub use parameters::Prepared;
+pub use plant::PlantNode;
+pub use realtime::{RealtimeError, below};
+pub use servo::ServoNode;
+pub use shutdown::ShutdownError;
+
+use dq_params::ParameterError;
+use dq_ros::ros::RosError;
+use thiserror::Error;
+
+/// Why a node could not start.
+#[derive(Debug, Error)]
+pub enum NodeError {
+    /// Its parameters.
+    #[error(transparent)]
+    Config(#[from] ParameterError),
+    /// Its place in the graph.
+    #[error(transparent)]
+    Ros(#[from] RosError),
+    /// The wire contract.
+    #[error(transparent)]
+    Wire(#[from] crate::wire::WireError),
+    /// Its arm.
+    #[error(transparent)]
+    Arm(#[from] dq_kinematics::arm::ArmError),
+    /// Settings that do not fit its arm.
+    #[error(transparent)]
+    Settings(#[from] dq_core::servo::SettingsError),
+    /// The cycle's priority.
+    #[error(transparent)]
+    Realtime(#[from] RealtimeError),
+    /// The operating system gave no thread.
+    #[error("no thread for the cycle: {0}")]
+    Thread(#[from] std::io::Error),
+}

@@ -1,0 +1,237 @@
+//! What a servo node publishes.
+
+use super::commands::Commands;
+use super::events::EventsTopic;
+use super::explain;
+use super::guards::Guards;
+use super::in_force::NotObeyed;
+use super::pictures::{Easel, Moment};
+use super::snapshot::Snapshot;
+use crate::wire::messages::*;
+use crate::wire::status::{self, KeyValues, Reported, milliseconds};
+use crate::wire::{MotionContext, MotionReport, NodeContract, ServoKind};
+use dq_core::check::GuardState;
+use dq_core::check::SpreadFigures;
+use dq_core::servo::Status;
+use dq_kinematics::control::Controller;
+use dq_ros::ros::{Clock, EndpointId, Node, Publisher, RosError};
+use std::sync::Arc;
+use std::time::Duration;
+
+/// What to say where a guard has gone.
+pub(super) const GUARD_GONE: &str = "the guard is gone: nobody would stop the arm if this servo were killed";
+
+/// What the node publishes.
+pub(super) struct Outputs {
+    node: String,
+    goal_frame: String,
+    kind: ServoKind,
+    joints: Vec<String>,
+    pub commands: Arc<Commands>,
+    events: Arc<EventsTopic>,
+    /// Of each arm.
+    guards: Vec<Guards>,
+    guard: GuardState,
+    easel: Easel,
+    clock: Clock,
+    current_pose: Publisher<PoseStamped>,
+    pose_error: Publisher<TwistStamped>,
+    status: Publisher<DiagnosticStatus>,
+    motions: Publisher<DiagnosticStatus>,
+    diagnostics: Publisher<DiagnosticArray>,
+}
+
+impl Outputs {
+    /// The publishers of the node besides its `commands`, for joints that are called `joints` in all; pictures are drawn from `easel`.
+    pub fn new(
+        node: &mut Node,
+        contract: &NodeContract,
+        ((commands, events), easel, clock): ((Arc<Commands>, Arc<EventsTopic>), Easel, Clock),
+        (kind, joints): (ServoKind, Vec<String>),
+        goal_frame: String,
+    ) -> Result<Self, RosError> {
+        Ok(Self {
+            node: node.name().name().to_owned(),
+            goal_frame,
+            kind,
+            joints,
+            guards: commands.guards().map(Guards::new).collect(),
+            commands,
+            events,
+            guard: GuardState::None,
+            easel,
+            clock,
+            current_pose: node.publisher(contract, "~/current_pose")?,
+            pose_error: node.publisher(contract, "~/pose_error")?,
+            status: node.publisher(contract, "~/status")?,
+            motions: node.publisher(contract, "~/motions")?,
+            diagnostics: node.publisher(contract, "/diagnostics")?,
+        })
+    }
+
+    /// The topic of goals.
+    pub fn goal_topic(&self) -> &'static str {
+        self.kind.goal_topic()
+    }
+
+    /// Looks who subscribes to the commands, and to the record of what led to them.
+    pub fn look_for_readers(&self) {
+        self.commands.look_for_readers();
+        self.events.look_for_readers();
+    }
+
+    /// The law in force, as the status reports it.
+    pub fn law(&self, controller: &Controller) -> Vec<(&'static str, &'static str)> {
+        self.kind.law(controller)
+    }
+
+    /// Why the arm does not arrive, and what to try.
+    pub fn reason(&self, status: &Status) -> Option<String> {
+        explain::reason(status, &self.joints)
+    }
+
+    /// The name of the joint of that number, counted from 1 arm after arm.
+    pub fn joint(&self, number: usize) -> String {
+        explain::joint(number, &self.joints)
+    }
+
+    /// The joint that its position limit holds back.
+    pub fn joint_at_limit(&self, status: &Status) -> Option<&str> {
+        self.joints.get(status.joint_at_limit?.checked_sub(1)?).map(String::as_str)
+    }
+
+    /// Commands that were not sent: a subscriber acknowledges none, or DDS's thread gets no time.
+    pub fn commands_dropped(&self) -> u64 {
+        self.commands.dropped()
+    }
+
+    /// What to say where others publish commands too.
+    pub fn rivals(&self) -> Option<String> {
+        self.commands.rivals()
+    }
+
+    /// Looks at `now` whether each arm has a guard; returns that where it has changed.
+    pub fn look_at_guards(&mut self, now: Duration) -> Option<GuardState> {
+        let states: Vec<_> = self.guards.iter_mut().map(|guards| guards.look(now)).collect();
+        let all = [GuardState::Gone, GuardState::None].into_iter().find(|state| states.contains(state));
+        let before = std::mem::replace(&mut self.guard, all.unwrap_or(GuardState::Watching));
+        (self.guard != before).then_some(self.guard)
+    }
+
+    /// The pose and its error, stamped with the time of the joint states that they were made from.
+    pub fn publish_pose(&self, cycle: &Snapshot) {
+        let Some(controlled) = &cycle.pose else { return };
+        let header = Header { stamp: cycle.stamp.clone(), frame_id: self.goal_frame.clone() };
+        let goal = cycle.status.goal.as_ref();
+        self.easel.leave(Moment {
+            header: header.clone(),
+            tool: Some(controlled.into()),
+            goal: goal.map(|goal| goal.base_from_goal().into()),
+            motion: cycle.status.goal_count,
+            law: self.kind.law(&cycle.controller).first().map_or("", |(_, name)| name),
+            scene: cycle.scene.clone(),
+            closest: cycle.status.closest,
+        });
+        self.current_pose
+            .publish_if_heard(|| PoseStamped { header: header.clone(), pose: controlled.into() });
+        if goal.is_some() {
+            let error = cycle.status.pose_error;
+            let vector = |i: usize| Vector3 { x: error[i], y: error[i + 1], z: error[i + 2] };
+            let twist = Twist { angular: vector(0), linear: vector(3) };
+            self.pose_error.publish_if_heard(|| TwistStamped { header, twist });
+        }
+    }
+
+    pub fn publish_status(
+        &self,
+        cycle: &Snapshot,
+        reason: Option<&str>,
+        asker: Option<String>,
+        not_obeyed: &NotObeyed,
+    ) {
+        let NotObeyed { idle, refused } = not_obeyed;
+        let not_obeyed: Vec<_> = idle.iter().chain(refused).map(String::as_str).collect();
+        let keep_outs = cycle.scene.as_ref().map(|scene| scene.keep_outs().len() + scene.keep_ins().len());
+        self.status.publish(status::message(&Reported {
+            node: &self.node,
+            law: &self.kind.law(&cycle.controller),
+            guard: self.guard,
+            joint_at_limit: self.joint_at_limit(&cycle.status),
+            reason: reason.map(str::to_owned),
+            keep_outs,
+            not_obeyed: (!not_obeyed.is_empty()).then(|| not_obeyed.join("; ")),
+            smallest_singular_value: cycle.smallest_singular_value,
+            now: cycle.now,
+            asker,
+            status: &cycle.status,
+            heard: cycle.pose.is_some(),
+            rejections: &cycle.rejections,
+            timing: cycle.timing,
+        }));
+    }
+
+    /// What has become of motions and goals; `describe` names an endpoint's node.
+    pub fn publish_news(&self, cycle: &Snapshot, describe: impl Fn(EndpointId) -> String) {
+        let jitter =
+            [cycle.timing.lateness.p99, cycle.timing.lateness.max].map(|time| time.as_secs_f64() * 1e6);
+        for (motion, asker, frame) in &cycle.news.motions {
+            let asked_by = asker.map(&describe);
+            let ago = cycle.now.saturating_sub(motion.began);
+            let began = Time::now()
+                .nanoseconds()
+                .saturating_sub_unsigned(u64::try_from(ago.as_nanos()).unwrap_or(u64::MAX));
+            let why = motion.why(|joint| self.joint(joint));
+            let context = MotionContext {
+                law: self.kind.law(&motion.controller),
+                gains: self.kind.gains(&motion.controller),
+                why,
+                goal_frame: frame,
+                asked_by: asked_by.as_deref(),
+                began: Some(&Time::from_nanoseconds(began)),
+                cycle_jitter_us: jitter.into(),
+            };
+            self.motions.publish(MotionReport::new(motion, context).message(&self.node));
+        }
+        for (stamp, asker, why) in &cycle.news.rejected {
+            let report = MotionReport::rejected(stamp, asker.map(&describe), why.text());
+            self.motions.publish(report.message(&self.node));
+        }
+    }
+
+    pub fn publish_diagnostics(&self, cycle: &Snapshot, period: Duration, reason: Option<&str>) {
+        let state = cycle.status.state;
+        let mut values = KeyValues::default();
+        values.add("state", state);
+        values.add_some("reason", reason);
+        values.add("guard", self.guard);
+        for (topic, readers) in self.commands.readers() {
+            values.add(&format!("subscribers of {topic}"), readers);
+        }
+        values.add("latency_ms", milliseconds(cycle.status.latency));
+        values.add("cycle_period_ms", period.as_secs_f64() * 1e3);
+        for (what, times) in [("jitter", cycle.timing.lateness), ("time", cycle.timing.work)] {
+            let SpreadFigures { median, p99, p999, max } = times;
+            for (part, time) in [("median", median), ("p99", p99), ("p999", p999), ("max", max)] {
+                values.add(&format!("cycle_{what}_{part}_us"), time.as_secs_f64() * 1e6);
+            }
+        }
+        values.add("overruns", cycle.timing.overruns);
+        values.add("commands_dropped", self.commands_dropped());
+        values.add("commands_replaced", cycle.replaced.count);
+        for (reason, count) in cycle.rejections.by_reason() {
+            values.add(&format!("rejected.{reason}"), count);
+        }
+        let unheard = self.commands.readers().find(|(_, readers)| *readers == 0);
+        let unheard = unheard.map(|(topic, _)| format!("nobody subscribes to {topic}"));
+        let unguarded = (self.guard == GuardState::Gone).then(|| GUARD_GONE.to_owned());
+        let rivals = self.rivals().or(reason.map(str::to_owned)).or(unheard).or(unguarded);
+        let status = DiagnosticStatus {
+            level: u8::from(state.is_warning() || rivals.is_some()),
+            name: format!("{}: cycle", self.node),
+            message: rivals.unwrap_or_else(|| state.to_string()),
+            hardware_id: String::new(),
+            values: values.list,
+        };
+        self.diagnostics.publish(DiagnosticArray { header: self.clock.header(""), status: vec![status] });
+    }
+}

@@ -1,0 +1,365 @@
+//! The plant node: a kinematic arm that plays the robot's part, `puma560`.
+
+use super::cycle_thread::{CycleThread, Schedule, Tick};
+use super::guards::{self, Guards};
+use super::parameters::CYCLE_ENDED;
+use super::requests::{self, Reply};
+use super::{NodeError, Prepared};
+use crate::wire::messages::*;
+use crate::wire::status::{self, KeyValues};
+use crate::wire::{Contract, GetTypeDescription, NodeContract, command_topic, describe};
+use dq_config::{ArmParameters, NodeParameters, PlantParameters};
+use dq_core::plant::{CommandError, Measured, Plant, Realism};
+use dq_core::servo::Interface;
+use dq_kinematics::arm::{ArmError, DescribedArm, DescribedJoint, Description, JointLimits};
+use dq_ros::ros::{
+    Clock, Logger, NameWatch, Node, ParameterServer, Publisher, RosError, Session, Subscription,
+};
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{Rng, SeedableRng};
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, channel};
+use std::time::Duration;
+
+/// What the services ask of the cycle.
+enum Request {
+    Configure(Duration, Realism),
+    Reset(Reply),
+}
+
+/// A running plant node.
+pub struct PlantNode {
+    cycle: CycleThread,
+    _node: Node,
+}
+
+impl PlantNode {
+    /// Starts the node on `session`.
+    ///
+    /// # Errors
+    /// [`NodeError`] where the network or the operating system refuses.
+    pub fn start(session: &Session, prepared: Prepared<PlantParameters>) -> Result<Self, NodeError> {
+        let Prepared { names, store, parameters, logging, mut warnings } = prepared;
+        warnings.extend(parameters.beyond_limits());
+        let PlantParameters {
+            arm,
+            initial_positions,
+            limits,
+            command_timeout,
+            realism,
+            interface,
+            frame_prefix,
+        } = parameters;
+        let mut node = session.node(names, logging)?;
+        warnings.iter().for_each(|warning| node.log().warn(warning));
+        let (requests, inbox) = channel();
+        let reset = requests.clone();
+        node.serve_later::<Trigger, _>("~/reset", move |_| {
+            let reset = reset.clone();
+            async move {
+                requests::ask(&reset, Request::Reset, "back to initial_positions", requests::PATIENCE).await
+            }
+        })?;
+        node.serve::<GetTypeDescription>("~/get_type_description", |request| describe(&request))?;
+        ParameterServer::start(
+            &mut node,
+            &Contract::builtin()?.plant,
+            store,
+            Box::new(move |store, _| {
+                let parameters = PlantParameters::from_store(store).map_err(|why| why.to_string())?;
+                let request = Request::Configure(parameters.command_timeout, parameters.realism);
+                requests.send(request).map_err(|_| CYCLE_ENDED.to_owned())
+            }),
+        )?;
+        let schedule = Schedule { period: arm.period, realtime_priority: arm.realtime_priority };
+        let mut plant = Plant::new(initial_positions, command_timeout);
+        plant.set_realism(realism);
+        let mut cycle = Cycle::new(&mut node, (arm, limits), (&frame_prefix, interface), plant, inbox)?;
+        let joints = cycle.plant.positions().len();
+        node.log().info(&format!("simulating {joints} joint{}", if joints == 1 { "" } else { "s" }));
+        let cycle = CycleThread::start("plant", schedule, move |tick| cycle.tick(tick))?;
+        Ok(Self { cycle, _node: node })
+    }
+
+    /// Whether the cycle runs: it ends by itself only by a panic.
+    pub fn is_running(&self) -> bool {
+        self.cycle.is_running()
+    }
+}
+
+/// Everything that the cycle's thread owns.
+struct Cycle {
+    plant: Plant,
+    /// Those that move, in the order of the plant.
+    moving: Vec<DescribedJoint>,
+    joints: Vec<String>,
+    inbox: Receiver<Request>,
+    commands: Commands,
+    guards: Guards,
+    clock: Clock,
+    /// Of the noise in what is measured.
+    random: ChaCha8Rng,
+    joint_states: Publisher<JointState>,
+    tf: Publisher<TFMessage>,
+    /// What was published last, over which the next is written.
+    state: Arc<JointState>,
+    transforms: Arc<TFMessage>,
+    diagnostics: Publisher<DiagnosticArray>,
+    // Late joiners get what these two published once, as long as they live.
+    _tf_static: Publisher<TFMessage>,
+    _description: Publisher<StringMessage>,
+    node: String,
+    transforms_sent: Duration,
+    diagnostics_sent: Duration,
+    rejected: u64,
+    rivals: Option<String>,
+    name_watch: NameWatch,
+    namesakes: Option<String>,
+    complained: Option<Duration>,
+    log: Logger,
+}
+
+/// The commands, of the kind that its controller takes.
+enum Commands {
+    Velocities(Subscription<Float64MultiArray>),
+    Positions(Subscription<Float64MultiArray>),
+    Trajectories(Subscription<JointTrajectory>),
+}
+
+impl Commands {
+    fn new(node: &mut Node, contract: &NodeContract, interface: Interface) -> Result<Self, RosError> {
+        let topic = command_topic(interface);
+        Ok(match interface {
+            Interface::Velocity => Self::Velocities(node.subscription(contract, topic)?),
+            Interface::Position => Self::Positions(node.subscription(contract, topic)?),
+            Interface::Trajectory => Self::Trajectories(node.subscription(contract, topic)?),
+        })
+    }
+
+    /// Gives the newest one to `plant`, whose joints are called `joints`, at `now`; returns what of them was no good.
+    fn give(&self, plant: &mut Plant, joints: &[String], now: Duration) -> Vec<String> {
+        let text = |why: CommandError| why.to_string();
+        let (taken, mut bad) = match self {
+            Self::Velocities(commands) => {
+                let newest = commands.newest();
+                (newest.message.map(|it| plant.take_command(&it.data, now).map_err(text)), newest.malformed)
+            }
+            Self::Positions(commands) => {
+                let newest = commands.newest();
+                (
+                    newest
+                        .message
+                        .map(|it| plant.take_positions(&it.data, now, Duration::ZERO).map_err(text)),
+                    newest.malformed,
+                )
+            }
+            Self::Trajectories(commands) => {
+                let newest = commands.newest();
+                let taken = newest.message.map(|trajectory| {
+                    let (positions, time) =
+                        trajectory.target(joints).ok_or("a trajectory without a position for each joint")?;
+                    plant.take_positions(&positions, now, time).map_err(text)
+                });
+                (taken, newest.malformed)
+            }
+        };
+        bad.extend(taken.and_then(Result::err));
+        bad
+    }
+
+    fn topic(&self) -> &str {
+        match self {
+            Self::Velocities(commands) | Self::Positions(commands) => commands.topic(),
+            Self::Trajectories(commands) => commands.topic(),
+        }
+    }
+
+    /// How many publish them.
+    fn publishers(&self) -> usize {
+        match self {
+            Self::Velocities(commands) | Self::Positions(commands) => commands.publishers(),
+            Self::Trajectories(commands) => commands.publishers(),
+        }
+    }
+}
+
+/// Transforms go out at 50 Hz.
+const TRANSFORM_INTERVAL: Duration = Duration::from_millis(20);
+
+/// Diagnostics go out at 1 Hz.
+const DIAGNOSTICS_INTERVAL: Duration = Duration::from_secs(1);
+
+impl Cycle {
+    fn new(
+        node: &mut Node,
+        (arm, limits): (ArmParameters, Vec<JointLimits>),
+        (frame_prefix, interface): (&str, Interface),
+        plant: Plant,
+        inbox: Receiver<Request>,
+    ) -> Result<Self, NodeError> {
+        let contract = Contract::builtin()?.plant;
+        let description: Publisher<StringMessage> = node.publisher(&contract, "robot_description")?;
+        let robot = node.name().fully_qualified().trim_start_matches('/').replace('/', "_");
+        let (described, data) = match &arm.description {
+            Some(description) => description.clone(),
+            None => of_rows(&robot, &arm, limits)?,
+        };
+        description.publish(StringMessage { data });
+        let tf_static: Publisher<TFMessage> = node.publisher(&contract, "/tf_static")?;
+        let clock = Clock::new(node, &contract, arm.simulated_time)?;
+        let (moving, fixed): (Vec<_>, Vec<_>) =
+            described.arm.joints.into_iter().partition(|joint| joint.motion.kind().is_some());
+        // What nobody moves stays where it is.
+        let standing = fixed.iter().chain(&described.beside);
+        let transforms =
+            standing.map(|joint| transform(joint, joint.limits.start(), (&clock, frame_prefix))).collect();
+        tf_static.publish(TFMessage { transforms });
+        let transforms =
+            moving.iter().map(|joint| transform(joint, joint.limits.start(), (&clock, frame_prefix)));
+        let transforms = Arc::new(TFMessage { transforms: transforms.collect() });
+        Ok(Self {
+            plant,
+            moving,
+            state: Arc::new(JointState { name: arm.joints.clone(), ..JointState::default() }),
+            transforms,
+            joints: arm.joints,
+            inbox,
+            commands: Commands::new(node, &contract, interface)?,
+            guards: Guards::new(guards::subscribe(node, &contract, "")?),
+            clock,
+            random: ChaCha8Rng::seed_from_u64(0),
+            joint_states: node.publisher(&contract, "joint_states")?,
+            tf: node.publisher(&contract, "/tf")?,
+            diagnostics: node.publisher(&contract, "/diagnostics")?,
+            _tf_static: tf_static,
+            _description: description,
+            node: node.name().name().to_owned(),
+            transforms_sent: Duration::ZERO,
+            diagnostics_sent: Duration::ZERO,
+            rejected: 0,
+            rivals: None,
+            name_watch: node.watch_name(&node.name().fully_qualified()),
+            namesakes: None,
+            complained: None,
+            log: node.log().clone(),
+        })
+    }
+
+    fn tick(&mut self, tick: Tick) {
+        while let Ok(request) = self.inbox.try_recv() {
+            match request {
+                Request::Configure(timeout, realism) => {
+                    self.plant.set_command_timeout(timeout);
+                    self.plant.set_realism(realism);
+                }
+                Request::Reset(reply) => {
+                    self.plant.reset();
+                    self.log.info("reset: back to initial_positions");
+                    reply.taken();
+                }
+            }
+        }
+        for why in self.commands.give(&mut self.plant, &self.joints, tick.now) {
+            self.complain(tick.now, &why);
+        }
+        self.plant.step(tick.now);
+        self.publish(tick.now);
+    }
+
+    /// Counts a bad command, and warns once a second.
+    fn complain(&mut self, now: Duration, why: &str) {
+        self.rejected += 1;
+        if self.complained.is_none_or(|last| now.saturating_sub(last) >= Duration::from_secs(1)) {
+            self.complained = Some(now);
+            self.log.warn(&format!("command rejected: {why}"));
+        }
+    }
+
+    fn publish(&mut self, now: Duration) {
+        let random = &mut self.random;
+        let noise = || 2.0 * f64::from(random.next_u32()) / f64::from(u32::MAX) - 1.0;
+        if let Some(Measured { at, positions, velocities }) = self.plant.measure(now, noise) {
+            let state = Arc::make_mut(&mut self.state);
+            state.header.stamp = self.clock.now().before(now.saturating_sub(at));
+            (state.position, state.velocity) = (positions, velocities);
+            self.joint_states.publish(self.state.clone());
+        }
+        if now.saturating_sub(self.diagnostics_sent) >= DIAGNOSTICS_INTERVAL {
+            self.diagnostics_sent = now;
+            self.watch_name();
+            self.publish_diagnostics(now);
+        }
+        if now.saturating_sub(self.transforms_sent) >= TRANSFORM_INTERVAL {
+            self.transforms_sent = now;
+            let stamp = self.clock.now();
+            let transforms = &mut Arc::make_mut(&mut self.transforms).transforms;
+            for ((message, joint), position) in
+                transforms.iter_mut().zip(&self.moving).zip(self.plant.positions())
+            {
+                message.header.stamp = stamp.clone();
+                message.transform = (&joint.parent_from_child(*position)).into();
+            }
+            self.tf.publish(self.transforms.clone());
+        }
+    }
+
+    /// Warns once of each other node of this name.
+    fn watch_name(&mut self) {
+        let namesakes = self.name_watch.warning();
+        if let Some(warning) = namesakes.as_deref().filter(|_| namesakes != self.namesakes) {
+            self.log.warn(warning);
+        }
+        self.namesakes = namesakes;
+    }
+
+    /// Who commands, and how much of it was rejected; a warning where it is more than one.
+    fn publish_diagnostics(&mut self, now: Duration) {
+        let guard = self.guards.look(now);
+        // Those of guards are meant to be there.
+        let publishers = self.commands.publishers().saturating_sub(self.guards.count());
+        let rivals = (publishers > 1).then(|| status::rivalry(self.commands.topic(), publishers));
+        if let Some(rivalry) = rivals.as_deref().filter(|_| rivals != self.rivals) {
+            self.log.warn(rivalry);
+        }
+        let mut values = KeyValues::default();
+        values.add("publishers", publishers);
+        values.add("guard", guard);
+        values.add("rejected", self.rejected);
+        let status = DiagnosticStatus {
+            level: u8::from(rivals.is_some()),
+            name: format!("{}: commands", self.node),
+            message: rivals.clone().unwrap_or_else(|| "ok".to_owned()),
+            hardware_id: String::new(),
+            values: values.list,
+        };
+        self.diagnostics.publish(DiagnosticArray { header: self.clock.header(""), status: vec![status] });
+        self.rivals = rivals;
+    }
+}
+
+/// The description of an arm that has none, and its text.
+fn of_rows(
+    robot: &str,
+    arm: &ArmParameters,
+    limits: Vec<JointLimits>,
+) -> Result<(Description, String), ArmError> {
+    let links: Vec<_> = (1..=arm.joints.len()).map(|i| format!("link{i}")).collect();
+    let frames = [arm.base_frame.as_str(), arm.tool_frame.as_str()];
+    let arm = DescribedArm::of_chain(&arm.chain, robot, &arm.joints, frames, &links)?.with_limits(limits);
+    let text = arm.drawn_urdf();
+    Ok((Description { arm, beside: Vec::new() }, text))
+}
+
+/// The link that a joint carries, in the link that carries the joint. The description keeps its own names: those who use it have a prefix
+/// for them too.
+fn transform(
+    joint: &DescribedJoint,
+    position: f64,
+    (clock, frame_prefix): (&Clock, &str),
+) -> TransformStamped {
+    TransformStamped {
+        header: clock.header(&format!("{frame_prefix}{}", joint.parent)),
+        child_frame_id: format!("{frame_prefix}{}", joint.child),
+        transform: (&joint.parent_from_child(position)).into(),
+    }
+}

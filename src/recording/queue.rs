@@ -1,0 +1,255 @@
+//! The thread that writes a bag, and the bounded queue before it: a slow disk never holds up who receives.
+
+use super::RecordingError;
+use dq_bags::{BagError, BagWriter, TopicId, TopicRecord, WrittenBag};
+use std::collections::HashMap;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+use tokio::sync::watch;
+
+/// Items that wait for the writer at most: six seconds of ten topics at 1 kHz.
+const CAPACITY: usize = 65_536;
+
+/// What they may have together \[bytes\]; one alone may have more.
+const ROOM: usize = 64 << 20;
+
+/// How often everything goes to disk.
+const FLUSH: Duration = Duration::from_millis(500);
+
+/// One thing for the writer.
+enum Item {
+    Topic(Arc<TopicRecord>),
+    Message { topic: Arc<TopicRecord>, log_time: i64, publish_time: i64, cdr: Vec<u8> },
+}
+
+/// What both ends of the queue count.
+#[derive(Default)]
+struct Counts {
+    written: AtomicU64,
+    dropped: AtomicU64,
+    /// Bytes that wait for the writer.
+    waiting: AtomicUsize,
+}
+
+/// The end of the queue that receivers hold. Never blocks.
+#[derive(Clone)]
+pub(super) struct Queue {
+    items: SyncSender<Item>,
+    counts: Arc<Counts>,
+}
+
+impl Queue {
+    /// Announces a topic, so that the bag has it even if no message comes.
+    pub fn topic(&self, topic: &Arc<TopicRecord>) {
+        // A full queue is full of messages: theirs, or the next ones, bring the topic too.
+        let _ = self.items.try_send(Item::Topic(topic.clone()));
+    }
+
+    /// Hands a message over, or counts it as dropped.
+    pub fn message(&self, topic: &Arc<TopicRecord>, log_time: i64, publish_time: i64, cdr: Vec<u8>) {
+        let size = cdr.len();
+        let before = self.counts.waiting.fetch_add(size, Ordering::Relaxed);
+        let has_room = before == 0 || before + size <= ROOM;
+        let item = Item::Message { topic: topic.clone(), log_time, publish_time, cdr };
+        if !has_room || self.items.try_send(item).is_err() {
+            self.counts.waiting.fetch_sub(size, Ordering::Relaxed);
+            self.lost(1);
+        }
+    }
+
+    /// Counts messages that were published and did not come.
+    pub fn lost(&self, count: u64) {
+        self.counts.dropped.fetch_add(count, Ordering::Relaxed);
+    }
+
+    /// Messages written and messages dropped so far.
+    pub fn progress(&self) -> (u64, u64) {
+        (self.counts.written.load(Ordering::Relaxed), self.counts.dropped.load(Ordering::Relaxed))
+    }
+}
+
+/// The thread that writes. It ends once every [`Queue`] is gone and what they sent is written.
+pub(super) struct WritingThread {
+    handle: JoinHandle<Result<WrittenBag, RecordingError>>,
+    counts: Arc<Counts>,
+    /// Why it has ended by itself, once it has; its sender is gone with the thread.
+    failure: watch::Receiver<Option<String>>,
+}
+
+impl WritingThread {
+    /// Starts writing into `bag`.
+    ///
+    /// # Errors
+    /// [`RecordingError::Thread`].
+    pub fn start(bag: BagWriter) -> Result<(Queue, Self), RecordingError> {
+        let (items, receiver) = sync_channel(CAPACITY);
+        let counts = Arc::new(Counts::default());
+        let (tell, failure) = watch::channel(None);
+        let sink = Sink { bag, topics: HashMap::new(), counts: counts.clone() };
+        let run = move || {
+            // Told last, when nothing is received any more.
+            sink.run(receiver)
+                .inspect_err(|why| drop(tell.send_replace(Some(why.to_string()))))
+                .map_err(RecordingError::from)
+        };
+        let handle = std::thread::Builder::new()
+            .name("bag writer".to_owned())
+            .spawn(run)
+            .map_err(|why| RecordingError::Thread(format!("could not start: {why}")))?;
+        Ok((Queue { items, counts: counts.clone() }, Self { handle, counts, failure }))
+    }
+
+    /// Waits until the thread has ended by itself, which it does at an error: why.
+    pub fn failed(&self) -> impl Future<Output = String> + Send + use<> {
+        let mut failure = self.failure.clone();
+        async move {
+            let why = failure.wait_for(Option::is_some).await.map(|why| why.clone());
+            why.ok().flatten().unwrap_or_else(|| RecordingError::Thread("has ended".to_owned()).to_string())
+        }
+    }
+
+    /// Waits for the rest to be written. Every [`Queue`] must be gone.
+    ///
+    /// # Errors
+    /// What went wrong while writing.
+    pub fn join(self) -> Result<WrittenBag, RecordingError> {
+        let written = self.handle.join().map_err(|_| RecordingError::Thread("panicked".to_owned()))?;
+        let dropped = self.counts.dropped.load(Ordering::Relaxed);
+        written.map(|summary| WrittenBag { dropped, ..summary })
+    }
+}
+
+/// The other end of the queue.
+struct Sink {
+    bag: BagWriter,
+    /// By name, as a topic may be announced again with other publishers.
+    topics: HashMap<String, TopicId>,
+    counts: Arc<Counts>,
+}
+
+impl Sink {
+    fn run(mut self, items: Receiver<Item>) -> Result<WrittenBag, BagError> {
+        let mut flush_at = Instant::now() + FLUSH;
+        loop {
+            match items.recv_timeout(flush_at.saturating_duration_since(Instant::now())) {
+                Ok(item) => self.take(item)?,
+                Err(RecvTimeoutError::Timeout) => {}
+                Err(RecvTimeoutError::Disconnected) => return self.bag.finish(),
+            }
+            if Instant::now() >= flush_at {
+                self.bag.flush()?;
+                flush_at = Instant::now() + FLUSH;
+            }
+        }
+    }
+
+    fn take(&mut self, item: Item) -> Result<(), BagError> {
+        match item {
+            Item::Topic(topic) => self.id(&topic).map(drop),
+            Item::Message { topic, log_time, publish_time, cdr } => {
+                let id = self.id(&topic)?;
+                self.bag.write(id, log_time, publish_time, &cdr)?;
+                self.counts.waiting.fetch_sub(cdr.len(), Ordering::Relaxed);
+                self.counts.written.fetch_add(1, Ordering::Relaxed);
+                Ok(())
+            }
+        }
+    }
+
+    fn id(&mut self, topic: &TopicRecord) -> Result<TopicId, BagError> {
+        if let Some(id) = self.topics.get(&topic.name) {
+            return Ok(*id);
+        }
+        let id = self.bag.add_topic(topic)?;
+        self.topics.insert(topic.name.clone(), id);
+        Ok(id)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use dq_bags::{Bag, WriterOptions};
+
+    fn topic() -> Arc<TopicRecord> {
+        let (name, message) = ("/text".to_owned(), "std_msgs/msg/String".to_owned());
+        Arc::new(TopicRecord { name, message, offered: Vec::new() })
+    }
+
+    #[test]
+    fn ten_minutes_at_1_khz_on_two_topics_go_through_and_none_is_dropped() {
+        const MESSAGES: u64 = 1_200_000;
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("bag");
+        let (queue, thread) =
+            WritingThread::start(BagWriter::create(&path, WriterOptions::default()).unwrap()).unwrap();
+        let topics = ["/even", "/odd"]
+            .map(|name| Arc::new(TopicRecord { name: name.to_owned(), ..(*topic()).clone() }));
+        for number in 0..MESSAGES {
+            let mut cdr = vec![0; 120];
+            cdr[..8].copy_from_slice(&number.to_le_bytes());
+            // Numbers that change as a moving arm's do.
+            cdr[112..].copy_from_slice(&(number as f64 * 1e-3).sin().to_le_bytes());
+            // As fast as the writer takes them: a full queue would drop.
+            while number - queue.progress().0 > 50_000 {
+                std::thread::yield_now();
+            }
+            queue.message(&topics[number as usize % 2], i64::try_from(number).unwrap(), 0, cdr);
+        }
+        drop(queue);
+        let summary = thread.join().unwrap();
+        assert_eq!((summary.messages, summary.dropped), (MESSAGES, 0));
+        let mut bag = Bag::open(&path).unwrap();
+        let mut next = 0_u64;
+        for message in bag.by_ref() {
+            let name = if next.is_multiple_of(2) { "/even" } else { "/odd" };
+            assert!(message.cdr[..8] == next.to_le_bytes() && &*message.topic == name, "{next}");
+            next += 1;
+        }
+        assert_eq!(next, MESSAGES);
+        assert!(bag.topics().len() == 2 && bag.topics().iter().all(|topic| topic.count == MESSAGES / 2));
+    }
+
+    #[test]
+    fn what_does_not_fit_is_dropped_and_counted_and_nobody_waits() {
+        let directory = tempfile::tempdir().unwrap();
+        let bag = BagWriter::create(&directory.path().join("bag"), WriterOptions::default()).unwrap();
+        let (items, receiver) = sync_channel(CAPACITY);
+        let counts = Arc::new(Counts::default());
+        let queue = Queue { items, counts: counts.clone() };
+        // Nobody writes yet.
+        (0..CAPACITY + 10).for_each(|_| queue.message(&topic(), 0, 0, vec![0; 8]));
+        assert_eq!(queue.progress(), (0, 10));
+        drop(queue);
+        let summary = Sink { bag, topics: HashMap::new(), counts }.run(receiver).unwrap();
+        assert_eq!(summary.messages, u64::try_from(CAPACITY).unwrap());
+    }
+
+    #[test]
+    fn what_waits_is_bounded_by_its_bytes_too() {
+        let (items, receiver) = sync_channel(CAPACITY);
+        let queue = Queue { items, counts: Arc::default() };
+        (0..500).for_each(|_| queue.message(&topic(), 0, 0, vec![0; 1 << 20]));
+        assert_eq!((queue.progress(), receiver.try_iter().count()), ((0, 436), 64));
+        let alone = Queue { items: sync_channel(1).0, counts: Arc::default() };
+        alone.message(&topic(), 0, 0, vec![0; ROOM + 1]);
+        assert_eq!(alone.progress().1, 1, "nobody takes it");
+    }
+
+    #[tokio::test]
+    async fn an_error_ends_the_thread_and_is_told() {
+        let directory = tempfile::tempdir().unwrap();
+        let bag = BagWriter::create(&directory.path().join("bag"), WriterOptions::default()).unwrap();
+        let (queue, thread) = WritingThread::start(bag).unwrap();
+        let unknown = TopicRecord { message: "a/msg/B".to_owned(), ..(*topic()).clone() };
+        queue.topic(&Arc::new(unknown));
+        assert!(thread.failed().await.contains("type a/msg/B has no definition"));
+        queue.message(&topic(), 0, 0, vec![0; 4]);
+        assert_eq!(queue.progress(), (0, 1));
+        drop(queue);
+        assert!(matches!(thread.join(), Err(RecordingError::Bag(BagError::UnknownType { .. }))));
+    }
+}

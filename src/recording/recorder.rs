@@ -1,0 +1,348 @@
+//! Records the topics of a running graph.
+
+use super::RecordingError;
+use super::queue::{Queue, WritingThread};
+use super::selection::Selection;
+use dq_bags::{BagError, BagWriter, TopicRecord, WriterOptions, WrittenBag};
+use dq_messages::{DurabilityKind, OfferedQos, ReliabilityKind, definition};
+use dq_ros::ros::{GraphTopic, Logger, NetworkWatch, Node, RawSubscription};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::path::Path;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+use tokio::sync::watch;
+use tokio::task::JoinHandle;
+
+/// Records what other participants publish, from its start until [`Recorder::finish`]. Topics that appear later are
+/// recorded from then on.
+pub struct Recorder {
+    thread: WritingThread,
+    queue: Queue,
+    watcher: JoinHandle<()>,
+    recorded: watch::Receiver<BTreeSet<String>>,
+    heard: watch::Sender<BTreeSet<String>>,
+}
+
+impl Recorder {
+    /// Begins a bag in `directory`, which must not exist yet. `node` should be of a session of its own: what other
+    /// nodes of the same session publish is not seen. Must be called within a tokio runtime.
+    ///
+    /// # Errors
+    /// [`RecordingError`].
+    pub fn start(
+        node: Node,
+        directory: &Path,
+        selection: Selection,
+        options: WriterOptions,
+    ) -> Result<Self, RecordingError> {
+        let (queue, thread) = WritingThread::start(BagWriter::create(directory, options)?)?;
+        let (report, recorded) = watch::channel(BTreeSet::new());
+        let heard = watch::Sender::new(BTreeSet::new());
+        let watcher = Watcher {
+            node,
+            selection,
+            queue: queue.clone(),
+            receiving: BTreeMap::new(),
+            refused: BTreeSet::new(),
+            report,
+            tell_heard: heard.clone(),
+        };
+        let watcher = tokio::spawn(watcher.run());
+        Ok(Self { thread, queue, watcher, recorded, heard })
+    }
+
+    /// Messages written and messages dropped so far.
+    pub fn progress(&self) -> (u64, u64) {
+        self.queue.progress()
+    }
+
+    /// The recorded topics so far: those that somebody publishes.
+    pub fn topics(&self) -> BTreeSet<String> {
+        self.recorded.borrow().clone()
+    }
+
+    /// Waits until all these topics are recorded, for `patience` at most; whether they are. A publisher may still
+    /// take some milliseconds to see the recorder: to lose nothing it waits for its readers.
+    pub async fn wait_for(&self, topics: &[&str], patience: Duration) -> bool {
+        contains(&self.recorded, topics, patience).await
+    }
+
+    /// Waits until something has come of all these topics, for `patience` at most; whether it has.
+    pub async fn wait_for_messages(&self, topics: &[&str], patience: Duration) -> bool {
+        contains(&self.heard.subscribe(), topics, patience).await
+    }
+
+    /// The same of what comes from now on.
+    pub async fn wait_for_next_messages(&self, topics: &[&str], patience: Duration) -> bool {
+        self.heard.send_modify(|heard| heard.retain(|topic| !topics.contains(&topic.as_str())));
+        self.wait_for_messages(topics, patience).await
+    }
+
+    /// Waits until writing has failed: why. [`Recorder::finish`] then fails with the same.
+    pub fn write_failure(&self) -> impl Future<Output = String> + Send + use<> {
+        self.thread.failed()
+    }
+
+    /// Waits until writing has failed, or this process hears nothing any more; [`Recorder::finish`] then returns why.
+    pub async fn failed(&self) {
+        tokio::select! {
+            _ = self.write_failure() => {}
+            _ = NetworkWatch::ended() => {}
+        }
+    }
+
+    /// Stops receiving, writes what has been received, closes the bag.
+    ///
+    /// # Errors
+    /// What went wrong while writing; [`RecordingError::Deaf`] where the bag is whole, but has not what came last.
+    pub async fn finish(self) -> Result<WrittenBag, RecordingError> {
+        let Self { thread, queue, watcher, .. } = self;
+        let heard = NetworkWatch::default().check();
+        // What has arrived is still to be taken.
+        tokio::time::sleep(LAST_TAKE).await;
+        watcher.abort();
+        // Aborted, as it was asked for; with it go its subscriptions and their ends of the queue.
+        let _ = watcher.await;
+        drop(queue);
+        let joined = tokio::task::spawn_blocking(|| thread.join()).await;
+        let summary = joined.map_err(|why| RecordingError::Thread(why.to_string()))??;
+        match heard {
+            Ok(()) => Ok(summary),
+            Err(why) => Err(RecordingError::Deaf { messages: summary.messages, why }),
+        }
+    }
+}
+
+/// How long at the end messages that have arrived are still taken.
+const LAST_TAKE: Duration = Duration::from_millis(100);
+
+/// How a topic is subscribed to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Delivery {
+    reliable: bool,
+    transient_local: bool,
+}
+
+impl Delivery {
+    /// For topics that nobody publishes yet: what a publisher of ROS 2 offers by default.
+    const PRESUMED: Self = Self { reliable: true, transient_local: false };
+
+    /// The most that all publishers offer; `None` without a publisher.
+    fn of(offered: &[OfferedQos]) -> Option<Self> {
+        let all = |test: fn(&OfferedQos) -> bool| offered.iter().all(test);
+        (!offered.is_empty()).then(|| Self {
+            reliable: all(|qos| qos.reliability == ReliabilityKind::Reliable),
+            transient_local: all(|qos| qos.durability == DurabilityKind::TransientLocal),
+        })
+    }
+
+    /// What both can have.
+    fn and(self, other: Self) -> Self {
+        Self {
+            reliable: self.reliable && other.reliable,
+            transient_local: self.transient_local && other.transient_local,
+        }
+    }
+}
+
+/// A topic's subscription with the task that empties it; both end with it.
+struct Receiving {
+    /// `None` while only presumed.
+    delivery: Option<Delivery>,
+    message: String,
+    sequences: Sequences,
+    task: JoinHandle<()>,
+}
+
+impl Drop for Receiving {
+    fn drop(&mut self) {
+        self.task.abort();
+    }
+}
+
+/// Follows the graph and subscribes to what appears.
+struct Watcher {
+    node: Node,
+    selection: Selection,
+    queue: Queue,
+    receiving: BTreeMap<String, Receiving>,
+    /// Topics that cannot be recorded, each logged once.
+    refused: BTreeSet<String>,
+    report: watch::Sender<BTreeSet<String>>,
+    tell_heard: watch::Sender<BTreeSet<String>>,
+}
+
+impl Watcher {
+    async fn run(mut self) {
+        loop {
+            for (name, topic) in self.node.graph() {
+                if self.selection.has(&name, &topic.message) {
+                    self.follow(&name, &topic);
+                }
+            }
+            self.node.graph_change().await;
+        }
+    }
+
+    /// Subscribes to the topic, or anew with less if a publisher has come that offers less. Never with more for a
+    /// publisher that has gone: the others would send their latched messages again.
+    fn follow(&mut self, name: &str, topic: &GraphTopic) {
+        if let Some(before) = self.receiving.get(name).map(|receiving| &receiving.message)
+            && *before != topic.message
+        {
+            // A bag with two types under one name could not be played.
+            let GraphTopic { message, .. } = topic;
+            return self
+                .warn(format!("{name} is now of type {message}: only what came as {before} is recorded"));
+        }
+        let offered = Delivery::of(&topic.offered);
+        let current = self.receiving.get(name).map(|receiving| receiving.delivery);
+        match (current, offered) {
+            (None, offered) => self.subscribe(name, topic, offered),
+            (Some(None), Some(offered)) if offered == Delivery::PRESUMED => self.publishers_came(name, topic),
+            (Some(None), Some(offered)) => self.subscribe(name, topic, Some(offered)),
+            (Some(Some(current)), Some(offered)) if current.and(offered) != current => {
+                self.subscribe(name, topic, Some(current.and(offered)));
+            }
+            (Some(_), _) => {}
+        }
+    }
+
+    /// The topic that nobody had published is now published as presumed.
+    fn publishers_came(&mut self, name: &str, topic: &GraphTopic) {
+        if let Some(receiving) = self.receiving.get_mut(name) {
+            receiving.delivery = Some(Delivery::PRESUMED);
+        }
+        self.announce(&Arc::new(record(name, topic)));
+    }
+
+    fn subscribe(&mut self, name: &str, topic: &GraphTopic, delivery: Option<Delivery>) {
+        if definition(&topic.message).is_none() {
+            let message = topic.message.clone();
+            return self.warn(BagError::UnknownType { topic: name.to_owned(), message }.to_string());
+        }
+        // The old subscription ends before the new one begins; what comes meanwhile is missed, and counted.
+        let sequences = self.receiving.remove(name).map(|old| old.sequences.clone()).unwrap_or_default();
+        let Delivery { reliable, transient_local } = delivery.unwrap_or(Delivery::PRESUMED);
+        let subscription = self.node.raw_subscription(name, &topic.message, reliable, transient_local);
+        let record = Arc::new(record(name, topic));
+        match subscription {
+            Ok(subscription) => {
+                if delivery.is_some() {
+                    self.announce(&record);
+                }
+                let receiver = Receiver {
+                    topic: record,
+                    queue: self.queue.clone(),
+                    heard: self.tell_heard.clone(),
+                    sequences: sequences.clone(),
+                    log: self.node.log().clone(),
+                };
+                let (message, task) = (topic.message.clone(), tokio::spawn(receiver.run(subscription)));
+                self.receiving.insert(name.to_owned(), Receiving { delivery, message, sequences, task });
+            }
+            Err(why) => self.warn(why.to_string()),
+        }
+    }
+
+    fn announce(&mut self, topic: &Arc<TopicRecord>) {
+        self.queue.topic(topic);
+        self.report.send_if_modified(|recorded| recorded.insert(topic.name.clone()));
+    }
+
+    fn warn(&mut self, why: String) {
+        if self.refused.insert(why.clone()) {
+            self.node.log().warn(&why);
+        }
+    }
+}
+
+fn record(name: &str, topic: &GraphTopic) -> TopicRecord {
+    TopicRecord { name: name.to_owned(), message: topic.message.clone(), offered: topic.offered.clone() }
+}
+
+/// The last message of each publisher of a topic, by its number.
+#[derive(Clone, Default)]
+struct Sequences(Arc<Mutex<HashMap<[u8; 16], i64>>>);
+
+impl Sequences {
+    /// Whether the message is one that has not come yet, and how many of its publisher's before it have not.
+    fn take(&self, publisher: [u8; 16], sequence: i64) -> Option<u64> {
+        let mut last = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let missed = match last.get(&publisher) {
+            Some(last) if sequence <= *last => return None,
+            Some(last) => sequence.abs_diff(*last) - 1,
+            // Nothing is known of what a publisher has sent before it was met.
+            None => 0,
+        };
+        last.insert(publisher, sequence);
+        Some(missed)
+    }
+}
+
+/// Empties a subscription into the queue.
+struct Receiver {
+    topic: Arc<TopicRecord>,
+    queue: Queue,
+    heard: watch::Sender<BTreeSet<String>>,
+    sequences: Sequences,
+    log: Logger,
+}
+
+impl Receiver {
+    async fn run(self, mut subscription: RawSubscription) {
+        while let Some(message) = subscription.next().await {
+            // A latched message comes again with another subscription.
+            let Some(missed) = self.sequences.take(message.publisher, message.sequence) else { continue };
+            self.queue.lost(missed);
+            self.queue.message(&self.topic, message.received, message.sent, message.cdr);
+            if !self.heard.borrow().contains(&self.topic.name) {
+                self.heard.send_if_modified(|heard| heard.insert(self.topic.name.clone()));
+            }
+        }
+        self.log.warn(&format!(
+            "the messages of {} have grown too large: they are recorded no longer",
+            self.topic.name
+        ));
+    }
+}
+
+/// Waits until all these are in the set, for `patience` at most.
+async fn contains(set: &watch::Receiver<BTreeSet<String>>, topics: &[&str], patience: Duration) -> bool {
+    let mut set = set.clone();
+    let all = set.wait_for(|set| topics.iter().all(|topic| set.contains(*topic)));
+    tokio::time::timeout(patience, all).await.is_ok_and(|all| all.is_ok())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_message_counts_once_and_gaps_are_counted() {
+        let (sequences, one, other) = (Sequences::default(), [1; 16], [2; 16]);
+        let taken = [(one, 7), (one, 8), (other, 1), (one, 8), (one, 12), (other, 2)];
+        let taken = taken.map(|(publisher, sequence)| sequences.take(publisher, sequence));
+        assert_eq!(taken, [Some(0), Some(0), Some(0), None, Some(3), Some(0)]);
+    }
+
+    #[test]
+    fn publishers_that_differ_are_subscribed_to_with_what_all_offer() {
+        let qos = |reliability, durability| OfferedQos {
+            reliability,
+            durability,
+            deadline: None,
+            lifespan: None,
+            liveliness: dq_messages::LivelinessKind::Automatic,
+            liveliness_lease: None,
+        };
+        let latched = qos(ReliabilityKind::Reliable, DurabilityKind::TransientLocal);
+        let lossy = qos(ReliabilityKind::BestEffort, DurabilityKind::TransientLocal);
+        assert_eq!(Delivery::of(&[]), None);
+        let both = Delivery { reliable: true, transient_local: true };
+        assert_eq!(Delivery::of(std::slice::from_ref(&latched)), Some(both));
+        let less = Delivery { reliable: false, transient_local: true };
+        assert_eq!(Delivery::of(&[latched, lossy]), Some(less));
+        assert_eq!(both.and(less), less);
+    }
+}

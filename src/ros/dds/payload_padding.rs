@@ -1,0 +1,64 @@
+//! Messages whose encoding takes whole words.
+//!
+//! RTPS fills every sample up to four bytes. RustDDS 0.15.1 does so behind an encrypted payload, where the receiver (RustDDS too)
+//! looks for the signature, so a secured message of any other length never arrives. Zeros before encryption prevent it, and
+//! where nothing is encrypted they are those that RTPS would add. This goes when test `security` the_secured_demo_moves_… passes without it.
+
+use rustdds::RepresentationIdentifier;
+use rustdds::serialization::to_writer_with_rep_id;
+use serde::ser::{Error, SerializeTuple};
+use serde::{Deserialize, Serialize, Serializer};
+
+/// The unit to which RTPS fills up \[bytes\].
+const WORD: usize = 4;
+
+/// A message with the zeros behind it that make its length in CDR a multiple of four.
+#[derive(Clone, Deserialize)]
+#[serde(transparent)]
+pub(crate) struct Padded<M>(pub M);
+
+impl<M: Serialize> Serialize for Padded<M> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut length = Length(0);
+        to_writer_with_rep_id(&mut length, &self.0, RepresentationIdentifier::CDR_LE)
+            .map_err(S::Error::custom)?;
+        let padding = length.0.next_multiple_of(WORD) - length.0;
+        // A tuple is its elements and no more in CDR.
+        let mut tuple = serializer.serialize_tuple(1 + padding)?;
+        tuple.serialize_element(&self.0)?;
+        (0..padding).try_for_each(|_| tuple.serialize_element(&0u8))?;
+        tuple.end()
+    }
+}
+
+/// Counts what is written.
+struct Length(usize);
+
+impl std::io::Write for Length {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        self.0 += bytes.len();
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use dq_messages::messages::StringMessage;
+
+    #[test]
+    fn zeros_follow_the_message_up_to_four_bytes() {
+        for length in 0..9 {
+            let message = StringMessage { data: "x".repeat(length) };
+            let (mut plain, mut padded) = (Vec::new(), Vec::new());
+            to_writer_with_rep_id(&mut plain, &message, RepresentationIdentifier::CDR_LE).unwrap();
+            to_writer_with_rep_id(&mut padded, &Padded(message), RepresentationIdentifier::CDR_LE).unwrap();
+            plain.resize(plain.len().next_multiple_of(4), 0);
+            assert_eq!(padded, plain);
+        }
+    }
+}

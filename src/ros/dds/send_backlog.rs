@@ -1,0 +1,165 @@
+//! A writer that queues nothing behind what waits to be sent.
+//!
+//! RustDDS 0.15.1 takes back nothing that it has queued, does not say how much that is, and bounds it only together with what readers have
+//! not acknowledged (`pubsub.rs`: `backlog_limit = window_limit`). But it wakes those who wait for acknowledgments whenever its thread has
+//! sent something (`writer_send_buffer.rs`: `set_sent_frontier`). ros2-client's `Publisher` shows nothing of this. This goes when the
+//! backlog has a limit of its own.
+
+use rustdds::dds::CreateResult;
+use rustdds::no_key::DataWriterCdr;
+use rustdds::{CDRSerializerAdapter, DomainParticipant, GUID, QosPolicies, RTPSEntity, Timestamp, Topic};
+use serde::Serialize;
+use std::future::Future;
+use std::pin::pin;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::task::{Context, Wake, Waker};
+
+/// So many messages may wait for RustDDS's thread to send them: what is older than three periods is no command any more.
+const MOST_WAITING: u32 = 3;
+
+/// How many messages have been queued since RustDDS's thread sent one.
+#[derive(Default)]
+struct Waiting(AtomicU32);
+
+impl Wake for Waiting {
+    fn wake(self: Arc<Self>) {
+        self.0.store(0, Ordering::Relaxed);
+    }
+}
+
+/// Writes messages of one type until it is dropped.
+pub(crate) struct InTimeWriter<M: Serialize> {
+    inner: DataWriterCdr<M>,
+    waiting: Arc<Waiting>,
+}
+
+impl<M: Serialize> InTimeWriter<M> {
+    /// A writer to the topic.
+    pub fn new(participant: &DomainParticipant, topic: &Topic) -> CreateResult<Self> {
+        let publisher = participant.create_publisher(&QosPolicies::qos_none())?;
+        let inner = publisher.create_datawriter_no_key::<M, CDRSerializerAdapter<M>>(topic, None)?;
+        Ok(Self { inner, waiting: Arc::default() })
+    }
+
+    /// Its identity in DDS.
+    pub fn guid(&self) -> GUID {
+        self.inner.guid()
+    }
+
+    /// Queues a message; whether there was room.
+    pub fn write(&self, message: M) -> bool {
+        self.inner.write(message, Some(Timestamp::now())).is_ok()
+    }
+
+    /// Queues a message unless [`MOST_WAITING`] of before still wait to be sent; whether it did.
+    pub fn write_in_time(&self, message: M) -> bool {
+        if self.waiting.0.load(Ordering::Relaxed) >= MOST_WAITING {
+            return false;
+        }
+        self.waiting.0.fetch_add(1, Ordering::Relaxed);
+        let queued = self.write(message);
+        let waker = Waker::from(self.waiting.clone());
+        let acknowledged = pin!(self.inner.async_wait_for_acknowledgments());
+        if acknowledged.poll(&mut Context::from_waker(&waker)).is_ready() {
+            self.waiting.0.store(0, Ordering::Relaxed);
+        }
+        queued
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::alone::outside;
+    use crate::dds::sample_limits;
+    use futures::StreamExt;
+    use rustdds::no_key::SimpleDataReaderCdr;
+    use rustdds::policy::History;
+    use rustdds::{CDRDeserializerAdapter, DomainParticipantBuilder, QosPolicyBuilder, TopicKind};
+    use std::net::Ipv4Addr;
+    use std::sync::Mutex;
+    use std::sync::mpsc::{Receiver, Sender, channel};
+    use std::time::{Duration, Instant};
+
+    const PATIENCE: Duration = Duration::from_secs(10);
+
+    /// Blocks the thread that wakes it, which is RustDDS's at each message, until its other end is dropped.
+    struct Gate {
+        entered: Sender<()>,
+        opened: Mutex<Receiver<()>>,
+    }
+
+    impl Wake for Gate {
+        fn wake(self: Arc<Self>) {
+            let _ = self.entered.send(());
+            let _ = self.opened.lock().unwrap().recv();
+        }
+    }
+
+    fn participant() -> DomainParticipant {
+        DomainParticipantBuilder::new(7).with_only_networks([Ipv4Addr::LOCALHOST]).build().unwrap()
+    }
+
+    fn topic(participant: &DomainParticipant, name: &str) -> Topic {
+        let qos = QosPolicyBuilder::new()
+            .reliable(rustdds::Duration::ZERO)
+            .history(History::KeepLast { depth: 10 });
+        let qos = qos.resource_limits(sample_limits::of_writer(false)).build();
+        participant.create_topic(name.to_owned(), "Number".to_owned(), &qos, TopicKind::NoKey).unwrap()
+    }
+
+    fn reader(participant: &DomainParticipant, name: &str) -> SimpleDataReaderCdr<u32> {
+        let subscriber = participant.create_subscriber(&QosPolicies::qos_none()).unwrap();
+        let topic = topic(participant, name);
+        subscriber.create_simple_datareader_no_key::<_, CDRDeserializerAdapter<_>>(&topic, None).unwrap()
+    }
+
+    async fn hear(reader: &SimpleDataReaderCdr<u32>) -> u32 {
+        let mut numbers = pin!(reader.as_async_stream());
+        tokio::time::timeout(PATIENCE, numbers.next()).await.unwrap().unwrap().unwrap().into_value()
+    }
+
+    #[tokio::test(flavor = "multi_thread")]
+    async fn what_would_wait_behind_three_others_is_dropped() {
+        if outside("dds::send_backlog::tests::what_would_wait_behind_three_others_is_dropped") {
+            return;
+        }
+        let (servo, robot) = (participant(), participant());
+        let commands = InTimeWriter::<u32>::new(&servo, &topic(&servo, "commands")).unwrap();
+        let states = InTimeWriter::<u32>::new(&robot, &topic(&robot, "states")).unwrap();
+        let (heard, measured) = (reader(&robot, "commands"), reader(&servo, "states"));
+        // Until both ways are there.
+        let ready = async |writer: &InTimeWriter<u32>, reader: &SimpleDataReaderCdr<u32>| {
+            let end = Instant::now() + PATIENCE;
+            while reader.try_take_one().unwrap().is_none() {
+                assert!(Instant::now() < end, "they do not meet");
+                writer.write(0);
+                tokio::time::sleep(Duration::from_millis(20)).await;
+            }
+        };
+        ready(&commands, &heard).await;
+        ready(&states, &measured).await;
+        tokio::time::sleep(Duration::from_millis(200)).await;
+        for reader in [&heard, &measured] {
+            while reader.try_take_one().unwrap().is_some() {}
+        }
+
+        let ((entered, waits), (gate, opened)) = (channel(), channel());
+        let waker = Waker::from(Arc::new(Gate { entered, opened: Mutex::new(opened) }));
+        let mut next = pin!(measured.as_async_stream());
+        assert!(next.as_mut().poll_next_unpin(&mut Context::from_waker(&waker)).is_pending());
+        states.write(1);
+        waits.recv_timeout(PATIENCE).unwrap();
+        // What was sent before may not have been acknowledged, and so count as waiting.
+        let queued = (1..=100).filter(|number| commands.write_in_time(*number)).count();
+        assert!((2..=3).contains(&queued), "{queued}");
+        drop(gate);
+        assert_eq!([hear(&heard).await, hear(&heard).await], [1, 2]);
+        let end = Instant::now() + PATIENCE;
+        while !commands.write_in_time(101) {
+            assert!(Instant::now() < end, "nothing is sent any more");
+            tokio::time::sleep(Duration::from_millis(2)).await;
+        }
+    }
+}

@@ -1,0 +1,187 @@
+//! Service clients that speak as the server's vendor expects.
+
+use super::error::RosError;
+use super::graph::{reply_topic, request_topic};
+use super::services::{Payload, decode_all, encode};
+use crate::dds::matches::Matches;
+use crate::dds::vendor::is_cyclone;
+use dq_messages::messages::ServiceType;
+use ros2_client::{RmwRequestId, ServiceMapping};
+use rustdds::{DomainParticipant, GUID};
+use std::marker::PhantomData;
+use std::sync::Arc;
+use std::time::Duration;
+use tokio::sync::Mutex;
+
+/// A request is repeated after this long: the server may have heard it before it knew where to send the reply.
+const REPEAT: Duration = Duration::from_millis(500);
+
+/// So often it is looked for a reply.
+const LOOK: Duration = Duration::from_millis(1);
+
+/// So many replies are looked at at once.
+const MOST_REPLIES: usize = 100;
+
+/// A server's endpoints, and how it finds out which reply belongs to which request.
+pub(super) struct ServerEndpoints {
+    request_reader: GUID,
+    reply_writer: GUID,
+    pub mapping: ServiceMapping,
+}
+
+/// Waits until a server of `service` is discovered.
+pub(super) async fn find_server(
+    participant: &DomainParticipant,
+    service: &str,
+    patience: Duration,
+) -> Result<ServerEndpoints, RosError> {
+    let search = async {
+        loop {
+            if let Some(endpoints) = discovered_server(participant, service) {
+                return endpoints;
+            }
+            tokio::time::sleep(Duration::from_millis(20)).await;
+        }
+    };
+    tokio::time::timeout(patience, search).await.map_err(|_| RosError::Service {
+        service: service.to_owned(),
+        why: format!(
+            "no such service within {} s: is the node running, in this domain?",
+            patience.as_secs_f64()
+        ),
+    })
+}
+
+fn discovered_server(participant: &DomainParticipant, service: &str) -> Option<ServerEndpoints> {
+    let (request, reply) = (request_topic(service), reply_topic(service));
+    let readers = participant.discovered_readers();
+    let writers = participant.discovered_writers();
+    let reader = readers.iter().find(|reader| *reader.subscription_topic_data.topic_name() == request)?;
+    let writer = writers.iter().find(|writer| *writer.publication_topic_data.topic_name() == reply)?;
+    let reply_writer = writer.writer_proxy.remote_writer_guid;
+    Some(ServerEndpoints {
+        request_reader: reader.reader_proxy.remote_reader_guid,
+        reply_writer,
+        mapping: if is_cyclone(reply_writer) { ServiceMapping::Cyclone } else { ServiceMapping::Enhanced },
+    })
+}
+
+/// A client of ros2-client, which its node keeps: the next client of that service is this one.
+///
+/// Secured, RustDDS has room for the keys of one endpoint only for each of its own and each remote participant. So a second client
+/// of a service in one participant, even after the first has gone, gets no answer.
+pub(super) struct Connection {
+    inner: ros2_client::Client<Payload, Payload>,
+    mapping: ServiceMapping,
+    /// Who waits for a reply takes the others' too: so one asks after the other.
+    turn: Mutex<()>,
+}
+
+impl Connection {
+    pub fn new(inner: ros2_client::Client<Payload, Payload>, mapping: ServiceMapping) -> Arc<Self> {
+        Arc::new(Self { inner, mapping, turn: Mutex::new(()) })
+    }
+
+    /// Whether it speaks as a server with that mapping.
+    pub fn speaks(&self, mapping: ServiceMapping) -> bool {
+        self.mapping == mapping
+    }
+
+    /// Sends `request` again and again until one of these has its reply, which is the answer. ros2-client waits for the reply to one of
+    /// them alone, and drops the others': so it is looked whether one has come.
+    async fn ask<S: ServiceType>(&self, request: &S::Request) -> Result<S::Response, String> {
+        let request = encode(&[], request).ok_or("the request cannot be encoded")?;
+        let (mut repeat, mut look) = (tokio::time::interval(REPEAT), tokio::time::interval(LOOK));
+        let mut asked = Vec::new();
+        loop {
+            tokio::select! {
+                _ = repeat.tick() => {
+                    let sent = self.inner.async_send_request(request.clone()).await;
+                    asked.push(sent.map_err(|why| why.to_string())?);
+                }
+                _ = look.tick() => {
+                    if let Some(reply) = self.reply(&asked) {
+                        return decode_all(&reply.0).ok_or_else(|| format!("a reply that is no {}", S::TYPE));
+                    }
+                }
+            }
+        }
+    }
+
+    /// The reply to one of these requests, if it has come. Replies to others, and to those before, come here too.
+    fn reply(&self, asked: &[RmwRequestId]) -> Option<Payload> {
+        let mut replies =
+            (0..MOST_REPLIES).map_while(|_| self.inner.receive_response().transpose()).flatten();
+        replies.find(|(to, _)| asked.contains(to)).map(|(_, reply)| reply)
+    }
+}
+
+/// A client of one service.
+pub struct Client<S: ServiceType> {
+    connection: Arc<Connection>,
+    service: String,
+    patience: Duration,
+    of: PhantomData<fn() -> S>,
+}
+
+impl<S: ServiceType> Client<S> {
+    pub(super) async fn connect(
+        connection: Arc<Connection>,
+        service: String,
+        server: ServerEndpoints,
+        matches: &Matches,
+        patience: Duration,
+    ) -> Result<Self, RosError> {
+        let matched = matches
+            .wait_until(|now| now.has_remote(server.request_reader) && now.has_remote(server.reply_writer));
+        let client = Self { connection, service, patience, of: PhantomData };
+        tokio::time::timeout(patience, matched)
+            .await
+            .map_err(|_| client.error("the server was found but not matched"))?;
+        Ok(client)
+    }
+
+    /// Calls the service; the request may be sent more than once, and the first reply to any of them counts.
+    ///
+    /// # Errors
+    /// [`RosError::Service`] where no answer comes in time.
+    pub async fn call(&self, request: S::Request) -> Result<S::Response, RosError> {
+        let _turn = self.connection.turn.lock().await;
+        match tokio::time::timeout(self.patience, self.connection.ask::<S>(&request)).await {
+            Ok(answer) => answer.map_err(|why| self.error(&why)),
+            Err(_) => Err(self.error(&format!("no answer within {} s", self.patience.as_secs_f64()))),
+        }
+    }
+
+    fn error(&self, why: &str) -> RosError {
+        RosError::Service { service: self.service.clone(), why: why.to_owned() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::alone::{node, outside};
+    use dq_messages::messages::{SetBool, SetBoolRequest, SuccessResponse};
+
+    /// Longer than until a request is repeated.
+    const SLOW: Duration = Duration::from_millis(800);
+
+    #[tokio::test(flavor = "multi_thread")]
+    async fn a_service_that_always_takes_long_is_answered_once_for_each_call() {
+        if outside("ros::client::tests::a_service_that_always_takes_long_is_answered_once_for_each_call") {
+            return;
+        }
+        let ((_one, mut server), (_other, mut user)) = (node("server"), node("user"));
+        let answer = |SetBoolRequest { data }| async move {
+            tokio::time::sleep(SLOW).await;
+            SuccessResponse { success: data, message: String::new() }
+        };
+        server.serve_later::<SetBool, _>("~/slow", answer).unwrap();
+        let client = user.client::<SetBool>("/server/slow", Duration::from_secs(10)).await.unwrap();
+        // The replies to the repetitions of each call come while the next one waits.
+        for data in [true, false, true] {
+            assert_eq!(client.call(SetBoolRequest { data }).await.unwrap().success, data);
+        }
+    }
+}

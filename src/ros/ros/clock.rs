@@ -1,0 +1,71 @@
+//! The time that a node stamps its messages with: the system's, or where it follows simulated time what `/clock` said last.
+
+use super::error::RosError;
+use super::node::Node;
+use dq_messages::NodeContract;
+use dq_messages::messages::{ClockMessage, Header, Time};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicI64, Ordering};
+
+/// The clock of a node. Only stamps follow it: whatever `/clock` does, it moves no deadline and holds up no cycle.
+#[derive(Clone, Debug, Default)]
+pub struct Clock {
+    /// What `/clock` said last \[ns\], 0 before; none for the system's clock.
+    simulated: Option<Arc<AtomicI64>>,
+}
+
+impl Clock {
+    /// The clock of `node`, which follows `/clock` where it is `simulated`.
+    ///
+    /// # Errors
+    /// [`RosError`].
+    pub fn new(node: &mut Node, contract: &NodeContract, simulated: bool) -> Result<Self, RosError> {
+        if !simulated {
+            return Ok(Self::default());
+        }
+        let (clock, time) =
+            (node.subscription::<ClockMessage>(contract, "/clock")?, Arc::new(AtomicI64::new(0)));
+        let newest = time.clone();
+        node.run(async move {
+            loop {
+                newest.store(clock.next().await.clock.nanoseconds(), Ordering::Relaxed);
+            }
+        });
+        Ok(Self { simulated: Some(time) })
+    }
+
+    /// Whether it is simulated: then it says nothing of how late a message is.
+    pub fn is_simulated(&self) -> bool {
+        self.simulated.is_some()
+    }
+
+    /// The time; 0 before a simulated clock has come.
+    pub fn now(&self) -> Time {
+        match &self.simulated {
+            None => Time::now(),
+            Some(time) => Time::from_nanoseconds(time.load(Ordering::Relaxed)),
+        }
+    }
+
+    /// A header stamped with it.
+    pub fn header(&self, frame_id: &str) -> Header {
+        Header { stamp: self.now(), frame_id: frame_id.to_owned() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn stamps_follow_a_simulated_clock_wherever_it_goes() {
+        let time = Arc::new(AtomicI64::new(0));
+        let clock = Clock { simulated: Some(time.clone()) };
+        assert!(clock.is_simulated() && clock.now().is_zero());
+        for nanoseconds in [5_000_000_001, 5_000_000_001, 900_000_000_000, 7] {
+            time.store(nanoseconds, Ordering::Relaxed);
+            assert_eq!(clock.header("base").stamp.nanoseconds(), nanoseconds);
+        }
+        assert!(!Clock::default().is_simulated() && Clock::default().now().sec > 1_790_000_000);
+    }
+}

@@ -1,0 +1,244 @@
+//! What a node's publishers, subscriptions, servers and clients are made from. ros2-client makes them and announces them as the node's.
+
+use super::endpoint_names::EndpointNames;
+use super::error::RosError;
+use super::graph::{reply_topic, request_topic};
+use super::log::Logger;
+use super::services::Payload;
+use crate::dds::large_replies::ReplyWriter;
+use crate::dds::matches::Matches;
+use crate::dds::own_datagrams::OwnDatagrams;
+use crate::dds::raw_subscription::RawSubscription;
+use crate::dds::sample_limits;
+use crate::dds::send_backlog::InTimeWriter;
+use dq_messages::messages::{Message, ServiceType};
+use dq_messages::{Direction, DurabilityKind, ParameterEvent, ReliabilityKind, TopicContract};
+use ros2_client::{Client, MessageTypeName, Name, QosProfile, ServiceMapping, ServiceTypeName};
+use rustdds::policy::{Durability, History, Lifespan, Reliability};
+use rustdds::{
+    CDRSerializerAdapter, DomainParticipant, Duration, GUID, QosPolicies, QosPolicyBuilder, TopicKind,
+};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use std::fmt::Display;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+/// A topic for which an endpoint is made.
+#[derive(Clone)]
+pub(super) struct Plan {
+    /// Its fully qualified name.
+    pub name: String,
+    /// `package/msg/Name`.
+    pub message: String,
+    pub qos: QosPolicies,
+    /// Where what QoS keeps from the endpoint is logged.
+    pub log: Logger,
+}
+
+/// What the nodes of a participant share.
+#[derive(Clone)]
+pub(super) struct Domain {
+    pub dds: Arc<DomainParticipant>,
+    pub matches: Matches,
+    pub names: EndpointNames,
+    /// None in a secured graph.
+    pub datagrams: Option<Arc<OwnDatagrams>>,
+}
+
+/// Makes the endpoints of a node, which leaves the graph when this is dropped. Until then ros2-client announces those too that have gone.
+pub(super) struct Endpoints {
+    node: Mutex<ros2_client::Node>,
+    pub domain: Domain,
+}
+
+impl Endpoints {
+    pub fn new(node: ros2_client::Node, domain: Domain) -> Self {
+        Self { node: Mutex::new(node), domain }
+    }
+
+    /// A publisher.
+    pub fn publisher<M: Serialize>(&self, plan: &Plan) -> Result<ros2_client::Publisher<M>, RosError> {
+        let publisher =
+            self.lock().create_publisher(&self.topic(plan)?, None).map_err(refused(&plan.name))?;
+        self.register(publisher.guid(), plan);
+        Ok(publisher)
+    }
+
+    /// A publisher for what is soon too old, which is not announced as the node's.
+    pub fn publisher_in_time<M: Serialize>(&self, plan: &Plan) -> Result<InTimeWriter<M>, RosError> {
+        let publisher =
+            InTimeWriter::new(&self.domain.dds, &self.topic(plan)?).map_err(refused(&plan.name))?;
+        self.register(publisher.guid(), plan);
+        Ok(publisher)
+    }
+
+    /// A subscription.
+    pub fn subscription<M: DeserializeOwned + 'static>(
+        &self,
+        plan: &Plan,
+    ) -> Result<ros2_client::Subscription<M>, RosError> {
+        let topic = self.topic(plan)?;
+        let subscription = self.lock().create_subscription(&topic, None).map_err(refused(&plan.name))?;
+        self.register(subscription.guid(), plan);
+        Ok(subscription)
+    }
+
+    /// A subscription to messages of any type, which is not announced as the node's.
+    pub fn raw_subscription(
+        &self,
+        plan: &Plan,
+        keep: impl Fn(i32) + Send + Sync + 'static,
+    ) -> Result<RawSubscription, RosError> {
+        let topic = self.topic(plan)?;
+        let subscription =
+            RawSubscription::new(&self.domain.dds, &topic, keep).map_err(refused(&plan.name))?;
+        self.register(subscription.guid(), plan);
+        Ok(subscription)
+    }
+
+    /// Where the requests to the service with that fully qualified name come, and its replies go. The writer of these is not announced as
+    /// the node's.
+    pub fn server<S: ServiceType>(
+        &self,
+        name: &str,
+    ) -> Result<(ros2_client::Subscription<Payload>, ReplyWriter<Payload>), RosError> {
+        let (Domain { dds, matches, datagrams, .. }, qos) = (&self.domain, QosPolicies::from(of_services()));
+        let (package, service) = split(S::TYPE, "/srv/");
+        let topic = |name, part| {
+            let kind = format!("{package}::srv::dds_::{service}_{part}_");
+            dds.create_topic(name, kind, &qos, TopicKind::NoKey)
+        };
+        let requests = topic(request_topic(name), "Request").map_err(refused(name))?;
+        let requests = self.lock().create_subscription(&requests, None).map_err(refused(name))?;
+        let writer = || {
+            let topic = topic(reply_topic(name), "Response")?;
+            dds.create_publisher(&qos)?.create_datawriter_no_key::<_, CDRSerializerAdapter<_>>(&topic, None)
+        };
+        let writer = writer().map_err(refused(name))?;
+        let replies = ReplyWriter::new(writer, reply_topic(name), dds, matches.clone(), datagrams.clone());
+        Ok((requests, replies))
+    }
+
+    /// A client of the service with that fully qualified name.
+    pub fn client<S: ServiceType>(
+        &self,
+        name: &str,
+        mapping: ServiceMapping,
+    ) -> Result<Client<Payload, Payload>, RosError> {
+        let (service, kind) = service::<S>(name)?;
+        let made = self.lock().create_client(mapping, &service, &kind, of_services(), of_services());
+        made.map_err(refused(name))
+    }
+
+    /// Makes DDS know the topic with this QoS too: of several descriptions of one topic the largest resource limits count.
+    pub fn topic(&self, plan: &Plan) -> Result<rustdds::Topic, RosError> {
+        let (package, message) = split(&plan.message, "/msg/");
+        let (name, kind) =
+            (format!("rt{}", plan.name), MessageTypeName::new(package, message).dds_msg_type());
+        self.domain.dds.create_topic(name, kind, &plan.qos, TopicKind::NoKey).map_err(refused(&plan.name))
+    }
+
+    fn register(&self, endpoint: GUID, plan: &Plan) {
+        self.domain.matches.register(endpoint, &plan.name, plan.log.warner());
+    }
+
+    fn lock(&self) -> MutexGuard<'_, ros2_client::Node> {
+        // Nothing panics while it holds the lock.
+        self.node.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+fn refused<E: Display>(what: &str) -> impl FnOnce(E) -> RosError {
+    let error = RosError::create(what);
+    move |why| error(&why)
+}
+
+fn split<'a>(kind: &'a str, between: &str) -> (&'a str, &'a str) {
+    kind.split_once(between).unwrap_or(("", kind))
+}
+
+fn service<S: ServiceType>(name: &str) -> Result<(Name, ServiceTypeName), RosError> {
+    let (package, service) = split(S::TYPE, "/srv/");
+    Ok((Name::parse(name).map_err(refused(name))?, ServiceTypeName::new(package, service)))
+}
+
+/// ROS 2's QoS for services: reliable, volatile, keep last 10. Who writes waits for room a moment.
+fn of_services() -> QosProfile {
+    QosProfile::publisher_default().history(ros2_client::qos::History::KeepLast { depth: 10 })
+}
+
+/// What rclcpp's `ParameterEventsQoS` is, but latched, as the writer is that ros2-client makes for each node and that nobody uses: rosbag2
+/// asks for what is latched where the first publisher that it finds is, and would miss one that is not.
+pub(super) fn of_parameter_events() -> QosPolicies {
+    of(&TopicContract {
+        direction: Direction::Out,
+        message: ParameterEvent::TYPE.to_owned(),
+        reliability: ReliabilityKind::Reliable,
+        durability: DurabilityKind::TransientLocal,
+        depth: 1,
+        rate: "on change".to_owned(),
+    })
+}
+
+/// The quality of service of `/rosout`, as rcl has it: the last 1000 lines of each node, for ten seconds, for late joiners too.
+pub(super) fn of_rosout() -> QosPolicies {
+    QosPolicyBuilder::new()
+        .reliability(Reliability::Reliable { max_blocking_time: Duration::ZERO })
+        .durability(Durability::TransientLocal)
+        .history(History::KeepLast { depth: 1000 })
+        .lifespan(Lifespan { duration: Duration::from_secs(10) })
+        .build()
+}
+
+/// The DDS policies of a topic; writers get room for unacknowledged samples and never block.
+pub(super) fn of(topic: &TopicContract) -> QosPolicies {
+    let reliability = match topic.reliability {
+        ReliabilityKind::Reliable => Reliability::Reliable { max_blocking_time: Duration::ZERO },
+        ReliabilityKind::BestEffort => Reliability::BestEffort,
+    };
+    let durability = match topic.durability {
+        DurabilityKind::Volatile => Durability::Volatile,
+        DurabilityKind::TransientLocal => Durability::TransientLocal,
+    };
+    let builder = QosPolicyBuilder::new()
+        .reliability(reliability)
+        .durability(durability)
+        .history(History::KeepLast { depth: topic.depth });
+    if topic.direction == Direction::In {
+        return builder.build();
+    }
+    builder
+        .resource_limits(sample_limits::of_writer(topic.durability == DurabilityKind::TransientLocal))
+        .build()
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::*;
+    use dq_messages::NodeContract;
+    use std::collections::BTreeMap;
+
+    /// The topics of a node that publishes and subscribes.
+    pub fn plant() -> NodeContract {
+        let file = include_str!("../../../msg_config/topics.yaml");
+        serde_saphyr::from_str::<BTreeMap<String, NodeContract>>(file).unwrap().remove("plant").unwrap()
+    }
+
+    #[test]
+    fn writers_never_block_and_descriptions_are_latched() {
+        let plant = plant();
+        for (name, topic) in plant.topics() {
+            let qos = of(topic);
+            let blocking = (topic.reliability == ReliabilityKind::Reliable).then_some(Duration::ZERO);
+            assert_eq!(qos.reliable_max_blocking_time(), blocking, "{name}");
+            let latched = ["/tf_static", "robot_description", "~/parameters"].contains(&name);
+            assert_eq!(qos.durability() == Some(Durability::TransientLocal), latched, "{name}");
+            let kept = qos.resource_limits().map(|limits| limits.max_samples);
+            let few = if latched { 500 } else { 200_000 };
+            assert_eq!(kept, (topic.direction == Direction::Out).then_some(few), "{name}");
+        }
+        let best_effort = plant.with_best_effort("joint_states");
+        let joint_states = best_effort.topics().find(|(name, _)| *name == "joint_states").unwrap().1;
+        assert_eq!(joint_states.reliability, ReliabilityKind::BestEffort);
+    }
+}

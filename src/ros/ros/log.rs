@@ -1,0 +1,139 @@
+//! A node's log: ROS 2's line on stderr, the topic `/rosout`, and a file. Who logs waits for none of them.
+
+use super::args::{LogLevel, RosArgs};
+use super::log_format;
+use crate::dds::peer_recovery::Warn;
+use crate::{log_file, stderr};
+use dq_messages::messages::{Log, Time};
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::sync::{Arc, LazyLock};
+
+/// What is logged, and where to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Logging {
+    /// Lines below are not logged.
+    pub level: LogLevel,
+    /// Whether lines go to stderr; ROS 2 speaks of "stdout logs" here, and writes to stderr too.
+    pub stderr: bool,
+    /// Whether they go to `/rosout`.
+    pub rosout: bool,
+    /// Whether they go to a file in ROS 2's folder for logs.
+    pub file: bool,
+}
+
+impl Logging {
+    /// As the command line says; `level` where it does not.
+    pub fn new(args: &RosArgs, level: LogLevel) -> Self {
+        Self {
+            level: args.log_level.unwrap_or(level),
+            stderr: !args.without_stdout_logs,
+            rosout: !args.without_rosout_logs,
+            file: args.external_lib_logs,
+        }
+    }
+}
+
+/// Writes lines above a level to where they should go.
+#[derive(Clone)]
+pub struct Logger {
+    name: Arc<str>,
+    logging: Logging,
+    rosout: Option<Publish>,
+}
+
+impl Logger {
+    /// A log without `/rosout`.
+    pub(super) fn new(name: &str, logging: Logging) -> Self {
+        Self { name: name.into(), logging, rosout: None }
+    }
+
+    /// The same log with `/rosout`, on which `publish` publishes.
+    pub(super) fn with_rosout(self, publish: impl Fn(Log) + Send + Sync + 'static) -> Self {
+        Self { rosout: Some(Arc::new(publish)), ..self }
+    }
+
+    /// Logs what an operator should look at, for those who know no logs.
+    pub(super) fn warner(&self) -> Warn {
+        let log = self.clone();
+        Arc::new(move |text| log.warn(text))
+    }
+
+    /// Logs a detail.
+    pub fn debug(&self, text: &str) {
+        self.log(LogLevel::Debug, text);
+    }
+
+    /// Logs what happens.
+    pub fn info(&self, text: &str) {
+        self.log(LogLevel::Info, text);
+    }
+
+    /// Logs what an operator should look at.
+    pub fn warn(&self, text: &str) {
+        self.log(LogLevel::Warn, text);
+    }
+
+    /// Logs what failed.
+    pub fn error(&self, text: &str) {
+        self.log(LogLevel::Error, text);
+    }
+
+    fn log(&self, level: LogLevel, text: &str) {
+        if level < self.logging.level {
+            return;
+        }
+        let stamp = Time::now();
+        let line = || log_format::line(level, &stamp, &self.name, text);
+        if self.logging.stderr {
+            stderr::line(line());
+        }
+        if self.logging.file {
+            log_file::line(line());
+        }
+        if let Some(rosout) = &self.rosout {
+            let message = Log {
+                stamp: stamp.clone(),
+                level: wire_level(level),
+                name: self.name.to_string(),
+                msg: text.to_owned(),
+                ..Log::default()
+            };
+            // Where the queue is full, the line is on stderr all the same.
+            let _ = ROSOUT.as_ref().is_some_and(|queue| queue.try_send((rosout.clone(), message)).is_ok());
+        }
+    }
+}
+
+/// Publishes a line of a node on `/rosout`.
+type Publish = Arc<dyn Fn(Log) + Send + Sync>;
+
+/// A line for `/rosout`, and what publishes it.
+type RosoutEntry = (Publish, Log);
+
+/// Lines for `/rosout` that wait at most.
+const ROSOUT_CAPACITY: usize = 1024;
+
+/// The queue of a thread that publishes: a frozen reader of `/rosout` can hold it up. None where the operating system gives
+/// no thread.
+static ROSOUT: LazyLock<Option<SyncSender<RosoutEntry>>> = LazyLock::new(|| {
+    let (queue, entries) = sync_channel(ROSOUT_CAPACITY);
+    let thread = std::thread::Builder::new().name("rosout".to_owned());
+    thread.spawn(move || publish(&entries)).ok().map(|_| queue)
+});
+
+fn publish(entries: &Receiver<RosoutEntry>) {
+    for (publish, message) in entries {
+        publish(message);
+    }
+}
+
+/// The level's number in `rcl_interfaces/msg/Log`.
+fn wire_level(level: LogLevel) -> u8 {
+    match level {
+        LogLevel::Debug => 10,
+        LogLevel::Info => 20,
+        LogLevel::Warn => 30,
+        LogLevel::Error => 40,
+        LogLevel::Fatal => 50,
+    }
+}

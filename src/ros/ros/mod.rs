@@ -1,0 +1,40 @@
+//! What ROS 2 expects of a node, on ros2-client: names and remaps, `--ros-args`, services for every vendor's clients, parameter
+//! services. The nodes see this facade, never a type of ros2-client or RustDDS.
+
+pub mod args;
+mod client;
+mod clock;
+mod endpoint_names;
+mod endpoints;
+mod environment;
+mod error;
+mod graph;
+mod log;
+mod log_format;
+pub mod names;
+mod node;
+mod parameter_client;
+mod parameter_server;
+mod resolver;
+mod services;
+mod session;
+mod topics;
+
+pub use crate::dds::ended_threads::{NetworkEnd, NetworkWatch};
+pub use crate::dds::own_domain::OwnDomain;
+pub use crate::dds::raw_subscription::{RawMessage, RawSubscription};
+pub use args::{LogLevel, RosArgs};
+pub use client::Client;
+pub use clock::Clock;
+pub use endpoint_names::{EndpointId, EndpointNames, Origin};
+pub use environment::{Environment, Reach};
+pub use error::RosError;
+pub use graph::{GraphTopic, NameWatch};
+pub use log::{Logger, Logging};
+pub use names::NodeName;
+pub use node::Node;
+pub use parameter_client::ParameterClient;
+pub use parameter_server::ParameterServer;
+pub use resolver::Resolver;
+pub use session::Session;
+pub use topics::{OwnTopic, Publisher, Subscription};

@@ -1,0 +1,340 @@
+//! A node: makes publishers, subscriptions, services and clients under its names.
+
+use super::client::{Client, Connection, find_server};
+use super::endpoint_names::{EndpointNames, Origin};
+use super::endpoints::{self, Domain, Endpoints, Plan};
+use super::error::RosError;
+use super::graph::{self, GraphTopic, NameWatch};
+use super::log::{Logger, Logging};
+use super::names::NodeName;
+use super::resolver::Resolver;
+use super::services::Service;
+use super::topics::{OwnTopic, Publisher, Subscription};
+use crate::dds::raw_subscription::{self, RawSubscription};
+use dq_messages::messages::{Message, ServiceType};
+use dq_messages::{Direction, NodeContract, ReliabilityKind, TopicContract};
+use ros2_client::{Context, NodeOptions, ServiceMapping};
+use rustdds::{QosPolicies, RTPSEntity};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::sync::Arc;
+use tokio::task::JoinHandle;
+
+/// A ROS 2 node. Its services end when it is dropped.
+pub struct Node {
+    names: Resolver,
+    log: Logger,
+    tasks: Vec<JoinHandle<()>>,
+    /// Of the services that were called.
+    clients: HashMap<String, Arc<Connection>>,
+    endpoints: Arc<Endpoints>,
+}
+
+impl Node {
+    pub(super) fn new(
+        context: &Context,
+        domain: Domain,
+        names: Resolver,
+        logging: Logging,
+    ) -> Result<Self, RosError> {
+        let name = names.node().clone();
+        let error = RosError::create(format!("the node {}", name.fully_qualified()));
+        let options = NodeOptions::new().enable_rosout(false).start_parameter_services(false);
+        let node = match ros2_client::NodeName::new(name.namespace(), name.name()) {
+            Ok(name) => context.new_node(name, options).map_err(|why| error(&why))?,
+            Err(why) => return Err(error(&why)),
+        };
+        let endpoints = Arc::new(Endpoints::new(node, domain));
+        let logging = Logging { level: names.log_level().unwrap_or(logging.level), ..logging };
+        let log = Logger::new(&names.logger(), logging);
+        let mut node = Self { names, log, tasks: Vec::new(), clients: HashMap::new(), endpoints };
+        if logging.rosout {
+            let rosout = node.publisher_with("/rosout", endpoints::of_rosout())?;
+            node.log = node.log.clone().with_rosout(move |line| rosout.publish(line));
+        }
+        Ok(node)
+    }
+
+    /// The node's name.
+    pub fn name(&self) -> &NodeName {
+        self.names.node()
+    }
+
+    /// What it shares with other nodes.
+    pub(super) fn domain(&self) -> &Domain {
+        &self.endpoints.domain
+    }
+
+    /// The node's log.
+    pub fn log(&self) -> &Logger {
+        &self.log
+    }
+
+    /// A publisher on a topic of the contract.
+    ///
+    /// # Errors
+    /// [`RosError`].
+    pub fn publisher<M: Message>(
+        &mut self,
+        contract: &NodeContract,
+        topic: &str,
+    ) -> Result<Publisher<M>, RosError> {
+        let entry = contract.topic::<M>(topic, Direction::Out)?.clone();
+        self.publisher_as(&entry, topic)
+    }
+
+    /// A publisher on `topic` with the type and QoS of `entry`, whichever direction that has: for those who talk to a node.
+    ///
+    /// # Errors
+    /// [`RosError`].
+    pub fn publisher_as<M: Message>(
+        &mut self,
+        entry: &TopicContract,
+        topic: &str,
+    ) -> Result<Publisher<M>, RosError> {
+        let entry = TopicContract { direction: Direction::Out, ..entry.clone() };
+        self.publisher_with(topic, endpoints::of(&entry))
+    }
+
+    /// A publisher on a topic of the contract for what is soon too old: see [`Publisher::publish_in_time`]. It is not announced as the node's.
+    ///
+    /// # Errors
+    /// [`RosError`].
+    pub fn publisher_in_time<M: Message>(
+        &mut self,
+        contract: &NodeContract,
+        topic: &str,
+    ) -> Result<Publisher<M>, RosError> {
+        let qos = endpoints::of(contract.topic::<M>(topic, Direction::Out)?);
+        Publisher::in_time(&self.endpoints, &self.plan::<M>(topic, qos)?)
+    }
+
+    /// A publisher on `topic` with this QoS.
+    pub(super) fn publisher_with<M: Message>(
+        &mut self,
+        topic: &str,
+        qos: QosPolicies,
+    ) -> Result<Publisher<M>, RosError> {
+        Publisher::new(&self.endpoints, &self.plan::<M>(topic, qos)?)
+    }
+
+    /// A subscription to a topic of the contract.
+    ///
+    /// # Errors
+    /// [`RosError`].
+    pub fn subscription<M: Message>(
+        &mut self,
+        contract: &NodeContract,
+        topic: &str,
+    ) -> Result<Subscription<M>, RosError> {
+        let entry = contract.topic::<M>(topic, Direction::In)?.clone();
+        self.subscription_as(&entry, topic)
+    }
+
+    /// A subscription to a topic of the contract that is reliable until a publisher offers best effort only, and best effort from then
+    /// on: that hears both.
+    ///
+    /// # Errors
+    /// [`RosError`].
+    pub fn adapting_subscription<M: Message>(
+        &mut self,
+        contract: &NodeContract,
+        topic: &str,
+    ) -> Result<Subscription<M>, RosError> {
+        let entry = contract.topic::<M>(topic, Direction::In)?.clone();
+        let plan = self.plan::<M>(topic, endpoints::of(&entry))?;
+        let (subscription, replacement) = Subscription::replaceable(&self.endpoints, &plan)?;
+        let entry = TopicContract { reliability: ReliabilityKind::BestEffort, ..entry };
+        let plan = Plan { qos: endpoints::of(&entry), ..plan };
+        let (endpoints, matches) = (Arc::downgrade(&self.endpoints), self.domain().matches.clone());
+        let ours = subscription.guid();
+        matches.adapt(ours);
+        self.run(async move {
+            let publisher = matches.best_effort_publisher(ours).await;
+            let Some(endpoints) = endpoints.upgrade() else { return };
+            let Plan { name, log, .. } = &plan;
+            match replacement.take_place(&endpoints, &plan) {
+                Ok(()) => {
+                    matches.forget_ours(ours);
+                    log.info(&format!(
+                        "{name}: {publisher} publishes BEST_EFFORT only, so that is subscribed to"
+                    ));
+                }
+                Err(why) => log.error(&format!("{name}: {publisher} publishes BEST_EFFORT only: {why}")),
+            }
+        });
+        Ok(subscription)
+    }
+
+    /// A subscription to `topic` with the type and QoS of `entry`, whichever direction that has.
+    ///
+    /// # Errors
+    /// [`RosError`].
+    pub fn subscription_as<M: Message>(
+        &mut self,
+        entry: &TopicContract,
+        topic: &str,
+    ) -> Result<Subscription<M>, RosError> {
+        let entry = TopicContract { direction: Direction::In, ..entry.clone() };
+        self.subscription_with(topic, endpoints::of(&entry))
+    }
+
+    /// A topic of the contract on which the node publishes, to which it may subscribe later.
+    ///
+    /// # Errors
+    /// [`RosError`].
+    pub fn own_topic<M: Message>(
+        &self,
+        contract: &NodeContract,
+        topic: &str,
+    ) -> Result<OwnTopic<M>, RosError> {
+        let entry = contract.topic::<M>(topic, Direction::Out)?.clone();
+        let qos = endpoints::of(&TopicContract { direction: Direction::In, ..entry });
+        Ok(OwnTopic::new(Arc::downgrade(&self.endpoints), self.plan::<M>(topic, qos)?))
+    }
+
+    /// A subscription to `topic` with this QoS.
+    pub(super) fn subscription_with<M: Message>(
+        &mut self,
+        topic: &str,
+        qos: QosPolicies,
+    ) -> Result<Subscription<M>, RosError> {
+        Subscription::new(&self.endpoints, &self.plan::<M>(topic, qos)?)
+    }
+
+    /// The topics of all other participants, by their fully qualified names.
+    pub fn graph(&self) -> BTreeMap<String, GraphTopic> {
+        graph::topics(&self.domain().dds)
+    }
+
+    /// Which node each endpoint in the domain belongs to.
+    pub fn endpoint_names(&self) -> &EndpointNames {
+        &self.domain().names
+    }
+
+    /// The services that other participants serve, by their fully qualified names.
+    pub fn services(&self) -> BTreeSet<String> {
+        graph::services(&self.domain().dds)
+    }
+
+    /// Looks out for other nodes called `name` (fully qualified), which may be this one's name.
+    pub fn watch_name(&self, name: &str) -> NameWatch {
+        let (participant, own) = (self.domain().dds.guid(), self.name().fully_qualified());
+        NameWatch::new(self.domain().matches.clone(), participant, name, own == name)
+    }
+
+    /// Waits for a change among the other participants, or 50 ms for what has no event.
+    pub async fn graph_change(&self) {
+        self.domain().matches.change().await;
+    }
+
+    /// A subscription to the topic with that fully qualified name and type, whatever it is.
+    ///
+    /// # Errors
+    /// [`RosError::Create`].
+    pub fn raw_subscription(
+        &mut self,
+        name: &str,
+        message: &str,
+        reliable: bool,
+        transient_local: bool,
+    ) -> Result<RawSubscription, RosError> {
+        let qos = move |samples| raw_subscription::qos(reliable, transient_local, samples);
+        let (name, message) = (name.to_owned(), message.to_owned());
+        let plan = Plan { name, message, qos: qos(None), log: self.log.clone() };
+        let (endpoints, wider) = (Arc::downgrade(&self.endpoints), plan.clone());
+        // RustDDS keeps as many samples of a topic as any of its descriptions says.
+        let keep = move |samples| {
+            let more = Plan { qos: qos(Some(samples)), ..wider.clone() };
+            let _ = endpoints.upgrade().map(|endpoints| endpoints.topic(&more));
+        };
+        self.endpoints.raw_subscription(&plan, keep)
+    }
+
+    /// Serves `service` by `handler` until the node is dropped.
+    ///
+    /// # Errors
+    /// [`RosError`].
+    pub fn serve<S: ServiceType>(
+        &mut self,
+        service: &str,
+        mut handler: impl FnMut(S::Request) -> S::Response + Send + 'static,
+    ) -> Result<(), RosError> {
+        self.serve_later::<S, _>(service, move |request| std::future::ready(handler(request)))
+    }
+
+    /// Serves `service` by a `handler` that takes its time, until the node is dropped. It is called in the order of the requests; none
+    /// waits for the answer to another.
+    ///
+    /// # Errors
+    /// [`RosError`].
+    pub fn serve_later<S: ServiceType, F: Future<Output = S::Response> + Send + 'static>(
+        &mut self,
+        service: &str,
+        mut handler: impl FnMut(S::Request) -> F + Send + 'static,
+    ) -> Result<(), RosError> {
+        self.serve_timed::<S, F>(service, move |request, _| handler(request))
+    }
+
+    /// As [`serve_later`](Self::serve_later), by a `handler` to which it matters who asked, and when.
+    ///
+    /// # Errors
+    /// [`RosError`].
+    pub fn serve_timed<S: ServiceType, F: Future<Output = S::Response> + Send + 'static>(
+        &mut self,
+        service: &str,
+        handler: impl FnMut(S::Request, &Origin) -> F + Send + 'static,
+    ) -> Result<(), RosError> {
+        let name = self.names.service(service)?;
+        let (requests, replies) = self.endpoints.server::<S>(&name)?;
+        let (matches, log) = (self.domain().matches.clone(), self.log.clone());
+        let service = Service { name, requests, replies, matches, log };
+        self.run(service.serve::<S, F>(handler));
+        Ok(())
+    }
+
+    /// A client of `service`, once a server is there.
+    ///
+    /// # Errors
+    /// [`RosError`], [`RosError::Service`] where none comes within `patience`.
+    pub async fn client<S: ServiceType>(
+        &mut self,
+        service: &str,
+        patience: std::time::Duration,
+    ) -> Result<Client<S>, RosError> {
+        let name = self.names.service(service)?;
+        let server = find_server(&self.domain().dds, &name, patience).await?;
+        let connection = self.connection::<S>(&name, server.mapping)?;
+        Client::connect(connection, name, server, &self.domain().matches, patience).await
+    }
+
+    /// This node's client of a service.
+    fn connection<S: ServiceType>(
+        &mut self,
+        name: &str,
+        mapping: ServiceMapping,
+    ) -> Result<Arc<Connection>, RosError> {
+        if let Some(kept) = self.clients.get(name).filter(|kept| kept.speaks(mapping)) {
+            return Ok(kept.clone());
+        }
+        let connection = Connection::new(self.endpoints.client::<S>(name, mapping)?, mapping);
+        self.clients.insert(name.to_owned(), connection.clone());
+        Ok(connection)
+    }
+
+    /// An endpoint of this node.
+    fn plan<M: Message>(&self, topic: &str, qos: QosPolicies) -> Result<Plan, RosError> {
+        let (name, message) = (self.names.topic(topic)?, M::TYPE.to_owned());
+        Ok(Plan { name, message, qos, log: self.log.clone() })
+    }
+
+    /// Runs `task` until the node is dropped.
+    pub fn run(&mut self, task: impl Future<Output = ()> + Send + 'static) {
+        self.tasks.push(tokio::spawn(task));
+    }
+}
+
+impl Drop for Node {
+    fn drop(&mut self) {
+        self.tasks.iter().for_each(JoinHandle::abort);
+    }
+}

@@ -1,0 +1,125 @@
+//! Another node's parameters.
+
+use super::error::RosError;
+use super::node::Node;
+use dq_messages::*;
+use dq_params::Value;
+use std::time::Duration;
+
+/// So many values are asked for at once: the reply is to fit into one packet, as it has to where the graph is secured.
+const VALUES_AT_ONCE: usize = 8;
+
+/// The same for descriptors, which are longer.
+const DESCRIPTORS_AT_ONCE: usize = 2;
+
+/// Talks to the parameter services of one node, whatever its vendor.
+pub struct ParameterClient<'a> {
+    node: &'a mut Node,
+    target: String,
+    patience: Duration,
+}
+
+impl<'a> ParameterClient<'a> {
+    /// For the node `target` (fully qualified), waiting up to `patience` for each answer.
+    pub fn new(node: &'a mut Node, target: &str, patience: Duration) -> Self {
+        Self { node, target: target.to_owned(), patience }
+    }
+
+    /// All names.
+    ///
+    /// # Errors
+    /// [`RosError::Service`].
+    pub async fn list(&mut self) -> Result<Vec<String>, RosError> {
+        let client =
+            self.node.client::<ListParameters>(&self.service("list_parameters"), self.patience).await?;
+        Ok(client.call(ListRequest::default()).await?.result.names)
+    }
+
+    /// All parameters with their values.
+    ///
+    /// # Errors
+    /// [`RosError::Service`].
+    pub async fn all(&mut self) -> Result<Vec<(String, Value)>, RosError> {
+        let names = self.list().await?;
+        let client =
+            self.node.client::<GetParameters>(&self.service("get_parameters"), self.patience).await?;
+        let mut all = Vec::new();
+        for names in names.chunks(VALUES_AT_ONCE) {
+            let values = client.call(Names { names: names.to_vec() }).await?.values;
+            let values = values.into_iter().map(ParameterValue::into_value);
+            all.extend(names.iter().cloned().zip(values).filter_map(|(name, value)| Some((name, value?))));
+        }
+        Ok(all)
+    }
+
+    /// The value of a parameter; none where it is not declared.
+    ///
+    /// # Errors
+    /// [`RosError::Service`].
+    pub async fn get(&mut self, name: &str) -> Result<Option<Value>, RosError> {
+        let client =
+            self.node.client::<GetParameters>(&self.service("get_parameters"), self.patience).await?;
+        let values = client.call(Names { names: vec![name.to_owned()] }).await?.values;
+        Ok(values.into_iter().next().and_then(ParameterValue::into_value))
+    }
+
+    /// Sets a parameter; the inner error is the node's reason why not.
+    ///
+    /// # Errors
+    /// [`RosError::Service`].
+    pub async fn set(&mut self, name: &str, value: &Value) -> Result<Result<(), String>, RosError> {
+        let client =
+            self.node.client::<SetParameters>(&self.service("set_parameters"), self.patience).await?;
+        let parameter = Parameter { name: name.to_owned(), value: value.into() };
+        let results = client.call(Changes { parameters: vec![parameter] }).await?.results;
+        Ok(match results.into_iter().next() {
+            Some(result) if result.successful => Ok(()),
+            Some(result) => Err(result.reason),
+            None => Err("the node answered without a result".to_owned()),
+        })
+    }
+
+    /// Sets all of these or none; the inner error is the node's reason why not.
+    ///
+    /// # Errors
+    /// [`RosError::Service`].
+    pub async fn set_all(&mut self, changes: &[(String, Value)]) -> Result<Result<(), String>, RosError> {
+        let service = self.service("set_parameters_atomically");
+        let client = self.node.client::<SetParametersAtomically>(&service, self.patience).await?;
+        let parameter =
+            |(name, value): &(String, Value)| Parameter { name: name.clone(), value: value.into() };
+        let request = Changes { parameters: changes.iter().map(parameter).collect() };
+        let result = client.call(request).await?.result;
+        Ok(if result.successful { Ok(()) } else { Err(result.reason) })
+    }
+
+    /// What a parameter is; none where it is not declared.
+    ///
+    /// # Errors
+    /// [`RosError::Service`].
+    pub async fn describe(&mut self, name: &str) -> Result<Option<ParameterDescriptor>, RosError> {
+        let service = self.service("describe_parameters");
+        let client = self.node.client::<DescribeParameters>(&service, self.patience).await?;
+        let descriptors = client.call(Names { names: vec![name.to_owned()] }).await?.descriptors;
+        Ok(descriptors.into_iter().next().filter(|descriptor| descriptor.kind != 0))
+    }
+
+    /// What each of these parameters is, without those that are not declared.
+    ///
+    /// # Errors
+    /// [`RosError::Service`].
+    pub async fn describe_all(&mut self, names: &[String]) -> Result<Vec<ParameterDescriptor>, RosError> {
+        let service = self.service("describe_parameters");
+        let client = self.node.client::<DescribeParameters>(&service, self.patience).await?;
+        let mut all = Vec::new();
+        for names in names.chunks(DESCRIPTORS_AT_ONCE) {
+            let descriptors = client.call(Names { names: names.to_vec() }).await?.descriptors;
+            all.extend(descriptors.into_iter().filter(|descriptor| descriptor.kind != 0));
+        }
+        Ok(all)
+    }
+
+    fn service(&self, name: &str) -> String {
+        format!("{}/{name}", self.target)
+    }
+}

@@ -1,0 +1,259 @@
+//! A node's parameters, served to every vendor's clients.
+
+use super::endpoints;
+use super::error::RosError;
+use super::node::Node;
+use super::topics::Publisher;
+use dq_common::text::cut;
+use dq_messages::messages::Time;
+use dq_messages::*;
+use dq_params::{ParameterStore, Value};
+use std::collections::BTreeSet;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+/// Takes a whole set of parameters, to which these changes led, into force, or says why not: what it takes nothing refuses later.
+pub type Apply = dyn Fn(&ParameterStore, &[(String, Value)]) -> Result<(), String> + Send + Sync;
+
+/// A node's parameters behind the six `rcl_interfaces` services. Every change is checked as a whole before it takes effect.
+///
+/// Changes are announced on `/parameter_events`, as every ROS 2 node does (nodes of rclcpp subscribe to it too, for their own
+/// `use_sim_time`; here that would match each node of a domain with each other for nothing); who comes later hears of the last one there at most. So `~/parameters`
+/// has all parameters, latched, from the start and after each change, with what that changed.
+pub struct ParameterServer {
+    current: Mutex<Current>,
+    apply: Box<Apply>,
+    events: Publisher<ParameterEvent>,
+    states: Publisher<ParameterEvent>,
+    node: String,
+}
+
+/// The parameters in force.
+struct Current {
+    store: ParameterStore,
+    /// With which they were announced.
+    stamp: Time,
+}
+
+impl ParameterServer {
+    /// Serves `store`, which is in force, on `node` until the node is dropped; `apply` takes accepted changes into force.
+    ///
+    /// # Errors
+    /// [`RosError`].
+    pub fn start(
+        node: &mut Node,
+        contract: &NodeContract,
+        store: ParameterStore,
+        apply: Box<Apply>,
+    ) -> Result<Arc<Self>, RosError> {
+        let server = Arc::new(Self {
+            current: Mutex::new(Current { store, stamp: Time::now() }),
+            apply,
+            events: node.publisher_with(EVENTS, endpoints::of_parameter_events())?,
+            states: node.publisher(contract, "~/parameters")?,
+            node: node.name().fully_qualified(),
+        });
+        server.announce_start();
+        let at = |server: &Arc<Self>| Arc::clone(server);
+        let this = at(&server);
+        node.serve::<ListParameters>("~/list_parameters", move |request| list(&this.lock().store, &request))?;
+        let this = at(&server);
+        node.serve::<GetParameters>("~/get_parameters", move |request| this.get(&request))?;
+        let this = at(&server);
+        node.serve::<GetParameterTypes>("~/get_parameter_types", move |request| this.types(&request))?;
+        let this = at(&server);
+        node.serve::<DescribeParameters>("~/describe_parameters", move |request| this.describe(&request))?;
+        let this = at(&server);
+        node.serve::<SetParameters>("~/set_parameters", move |request| Results {
+            results: within_room(request.parameters.into_iter().map(|parameter| this.set(vec![parameter]))),
+        })?;
+        let this = at(&server);
+        node.serve::<SetParametersAtomically>("~/set_parameters_atomically", move |request| AtomicResult {
+            result: this.set(request.parameters),
+        })?;
+        Ok(server)
+    }
+
+    fn set(&self, parameters: Vec<Parameter>) -> SetParametersResult {
+        match self.try_set(parameters) {
+            Ok(()) => SetParametersResult { successful: true, reason: String::new() },
+            Err(reason) => SetParametersResult { successful: false, reason: cut(&reason).into_owned() },
+        }
+    }
+
+    /// All of the changes or none. Nobody else changes the store meanwhile.
+    fn try_set(&self, parameters: Vec<Parameter>) -> Result<(), String> {
+        // An announcement without changes would be one of a start.
+        if parameters.is_empty() {
+            return Ok(());
+        }
+        let mut current = self.lock();
+        let changes = parameters.into_iter().map(change).collect::<Result<Vec<_>, _>>()?;
+        let store = current.store.with(&changes).map_err(|why| why.to_string())?;
+        let stamp = current.next_stamp();
+        (self.apply)(&store, &changes)?;
+        let changed_parameters: Vec<_> = changes.iter().filter_map(|(name, _)| wire(&store, name)).collect();
+        *current = Current { store, stamp };
+        let event = ParameterEvent { changed_parameters, ..self.event(&current) };
+        let state = ParameterEvent { new_parameters: current.all(), ..event.clone() };
+        self.events.publish(event);
+        self.states.publish(state);
+        Ok(())
+    }
+
+    /// Announces what the node starts with.
+    fn announce_start(&self) {
+        let current = self.lock();
+        let event = ParameterEvent { new_parameters: current.all(), ..self.event(&current) };
+        self.events.publish(event.clone());
+        self.states.publish(event);
+    }
+
+    fn event(&self, current: &Current) -> ParameterEvent {
+        ParameterEvent { stamp: current.stamp.clone(), node: self.node.clone(), ..ParameterEvent::default() }
+    }
+
+    /// A name that is not declared has a value that is not set.
+    fn get(&self, request: &Names) -> Values {
+        let Current { store, .. } = &*self.lock();
+        let value = |name: &String| store.get(name).map(ParameterValue::from).unwrap_or_default();
+        Values { values: request.names.iter().map(value).collect() }
+    }
+
+    fn types(&self, request: &Names) -> Types {
+        let Current { store, .. } = &*self.lock();
+        Types { types: request.names.iter().map(|name| store.get(name).map_or(0, kind_of)).collect() }
+    }
+
+    fn describe(&self, request: &Names) -> Descriptors {
+        let Current { store, .. } = &*self.lock();
+        let descriptor = |name: &String| match store.declaration(name) {
+            Some(declared) => ParameterDescriptor::from(declared),
+            None => ParameterDescriptor { name: name.clone(), ..ParameterDescriptor::default() },
+        };
+        Descriptors { descriptors: request.names.iter().map(descriptor).collect() }
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Current> {
+        self.current.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Current {
+    fn all(&self) -> Vec<Parameter> {
+        self.store.iter().map(|(declared, value)| parameter(declared.name, value)).collect()
+    }
+
+    /// The time, and later than the last stamp even where the clock was set back: a stamp stands for one set of parameters.
+    fn next_stamp(&self) -> Time {
+        let now = Time::now();
+        if now.nanoseconds() > self.stamp.nanoseconds() { now } else { self.stamp.plus_a_nanosecond() }
+    }
+}
+
+/// Where every node announces what it changes.
+const EVENTS: &str = "/parameter_events";
+
+/// All reasons in one reply together are no longer than this [bytes]: Cyclone's clients hang at a reply of more than 64 kB.
+const REASONS: usize = 32_000;
+
+/// The results, with "…" for the reasons that find no room any more.
+fn within_room(results: impl Iterator<Item = SetParametersResult>) -> Vec<SetParametersResult> {
+    let mut room = REASONS;
+    results
+        .map(|result| match room.checked_sub(result.reason.len()) {
+            Some(left) => {
+                room = left;
+                result
+            }
+            None => SetParametersResult { reason: "…".to_owned(), ..result },
+        })
+        .collect()
+}
+
+/// Names below the prefixes, to the depth asked for, as rclcpp lists them; with the prefixes that these have where some were asked for.
+/// Who asks for all needs none: they repeat how names begin, and with them the list fits no packet.
+fn list(store: &ParameterStore, request: &ListRequest) -> ListResponse {
+    let depth = usize::try_from(request.depth).unwrap_or(usize::MAX);
+    let deep_enough = |rest: &str| depth == 0 || rest.matches('.').count() < depth;
+    let wanted = |name: &str| {
+        let below = |prefix: &String| match name.strip_prefix(prefix.as_str()) {
+            Some("") => true,
+            Some(rest) => rest.strip_prefix('.').is_some_and(deep_enough),
+            None => false,
+        };
+        if request.prefixes.is_empty() { deep_enough(name) } else { request.prefixes.iter().any(below) }
+    };
+    let names: Vec<_> = store.iter().map(|(declared, _)| declared.name).filter(|name| wanted(name)).collect();
+    let of_names = names.iter().filter(|_| !request.prefixes.is_empty());
+    let prefixes: BTreeSet<_> = of_names.filter_map(|name| Some(name.rsplit_once('.')?.0)).collect();
+    let owned = |name: &str| name.to_owned();
+    ListResponse {
+        result: ListResult {
+            prefixes: prefixes.into_iter().map(owned).collect(),
+            names: names.into_iter().map(owned).collect(),
+        },
+    }
+}
+
+fn change(parameter: Parameter) -> Result<(String, Value), String> {
+    match parameter.value.into_value() {
+        Some(value) => Ok((parameter.name, value)),
+        None => Err(format!("parameter {:?} cannot be deleted", parameter.name)),
+    }
+}
+
+fn parameter(name: &str, value: &Value) -> Parameter {
+    Parameter { name: name.to_owned(), value: value.into() }
+}
+
+fn wire(store: &ParameterStore, name: &str) -> Option<Parameter> {
+    store.get(name).map(|value| parameter(name, value))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::alone::{node, outside};
+    use crate::dds::large_replies::ONE_PACKET;
+    use crate::ros::ParameterClient;
+    use crate::ros::endpoints::tests::plant;
+    use crate::ros::services::{CYCLONE_HEADER, encode};
+    use dq_config::{NodeParameters, PlantParameters, nodes};
+    use std::time::Duration;
+
+    const PATIENCE: Duration = Duration::from_secs(10);
+
+    /// Where a graph is secured, nothing longer reaches a client.
+    #[test]
+    fn the_list_of_every_node_fits_into_one_packet() {
+        for (node, declarations) in nodes().unwrap() {
+            let store = ParameterStore::new(declarations, Vec::new());
+            let reply = encode(&[0; CYCLONE_HEADER], &list(&store, &ListRequest::default())).unwrap();
+            assert!(reply.0.len() <= ONE_PACKET, "{node}: {} bytes", reply.0.len());
+            let limits = ListRequest { prefixes: vec!["limits".to_owned()], ..ListRequest::default() };
+            let ListResult { names, prefixes } = list(&store, &limits).result;
+            assert!(names.is_empty() || prefixes == ["limits"], "{node}: {prefixes:?}");
+        }
+    }
+
+    /// On `~/parameters` an event without changes is a start, and to a plot all before it is another life.
+    #[tokio::test(flavor = "multi_thread")]
+    async fn a_request_to_change_nothing_is_announced_to_nobody() {
+        if outside("ros::parameter_server::tests::a_request_to_change_nothing_is_announced_to_nobody") {
+            return;
+        }
+        let ((_one, mut server), (_other, mut user)) = (node("puma560"), node("user"));
+        let contract = plant();
+        let (store, _) = PlantParameters::start("/puma560", Vec::new()).unwrap();
+        ParameterServer::start(&mut server, &contract, store, Box::new(|_, _| Ok(()))).unwrap();
+        let entry = contract.topic::<ParameterEvent>("~/parameters", Direction::Out).unwrap();
+        let states = user.subscription_as::<ParameterEvent>(entry, "/puma560/parameters").unwrap();
+        assert!(states.next().await.changed_parameters.is_empty(), "the start");
+        let mut client = ParameterClient::new(&mut user, "/puma560", PATIENCE);
+        assert_eq!(client.set_all(&[]).await.unwrap(), Ok(()));
+        let change = [("state_latency".to_owned(), Value::Double(0.01))];
+        assert_eq!(client.set_all(&change).await.unwrap(), Ok(()));
+        let next = tokio::time::timeout(PATIENCE, states.next()).await.unwrap();
+        assert_eq!(next.changed_parameters.len(), 1, "{:?}", next.stamp);
+    }
+}

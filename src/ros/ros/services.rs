@@ -1,0 +1,213 @@
+//! Service servers that answer every vendor's clients.
+//!
+//! Fast DDS and RustDDS clients put the request's identity into the sample's inline QoS ("enhanced" mapping). Cyclone's
+//! put a header of 16 bytes before the payload and expect it back. A server here distinguishes them request by request:
+//! payloads are received raw, and a sample from a Cyclone writer is read with the header first.
+
+use super::endpoint_names::Origin;
+use super::log::Logger;
+use crate::dds::large_replies::{Addressee, ReplyWriter};
+use crate::dds::matches::Matches;
+use crate::dds::payload_padding::Padded;
+use crate::dds::vendor::is_cyclone;
+use dq_common::text::cut;
+use dq_messages::messages::ServiceType;
+use dq_messages::{CDR_BE, CDR_LE, decode_payload};
+use futures::stream::{FuturesUnordered, StreamExt};
+use ros2_client::{MessageInfo, RmwRequestId, Subscription};
+use rustdds::serialization::to_writer_with_rep_id;
+use rustdds::{GUID, RepresentationIdentifier, SequenceNumber};
+use serde::de::{DeserializeOwned, SeqAccess, Visitor};
+use serde::ser::SerializeTuple;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use std::fmt;
+use std::pin::pin;
+
+/// Length of Cyclone's request header: client GUID half and sequence number.
+pub(super) const CYCLONE_HEADER: usize = 16;
+
+/// A payload in CDR, as bytes.
+#[derive(Clone, Debug)]
+pub(super) struct Payload(pub Vec<u8>);
+
+impl ros2_client::Message for Payload {}
+
+impl AsRef<[u8]> for Payload {
+    fn as_ref(&self) -> &[u8] {
+        &self.0
+    }
+}
+
+impl Serialize for Payload {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        // A tuple of bytes is just the bytes in CDR: no length, no alignment.
+        let mut tuple = serializer.serialize_tuple(self.0.len())?;
+        self.0.iter().try_for_each(|byte| tuple.serialize_element(byte))?;
+        tuple.end()
+    }
+}
+
+impl<'de> Deserialize<'de> for Payload {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Bytes;
+        impl<'de> Visitor<'de> for Bytes {
+            type Value = Payload;
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str("bytes")
+            }
+            fn visit_seq<A: SeqAccess<'de>>(self, mut input: A) -> Result<Payload, A::Error> {
+                // The payload ends where the input does, which CDR reports as an error.
+                Ok(Payload(std::iter::from_fn(|| input.next_element().ok().flatten()).collect()))
+            }
+        }
+        deserializer.deserialize_tuple(usize::MAX, Bytes)
+    }
+}
+
+/// A service as a node serves it.
+pub(super) struct Service {
+    pub name: String,
+    /// Of ros2-client's, as its server does not say when a request was sent.
+    pub requests: Subscription<Payload>,
+    pub replies: ReplyWriter<Payload>,
+    pub matches: Matches,
+    pub log: Logger,
+}
+
+/// Requests that are answered at once; more wait.
+const AT_ONCE: usize = 100;
+
+impl Service {
+    /// Answers requests by `handler` for ever. It is called in the order of the requests, and none of the answers waits for another: who is
+    /// gone keeps its own waiting.
+    pub async fn serve<S: ServiceType, F: Future<Output = S::Response>>(
+        self,
+        mut handler: impl FnMut(S::Request, &Origin) -> F,
+    ) {
+        let answer = async |id, header, response: F| {
+            if let Err(why) = self.reply::<S>(id, header, response.await).await {
+                self.log.error(&format!("{}: a reply could not be sent: {}", self.name, cut(&why)));
+            }
+        };
+        let mut requests = pin!(self.requests.async_stream());
+        let mut answers = FuturesUnordered::new();
+        loop {
+            let request = tokio::select! {
+                Some(request) = requests.next(), if answers.len() < AT_ONCE => request,
+                Some(()) = answers.next() => continue,
+                else => return,
+            };
+            let Ok((payload, info)) = request else { continue };
+            let id = request_id(&info);
+            match decode::<S::Request>(id.writer_gid.into(), &payload.0) {
+                Some((header, request)) => {
+                    let response = handler(request, &Origin::new(&info, &self.matches));
+                    answers.push(answer(id, header, response));
+                }
+                None => {
+                    self.log.warn(&format!("{}: a request that is no {} was passed over", self.name, S::TYPE))
+                }
+            }
+        }
+    }
+
+    async fn reply<S: ServiceType>(
+        &self,
+        id: RmwRequestId,
+        header: Vec<u8>,
+        response: S::Response,
+    ) -> Result<(), String> {
+        let reply = fitting::<S>(&header, response, self.replies.room())?;
+        let to_nobody =
+            encode(&[0; CYCLONE_HEADER], &S::Response::default()).ok_or("nothing can be encoded")?;
+        // What has its request's identity in the header needs it nowhere else.
+        let request = header.is_empty().then(|| id.into());
+        self.replies.send(Addressee { client: id.writer_gid.into(), request }, reply, to_nobody).await
+    }
+}
+
+/// The identity by which the reply to a request names it.
+fn request_id(info: &MessageInfo) -> RmwRequestId {
+    let own = RmwRequestId { writer_gid: info.publisher_gid(), sequence_number: info.sequence_number() };
+    let named = info.related_request_id().unwrap_or(own);
+    // Fast DDS leaves the number for the sample's own.
+    let is_left = named.sequence_number == i64::from(SequenceNumber::UNKNOWN);
+    if is_left { RmwRequestId { sequence_number: own.sequence_number, ..named } } else { named }
+}
+
+/// The reply, or what the service says in place of one that is too long.
+fn fitting<S: ServiceType>(header: &[u8], response: S::Response, room: usize) -> Result<Payload, String> {
+    let unencodable = || "it cannot be encoded".to_owned();
+    let reply = encode(header, &response).ok_or_else(unencodable)?;
+    let bytes = reply.0.len();
+    if bytes <= room {
+        return Ok(reply);
+    }
+    let excuse = S::too_long(bytes, room)
+        .ok_or_else(|| format!("it has {bytes} bytes, and {room} can reach the client"))?;
+    encode(header, &excuse).ok_or_else(unencodable)
+}
+
+/// The header of Cyclone's clients, which goes back before the reply, and the request.
+fn decode<T: DeserializeOwned>(client: GUID, payload: &[u8]) -> Option<(Vec<u8>, T)> {
+    let with_header = is_cyclone(client)
+        .then(|| payload.split_at_checked(CYCLONE_HEADER))
+        .flatten()
+        .and_then(|(header, body)| Some((header.to_vec(), decode_all(body)?)));
+    with_header.or_else(|| Some((Vec::new(), decode_all(payload)?)))
+}
+
+/// Decodes a value that takes the whole payload, but for padding to four bytes. ros2-client does not say in which byte order it is: what is
+/// nothing in the usual one may be something in the other.
+pub(super) fn decode_all<T: DeserializeOwned>(payload: &[u8]) -> Option<T> {
+    [CDR_LE, CDR_BE].into_iter().find_map(|encoding| {
+        let (value, consumed) = decode_payload::<T>(encoding, payload).ok()?;
+        (payload.len().saturating_sub(consumed) < 4).then_some(value)
+    })
+}
+
+/// The value behind the header.
+pub(super) fn encode<T: Serialize>(header: &[u8], value: &T) -> Option<Payload> {
+    let mut body = Vec::new();
+    to_writer_with_rep_id(&mut body, &Padded(value), RepresentationIdentifier::CDR_LE).ok()?;
+    Some(Payload([header, &body].concat()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::alone::{node, outside};
+    use crate::dds::large_replies::TO_BE_MATCHED;
+    use crate::ros::graph::request_topic;
+    use dq_messages::messages::{SuccessResponse, Trigger, TriggerRequest};
+    use rustdds::{CDRSerializerAdapter, QosPolicies, RTPSEntity, TopicKind};
+    use std::time::{Duration, Instant};
+
+    #[tokio::test(flavor = "multi_thread")]
+    async fn who_asks_and_is_gone_keeps_nobody_else_waiting() {
+        if outside("ros::services::tests::who_asks_and_is_gone_keeps_nobody_else_waiting") {
+            return;
+        }
+        const GONE: u32 = 40;
+        let [(_one, mut server), (_other, mut user), (_third, gone)] = ["server", "user", "gone"].map(node);
+        let answer = |_| SuccessResponse { success: true, message: String::new() };
+        server.serve::<Trigger>("~/stop", answer).unwrap();
+        let client = user.client::<Trigger>("/server/stop", Duration::from_secs(20)).await.unwrap();
+        // They have no reader for the reply.
+        let domain = gone.domain();
+        let (name, kind) = (request_topic("/server/stop"), "std_srvs::srv::dds_::Trigger_Request_");
+        let qos = QosPolicies::builder().reliable(rustdds::Duration::ZERO).build();
+        let topic = domain.dds.create_topic(name, kind.to_owned(), &qos, TopicKind::NoKey).unwrap();
+        let publisher = domain.dds.create_publisher(&qos).unwrap();
+        let requests =
+            publisher.create_datawriter_no_key::<Payload, CDRSerializerAdapter<_>>(&topic, None).unwrap();
+        domain.matches.wait_until(|matches| matches.count(requests.guid()) > 0).await;
+        let request = encode(&[], &TriggerRequest::default()).unwrap();
+        (0..GONE).for_each(|_| requests.write(request.clone(), None).unwrap());
+        tokio::time::sleep(TO_BE_MATCHED / 2).await;
+        let begin = Instant::now();
+        assert!(client.call(TriggerRequest::default()).await.unwrap().success);
+        // One after the other they would take 20 s.
+        assert!(begin.elapsed() < GONE * TO_BE_MATCHED / 4, "{:?}", begin.elapsed());
+    }
+}

@@ -1,0 +1,109 @@
+//! Where one frame was in its parent.
+
+use dq_algebra::UnitDualQuaternion;
+use nalgebra::{UnitQuaternion, Vector3};
+use std::collections::VecDeque;
+
+/// Transforms are kept for so long \[ns\], as tf2 keeps them ...
+const LONGEST: i64 = 10_000_000_000;
+
+/// ... but so many of a frame at most: 10 s at 200 Hz, 2 s at 1 kHz.
+pub(super) const MOST: usize = 2000;
+
+/// Quaternions that are further apart than this from a half turn have a shortest way between them.
+const HALF_TURN: f64 = 1e-9;
+
+/// Where the frame was at a time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Place {
+    pub stamp: i64,
+    pub rotation: UnitQuaternion<f64>,
+    pub translation: Vector3<f64>,
+}
+
+impl Place {
+    fn pose(&self) -> UnitDualQuaternion {
+        UnitDualQuaternion::from_parts(self.rotation, self.translation)
+    }
+
+    /// At the share `s` of the way to `next`.
+    fn towards(&self, next: &Self, s: f64) -> UnitDualQuaternion {
+        let nearer = if s < 0.5 { self.rotation } else { next.rotation };
+        let rotation = self.rotation.try_slerp(&next.rotation, s, HALF_TURN).unwrap_or(nearer);
+        UnitDualQuaternion::from_parts(rotation, self.translation.lerp(&next.translation, s))
+    }
+}
+
+/// By how many nanoseconds a time is outside what is kept.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Outside {
+    Before(i64),
+    After(i64),
+}
+
+/// The places of one frame, oldest first.
+#[derive(Clone, Debug)]
+pub(super) struct History {
+    places: VecDeque<Place>,
+    pub is_static: bool,
+}
+
+impl History {
+    pub fn new(place: Place, is_static: bool) -> Self {
+        Self { places: VecDeque::from([place]), is_static }
+    }
+
+    /// The stamp \[ns\] of the newest; none where the frame never moves.
+    pub fn newest(&self) -> Option<i64> {
+        self.places.back().filter(|_| !self.is_static).map(|place| place.stamp)
+    }
+
+    pub fn len(&self) -> usize {
+        self.places.len()
+    }
+
+    /// Adds a place, and forgets what is too old, and more than `room` of them. A stamp that goes back by more than is kept is of a
+    /// clock that was set anew: what was before is forgotten.
+    pub fn add(&mut self, place: Place, room: usize) {
+        let newest = self.places.back().map_or(place.stamp, |newest| newest.stamp);
+        if self.is_static || place.stamp < newest.saturating_sub(LONGEST) {
+            self.places.clear();
+        }
+        let after = self.places.iter().rposition(|known| known.stamp <= place.stamp);
+        match after {
+            Some(same) if self.places[same].stamp == place.stamp => self.places[same] = place,
+            Some(before) => self.places.insert(before + 1, place),
+            None => self.places.push_front(place),
+        }
+        let oldest = self.places.back().map_or(0, |newest| newest.stamp.saturating_sub(LONGEST));
+        while self.places.len() > room.clamp(1, MOST)
+            || self.places.front().is_some_and(|place| place.stamp < oldest)
+        {
+            self.places.pop_front();
+        }
+    }
+
+    /// Where the frame was at `stamp` \[ns\].
+    pub fn at(&self, stamp: i64) -> Result<UnitDualQuaternion, Outside> {
+        let (Some(first), Some(last)) = (self.places.front(), self.places.back()) else {
+            return Err(Outside::After(0));
+        };
+        if self.is_static {
+            return Ok(last.pose());
+        }
+        if stamp < first.stamp {
+            return Err(Outside::Before(first.stamp.saturating_sub(stamp)));
+        }
+        if stamp > last.stamp {
+            return Err(Outside::After(stamp.saturating_sub(last.stamp)));
+        }
+        let next = self.places.partition_point(|place| place.stamp <= stamp);
+        let before = self.places.get(next.saturating_sub(1)).unwrap_or(first);
+        let Some(next) = self.places.get(next).filter(|_| before.stamp != stamp) else {
+            return Ok(before.pose());
+        };
+        let share =
+            stamp.saturating_sub(before.stamp) as f64 / next.stamp.saturating_sub(before.stamp) as f64;
+        Ok(before.towards(next, share))
+    }
+}

@@ -1,0 +1,472 @@
+//! What is to be kept out of in frames of TF: where it is in the base frame, until it is removed or its time is up.
+
+use super::{FrameError, FrameTree};
+use crate::space::{KeepOut, KeepOutError, LONGEST_NAME, MOST_KEEP_OUTS};
+use dq_algebra::UnitDualQuaternion;
+use nalgebra::Vector3;
+use std::time::Duration;
+use thiserror::Error;
+
+/// A [`KeepOut`] in a frame of TF.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FramedKeepOut {
+    /// Whose it is: one more of the same takes its place.
+    pub key: KeepOutKey,
+    /// The shape as [`KeepOut`] writes it, and its sizes \[m\].
+    pub shape: &'static str,
+    /// As many as the shape has; of a hull the coordinates of its points.
+    pub sizes: Vec<f64>,
+    /// The frame of its pose.
+    pub frame: String,
+    /// When the pose holds \[ns\]; 0: at the newest time there is.
+    pub stamp: i64,
+    /// Its middle, and its axes.
+    pub frame_from_shape: UnitDualQuaternion,
+    /// Whether it moves with its frame from then on.
+    pub is_carried: bool,
+    /// When it came.
+    pub came: Duration,
+    /// How long it stays; zero for ever.
+    pub lifetime: Duration,
+}
+
+/// Whose a keep-out is: its namespace and its number there.
+pub type KeepOutKey = (String, i32);
+
+/// Why a keep-out is not obeyed, or not as it should be.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum KeepOutRefused {
+    /// It is none.
+    #[error(transparent)]
+    NoKeepOut(#[from] KeepOutError),
+    /// What was drawn is no solid.
+    #[error("{0}")]
+    NoSolid(String),
+    /// Nobody says where its frame is.
+    #[error(transparent)]
+    Frame(#[from] FrameError),
+    /// There are as many as there may be.
+    #[error(
+        "there is no room for it: there may be {MOST_KEEP_OUTS}, those of keep_out and keep_in among them"
+    )]
+    TooMany,
+    /// Its name, as a [`Name`](crate::space::Name) has it, would be that of another one.
+    #[error("shortened to {0:?} it has the name of another one")]
+    Namesake(String),
+    /// It moves with a frame of which nothing is heard any more.
+    #[error("nothing is heard any more of its frame {0:?}: it is where that was last")]
+    Silent(String),
+}
+
+/// A frame that moves by less moves nothing \[m, rad\].
+const STILL: f64 = 1e-3;
+
+/// Keep-outs in frames of TF.
+#[derive(Clone, Debug, Default)]
+pub struct FramedKeepOuts {
+    all: Vec<Entry>,
+    /// Those that are not obeyed, so many of them.
+    refused: Vec<(KeepOutKey, KeepOutRefused)>,
+}
+
+#[derive(Clone, Debug)]
+struct Entry {
+    key: KeepOutKey,
+    /// What is in force.
+    current: Option<Placed>,
+    /// What came last, until it is found where it should be.
+    next: Option<FramedKeepOut>,
+}
+
+/// One look at where frames are in `base`, which waits for none longer than its patience.
+struct Look<'a> {
+    tree: &'a FrameTree,
+    base: &'a str,
+    now: Duration,
+    patience: Duration,
+}
+
+/// A keep-out where it was found.
+#[derive(Clone, Debug)]
+struct Placed {
+    keep_out: FramedKeepOut,
+    base_from_frame: UnitDualQuaternion,
+    /// As [`KeepOut`] reads it, and what that reads.
+    text: String,
+    solid: KeepOut,
+    /// The stamp of what was heard of its frame last, and when it was heard.
+    heard: (Option<i64>, Duration),
+    is_silent: bool,
+}
+
+impl FramedKeepOut {
+    /// Its name in reasons.
+    fn name(&self) -> String {
+        let (namespace, id) = &self.key;
+        let id = format!("/{id}");
+        let known = |letter: char| if letter.is_ascii_alphanumeric() { letter } else { '_' };
+        let namespace = if namespace.is_empty() { "marker" } else { namespace };
+        namespace.chars().map(known).take(LONGEST_NAME - id.len()).chain(id.chars()).collect()
+    }
+
+    fn frame<'a>(&'a self, base: &'a str) -> &'a str {
+        if self.frame.is_empty() { base } else { &self.frame }
+    }
+
+    /// Whether it is over at `now`.
+    fn is_over(&self, now: Duration) -> bool {
+        !self.lifetime.is_zero() && now.saturating_sub(self.came) >= self.lifetime
+    }
+
+    /// What [`KeepOut`] reads, with its frame there.
+    fn text(&self, base_from_frame: &UnitDualQuaternion) -> String {
+        let pose = *base_from_frame * self.frame_from_shape;
+        let (at, turn) = (pose.translation(), pose.rotation());
+        let numbers: Vec<f64> = match self.shape {
+            "hull" => {
+                let points = self.sizes.chunks_exact(3).map(Vector3::from_column_slice);
+                points.flat_map(|point| <[f64; 3]>::from(turn * point + at)).collect()
+            }
+            "sphere" => at.iter().chain(&self.sizes).copied().collect(),
+            _ => at.iter().chain(&self.sizes).chain(&turn.coords).copied().collect(),
+        };
+        let numbers: String = numbers.iter().map(|number| format!(" {number}")).collect();
+        format!("{} {}{numbers}", self.name(), self.shape)
+    }
+
+    /// It with its frame there, at `now`; what is the same as `before` is not made again.
+    fn placed(
+        &self,
+        base_from_frame: UnitDualQuaternion,
+        before: Option<&Placed>,
+        now: Duration,
+    ) -> Result<Placed, KeepOutError> {
+        let text = self.text(&base_from_frame);
+        let solid = match before.filter(|before| before.text == text) {
+            Some(before) => before.solid.clone(),
+            None => text.parse()?,
+        };
+        let (keep_out, heard) = (self.clone(), before.map_or((None, now), |before| before.heard));
+        Ok(Placed { keep_out, base_from_frame, text, solid, heard, is_silent: false })
+    }
+}
+
+impl Placed {
+    /// Follows its frame; the reason where that cannot be done any more, once.
+    fn follow(&mut self, look: &Look) -> Option<KeepOutRefused> {
+        let Look { tree, base, now, patience } = *look;
+        let frame = self.keep_out.frame(base);
+        let newest = tree.newest(base, frame);
+        // What never moves is not silent.
+        if newest.as_ref().is_ok_and(|stamp| stamp.is_none() || *stamp != self.heard.0) {
+            self.heard = (newest.unwrap_or_default(), now);
+        }
+        let was_silent = std::mem::replace(&mut self.is_silent, now.saturating_sub(self.heard.1) > patience);
+        if self.is_silent {
+            return (!was_silent).then(|| KeepOutRefused::Silent(frame.to_owned()));
+        }
+        let found = tree.lookup(base, frame, 0).ok()?;
+        if found.distances(&self.base_from_frame).iter().all(|way| *way < STILL) {
+            return None;
+        }
+        match self.keep_out.placed(found, Some(self), now) {
+            Ok(placed) => *self = placed,
+            Err(why) => return Some(why.into()),
+        }
+        None
+    }
+}
+
+impl Entry {
+    fn name(&self) -> Option<String> {
+        let current = self.current.as_ref().map(|placed| &placed.keep_out);
+        self.next.as_ref().or(current).map(FramedKeepOut::name)
+    }
+
+    /// Puts what came last where it should be, or as near to that as is known yet; the reason where that cannot be done in `patience`.
+    fn find(&mut self, look: &Look) -> Option<KeepOutRefused> {
+        let Look { tree, base, now, patience } = *look;
+        let next = self.next.take()?;
+        let frame = next.frame(base);
+        let exact = tree.lookup(base, frame, if next.is_carried { 0 } else { next.stamp });
+        let is_early =
+            exact.as_ref().is_err_and(|why| why.may_pass() && now.saturating_sub(next.came) < patience);
+        // Where the frame was last is nearer to the truth than nowhere.
+        let found = if is_early { tree.lookup(base, frame, 0) } else { exact };
+        let placed = match found {
+            Ok(found) => next.placed(found, self.current.as_ref(), now).map_err(KeepOutRefused::from),
+            Err(_) if is_early => {
+                self.next = Some(next);
+                return None;
+            }
+            Err(why) => Err(why.into()),
+        };
+        match placed {
+            Ok(placed) => self.current = Some(placed),
+            Err(why) => return Some(why),
+        }
+        self.next = is_early.then_some(next);
+        None
+    }
+}
+
+impl FramedKeepOuts {
+    /// Adds one, or puts it in the place of that with its key, where there becomes no more than `most`. It is looked at by
+    /// [`look`](Self::look), before which a later one may take its place.
+    ///
+    /// # Errors
+    /// [`KeepOutRefused`]: then all is as it was.
+    pub fn put(&mut self, keep_out: FramedKeepOut, most: usize) -> Result<(), KeepOutRefused> {
+        let (key, name) = (keep_out.key.clone(), keep_out.name());
+        let why = if let Some(known) = self.all.iter_mut().find(|known| known.key == key) {
+            known.next = Some(keep_out);
+            self.refused.retain(|(other, _)| *other != key);
+            return Ok(());
+        } else if self.all.len() >= most {
+            KeepOutRefused::TooMany
+        } else if self.all.iter().any(|known| known.name().as_ref() == Some(&name)) {
+            KeepOutRefused::Namesake(name)
+        } else {
+            self.refused.retain(|(other, _)| *other != key);
+            self.all.push(Entry { key, current: None, next: Some(keep_out) });
+            return Ok(());
+        };
+        self.refuse(key, why.clone());
+        Err(why)
+    }
+
+    /// Notes that one is not obeyed.
+    pub fn refuse(&mut self, key: KeepOutKey, why: KeepOutRefused) {
+        self.refused.retain(|(other, _)| *other != key);
+        if self.refused.len() < MOST_REFUSED {
+            self.refused.push((key, why));
+        }
+    }
+
+    /// Removes that one.
+    pub fn remove(&mut self, key: &KeepOutKey) {
+        self.all.retain(|known| known.key != *key);
+        self.refused.retain(|(other, _)| other != key);
+    }
+
+    /// Removes all.
+    pub fn clear(&mut self) {
+        self.all.clear();
+        self.refused.clear();
+    }
+
+    /// Whether time alone may change something.
+    pub fn may_change(&self) -> bool {
+        let may_change = |placed: &Placed| placed.keep_out.is_carried || !placed.keep_out.lifetime.is_zero();
+        self.all.iter().any(|known| known.next.is_some() || known.current.as_ref().is_some_and(may_change))
+    }
+
+    /// Looks where frames are in `base` at `now`; those that are not found in `patience` are refused, and those that were carried by frames
+    /// of which nothing was heard for so long are complained of: these are returned, each once. One that takes the place of another leaves
+    /// that in force until it is found, and after where it is not.
+    pub fn look(
+        &mut self,
+        tree: &FrameTree,
+        base: &str,
+        now: Duration,
+        patience: Duration,
+    ) -> Vec<(KeepOutKey, KeepOutRefused)> {
+        let (look, mut refused) = (Look { tree, base, now, patience }, Vec::new());
+        self.all.retain_mut(|known| {
+            let last = known.next.as_ref().or(known.current.as_ref().map(|placed| &placed.keep_out));
+            if last.is_none_or(|last| last.is_over(now)) {
+                return false;
+            }
+            let not_found = known.find(&look);
+            let carried = known.current.as_mut().filter(|placed| placed.keep_out.is_carried);
+            let not_followed = carried.and_then(|placed| placed.follow(&look));
+            let why = not_found.into_iter().chain(not_followed);
+            refused.extend(why.map(|why| (known.key.clone(), why)));
+            known.next.is_some() || known.current.is_some()
+        });
+        refused.iter().for_each(|(key, why)| self.refuse(key.clone(), why.clone()));
+        let all = &self.all;
+        let is_heard = |key: &KeepOutKey| {
+            let known = all.iter().find(|known| known.key == *key).and_then(|known| known.current.as_ref());
+            known.is_none_or(|placed| !placed.is_silent)
+        };
+        self.refused.retain(|(key, why)| !matches!(why, KeepOutRefused::Silent(_)) || !is_heard(key));
+        refused
+    }
+
+    /// What [`KeepOut`] reads of each that was found.
+    pub fn texts(&self) -> Vec<String> {
+        self.found().map(|placed| placed.text.clone()).collect()
+    }
+
+    /// Each that was found.
+    pub fn solids(&self) -> Vec<KeepOut> {
+        self.found().map(|placed| placed.solid.clone()).collect()
+    }
+
+    fn found(&self) -> impl Iterator<Item = &Placed> {
+        self.all.iter().filter_map(|known| known.current.as_ref())
+    }
+
+    /// Those that are not obeyed, or not as they should be, each with the reason, until they are: so many of them.
+    pub fn refused(&self) -> &[(KeepOutKey, KeepOutRefused)] {
+        &self.refused
+    }
+}
+
+/// So many that are refused are remembered, and said.
+const MOST_REFUSED: usize = 64;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::frames::Transform;
+    use nalgebra::UnitQuaternion;
+
+    const PATIENCE: Duration = Duration::from_secs(1);
+
+    fn ball(id: i32, frame: &str) -> FramedKeepOut {
+        FramedKeepOut {
+            key: ("a ball".to_owned(), id),
+            shape: "sphere",
+            sizes: vec![0.1],
+            frame: frame.to_owned(),
+            stamp: 5,
+            frame_from_shape: UnitDualQuaternion::from_parts(Default::default(), [1.0, 0.0, 0.0].into()),
+            is_carried: false,
+            came: Duration::ZERO,
+            lifetime: Duration::ZERO,
+        }
+    }
+
+    fn table_at(tree: &mut FrameTree, stamp: i64, x: f64) {
+        let (translation, rotation_xyzw) = ([x, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]);
+        let table = Transform { parent: "base", child: "table", stamp, translation, rotation_xyzw };
+        tree.insert(&table, false).unwrap();
+    }
+
+    #[test]
+    fn each_is_where_its_frame_was_or_moves_with_it() {
+        let (mut tree, mut all) = (FrameTree::default(), FramedKeepOuts::default());
+        all.put(ball(1, "base"), 4).unwrap();
+        all.put(ball(2, "table"), 4).unwrap();
+        all.put(FramedKeepOut { is_carried: true, ..ball(3, "table") }, 4).unwrap();
+        let look =
+            |all: &mut FramedKeepOuts, tree: &FrameTree| all.look(tree, "base", Duration::ZERO, PATIENCE);
+        look(&mut all, &tree);
+        assert_eq!(all.refused(), []);
+        assert_eq!(all.texts(), ["a_ball/1 sphere 1 0 0 0.1"], "others wait for their frame");
+        table_at(&mut tree, 4, 0.0);
+        look(&mut all, &tree);
+        assert_eq!(all.texts()[1], "a_ball/2 sphere 1 0 0 0.1", "as far as is known");
+        table_at(&mut tree, 6, 2.0);
+        look(&mut all, &tree);
+        let expected =
+            ["a_ball/1 sphere 1 0 0 0.1", "a_ball/2 sphere 2 0 0 0.1", "a_ball/3 sphere 3 0 0 0.1"];
+        assert_eq!(all.texts(), expected);
+        table_at(&mut tree, 7, 2.0005);
+        look(&mut all, &tree);
+        assert_eq!(all.texts(), expected, "that is noise");
+        table_at(&mut tree, 8, 3.0);
+        look(&mut all, &tree);
+        assert_eq!(all.texts()[1..], ["a_ball/2 sphere 2 0 0 0.1", "a_ball/3 sphere 4 0 0 0.1"]);
+        all.remove(&("a ball".to_owned(), 2));
+        assert_eq!(all.texts().len(), 2);
+        all.clear();
+        assert!(all.texts().is_empty() && !all.may_change());
+    }
+
+    #[test]
+    fn the_points_of_a_hull_are_in_the_base_frame() {
+        let mut all = FramedKeepOuts::default();
+        let sizes = vec![0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
+        let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), std::f64::consts::FRAC_PI_2);
+        let frame_from_shape = UnitDualQuaternion::from_parts(turn, [1.0, 0.0, 0.0].into());
+        let tent = FramedKeepOut { shape: "hull", sizes, frame_from_shape, ..ball(1, "") };
+        all.put(tent.clone(), 1).unwrap();
+        all.look(&FrameTree::default(), "base", Duration::ZERO, PATIENCE);
+        let hull = all.solids().remove(0);
+        assert_eq!(all.texts()[0].parse(), Ok(hull.clone()));
+        // What was along x is along y.
+        let (above, _) = hull.shape.distance(&Vector3::new(1.0, 1.2, 0.0));
+        assert!((above - 0.2).abs() < 1e-12, "{above}");
+        let flat = FramedKeepOut { sizes: [0.0, 0.0, 1.0].repeat(4), ..tent };
+        all.put(flat, 1).unwrap();
+        all.look(&FrameTree::default(), "base", Duration::ZERO, PATIENCE);
+        let [(_, why)] = all.refused() else { panic!("{:?}", all.refused()) };
+        assert!(matches!(why, KeepOutRefused::NoKeepOut(KeepOutError::Flat)), "{why}");
+        assert_eq!(all.solids(), [hull], "the one before stays");
+    }
+
+    #[test]
+    fn what_is_refused_leaves_all_else_as_it_was_and_is_said_until_it_is_obeyed() {
+        let (tree, mut all) = (FrameTree::default(), FramedKeepOuts::default());
+        let look = |all: &mut FramedKeepOuts, now: Duration| all.look(&tree, "base", now, PATIENCE);
+        let says =
+            |all: &FramedKeepOuts| all.refused().iter().map(|(_, why)| why.clone()).collect::<Vec<_>>();
+        all.put(ball(1, ""), 2).unwrap();
+        look(&mut all, Duration::ZERO);
+        for size in [f64::NAN, -1.0, 0.0, f64::INFINITY] {
+            all.put(FramedKeepOut { sizes: vec![size], ..ball(1, "") }, 2).unwrap();
+            assert_eq!(look(&mut all, Duration::ZERO).len(), 1);
+            assert!(matches!(says(&all)[..], [KeepOutRefused::NoKeepOut(_)]), "{:?}", says(&all));
+            assert_eq!(all.texts(), ["a_ball/1 sphere 1 0 0 0.1"]);
+        }
+        let namesake = FramedKeepOut { key: ("a_ball".to_owned(), 1), ..ball(1, "") };
+        assert!(matches!(all.put(namesake, 2), Err(KeepOutRefused::Namesake(_))));
+        // In the place of the first, but in a frame that there is not.
+        all.put(ball(1, "nowhere"), 2).unwrap();
+        all.put(ball(2, "nowhere"), 2).unwrap();
+        assert_eq!(all.put(ball(3, ""), 2), Err(KeepOutRefused::TooMany));
+        assert!(matches!(says(&all)[..], [KeepOutRefused::Namesake(_), KeepOutRefused::TooMany]));
+        look(&mut all, PATIENCE / 2);
+        assert!(all.may_change() && all.refused().len() == 2);
+        look(&mut all, PATIENCE);
+        use KeepOutRefused::Frame;
+        assert!(matches!(says(&all)[2..], [Frame(_), Frame(_)]), "{:?}", says(&all));
+        assert_eq!(all.texts(), ["a_ball/1 sphere 1 0 0 0.1"]);
+        look(&mut all, PATIENCE);
+        assert!(!all.may_change() && all.refused().len() == 4);
+        all.put(ball(3, ""), 2).unwrap();
+        all.remove(&("a ball".to_owned(), 2));
+        assert!(matches!(says(&all)[..], [KeepOutRefused::Namesake(_), Frame(_)]), "{:?}", says(&all));
+        all.clear();
+        assert!(all.refused().is_empty() && all.texts().is_empty());
+    }
+
+    #[test]
+    fn one_whose_frame_is_silent_is_said_until_that_is_heard_again() {
+        let (mut tree, mut all) = (FrameTree::default(), FramedKeepOuts::default());
+        table_at(&mut tree, 4, 0.0);
+        all.put(FramedKeepOut { is_carried: true, ..ball(1, "table") }, 4).unwrap();
+        all.put(FramedKeepOut { is_carried: true, ..ball(2, "") }, 4).unwrap();
+        let count = |all: &mut FramedKeepOuts, tree: &FrameTree, now: f64| {
+            all.look(tree, "base", PATIENCE.mul_f64(now), PATIENCE);
+            all.refused().len()
+        };
+        assert_eq!([0.0, 0.5, 1.0].map(|now| count(&mut all, &tree, now)), [0; 3]);
+        assert_eq!([1.1, 3600.0].map(|now| count(&mut all, &tree, now)), [1; 2]);
+        assert_eq!(all.refused()[0].1, KeepOutRefused::Silent("table".to_owned()));
+        table_at(&mut tree, 5, 0.5);
+        assert_eq!(count(&mut all, &tree, 3601.0), 0);
+        assert_eq!(all.texts()[0], "a_ball/1 sphere 1.5 0 0 0.1");
+    }
+
+    #[test]
+    fn a_lifetime_begins_anew_with_each_message() {
+        let (tree, mut all) = (FrameTree::default(), FramedKeepOuts::default());
+        let at = |came: u64| FramedKeepOut {
+            lifetime: Duration::from_secs(2),
+            came: Duration::from_secs(came),
+            ..ball(1, "")
+        };
+        let count = |all: &mut FramedKeepOuts, now: u64| {
+            all.look(&tree, "base", Duration::from_secs(now), PATIENCE);
+            all.texts().len()
+        };
+        all.put(at(0), 1).unwrap();
+        assert_eq!(count(&mut all, 1), 1);
+        all.put(at(1), 1).unwrap();
+        assert_eq!((count(&mut all, 2), count(&mut all, 3)), (1, 0));
+    }
+}

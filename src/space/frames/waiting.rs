@@ -1,0 +1,85 @@
+//! Goals whose frame is still to be looked up.
+
+use super::{FrameError, FrameTree};
+use dq_algebra::UnitDualQuaternion;
+use std::collections::VecDeque;
+use std::time::Duration;
+
+/// So many goals wait at most: 2 s of a stream at 500 Hz.
+const MOST: usize = 1000;
+
+/// A goal in a frame of TF.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FramedGoal {
+    /// Which of the goals it is, counted from the first.
+    pub number: u64,
+    /// The frame that the pose is in.
+    pub frame: String,
+    /// When it holds \[ns\]; 0: at the newest time there is.
+    pub stamp: i64,
+    /// The number of its publisher.
+    pub by: u32,
+    /// When it was sent, by the clock of who asks.
+    pub came: Duration,
+    /// The pose.
+    pub frame_from_goal: UnitDualQuaternion,
+}
+
+/// What became of a goal.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Answer {
+    /// The goal.
+    pub goal: FramedGoal,
+    /// Its pose in the base frame.
+    pub base_from_goal: Result<UnitDualQuaternion, FrameError>,
+}
+
+/// Goals that wait for a transform which may be on its way, in their order. A goal that is found does away with those before it, as
+/// goals do.
+#[derive(Clone, Debug, Default)]
+pub struct WaitingGoals {
+    line: VecDeque<(FramedGoal, Duration)>,
+}
+
+impl WaitingGoals {
+    /// Adds a goal that came at `now`.
+    pub fn add(&mut self, goal: FramedGoal, now: Duration) {
+        if self.line.len() >= MOST {
+            self.line.pop_front();
+        }
+        self.line.push_back((goal, now));
+    }
+
+    /// Forgets all up to the goal of that number.
+    pub fn forget(&mut self, number: u64) {
+        self.line.retain(|(goal, _)| goal.number > number);
+    }
+
+    /// When the first of them has waited for `patience`.
+    pub fn deadline(&self, patience: Duration) -> Option<Duration> {
+        self.line.front().map(|(_, came)| came.saturating_add(patience))
+    }
+
+    /// Looks each up in `tree`: those that are found, in the frame `base`, and those that are not and will not be, or have waited for
+    /// `patience` by `now`.
+    pub fn look(&mut self, tree: &FrameTree, base: &str, now: Duration, patience: Duration) -> Vec<Answer> {
+        let mut answers = Vec::new();
+        let found = |goal: &FramedGoal| {
+            let base_from_frame = tree.lookup(base, &goal.frame, goal.stamp)?;
+            Ok(base_from_frame * goal.frame_from_goal)
+        };
+        for (goal, came) in std::mem::take(&mut self.line) {
+            let base_from_goal = found(&goal);
+            let waits = |why: &FrameError| why.may_pass() && now.saturating_sub(came) < patience;
+            if base_from_goal.as_ref().is_err_and(waits) {
+                self.line.push_back((goal, came));
+                continue;
+            }
+            if base_from_goal.is_ok() {
+                self.line.clear();
+            }
+            answers.push(Answer { goal, base_from_goal });
+        }
+        answers
+    }
+}

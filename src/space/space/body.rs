@@ -1,0 +1,121 @@
+//! The arm's body: capsules on its links.
+
+use super::Segment;
+use dq_kinematics::arm::Chain;
+use nalgebra::Vector3;
+use std::ops::Range;
+use thiserror::Error;
+
+/// All that is near a segment that moves with a link.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Capsule {
+    /// The number of the joint that moves the link, counted from 1, arm after arm; 0 for what stands with the base.
+    pub joint: usize,
+    /// The joints that move it, counted from 0, arm after arm.
+    pub(super) moved_by: Range<usize>,
+    /// The segment in the link's frame, whose z axis is the joint's; of what stands in the base frame \[m\].
+    pub core: Segment,
+    /// How near \[m\].
+    pub radius: f64,
+}
+
+/// What is no capsule.
+#[derive(Clone, Debug, Error, PartialEq)]
+#[error("{text:?} is no capsule: expected {}", Self::EXPECTED)]
+pub struct CapsuleError {
+    /// It, as far as it is shown.
+    pub text: String,
+}
+
+impl CapsuleError {
+    /// What would be right.
+    pub const EXPECTED: &str = "the name of a joint, or base, then x y z and x y z in the frame that moves with it, and a radius, all in m";
+}
+
+/// The capsules of an arm, or of two.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Body {
+    /// One after the other, from the base to the tool.
+    pub capsules: Vec<Capsule>,
+}
+
+/// A shorter link \[m\] has no capsule of its own: that of the link before ends there.
+const SHORTEST: f64 = 1e-6;
+
+/// No capsule is thicker, and none has an end farther from its joint \[m\].
+const LARGEST: f64 = 100.0;
+
+impl Body {
+    /// A capsule of this radius \[m\] along each link: from its joint to the next one, or to the tool; and from the base to the first joint.
+    pub fn along(chains: &[Chain], radius: f64) -> Self {
+        let (mut capsules, mut before) = (Vec::new(), 0);
+        for chain in chains {
+            let origins: Vec<_> = chain.joint_origins().collect();
+            let tool = chain.last_link_from_tool().translation();
+            let ends = origins.iter().skip(1).copied().chain([tool]).enumerate();
+            let links = ends.map(|(i, end)| (i + 1, Segment { ends: [Vector3::zeros(), end] }));
+            let foot = origins.first().map(|first| (0, Segment { ends: [chain.base_point(), *first] }));
+            for (link, core) in foot.into_iter().chain(links) {
+                if core.way().norm() > SHORTEST {
+                    capsules.push(Capsule::new(before, link, core, radius));
+                }
+            }
+            before += chain.joint_count();
+        }
+        Self { capsules }
+    }
+
+    /// The capsules that these texts give each of so many arms whose joints have these names.
+    ///
+    /// # Errors
+    /// [`CapsuleError`] for the first text that gives none.
+    pub fn parse(texts: &[String], joints: &[String], arms: usize) -> Result<Self, CapsuleError> {
+        let mut capsules = Vec::new();
+        for arm in 0..arms {
+            for text in texts {
+                let wrong = || CapsuleError { text: dq_common::text::cut(text).into_owned() };
+                let (link, core, radius) = parse(text, joints).ok_or_else(wrong)?;
+                // What stands with the base is there once, in the base frame.
+                if link > 0 || arm == 0 {
+                    capsules.push(Capsule::new(arm * joints.len(), link, core, radius));
+                }
+            }
+        }
+        Ok(Self { capsules })
+    }
+}
+
+impl Capsule {
+    /// The tool of each of these arms, as a point.
+    pub(super) fn tools(chains: &[Chain]) -> Vec<Self> {
+        let mut before = 0;
+        let each = chains.iter().map(|chain| {
+            let core = Segment { ends: [chain.last_link_from_tool().translation(); 2] };
+            let tool = Self::new(before, chain.joint_count(), core, 0.0);
+            before += chain.joint_count();
+            tool
+        });
+        each.collect()
+    }
+
+    /// On the link of that number, counted from 1, of an arm that has so many joints before it; 0 for its base.
+    fn new(before: usize, link: usize, core: Segment, radius: f64) -> Self {
+        let joint = if link == 0 { 0 } else { before + link };
+        Self { joint, moved_by: before..before + link, core, radius }
+    }
+}
+
+/// The link, the core and the radius of a text.
+fn parse(text: &str, joints: &[String]) -> Option<(usize, Segment, f64)> {
+    let mut words = text.split_whitespace();
+    let joint = words.next()?;
+    let link = match joints.iter().position(|name| name == joint) {
+        Some(number) => number + 1,
+        None => (joint == "base").then_some(0)?,
+    };
+    let numbers: Vec<f64> = words.map(str::parse).collect::<Result<_, _>>().ok()?;
+    let [a, b, c, d, e, f, radius] = numbers.try_into().ok()?;
+    let core = Segment { ends: [Vector3::new(a, b, c), Vector3::new(d, e, f)] };
+    let is_near = core.ends.iter().all(|end| end.norm() <= LARGEST);
+    (is_near && radius > 0.0 && radius <= LARGEST).then_some((link, core, radius))
+}

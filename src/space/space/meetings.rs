@@ -1,0 +1,198 @@
+//! Which pairs of a scene can meet: all but parts of the body that never come apart.
+
+use super::placed::Placed;
+use super::scene::{Against, Meeting};
+use super::{Body, Capsule, KeepOut, MOST_CAPSULES, MOST_KEEP_OUTS, Scene, SceneError, Why};
+use dq_kinematics::arm::{Chain, JointKind};
+use std::f64::consts::PI;
+
+/// So many configurations are looked at to find pairs that always touch.
+const SAMPLES: u32 = 200;
+
+/// What is apart in so many of them at most, 5 %, has nothing to do with how the arm moves (as MoveIt's setup assistant
+/// takes it).
+const SELDOM: u32 = SAMPLES / 20;
+
+/// A joint that slides and has no limits is taken to stay within this \[m\].
+const SLIDE: f64 = 3.0;
+
+impl Scene {
+    /// For these arms, whose joints move within these ranges \[rad, prismatic: m\], arm after arm. Two parts of the body that always touch
+    /// are left out.
+    ///
+    /// # Errors
+    /// [`SceneError`] where there is more than [`MOST_CAPSULES`] or [`MOST_KEEP_OUTS`].
+    pub fn new(
+        body: Body,
+        keep_outs: Vec<KeepOut>,
+        chains: &[Chain],
+        ranges: &[(f64, f64)],
+    ) -> Result<Self, SceneError> {
+        if body.capsules.len() > MOST_CAPSULES {
+            return Err(SceneError::Capsules(body.capsules.len()));
+        }
+        let mut scene = Self {
+            levers: levers(&body.capsules, chains, ranges),
+            body,
+            keep_outs: Vec::new(),
+            tools: Vec::new(),
+            keep_ins: Vec::new(),
+            meetings: Vec::new(),
+            left_out: Vec::new(),
+            joint_count: chains.iter().map(Chain::joint_count).sum(),
+        };
+        scene.meet_itself();
+        scene.leave_out(chains, ranges);
+        scene.keep_out_of(keep_outs)?;
+        Ok(scene)
+    }
+
+    /// The same, with these to keep out of besides.
+    ///
+    /// # Errors
+    /// [`SceneError`] where that is more than [`MOST_KEEP_OUTS`].
+    pub fn besides(&self, more: Vec<KeepOut>) -> Result<Self, SceneError> {
+        let mut scene = self.clone();
+        scene.keep_out_of(more)?;
+        Ok(scene)
+    }
+
+    /// The same, with the tool of each of these arms, of which a scene is made, to stay in all of `keep_ins`.
+    ///
+    /// # Errors
+    /// [`SceneError`] where that is more than [`MOST_KEEP_OUTS`], keep-outs counted too.
+    pub fn staying_in(
+        mut self,
+        keep_ins: Vec<KeepOut>,
+        chains: &[Chain],
+        ranges: &[(f64, f64)],
+    ) -> Result<Self, SceneError> {
+        self.check_room(&keep_ins)?;
+        self.tools = Capsule::tools(chains);
+        let first = self.levers.len();
+        self.levers.extend(levers(&self.tools, chains, ranges));
+        for tool in 0..self.tools.len() {
+            let capsule = self.body.capsules.len() + tool;
+            let against = (0..keep_ins.len()).map(Against::KeepIn);
+            let inside =
+                against.map(|against| Meeting { capsule, against, levers: first + tool, radius: 0.0 });
+            self.meetings.extend(inside);
+        }
+        self.keep_ins = keep_ins;
+        Ok(self)
+    }
+
+    /// How many more may be kept out of.
+    pub fn room(&self) -> usize {
+        MOST_KEEP_OUTS.saturating_sub(self.keep_outs.len() + self.keep_ins.len())
+    }
+
+    fn check_room(&self, more: &[KeepOut]) -> Result<(), SceneError> {
+        match more.get(self.room()..) {
+            Some(beyond @ [_, ..]) => {
+                Err(SceneError::KeepOuts(beyond.iter().map(|keep_out| keep_out.name).collect()))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Each capsule and each of these: which of them touch says nothing of where the arm is, so that none is left out but what never moves.
+    fn keep_out_of(&mut self, more: Vec<KeepOut>) -> Result<(), SceneError> {
+        self.check_room(&more)?;
+        for keep_out in more {
+            let against = Against::KeepOut(self.keep_outs.len());
+            self.keep_outs.push(keep_out);
+            for (capsule, Capsule { radius, moved_by, .. }) in self.body.capsules.iter().enumerate() {
+                let meeting = Meeting { capsule, against, levers: capsule, radius: *radius };
+                match moved_by.is_empty() {
+                    true => self.left_out.push((self.named(&meeting), Why::Fixed)),
+                    false => self.meetings.push(meeting),
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Each two capsules.
+    fn meet_itself(&mut self) {
+        let capsules = &self.body.capsules;
+        for (capsule, of) in capsules.iter().enumerate() {
+            for (other, with) in capsules.iter().enumerate().take(capsule) {
+                // Joints that move both do not move one against the other.
+                let of_one = self.levers[capsule].iter().zip(&self.levers[other]).enumerate();
+                let levers = of_one.map(|(joint, (one, two))| {
+                    let both = of.moved_by.contains(&joint) && with.moved_by.contains(&joint);
+                    if both { 0.0 } else { one + two }
+                });
+                let levers = levers.collect();
+                self.meetings.push(Meeting {
+                    capsule,
+                    against: Against::Capsule(other),
+                    levers: self.levers.len(),
+                    radius: of.radius + with.radius,
+                });
+                self.levers.push(levers);
+            }
+        }
+    }
+
+    /// Leaves out which two capsules cannot be kept apart.
+    fn leave_out(&mut self, chains: &[Chain], ranges: &[(f64, f64)]) {
+        let mut apart = vec![0_u32; self.meetings.len()];
+        let mut placed = Placed::of(self);
+        for number in 0..SAMPLES {
+            placed.place(self, chains, &sample(number, ranges));
+            for (pair, count) in apart.iter_mut().enumerate().filter(|(_, count)| **count <= SELDOM) {
+                *count += u32::from(placed.gap_of(self, pair).distance > 0.0);
+            }
+        }
+        for (meeting, apart) in std::mem::take(&mut self.meetings).into_iter().zip(apart) {
+            let moving = self.levers[meeting.levers].iter().filter(|lever| **lever > 0.0).count();
+            let why = match moving {
+                0 => Some(Why::Fixed),
+                1 => Some(Why::Neighbours),
+                _ => (apart <= SELDOM).then_some(Why::Touch),
+            };
+            match why {
+                None => self.meetings.push(meeting),
+                Some(why) => self.left_out.push((self.named(&meeting), why)),
+            }
+        }
+    }
+}
+
+/// The joint positions of that number, spread evenly over these ranges (Roberts 2018).
+fn sample(number: u32, ranges: &[(f64, f64)]) -> Vec<f64> {
+    let root = (0..64).fold(1.5_f64, |g, _| (1.0 + g).powf(1.0 / (ranges.len() as f64 + 1.0)));
+    let mut step = 1.0;
+    let place = |(lower, upper): &(f64, f64)| {
+        step /= root;
+        let (lower, upper) = (lower.max(-PI), upper.min(PI));
+        lower + (0.5 + f64::from(number) * step).fract() * (upper - lower)
+    };
+    ranges.iter().map(place).collect()
+}
+
+/// For each capsule how far a point of its core is at most from each joint's axis \[m\]; 1 for a joint that slides, 0 for one that does
+/// not move it.
+fn levers(capsules: &[Capsule], chains: &[Chain], ranges: &[(f64, f64)]) -> Vec<Vec<f64>> {
+    let origins: Vec<_> = chains.iter().flat_map(Chain::joint_origins).map(|origin| origin.norm()).collect();
+    let kinds: Vec<_> = chains.iter().flat_map(|chain| chain.kinds().iter().copied()).collect();
+    let slide = |joint: usize| match (kinds[joint], ranges.get(joint)) {
+        (JointKind::Prismatic, Some((lower, upper))) if lower.is_finite() && upper.is_finite() => {
+            lower.abs().max(upper.abs())
+        }
+        (JointKind::Prismatic, _) => SLIDE,
+        (JointKind::Revolute, _) => 0.0,
+    };
+    let of = |capsule: &Capsule| {
+        let mut levers = vec![0.0; kinds.len()];
+        let mut reach = capsule.core.ends.iter().fold(0.0_f64, |most, end| most.max(end.norm()));
+        for joint in capsule.moved_by.clone().rev() {
+            levers[joint] = if kinds[joint] == JointKind::Prismatic { 1.0 } else { reach };
+            reach += slide(joint) + origins[joint];
+        }
+        levers
+    };
+    capsules.iter().map(of).collect()
+}

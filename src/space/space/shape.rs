@@ -1,0 +1,236 @@
+//! Solid convex shapes: the signed distance of a point and of a segment from them.
+
+use super::{Gap, Hull, Segment};
+use dq_algebra::{Line, Plane};
+use nalgebra::{Isometry3, Vector2, Vector3};
+
+/// A solid convex shape, in the base frame.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Shape {
+    /// All that is behind a plane.
+    HalfSpace(Plane),
+    /// A ball.
+    Sphere {
+        /// Its centre \[m\].
+        center: Vector3<f64>,
+        /// Its radius \[m\].
+        radius: f64,
+    },
+    /// All that is near a segment.
+    Capsule {
+        /// The segment.
+        core: Segment,
+        /// How near \[m\].
+        radius: f64,
+    },
+    /// A box.
+    Box {
+        /// Its middle, and the directions of its edges.
+        base_from_box: Isometry3<f64>,
+        /// Half the length of each edge \[m\].
+        half: Vector3<f64>,
+    },
+    /// A cylinder.
+    Cylinder {
+        /// Its axis.
+        axis: Line,
+        /// Its middle \[m\].
+        center: Vector3<f64>,
+        /// Its radius \[m\].
+        radius: f64,
+        /// Half its length \[m\].
+        half_length: f64,
+    },
+    /// The convex hull of some points.
+    Hull(Hull),
+}
+
+/// The distance of a segment is found this exactly \[m\], or in so many steps.
+const EXACT: f64 = 1e-12;
+const STEPS: u32 = 40;
+
+impl Shape {
+    /// The signed distance of `point` \[m\], negative inside, and its gradient, of unit length. As the shape is convex, so is the distance,
+    /// and it changes by no more than the point moves.
+    pub fn distance(&self, point: &Vector3<f64>) -> (f64, Vector3<f64>) {
+        match self {
+            Self::HalfSpace(plane) => (plane.distance(point), plane.normal()),
+            Self::Sphere { center, radius } => {
+                let (distance, normal) = length(&(point - center));
+                (distance - radius, normal)
+            }
+            Self::Capsule { core, radius } => {
+                let gap = core.gap_of(point);
+                (gap.distance - radius, gap.normal)
+            }
+            Self::Box { base_from_box, half } => {
+                let local = base_from_box.inverse_transform_point(&(*point).into()).coords;
+                let beyond = local.abs() - half;
+                let (distance, gradient) = outside(&beyond);
+                let signed = gradient.zip_map(&local, |part, place| part * 1.0_f64.copysign(place));
+                (distance, base_from_box.rotation * signed)
+            }
+            Self::Cylinder { axis, center, radius, half_length } => {
+                let (across, outward) = length(&axis.offset(point));
+                let along = axis.direction().dot(&(point - center));
+                let beyond = Vector2::new(across - radius, along.abs() - half_length);
+                let (distance, gradient) = outside(&beyond);
+                let axial = axis.direction() * 1.0_f64.copysign(along);
+                (distance, gradient.x * outward + gradient.y * axial)
+            }
+            Self::Hull(hull) => hull.distance(point),
+        }
+    }
+
+    /// What the distance of `point` is at least \[m\], which is found at once whatever the shape is made of.
+    pub(super) fn at_least(&self, point: &Vector3<f64>) -> f64 {
+        match self {
+            Self::Hull(hull) => hull.at_least(point),
+            _ => self.distance(point).0,
+        }
+    }
+
+    /// The gap from the shape to the nearest point of `segment`, or to the deepest one inside.
+    pub fn gap_to(&self, segment: &Segment) -> Gap {
+        match self {
+            Self::Sphere { center, radius } => {
+                let point = segment.gap_of(center);
+                let gap = Segment { ends: [*center; 2] }.gap_of(&point.other);
+                gap.less(*radius)
+            }
+            Self::Capsule { core, radius } => segment.gap_to(core).less(*radius),
+            Self::HalfSpace(_) | Self::Box { .. } | Self::Cylinder { .. } | Self::Hull(_) => {
+                self.lowest(segment)
+            }
+        }
+    }
+
+    /// The gap at one point.
+    pub fn gap_at(&self, point: &Vector3<f64>) -> Gap {
+        let (distance, normal) = self.distance(point);
+        Gap { distance, normal, point: *point, other: point - distance * normal }
+    }
+
+    /// The lowest distance along a segment, where tangents of a convex function meet above which it is nowhere lower (Kelley 1960).
+    fn lowest(&self, segment: &Segment) -> Gap {
+        let way = segment.way();
+        let at = |part: f64| {
+            let gap = self.gap_at(&segment.at(part));
+            (part, gap, gap.normal.dot(&way))
+        };
+        let (mut falling, mut rising) = (at(0.0), at(1.0));
+        if falling.2 >= 0.0 {
+            return falling.1;
+        }
+        if rising.2 <= 0.0 {
+            return rising.1;
+        }
+        let mut best = if falling.1.distance < rising.1.distance { falling.1 } else { rising.1 };
+        for _ in 0..STEPS {
+            let (left, right) = (falling.1.distance, rising.1.distance);
+            let meet = (right - left + falling.2 * falling.0 - rising.2 * rising.0) / (falling.2 - rising.2);
+            let bound = left + falling.2 * (meet - falling.0);
+            if best.distance - bound <= EXACT {
+                break;
+            }
+            let next = at(meet);
+            if next.1.distance < best.distance {
+                best = next.1;
+            }
+            *(if next.2 < 0.0 { &mut falling } else { &mut rising }) = next;
+        }
+        best
+    }
+}
+
+/// The length of a vector and its direction; of none any direction.
+fn length(vector: &Vector3<f64>) -> (f64, Vector3<f64>) {
+    let length = vector.norm();
+    if length > 0.0 { (length, vector / length) } else { (0.0, Vector3::x()) }
+}
+
+/// The signed distance from what is within 0 of each of some directions square to each other, by how far a point is `beyond` in each, and
+/// its gradient by these.
+fn outside<const N: usize>(beyond: &nalgebra::SVector<f64, N>) -> (f64, nalgebra::SVector<f64, N>) {
+    let out = beyond.map(|part| part.max(0.0));
+    let distance = out.norm();
+    if distance > 0.0 {
+        return (distance, out / distance);
+    }
+    let largest = beyond.imax();
+    let mut gradient = nalgebra::SVector::zeros();
+    gradient[largest] = 1.0;
+    (beyond[largest], gradient)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::{Translation3, Unit, UnitQuaternion};
+    use proptest::prelude::*;
+
+    fn vector() -> impl Strategy<Value = Vector3<f64>> {
+        prop::array::uniform3(-1.0..1.0f64).prop_map(Vector3::from)
+    }
+
+    fn shape() -> impl Strategy<Value = Shape> {
+        let sizes = prop::array::uniform3(0.05..0.6f64);
+        let points = prop::collection::vec(vector(), 4..30);
+        (0..6usize, vector(), vector(), (vector(), points), sizes).prop_filter_map(
+            "flat",
+            |(kind, at, way, (turn, points), [a, b, c])| {
+                let direction = Unit::new_normalize(way + Vector3::new(0.0, 0.0, 1.1));
+                Some(match kind {
+                    0 => Shape::HalfSpace(Plane::new(&direction, &at)),
+                    1 => Shape::Sphere { center: at, radius: a },
+                    2 => Shape::Capsule { core: Segment { ends: [at, at + way] }, radius: a },
+                    3 => Shape::Box {
+                        base_from_box: Isometry3::from_parts(
+                            Translation3::from(at),
+                            UnitQuaternion::new(turn),
+                        ),
+                        half: Vector3::new(a, b, c),
+                    },
+                    4 => Shape::Cylinder {
+                        axis: Line::new(&direction, &at),
+                        center: at,
+                        radius: a,
+                        half_length: b,
+                    },
+                    _ => Shape::Hull(Hull::of(&points)?),
+                })
+            },
+        )
+    }
+
+    proptest! {
+        #[test]
+        fn the_gradient_is_the_slope_of_the_distance(shape in shape(), point in vector(), way in vector()) {
+            let (_, gradient) = shape.distance(&point);
+            prop_assert!((gradient.norm() - 1.0).abs() < 1e-9);
+            let step = 1e-6;
+            let at = |side: f64| shape.distance(&(point + side * step * way));
+            let slope = (at(1.0).0 - at(-1.0).0) / (2.0 * step);
+            // Beside an edge inside a box or a hull the gradient turns within the step.
+            prop_assume!((at(1.0).1 - at(-1.0).1).norm() < 1e-3);
+            prop_assert!((slope - gradient.dot(&way)).abs() < 1e-5, "{slope} {}", gradient.dot(&way));
+        }
+
+        #[test]
+        fn no_point_is_nearer_than_it_is_at_least(shape in shape(), point in vector()) {
+            prop_assert!(shape.at_least(&point) <= shape.distance(&point).0 + 1e-9);
+        }
+
+        #[test]
+        fn no_point_of_a_segment_is_nearer_than_its_gap(shape in shape(), one in vector(), other in vector()) {
+            let segment = Segment { ends: [one, other] };
+            let gap = shape.gap_to(&segment);
+            for i in 0..=200 {
+                let (distance, _) = shape.distance(&segment.at(f64::from(i) / 200.0));
+                prop_assert!(distance >= gap.distance - 1e-7, "{distance} {}", gap.distance);
+            }
+            let (at_it, _) = shape.distance(&gap.point);
+            prop_assert!((at_it - gap.distance).abs() < 1e-7, "{at_it} {}", gap.distance);
+        }
+    }
+}

@@ -1,0 +1,328 @@
+//! One closed loop: a law, an arm, a task, a plant.
+
+use super::CompareError;
+use super::arm::{Arm, Task};
+use super::conditions::{PERIOD, Plant, Sensor};
+use dq_common::named;
+use dq_config::ServoParameters;
+use dq_core::servo::{
+    Arms, Event, Figures, GoalError, JointReading, MotionMeter, Reconfiguration, STARTS, Search, Servo,
+    Settings, State, Tolerance,
+};
+use dq_kinematics::control::{Controller, SignMemory};
+use std::time::Duration;
+
+/// A loop that has not settled after this time has failed.
+pub const HORIZON: Duration = Duration::from_secs(10);
+/// A loop that has been inside the 2 % band for this long has settled.
+const DWELL: Duration = Duration::from_millis(500);
+/// Over this time before the end is judged what a loop that failed was doing.
+const LAST: Duration = Duration::from_secs(1);
+/// Slower than this [rad/s] is standing.
+const STANDING: f64 = 1e-2;
+/// Faster than this [rad/s] is out of control.
+const DIVERGED: f64 = 1e4;
+
+named! {
+    /// How a loop ended.
+    #[derive(Default, PartialOrd, Ord)]
+    "outcome" Outcome {
+        /// Within 2 % of the way, or within the goal tolerances, for good.
+        #[default]
+        Settled = "settled",
+        /// Still coming nearer when the time was up.
+        Slow = "slow",
+        /// Moving, and not coming nearer.
+        Oscillating = "oscillating",
+        /// Standing somewhere else, in a singular configuration.
+        Singular = "singular",
+        /// Standing somewhere else.
+        Stuck = "stuck",
+        /// Held by a position limit.
+        JointLimit = "joint_limit",
+        /// Speeds without bound.
+        Diverged = "diverged",
+    }
+}
+
+/// How a loop ended, and what it was like.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Result {
+    /// How it ended.
+    pub outcome: Outcome,
+    /// Its figures, by the project's one definition of each.
+    pub figures: Figures,
+}
+
+impl Result {
+    /// When it had settled \[s\]; none where it has not.
+    pub fn settled(&self) -> Option<f64> {
+        (self.outcome == Outcome::Settled).then(|| self.figures.settling_time()).flatten()
+    }
+}
+
+/// A law and what it sees.
+struct BareLaw {
+    arms: Arms,
+    controller: Controller,
+    sign: SignMemory,
+    hysteresis: f64,
+}
+
+/// What makes commands of joint states.
+enum Driver {
+    /// The law by itself.
+    Law(Box<BareLaw>),
+    /// The servo with every safety rule.
+    Servo { servo: Box<Servo>, search: Box<Search>, names: Vec<String>, age: Duration },
+}
+
+/// A loop to run.
+pub struct ClosedLoop<'a> {
+    /// The arm.
+    pub arm: &'a Arm,
+    /// The law with its gains.
+    pub controller: Controller,
+    /// How joint states come.
+    pub plant: Plant,
+    /// Whether the servo's limits and all its rules hold, or the law drives the arm by itself.
+    pub limits: bool,
+}
+
+impl ClosedLoop<'_> {
+    /// Runs the task of that number until it has settled, or for [`HORIZON`].
+    ///
+    /// # Errors
+    /// None in practice: counts of joints fit each other.
+    pub fn run(&self, task: &Task, number: u32) -> std::result::Result<Result, CompareError> {
+        Ok(self.run_for(task, number, HORIZON, |_| ())?.0)
+    }
+
+    /// The same for `horizon`; with what the servo says in the end. `see` is called with the joint positions \[rad\] of each cycle.
+    pub(super) fn run_for(
+        &self,
+        task: &Task,
+        number: u32,
+        horizon: Duration,
+        mut see: impl FnMut(&[f64]),
+    ) -> std::result::Result<(Result, String), CompareError> {
+        let mut theta = task.start.clone();
+        let mut command = vec![0.0; theta.len()];
+        let mut sensor = Sensor::new(self.plant, &task.start, number);
+        let mut driver = self.driver(task)?;
+        let mut watch = Watch::new(self.arm, task, horizon);
+        let mut now = Duration::ZERO;
+        while now <= horizon && !watch.is_over(now) && !driver.is_over() {
+            see(&theta);
+            driver.drive(task, sensor.see(&theta), now, &mut command)?;
+            let evaluated = driver.arm().filter(|_| self.plant.is_exact());
+            if !watch.see(evaluated, &theta, &command, now) {
+                return Ok((watch.result(Outcome::Diverged), driver.words()));
+            }
+            for (angle, speed) in theta.iter_mut().zip(&command) {
+                *angle += PERIOD.as_secs_f64() * speed;
+            }
+            now += PERIOD;
+        }
+        Ok((watch.judge(driver.held_by_a_limit(), &command), driver.words()))
+    }
+
+    fn driver(&self, task: &Task) -> std::result::Result<Driver, CompareError> {
+        let parameters = &self.arm.parameters;
+        if !self.limits {
+            let mut arm = parameters.arms.clone();
+            arm.evaluate(&task.start);
+            let sign = SignMemory::nearest(&task.base_from_goal, &arm.pose());
+            let hysteresis = parameters.settings.sign_hysteresis;
+            let law = BareLaw { arms: arm, controller: self.controller, sign, hysteresis };
+            return Ok(Driver::Law(Box::new(law)));
+        }
+        let settings = Settings { controller: self.controller, ..parameters.settings.clone() };
+        let names = parameters.joints[0].names().to_vec();
+        let mut servo = Box::new(ServoParameters { settings, period: PERIOD, ..parameters.clone() }.build()?);
+        let (t, r) = (task.base_from_goal.translation(), task.base_from_goal.rotation());
+        servo.take_goal(t.into(), [r.i, r.j, r.k, r.w], "", Duration::ZERO)?;
+        // Joint states are stamped when they are measured.
+        let age = PERIOD * self.plant.latency as u32;
+        let search = Box::new(Search::new(parameters.arms.clone()));
+        Ok(Driver::Servo { servo, search, names, age })
+    }
+}
+
+impl Driver {
+    /// Writes the command for joints that are seen at `seen` \[rad\].
+    fn drive(
+        &mut self,
+        goal: &Task,
+        seen: &[f64],
+        now: Duration,
+        command: &mut [f64],
+    ) -> std::result::Result<(), CompareError> {
+        match self {
+            Self::Law(law) => {
+                law.arms.evaluate(seen);
+                let goal = law.sign.apply(&goal.base_from_goal, &law.arms.pose(), law.hysteresis);
+                law.controller.joint_velocity(law.arms.state(), &goal, command);
+            }
+            Self::Servo { servo, search, names, age } => {
+                servo.begin(now);
+                if servo.ask(search) {
+                    search.run(STARTS, || true);
+                    servo.take(Event::Found(search.found()))?;
+                }
+                let reading = JointReading {
+                    names,
+                    positions: seen,
+                    velocities: &[],
+                    source: 0,
+                    stamp_age: Some(*age),
+                };
+                servo.take_joint_state(0, &reading, now)?;
+                command.copy_from_slice(servo.step(now));
+            }
+        }
+        Ok(())
+    }
+
+    /// The arm where it was seen.
+    fn arm(&self) -> Option<&Arms> {
+        match self {
+            Self::Law(law) => Some(&law.arms),
+            Self::Servo { servo, .. } => servo.arms(),
+        }
+    }
+
+    /// Whether nothing moves any more: a servo that has given its goal up waits for another.
+    fn is_over(&self) -> bool {
+        match self {
+            Self::Law(_) => false,
+            Self::Servo { servo, .. } => {
+                let searches = matches!(servo.status().reconfiguration, Reconfiguration::Searching(_));
+                servo.status().state == State::Stalled && servo.at_rest() && !searches
+            }
+        }
+    }
+
+    /// What the servo says in the end: why it has stalled, or its state, and what is known of another configuration, each in a word.
+    fn words(&self) -> String {
+        match self {
+            Self::Law(_) => String::new(),
+            Self::Servo { servo, .. } => {
+                let status = servo.status();
+                let stall = status.stall.map_or(status.state.name(), |stall| stall.name());
+                match status.reconfiguration {
+                    Reconfiguration::Unknown => stall.to_owned(),
+                    known => format!("{stall}, {}", known.name()),
+                }
+            }
+        }
+    }
+
+    fn held_by_a_limit(&self) -> bool {
+        match self {
+            Self::Law(_) => false,
+            Self::Servo { servo, .. } => {
+                servo.status().state == State::JointLimit || servo.status().joint_at_limit.is_some()
+            }
+        }
+    }
+}
+
+/// What is measured of the arm itself, not of what is seen of it.
+struct Watch {
+    arms: Arms,
+    /// Where the arm was last \[rad\].
+    theta: Vec<f64>,
+    goal: Task,
+    horizon: Duration,
+    tolerance: Tolerance,
+    controller: Controller,
+    threshold: f64,
+    motion: Option<MotionMeter>,
+    inside_since: Option<Duration>,
+    /// The least error until [`LAST`] before the time is up, as [`size`](Self::size) has it.
+    least: f64,
+    error: GoalError,
+}
+
+impl Watch {
+    fn new(arm: &Arm, goal: &Task, horizon: Duration) -> Self {
+        let settings = &arm.parameters.settings;
+        let mut arms = arm.parameters.arms.clone();
+        arms.evaluate(&goal.start);
+        let error = GoalError::of(settings.controller.aim, arms.state(), &goal.base_from_goal);
+        Self {
+            arms,
+            theta: goal.start.clone(),
+            goal: goal.clone(),
+            horizon,
+            tolerance: settings.goal_tolerance,
+            controller: settings.controller,
+            threshold: settings.controller.damping.threshold,
+            motion: None,
+            inside_since: None,
+            least: f64::INFINITY,
+            error,
+        }
+    }
+
+    /// Adds a cycle; false where the arm is out of control. `evaluated` is the arm at `theta` where somebody has it already.
+    fn see(&mut self, evaluated: Option<&Arms>, theta: &[f64], command: &[f64], now: Duration) -> bool {
+        if !command.iter().all(|speed| speed.abs() < DIVERGED) {
+            return false;
+        }
+        self.theta.copy_from_slice(theta);
+        let arm = match evaluated {
+            Some(arm) => arm,
+            None => {
+                self.arms.evaluate(theta);
+                &self.arms
+            }
+        };
+        let (pose, goal) = (arm.pose(), self.goal.base_from_goal);
+        let (point, goal_point) = (pose.translation(), goal.translation());
+        // The servo may have taken the other sign.
+        let nearer = if goal.real().dot(&pose.real()) < 0.0 { -goal } else { goal };
+        self.error = GoalError::of(self.controller.aim, arm.state(), &nearer);
+        let begin = || MotionMeter::begin(now, point, goal_point, &self.error, &self.tolerance);
+        let motion = self.motion.get_or_insert_with(begin);
+        motion.update(now, point, &self.error, command);
+        let settled = motion.figures().settling_time();
+        self.inside_since = settled.map(Duration::from_secs_f64);
+        if now + LAST <= self.horizon {
+            self.least = self.least.min(self.size());
+        }
+        true
+    }
+
+    /// Distance and angle in one number, each by its tolerance.
+    fn size(&self) -> f64 {
+        self.error.position / self.tolerance.linear + self.error.rotation / self.tolerance.angular
+    }
+
+    fn is_over(&self, now: Duration) -> bool {
+        self.inside_since.is_some_and(|since| now.saturating_sub(since) >= DWELL)
+    }
+
+    fn result(&self, outcome: Outcome) -> Result {
+        let figures = self.motion.as_ref().map(MotionMeter::figures).unwrap_or_default();
+        Result { outcome, figures }
+    }
+
+    fn judge(&mut self, held: bool, command: &[f64]) -> Result {
+        let standing = command.iter().all(|speed| speed.abs() < STANDING);
+        self.arms.evaluate(&self.theta);
+        let outcome = match () {
+            () if self.inside_since.is_some() => Outcome::Settled,
+            () if held => Outcome::JointLimit,
+            // What swings is now and then nearer than a second ago, but not than ever before.
+            () if self.size() < 0.98 * self.least => Outcome::Slow,
+            () if !standing => Outcome::Oscillating,
+            () if self.controller.smallest_singular_value(self.arms.state()) < self.threshold => {
+                Outcome::Singular
+            }
+            () => Outcome::Stuck,
+        };
+        self.result(outcome)
+    }
+}

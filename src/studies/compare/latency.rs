@@ -1,0 +1,165 @@
+//! How old joint states may be.
+
+use super::closed_loop::{ClosedLoop, Outcome};
+use super::conditions::{PERIOD, PLANTS, Plant};
+use super::matching::Matched;
+use super::summary::{Interval, Key, Summary, Z};
+use super::{CompareError, Study};
+use dq_kinematics::control::Law;
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+/// Ages that are tried, in cycles: half octaves from 5 ms to 0.32 s.
+const AGES: [usize; 12] = [1, 2, 3, 4, 6, 8, 11, 16, 23, 32, 45, 64];
+/// An age holds where so many of the tasks that settle with fresh joint states settle \[%\].
+const HOLDS: f64 = 95.0;
+/// An age is tried on the first so many tasks of each arm, and on all where these leave any doubt.
+pub(super) const FIRST: u32 = 400;
+/// They leave none where 95 % is outside of the interval by this quantile of the normal distribution: p < 1e-4.
+const NO_DOUBT: f64 = 4.0;
+
+/// A law at the age of joint states at which it begins to fail.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+pub struct Ageing {
+    /// The law's name.
+    pub law: String,
+    /// Whether the servo's limits held.
+    pub limits: bool,
+    /// How many tasks of all arms settle with fresh joint states.
+    pub tasks: usize,
+    /// Age \[ms\], and of these tasks the share \[%\] that settles with joint states so old: of the ages that were tried.
+    pub settled_percent: Vec<(f64, Interval)>,
+    /// The greatest age \[ms\] at which at least 95 % of them settle; 0 for none.
+    pub holds_up_to_ms: f64,
+    /// The greatest age \[ms\] at which that is sure: the share's interval lies above.
+    pub low_ms: f64,
+    /// The least age \[ms\] at which it is sure not to be so; none where the tried ages end before.
+    pub high_ms: Option<f64>,
+}
+
+impl Ageing {
+    /// Whether it holds at every age that was tried, and maybe beyond.
+    pub fn holds_to_the_end(&self) -> bool {
+        let oldest = AGES.last().map_or(0.0, |age| age_ms(*age));
+        self.holds_up_to_ms >= oldest
+    }
+}
+
+/// \[ms\]
+fn age_ms(cycles: usize) -> f64 {
+    1e3 * PERIOD.as_secs_f64() * cycles as f64
+}
+
+/// The comparison's plant whose joint states have that age \[cycles\], and nothing else that is not ideal.
+fn known(age: usize) -> Option<&'static Plant> {
+    PLANTS.iter().find(|plant| plant.latency == age && plant.noise == 0.0)
+}
+
+/// Every law, with its gain for equal settling time, without and with limits.
+///
+/// # Errors
+/// As the loops.
+pub(super) fn ageing(study: &Study, summary: &Summary) -> Result<Vec<Ageing>, CompareError> {
+    let each = Law::all().flat_map(|law| [false, true].map(|limits| (law, limits)));
+    each.map(|(law, limits)| Ages { study, summary, law, limits, tried: BTreeMap::new() }.find()).collect()
+}
+
+/// A law at the ages that were tried.
+struct Ages<'a> {
+    study: &'a Study,
+    summary: &'a Summary,
+    law: Law,
+    limits: bool,
+    /// By their places in [`AGES`].
+    tried: BTreeMap<usize, Interval>,
+}
+
+impl Ages<'_> {
+    /// Looks for the age by halves, as fewer tasks settle the older joint states are, and from there for where that is sure. The ages of
+    /// the comparison's plants come first: what they show is known.
+    fn find(mut self) -> Result<Ageing, CompareError> {
+        let (mut holds, mut fails) = (0, AGES.len());
+        for place in (0..AGES.len()).filter(|place| known(AGES[*place]).is_some()) {
+            if self.share(place)?.value < HOLDS {
+                fails = place;
+                break;
+            }
+            holds = place + 1;
+        }
+        // Before the place `holds` it holds, from `fails` on it does not.
+        while holds < fails {
+            let middle = usize::midpoint(holds, fails);
+            if self.share(middle)?.value >= HOLDS { holds = middle + 1 } else { fails = middle }
+        }
+        let (mut sure, mut never) = (holds, holds);
+        while sure > 0 && self.share(sure - 1)?.low < HOLDS {
+            sure -= 1;
+        }
+        while never < AGES.len() && self.share(never)?.high >= HOLDS {
+            never += 1;
+        }
+        let ms = |place: usize| age_ms(AGES[place]);
+        let before = |place: usize| if place == 0 { 0.0 } else { ms(place - 1) };
+        Ok(Ageing {
+            law: self.law.name().to_owned(),
+            limits: self.limits,
+            tasks: self.settling(0..self.study.tasks).count(),
+            settled_percent: self.tried.iter().map(|(place, share)| (ms(*place), *share)).collect(),
+            holds_up_to_ms: before(holds),
+            low_ms: before(sure),
+            high_ms: (never < AGES.len()).then(|| ms(never)),
+        })
+    }
+
+    /// The tasks that settle with fresh joint states, of these numbers, each by its arm's place and its number.
+    fn settling(&self, numbers: Range<u32>) -> impl Iterator<Item = (usize, u32)> + '_ {
+        let tasks = move |arm| numbers.clone().map(move |task| (arm, task));
+        let tasks = (0..self.study.arms.len()).flat_map(tasks);
+        tasks.filter(|task| self.settles(*task, "ideal") == Some(true))
+    }
+
+    /// Whether a task settles behind one of the comparison's plants.
+    fn settles(&self, (arm, task): (usize, u32), plant: &str) -> Option<bool> {
+        let arm = &self.study.arms[arm].name;
+        let key = Key::new(Matched::SettlingTime, self.law, arm, self.limits, plant);
+        self.summary.rows(&key).get(task as usize).map(Option::is_some)
+    }
+
+    /// Of these the share that settles with joint states of that age.
+    fn share(&mut self, place: usize) -> Result<Interval, CompareError> {
+        if let Some(share) = self.tried.get(&place) {
+            return Ok(*share);
+        }
+        let (first, all) = (FIRST.min(self.study.tasks), self.study.tasks);
+        let (mut settled, mut of) = self.count(AGES[place], 0..first)?;
+        let wide = Interval::share(settled, of, NO_DOUBT);
+        if known(AGES[place]).is_some() || (wide.low..=wide.high).contains(&HOLDS) {
+            let rest = self.count(AGES[place], first..all)?;
+            (settled, of) = (settled + rest.0, of + rest.1);
+        }
+        let share = Interval::share(settled, of, Z);
+        self.tried.insert(place, share);
+        Ok(share)
+    }
+
+    /// Of the tasks of these numbers, how many settle with joint states of that age \[cycles\], and of how many.
+    fn count(&self, age: usize, numbers: Range<u32>) -> Result<(usize, usize), CompareError> {
+        let plant = Plant { name: "latency", latency: age, noise: 0.0 };
+        let settles = |(arm, task): (usize, u32)| {
+            if let Some(settles) = known(age).and_then(|known| self.settles((arm, task), known.name)) {
+                return Ok(settles);
+            }
+            let arm = &self.study.arms[arm];
+            let gain = self.study.gain(Matched::SettlingTime, &arm.name, self.law);
+            let controller = arm.parameters.settings.controller.with_law(self.law, gain);
+            let closed_loop = ClosedLoop { arm, controller, plant, limits: self.limits };
+            let ended = closed_loop.run(&arm.task(self.study.seed, task)?, task)?;
+            Ok::<_, CompareError>(ended.outcome == Outcome::Settled)
+        };
+        let tasks: Vec<_> = self.settling(numbers).collect();
+        let settled = tasks.into_par_iter().map(settles).collect::<Result<Vec<_>, _>>()?;
+        Ok((settled.iter().filter(|settled| **settled).count(), settled.len()))
+    }
+}

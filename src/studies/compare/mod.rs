@@ -1,0 +1,161 @@
+//! The laws compared with each other: on many arms, tasks and plants, with gains that make them comparable.
+//!
+//! `dq_servo compare` is this room's command; what its last long run found is the page [`what_the_laws_do`].
+
+mod arm;
+mod closed_loop;
+mod conditions;
+mod figures;
+mod file;
+mod findings;
+mod latency;
+mod matching;
+mod numbers;
+mod page;
+mod paired;
+mod pairs;
+mod part;
+mod peer_runs;
+mod peers;
+mod record;
+mod run;
+mod sentences;
+mod study;
+mod summary;
+mod switch;
+mod tables;
+mod timing;
+mod unmatched;
+
+pub use arm::{Arm, Task};
+pub use closed_loop::{ClosedLoop, HORIZON, Outcome};
+pub use conditions::{PERIOD, PLANTS, Plant};
+pub use figures::figures;
+pub use findings::Findings;
+pub use latency::Ageing;
+pub use matching::{Gain, Matched, REFERENCE, settling_gain};
+pub use page::page;
+pub use paired::{End, Paired};
+pub use pairs::{Comparison, Quantity, holm, sign_test};
+pub use part::Part;
+pub use peer_runs::PeerRuns;
+pub use peers::{Peer, Peers};
+pub use record::Record;
+pub use study::Study;
+pub use summary::{ALL_ARMS, Cell, Interval, Key, Row, Summary};
+pub use switch::Switch;
+pub use timing::{StepTime, step_times};
+pub use unmatched::Unmatched;
+
+// Units in brackets are no links.
+#[allow(rustdoc::broken_intra_doc_links)]
+#[doc = include_str!("what_the_laws_do.md")]
+pub mod what_the_laws_do {}
+
+use dq_config::ARMS;
+use dq_core::servo::{Rejection, SettingsError};
+use dq_kinematics::arm::ArmError;
+use dq_params::ParameterError;
+use std::path::Path;
+use thiserror::Error;
+
+/// Why there is no comparison.
+#[derive(Debug, Error)]
+pub enum CompareError {
+    /// An arm's parameters.
+    #[error(transparent)]
+    Config(#[from] ParameterError),
+    /// Joints that do not fit an arm.
+    #[error(transparent)]
+    Arm(#[from] ArmError),
+    /// Settings that do not fit an arm.
+    #[error(transparent)]
+    Settings(#[from] SettingsError),
+    /// A task that the servo does not take.
+    #[error("the servo rejected a task: {0}")]
+    Rejected(#[from] Rejection),
+    /// Two arms with one name.
+    #[error("two arms are called {0:?}: expected files with different names")]
+    SameName(String),
+    /// A name that is neither.
+    #[error("{name}: no arm of the box ({}), nor a parameter file: {why}", ARMS.map(|(name, _)| name).join(", "))]
+    NoArm {
+        /// What was asked for.
+        name: String,
+        /// Why it is no file.
+        why: std::io::Error,
+    },
+    /// A file that cannot be read or written.
+    #[error("{file}: {why}")]
+    File {
+        /// The file.
+        file: String,
+        /// Why.
+        why: std::io::Error,
+    },
+    /// Gains of other arms, laws or another program.
+    #[error(
+        "{file} has gains that are not those of these arms and this program: delete it, and they are chosen anew"
+    )]
+    OtherGains {
+        /// The file.
+        file: String,
+    },
+    /// A line of another run than expected there.
+    #[error(
+        "{file}: line {line} is of another run than expected there: parts are put together in their order, each once; other arms, tasks or another seed need a new folder"
+    )]
+    OtherRuns {
+        /// The file.
+        file: String,
+        /// The line, counted from 1.
+        line: u64,
+    },
+    /// Runs of other programs that are not beside ours.
+    #[error(
+        "{file} has runs of other tasks than the first of each of these arms: run compare_peers.py again"
+    )]
+    OtherPeers {
+        /// The file.
+        file: String,
+    },
+    /// A line that is no run.
+    #[error(
+        "{file}: line {line} is damaged: delete it and those after it, and run the same again, which goes on from there"
+    )]
+    Damaged {
+        /// The file.
+        file: String,
+        /// The line, counted from 1.
+        line: u64,
+    },
+    /// A file with too few runs.
+    #[error("{file}: {count} runs, expected {expected}")]
+    Count {
+        /// The file.
+        file: String,
+        /// Its runs.
+        count: u64,
+        /// Those expected.
+        expected: u64,
+    },
+    /// A run that cannot be written as a line.
+    #[error("a run cannot be written: {0}")]
+    Unwritable(#[from] serde_json::Error),
+}
+
+impl CompareError {
+    fn file(file: &Path, why: std::io::Error) -> Self {
+        Self::File { file: file.display().to_string(), why }
+    }
+
+    /// Of the line after `before` others.
+    fn other_runs(file: &Path, before: u64) -> Self {
+        Self::OtherRuns { file: file.display().to_string(), line: before + 1 }
+    }
+
+    /// Of the line after `before` others.
+    fn damaged(file: &Path, before: u64) -> Self {
+        Self::Damaged { file: file.display().to_string(), line: before + 1 }
+    }
+}

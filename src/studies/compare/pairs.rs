@@ -1,0 +1,182 @@
+//! Which law is better: two laws on the same tasks, task by task.
+
+use dq_common::named;
+use serde::{Deserialize, Serialize};
+use statrs::distribution::{Binomial, DiscreteCDF};
+
+use super::matching::others;
+use super::summary::{Interval, Key, Row, Summary, Z};
+use super::{ALL_ARMS, Matched, REFERENCE};
+use dq_kinematics::control::Law;
+
+named! {
+    /// What two laws are compared in.
+    #[derive(Deserialize, Serialize)]
+    #[serde(rename_all = "snake_case")]
+    "quantity" Quantity {
+        /// How many tasks settle \[%\].
+        Settled = "settled",
+        /// Settling time to 2 % \[s\].
+        SettlingTime = "settling_time",
+        /// Path by straight line.
+        PathRatio = "path_ratio",
+        /// Past the goal \[mm\].
+        Overshoot = "overshoot",
+        /// `∫|θ̇|² dt` [rad²/s].
+        Effort = "effort",
+        /// Peak joint speed [rad/s].
+        PeakSpeed = "peak_speed",
+    }
+}
+
+/// What is compared on the tasks that both laws settle, in the order of a row's columns.
+pub(super) const FIGURES: [Quantity; 5] =
+    [Quantity::SettlingTime, Quantity::PathRatio, Quantity::Overshoot, Quantity::Effort, Quantity::PeakSpeed];
+
+/// Two laws in one quantity, behind fresh joint states.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+pub struct Comparison {
+    /// In what.
+    pub quantity: Quantity,
+    /// What was made equal among the laws.
+    pub matched: Matched,
+    /// The arm's name, or `all`.
+    pub arm: String,
+    /// Whether the servo's limits held.
+    pub limits: bool,
+    /// The two laws.
+    pub laws: [String; 2],
+    /// On how many tasks.
+    pub pairs: usize,
+    /// On how many of them the first has more, and the second.
+    pub more: [usize; 2],
+    /// First less second: of shares their difference in points, of figures the median of the tasks' differences.
+    pub difference: Interval,
+    /// Probability of so unequal numbers in `more`, or more unequal ones, if neither law were better.
+    pub p: f64,
+    /// The same by Holm (1979), for all comparisons that were made: below 0.05 the laws differ significantly.
+    pub p_holm: f64,
+}
+
+/// The level of significance: in 95 of 100 studies no difference is found where there is none.
+const TOLD: f64 = 0.05;
+
+impl Comparison {
+    /// Whether the two laws differ significantly, by the test and by the interval.
+    pub fn tells(&self) -> bool {
+        self.p_holm < TOLD && (self.difference.low > 0.0 || self.difference.high < 0.0)
+    }
+
+    /// The same with the laws in the other order.
+    #[must_use]
+    pub fn reversed(&self) -> Self {
+        let Interval { value, low, high } = self.difference;
+        let [first, second] = self.laws.clone();
+        Self {
+            laws: [second, first],
+            more: [self.more[1], self.more[0]],
+            difference: Interval { value: 0.0 - value, low: 0.0 - high, high: 0.0 - low },
+            ..self.clone()
+        }
+    }
+}
+
+/// Probability that of `a + b` tosses of a coin so few or fewer, or so many or more, are heads: the exact sign test, and the exact test of
+/// McNemar (1947) where `a` and `b` count the pairs of which one has what the other has not.
+pub fn sign_test(a: usize, b: usize) -> f64 {
+    // One half is a probability, so that there always is such a distribution.
+    Binomial::new(0.5, (a + b) as u64).map_or(1.0, |tosses| (2.0 * tosses.cdf(a.min(b) as u64)).min(1.0))
+}
+
+/// Probabilities for all of these tests together (Holm 1979).
+pub fn holm(p: &[f64]) -> Vec<f64> {
+    let mut order: Vec<_> = (0..p.len()).collect();
+    order.sort_by(|i, j| p[*i].total_cmp(&p[*j]));
+    let (mut adjusted, mut largest) = (vec![1.0; p.len()], 0.0_f64);
+    for (rank, index) in order.into_iter().enumerate() {
+        largest = largest.max((p.len() - rank) as f64 * p[index]).min(1.0);
+        adjusted[index] = largest;
+    }
+    adjusted
+}
+
+impl Interval {
+    /// The difference of two shares \[points\] of the same `pairs`, of which `first` have only what is counted first, and `second` only the
+    /// other: Wald's interval after half a pair more of each of the four kinds (Agresti & Min 2005).
+    pub fn paired_share(first: usize, second: usize, pairs: usize, z: f64) -> Self {
+        let (b, c, n) = (first as f64 + 0.5, second as f64 + 0.5, pairs as f64 + 2.0);
+        let (center, half) = ((b - c) / n, z * (b + c - (b - c).powi(2) / n).max(0.0).sqrt() / n);
+        let value = (first as f64 - second as f64) / pairs.max(1) as f64;
+        let points = |part: f64| 100.0 * part.clamp(-1.0, 1.0);
+        Self { value: points(value), low: points(center - half), high: points(center + half) }
+    }
+}
+
+/// All comparisons that are made. On all arms together every pair of laws, with gains for equal settling time; else each law with the
+/// reference; and `more` of them, which count too.
+pub(super) fn comparisons(summary: &Summary, arms: &[String], more: Vec<Comparison>) -> Vec<Comparison> {
+    let mut all = Vec::new();
+    for limits in [false, true] {
+        let mut add = |matched: Matched, arm: &str, pairs: &[[Law; 2]], quantities: &[Quantity]| {
+            for laws in pairs {
+                let of = |law: Law| summary.rows(&Key::new(matched, law, arm, limits, "ideal"));
+                let rows = laws.map(of);
+                let names = || laws.map(|law| law.name().to_owned());
+                all.extend(
+                    quantities
+                        .iter()
+                        .filter_map(|quantity| compared(*quantity, matched, (arm, limits), names(), rows)),
+                );
+            }
+        };
+        let with_reference: Vec<_> = others().map(|law| [law, REFERENCE.0]).collect();
+        let each: Vec<_> = Law::all()
+            .enumerate()
+            .flat_map(|(i, first)| Law::all().skip(i + 1).map(move |second| [first, second]))
+            .collect();
+        add(Matched::SettlingTime, ALL_ARMS, &each, &[&[Quantity::Settled][..], &FIGURES].concat());
+        add(Matched::PeakSpeed, ALL_ARMS, &with_reference, &[&[Quantity::Settled][..], &FIGURES].concat());
+        for arm in arms {
+            add(Matched::SettlingTime, arm, &with_reference, &[Quantity::Settled]);
+        }
+    }
+    all.extend(more);
+    let adjusted = holm(&all.iter().map(|comparison| comparison.p).collect::<Vec<_>>());
+    all.iter_mut().zip(adjusted).for_each(|(comparison, p)| comparison.p_holm = p);
+    all
+}
+
+/// Two laws on the same tasks, the probability that of this comparison alone; none where there is nothing to compare.
+pub(super) fn compared(
+    quantity: Quantity,
+    matched: Matched,
+    (arm, limits): (&str, bool),
+    laws: [String; 2],
+    [first, second]: [&[Option<Row>]; 2],
+) -> Option<Comparison> {
+    let (pairs, more, difference) = compare(quantity, first, second)?;
+    let p = sign_test(more[0], more[1]);
+    let arm = arm.to_owned();
+    Some(Comparison { quantity, matched, arm, limits, laws, pairs, more, difference, p, p_holm: 1.0 })
+}
+
+/// Pairs, on how many of them the first and the second have more, and the difference; none where no task is settled by both.
+fn compare(
+    quantity: Quantity,
+    first: &[Option<Row>],
+    second: &[Option<Row>],
+) -> Option<(usize, [usize; 2], Interval)> {
+    let pairs = || first.iter().zip(second);
+    let Some(column) = FIGURES.iter().position(|figure| *figure == quantity) else {
+        let only = |a: fn(&(&Option<Row>, &Option<Row>)) -> bool| pairs().filter(a).count();
+        let more = [only(|(a, b)| a.is_some() && b.is_none()), only(|(a, b)| a.is_none() && b.is_some())];
+        let count = pairs().count();
+        return (count > 0).then(|| (count, more, Interval::paired_share(more[0], more[1], count, Z)));
+    };
+    let difference = |(a, b): (&Option<Row>, &Option<Row>)| Some(a.as_ref()?[column] - b.as_ref()?[column]);
+    let mut differences: Vec<_> = pairs().filter_map(difference).filter(|d| d.is_finite()).collect();
+    differences.sort_by(f64::total_cmp);
+    let count = |is: fn(&f64) -> bool| differences.iter().filter(|d| is(d)).count();
+    let more = [count(|d| *d > 0.0), count(|d| *d < 0.0)];
+    Some((differences.len(), more, Interval::median(&differences, Z)?))
+}

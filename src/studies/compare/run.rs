@@ -1,0 +1,18 @@
+//! One run of the comparison: which law, on which arm, under what.
+
+use super::arm::Arm;
+use super::conditions::Plant;
+use super::matching::Matched;
+use dq_kinematics::control::Law;
+
+/// One run.
+#[derive(Clone, Copy)]
+pub(super) struct Run<'a> {
+    pub matched: Matched,
+    pub law: Law,
+    pub arm: &'a Arm,
+    pub limits: bool,
+    pub plant: Plant,
+    pub task: u32,
+    pub gain: f64,
+}

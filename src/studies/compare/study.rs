@@ -1,0 +1,178 @@
+//! All runs of a comparison in one order.
+
+use super::CompareError;
+use super::arm::Arm;
+use super::closed_loop::ClosedLoop;
+use super::conditions::{PLANTS, Plant};
+use super::matching::{Gain, Matched, REFERENCE, are_gains_of, gains};
+use super::record::Record;
+use super::run::Run;
+use dq_kinematics::control::Law;
+use rayon::prelude::*;
+use serde_json::json;
+use std::fs::File;
+use std::io::{BufWriter, ErrorKind, Write};
+use std::path::Path;
+use tempfile::NamedTempFile;
+
+/// What is compared.
+#[derive(Clone, Debug)]
+pub struct Study {
+    /// The arms.
+    pub arms: Vec<Arm>,
+    /// Tasks for each arm.
+    pub tasks: u32,
+    /// Which tasks.
+    pub seed: u64,
+    /// The gain of each law on each arm, for each way to match them.
+    pub gains: Vec<Gain>,
+}
+
+/// Writes the whole file or nothing of it, as other machines may read it.
+fn keep(file: &Path, text: &str) -> std::io::Result<()> {
+    let mut kept = NamedTempFile::new_in(file.parent().unwrap_or(Path::new(".")))?;
+    kept.write_all(text.as_bytes())?;
+    kept.persist(file)?;
+    Ok(())
+}
+
+/// Under what every law runs every task. Gains for equal peak speed are there to see whether it matters how laws are matched: for that
+/// fresh joint states are enough.
+fn conditions() -> impl Iterator<Item = (Matched, bool, Plant)> {
+    Matched::ALL.into_iter().flat_map(|matched| {
+        let plants = if matched == Matched::SettlingTime { &PLANTS[..] } else { &PLANTS[..1] };
+        [false, true]
+            .into_iter()
+            .flat_map(move |limits| plants.iter().map(move |plant| (matched, limits, *plant)))
+    })
+}
+
+impl Study {
+    /// With the gains that `file` keeps, if it does, else with gains that are chosen now and kept there.
+    ///
+    /// # Errors
+    /// [`CompareError::SameName`] for two arms with one name; [`CompareError::File`]; [`CompareError::OtherGains`] where the file has
+    /// gains that this program would not have chosen for these arms.
+    pub fn new(
+        arms: Vec<Arm>,
+        tasks: u32,
+        seed: u64,
+        file: &Path,
+        chosen: impl Fn() + Sync,
+    ) -> Result<Self, CompareError> {
+        if let Some(twice) =
+            arms.iter().enumerate().find(|(i, arm)| arms[..*i].iter().any(|a| a.name == arm.name))
+        {
+            return Err(CompareError::SameName(twice.1.name.clone()));
+        }
+        let error = |why| CompareError::file(file, why);
+        let gains = match std::fs::read(file) {
+            Ok(text) => {
+                let kept: Vec<Gain> = serde_json::from_slice(&text).unwrap_or_default();
+                match are_gains_of(&arms, &kept)? {
+                    true => kept,
+                    false => return Err(CompareError::OtherGains { file: file.display().to_string() }),
+                }
+            }
+            Err(why) if why.kind() == ErrorKind::NotFound => {
+                let each = arms.par_iter().map(|arm| gains(arm, &chosen));
+                let gains = each.collect::<Result<Vec<_>, _>>()?.concat();
+                keep(file, &(serde_json::to_string(&gains)? + "\n")).map_err(error)?;
+                gains
+            }
+            Err(why) => return Err(error(why)),
+        };
+        Ok(Self { arms, tasks, seed, gains })
+    }
+
+    /// How many gains [`new`](Self::new) chooses for so many arms.
+    pub fn gain_count(arms: usize) -> u64 {
+        (Matched::ALL.len() * arms * Law::all().len()) as u64
+    }
+
+    /// How many runs there are.
+    pub fn run_count(&self) -> u64 {
+        let cells = Law::all().len() * self.arms.len() * conditions().count();
+        cells as u64 * u64::from(self.tasks)
+    }
+
+    /// The gain [1/s] that was chosen for a law on an arm; 0 for an arm that is not compared.
+    pub fn gain(&self, matched: Matched, arm: &str, law: Law) -> f64 {
+        let chosen = |gain: &&Gain| gain.matched == matched && gain.arm == arm && gain.law == law.name();
+        self.gains.iter().find(chosen).map_or(0.0, |gain| gain.gain)
+    }
+
+    /// A line for each task of each arm: joint angles \[rad\] and tool at the start, the tool's goal \[m\], orientation (x, y, z, w).
+    ///
+    /// # Errors
+    /// [`CompareError::File`].
+    pub fn write_tasks(&self, file: &Path) -> Result<(), CompareError> {
+        let error = |why| CompareError::file(file, why);
+        let mut writer = BufWriter::new(File::create(file).map_err(error)?);
+        for arm in &self.arms {
+            for number in 0..self.tasks {
+                writeln!(writer, "{}", self.task_line(arm, number)?).map_err(error)?;
+            }
+        }
+        writer.flush().map_err(error)
+    }
+
+    /// The line of a task.
+    pub(super) fn task_line(&self, arm: &Arm, number: u32) -> Result<String, CompareError> {
+        let task = arm.task(self.seed, number)?;
+        let tool = arm.parameters.arms.chain().forward_kinematics(&task.start)?;
+        let (goal, r) = (task.base_from_goal.translation(), task.base_from_goal.rotation());
+        let line = json!({
+            "arm": arm.name,
+            "task": number,
+            "start": task.start,
+            "start_position": tool.translation().as_slice(),
+            "goal_position": goal.as_slice(),
+            "goal_orientation": [r.i, r.j, r.k, r.w],
+        });
+        Ok(line.to_string())
+    }
+
+    /// The run of that number.
+    pub(super) fn run(&self, number: u64) -> Run<'_> {
+        let mut rest = number;
+        let mut digit = |base: u64| {
+            let digit = rest % base;
+            rest /= base;
+            digit as usize
+        };
+        let task = digit(u64::from(self.tasks)) as u32;
+        let condition = digit(conditions().count() as u64);
+        let (arm, law) = (digit(self.arms.len() as u64), digit(Law::all().len() as u64));
+        let (arm, law) = (&self.arms[arm], Law::all().nth(law).unwrap_or(REFERENCE.0));
+        let condition = conditions().nth(condition);
+        let (matched, limits, plant) = condition.unwrap_or((Matched::SettlingTime, false, PLANTS[0]));
+        Run { matched, law, arm, gain: self.gain(matched, &arm.name, law), limits, plant, task }
+    }
+
+    /// The numbers of one run of each cell; the tasks differ from cell to cell.
+    pub(super) fn sampled(&self) -> impl Iterator<Item = u64> + '_ {
+        /// Shares no factor with usual numbers of tasks.
+        const STRIDE: u64 = 7919;
+        let tasks = u64::from(self.tasks);
+        (0..self.run_count() / tasks).map(move |cell| cell * tasks + cell * STRIDE % tasks)
+    }
+
+    /// Does one run of each cell.
+    ///
+    /// # Errors
+    /// As the loops.
+    pub fn sample(&self) -> Result<Vec<Record<'_>>, CompareError> {
+        let numbers: Vec<_> = self.sampled().collect();
+        numbers.into_par_iter().map(|number| self.record(number)).collect()
+    }
+
+    /// Does the run of that number.
+    pub(super) fn record(&self, number: u64) -> Result<Record<'_>, CompareError> {
+        let run = self.run(number);
+        let controller = run.arm.parameters.settings.controller.with_law(run.law, run.gain);
+        let closed_loop = ClosedLoop { arm: run.arm, controller, plant: run.plant, limits: run.limits };
+        let ended = closed_loop.run(&run.arm.task(self.seed, run.task)?, run.task)?;
+        Ok(Record::new(&run, &ended))
+    }
+}

@@ -1,0 +1,114 @@
+//! How many tasks settle under the servo's limits with a parameter at one value and at another.
+//!
+//! Tasks are poses of joint angles within the limits, so that all can be reached. Each law runs each task twice, with the gain for equal
+//! settling time and fresh joint states.
+
+use super::closed_loop::{ClosedLoop, HORIZON};
+use super::conditions::PLANTS;
+use super::paired::{End, Paired};
+use super::{Arm, CompareError, Matched, Study};
+use dq_core::check::Gaps;
+use dq_core::servo::Reconfigure;
+use dq_kinematics::control::Law;
+use dq_params::Value;
+use dq_space::space::Scene;
+use rayon::prelude::*;
+use std::sync::Arc;
+use std::time::Duration;
+
+/// A parameter of the servo that is compared at two of its values.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Switch {
+    /// Whether the arm never or always goes to another configuration from where it has stalled.
+    Reconfigure,
+    /// Whether keep-outs, the arm's body and its joint limits are constraints of the law.
+    Constraints,
+}
+
+impl Switch {
+    /// The parameter's name.
+    pub fn parameter(self) -> &'static str {
+        match self {
+            Self::Reconfigure => "reconfigure",
+            Self::Constraints => "constraints",
+        }
+    }
+
+    fn values(self) -> [Value; 2] {
+        match self {
+            Self::Reconfigure => {
+                [Reconfigure::Never, Reconfigure::Always].map(|way| Value::String(way.name().to_owned()))
+            }
+            Self::Constraints => [false, true].map(Value::Bool),
+        }
+    }
+
+    /// What the values are called.
+    pub fn names(self) -> [String; 2] {
+        self.values().map(|value| value.to_string())
+    }
+
+    /// A loop that has not settled after this time has failed.
+    pub fn horizon(self) -> Duration {
+        match self {
+            // A motion that goes round stalls first, which takes `progress_timeout`.
+            Self::Reconfigure => Duration::from_secs(60),
+            Self::Constraints => HORIZON,
+        }
+    }
+}
+
+impl Study {
+    /// How many loops [`switched`](Self::switched) runs.
+    pub fn switched_count(&self) -> u64 {
+        2 * (Law::all().len() * self.arms.len()) as u64 * u64::from(self.tasks)
+    }
+
+    /// Every law on every arm, with the parameter at either value. `done` is called after each loop.
+    ///
+    /// # Errors
+    /// As the loops.
+    pub fn switched(&self, switch: Switch, done: impl Fn() + Sync) -> Result<Vec<Paired>, CompareError> {
+        let mut all = Vec::new();
+        let [first, second] = switch.values();
+        for law in Law::all() {
+            for arm in &self.arms {
+                let with = |value: &Value| arm.with(switch.parameter(), value.clone());
+                let ways = [with(&first)?, with(&second)?];
+                let body =
+                    arm.with(Switch::Constraints.parameter(), Value::Bool(true))?.parameters.settings.scene;
+                let both = |number| {
+                    let run = |arm| self.end(law, arm, number, body.clone(), switch.horizon());
+                    let ends = ways.each_ref().map(run);
+                    ends.iter().for_each(|_| done());
+                    let [first, second] = ends;
+                    Ok([first?, second?])
+                };
+                let tasks: Result<_, CompareError> = (0..self.tasks).into_par_iter().map(both).collect();
+                all.push(Paired { law: law.name().to_owned(), arm: arm.name.clone(), tasks: tasks? });
+            }
+        }
+        Ok(all)
+    }
+
+    /// How the task of that number ends, seen by an arm with that body.
+    fn end(
+        &self,
+        law: Law,
+        arm: &Arm,
+        number: u32,
+        body: Option<Arc<Scene>>,
+        horizon: Duration,
+    ) -> Result<End, CompareError> {
+        let gain = self.gain(Matched::SettlingTime, &arm.name, law);
+        let controller = arm.parameters.settings.controller.with_law(law, gain);
+        let closed_loop = ClosedLoop { arm, controller, plant: PLANTS[0], limits: true };
+        let (mut gaps, mut through_itself) = (body.map(Gaps::new), false);
+        let see = |theta: &[f64]| {
+            let chains = arm.parameters.arms.chains();
+            through_itself |= gaps.as_mut().is_some_and(|gaps| gaps.check(chains, theta).is_err());
+        };
+        let (ended, words) = closed_loop.run_for(&arm.task(self.seed, number)?, number, horizon, see)?;
+        Ok(End { settled: ended.settled(), through_itself, words })
+    }
+}

@@ -1,0 +1,76 @@
+//! Why gains miss their targets, by what they give on the tasks on which the choice is judged.
+
+use super::closed_loop::HORIZON;
+use super::matching::{CLOSE, PILOTS, Tasks};
+use super::summary::{Interval, Z};
+use super::{CompareError, Gain, Matched, Study};
+use dq_kinematics::control::Law;
+use serde::{Deserialize, Serialize};
+
+/// A gain that gives something else than its target, by more than 2 %.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+pub struct Unmatched {
+    /// The gain, its target, and what it gives.
+    #[serde(flatten)]
+    pub gain: Gain,
+    /// What it gives, \[s\] or [rad/s], with the 95 % interval of that median; beyond the horizon it is the horizon.
+    pub median: Interval,
+    /// The median settling times \[s\] with half an octave less and with half an octave more; the horizon where more than half of the
+    /// tasks fail. None of a gain for equal peak speed, which grows with the gain.
+    pub beside: Option<[f64; 2]>,
+}
+
+impl Unmatched {
+    /// Whether the law is slower both with less gain and with more: there is none with which it is as fast as the target.
+    pub fn is_fastest(&self) -> bool {
+        self.beside.is_some_and(|beside| beside.iter().all(|median| *median >= self.median.value))
+    }
+
+    /// Half the width of the median's interval \[%\].
+    pub fn uncertain_percent(&self) -> f64 {
+        50.0 * (self.median.high - self.median.low) / self.median.value
+    }
+
+    /// On how many tasks that would be 2 %.
+    pub fn tasks_needed(&self) -> f64 {
+        PILOTS as f64 * (0.01 * self.uncertain_percent() / CLOSE).powi(2)
+    }
+}
+
+/// Those gains of a study that are not matched.
+///
+/// # Errors
+/// As the loops.
+pub(super) fn unmatched(study: &Study) -> Result<Vec<Unmatched>, CompareError> {
+    let mut all = Vec::new();
+    for arm in &study.arms {
+        let of_arm = study.gains.iter().filter(|gain| gain.arm == arm.name && !gain.is_matched());
+        let judges = Tasks::judges(arm)?;
+        for gain in of_arm {
+            let Some(law) = Law::all().find(|law| law.name() == gain.law) else { continue };
+            let sorted = |factor: f64| {
+                let mut values = judges.sorted(law, factor * gain.gain, PILOTS)?.of(gain.matched).to_vec();
+                values.iter_mut().for_each(|value| *value = value.min(most(gain.matched)));
+                Ok::<_, CompareError>(values)
+            };
+            let Some(median) = Interval::median(&sorted(1.0)?, Z) else { continue };
+            let half_octave = f64::sqrt(2.0);
+            let beside = match gain.matched {
+                Matched::SettlingTime => {
+                    Some([sorted(1.0 / half_octave)?[PILOTS / 2], sorted(half_octave)?[PILOTS / 2]])
+                }
+                Matched::PeakSpeed => None,
+            };
+            all.push(Unmatched { gain: gain.clone(), median, beside });
+        }
+    }
+    Ok(all)
+}
+
+/// A settling time is not known beyond the horizon.
+fn most(matched: Matched) -> f64 {
+    match matched {
+        Matched::SettlingTime => HORIZON.as_secs_f64(),
+        Matched::PeakSpeed => f64::INFINITY,
+    }
+}

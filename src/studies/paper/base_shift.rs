@@ -1,0 +1,141 @@
+//! (a) diffc depends on where the base frame is; logc and double_geodesic do not.
+
+use super::{Laboratory, PaperError, SimulatedRun};
+use dq_algebra::UnitDualQuaternion;
+use dq_figures::{Axis, Figure, Line, Path, Place, Scene, Series, chart, law_color, over_time, scenes};
+use dq_kinematics::control::Law;
+use nalgebra::{UnitQuaternion, Vector3};
+use serde::Serialize;
+
+/// What a law does with the same task from a base elsewhere.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Shifted {
+    /// The law's name.
+    pub law: &'static str,
+    /// Its gain [1/s].
+    pub gain: f64,
+    /// How far the base is moved along x.
+    pub shift_m: f64,
+    /// Largest distance, at equal times, from the path with the first shift, both seen from the arm.
+    pub deviation_mm: f64,
+}
+
+/// Each law with each shift, and the figures: the paths, and how far they are apart.
+///
+/// # Errors
+/// [`PaperError`].
+pub fn base_shift(lab: &Laboratory) -> Result<(Vec<Shifted>, [Figure; 2]), PaperError> {
+    let (mut rows, mut pictures, mut curves) = (Vec::new(), Vec::new(), Vec::new());
+    for law in LAWS {
+        let runs = lab.experiment.base_shift.distances.iter().map(|shift| shifted(lab, law, *shift));
+        let runs = runs.collect::<Result<Vec<_>, _>>()?;
+        rows.extend(compare(lab, law, &runs));
+        pictures.push(scene(lab, law, &runs));
+        curves.push(apart(lab, law, &runs));
+    }
+    let title = "The same task with the base moved along x";
+    Ok((rows, [scenes("base_shift", title, &[pictures]), deviation_chart(lab, curves)]))
+}
+
+const LAWS: [Law; 3] = [Law::Diffc, Law::Logc, Law::DoubleGeodesic];
+
+/// A panel for each law to one scale, and before them the first moments of diffc.
+fn deviation_chart(lab: &Laboratory, curves: Vec<Vec<Series>>) -> Figure {
+    /// The paths come together again after this time; diffc's motion is nearly over after the other one \[s\].
+    const SOON: (f64, f64) = (2.0, 0.05);
+    let most = |series: &[Series]| {
+        series.iter().flat_map(|series| &series.points).map(|point| point.1).fold(0.0, f64::max)
+    };
+    let largest = curves.iter().map(|series| most(series)).fold(1e-9, f64::max);
+    let panel = |title: String, until: f64, series: &[Series]| {
+        let time = Axis::new("time [s]", 0.0..until.min(lab.experiment.base_shift.duration));
+        let mut panel = over_time(&title, time, "apart [mm]", series.to_vec());
+        panel.y.range = -0.05 * largest..1.05 * largest;
+        panel
+    };
+    let of_law = |(law, series): (&Law, &Vec<Series>)| {
+        let most = most(series);
+        let most = if most < 0.1 { format!("{most:.0e}") } else { format!("{most:.0}") };
+        panel(format!("{law}: {most} mm at most"), SOON.0, series)
+    };
+    let mut panels: Vec<_> = LAWS.iter().zip(&curves).map(of_law).collect();
+    panels.insert(0, panel(format!("{}, the first {} s", LAWS[0], SOON.1), SOON.1, &curves[0]));
+    let title = "How far the tool is from where it would be with the base not moved";
+    chart("base_shift_deviation", title, &panels.chunks(2).map(<[_]>::to_vec).collect::<Vec<_>>())
+}
+
+/// The run with the base moved, its poses brought back to where the base was.
+fn shifted(lab: &Laboratory, law: Law, shift: f64) -> Result<SimulatedRun, PaperError> {
+    let place = UnitDualQuaternion::from_parts(UnitQuaternion::identity(), Vector3::new(shift, 0.0, 0.0));
+    let chain = lab.chain.clone().standing_at(&place);
+    let mut run =
+        lab.run_on(&chain, lab.controller(law, lab.gain(law)), lab.experiment.base_shift.duration)?;
+    run.poses.iter_mut().for_each(|pose| *pose = place.conjugate() * *pose);
+    run.goal = place.conjugate() * run.goal;
+    Ok(run)
+}
+
+fn compare(lab: &Laboratory, law: Law, runs: &[SimulatedRun]) -> Vec<Shifted> {
+    let row = |(run, shift): (&SimulatedRun, &f64)| Shifted {
+        law: law.name(),
+        gain: lab.gain(law),
+        shift_m: *shift,
+        deviation_mm: deviations(run, &runs[0]).fold(0.0, f64::max),
+    };
+    runs.iter().zip(&lab.experiment.base_shift.distances).map(row).collect()
+}
+
+/// How far apart the tools are at equal times \[mm\].
+fn deviations(run: &SimulatedRun, other: &SimulatedRun) -> impl Iterator<Item = f64> {
+    let pairs = run.poses.iter().zip(&other.poses);
+    pairs.map(|(a, b)| 1e3 * (a.translation() - b.translation()).norm())
+}
+
+/// A curve for each run but the first, which it is compared with.
+fn apart(lab: &Laboratory, law: Law, runs: &[SimulatedRun]) -> Vec<Series> {
+    let curve = |(i, (run, shift)): (usize, (&SimulatedRun, &f64))| Series {
+        name: format!("{law}, base moved by {shift} m"),
+        color: law_color(law),
+        line: LINES[(i + 1) % 2],
+        points: run.trajectory.times.iter().copied().zip(deviations(run, &runs[0])).collect(),
+    };
+    runs.iter().zip(&lab.experiment.base_shift.distances).enumerate().skip(1).map(curve).collect()
+}
+
+/// One look for each shift.
+const LINES: [Line; 3] = [Line::Solid, Line::Dashed, Line::Dots];
+
+fn scene(lab: &Laboratory, law: Law, runs: &[SimulatedRun]) -> Scene {
+    let path = |(i, (run, shift)): (usize, (&SimulatedRun, &f64))| {
+        let line = LINES[i % LINES.len()];
+        let mut points: Vec<_> = run.poses.iter().map(|pose| pose.translation()).collect();
+        if line == Line::Dots {
+            points = spaced(points);
+        }
+        Path { name: format!("{law}, base moved by {shift} m"), color: law_color(law), line, points }
+    };
+    let first = &runs[0];
+    Scene {
+        title: law.name().to_owned(),
+        paths: runs.iter().zip(&lab.experiment.base_shift.distances).enumerate().map(path).collect(),
+        frames: Vec::new(),
+        axis_length: 0.0,
+        places: vec![
+            Place { name: "start".to_owned(), point: first.poses[0].translation() },
+            Place { name: "goal".to_owned(), point: first.goal.translation() },
+        ],
+        view: (-50.0, 30.0),
+    }
+}
+
+/// The points of a path that are so far apart that dots at them do not touch.
+fn spaced(points: Vec<Vector3<f64>>) -> Vec<Vector3<f64>> {
+    const APART: f64 = 0.015;
+    let mut last: Option<Vector3<f64>> = None;
+    let is_apart = |point: &Vector3<f64>| {
+        let apart = last.is_none_or(|last| (point - last).norm() > APART);
+        last = if apart { Some(*point) } else { last };
+        apart
+    };
+    points.into_iter().filter(is_apart).collect()
+}

@@ -1,0 +1,75 @@
+//! Equations 13 and 31 to 36 of the paper by numbers: what a pose's logarithm and that of a product are, and what they are not.
+
+use dq_algebra::UnitDualQuaternion;
+use nalgebra::{UnitQuaternion, Vector3, Vector6};
+use serde::Serialize;
+
+/// Both sides of each equation for `q = q₁ q₂`, as half-log pairs [rad, m] (eq. 32).
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct LogarithmEquations {
+    /// `log q`, the left side of equations 33 and 34.
+    pub log_q: [f64; 6],
+    /// `log(q₁ q₂)`: equal to it (eq. 33).
+    pub log_q1_q2: [f64; 6],
+    /// `log q₁ + log q₂`: not equal to it (eq. 34).
+    pub log_q1_plus_log_q2: [f64; 6],
+    /// `log q₂`, the right side of equations 35 and 36.
+    pub log_q2: [f64; 6],
+    /// `log q − log q₁`: not equal to it (eq. 35).
+    pub log_q_minus_log_q1: [f64; 6],
+    /// `log(q₁* q)`: equal to it (eq. 36).
+    pub log_conjugate_q1_q: [f64; 6],
+}
+
+impl LogarithmEquations {
+    /// Of a pose `q` and its factor `q₁`; `q₂` is put together from parts of `q₁* q`, so that equality is no truism.
+    pub fn new(q: &UnitDualQuaternion, q1: &UnitDualQuaternion) -> Self {
+        let relative = q1.conjugate() * *q;
+        let q2 = UnitDualQuaternion::half_exp(&relative.half_log());
+        let sides = [
+            q.half_log(),
+            (*q1 * q2).half_log(),
+            q1.half_log() + q2.half_log(),
+            q2.half_log(),
+            q.half_log() - q1.half_log(),
+            relative.half_log(),
+        ];
+        let [log_q, log_q1_q2, log_q1_plus_log_q2, log_q2, log_q_minus_log_q1, log_conjugate_q1_q] =
+            sides.map(<[f64; 6]>::from);
+        Self { log_q, log_q1_q2, log_q1_plus_log_q2, log_q2, log_q_minus_log_q1, log_conjugate_q1_q }
+    }
+
+    /// How far the sides of equations 33, 34, 35 and 36 are apart, by the component that differs most.
+    pub fn differences(&self) -> [f64; 4] {
+        [
+            (self.log_q, self.log_q1_q2),
+            (self.log_q, self.log_q1_plus_log_q2),
+            (self.log_q_minus_log_q1, self.log_q2),
+            (self.log_conjugate_q1_q, self.log_q2),
+        ]
+        .map(|(left, right)| (Vector6::from(left) - Vector6::from(right)).amax())
+    }
+}
+
+/// Three readings of one pose: by eq. 13, by the exponential of eq. 31, and by that of the logarithm of eq. 32.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct PoseEquations {
+    /// How far the translation of `r exp(ε ½ t)` (eq. 31) is from t: it is `R t`, as `r exp(ε ½ t) = r + ε ½ r t`, where eq. 13 has
+    /// `r + ε ½ t r`.
+    pub product_off_m: f64,
+    /// How far the translation of the exponential of dual quaternions of `½ θ k + ε ½ t` (eq. 32) is from t.
+    pub logarithm_off_m: f64,
+}
+
+impl PoseEquations {
+    /// Of a pose `q`.
+    pub fn new(q: &UnitDualQuaternion) -> Self {
+        let translation = q.translation();
+        let rotation = UnitDualQuaternion::from_parts(q.rotation(), Vector3::zeros());
+        let shift = UnitDualQuaternion::from_parts(UnitQuaternion::identity(), translation);
+        let off = |pose: UnitDualQuaternion| (pose.translation() - translation).norm();
+        // Twice the half-log pair is a twist, as screw_exp takes it.
+        let exponential = UnitDualQuaternion::screw_exp(&(2.0 * q.half_log()));
+        Self { product_off_m: off(rotation * shift), logarithm_off_m: off(exponential) }
+    }
+}

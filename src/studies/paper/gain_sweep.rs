@@ -1,0 +1,117 @@
+//! Both laws with more and with less gain: what becomes faster, and what stays.
+
+use super::{Laboratory, PaperError, SimulatedRun};
+use dq_algebra::UnitDualQuaternion;
+use dq_figures::{Axis, COMPONENTS, Figure, Line, Panel, Series, chart, law_color, over_time};
+use dq_kinematics::control::Law;
+use serde::Serialize;
+
+/// The gains, as parts of the one that the comparison gives the law.
+const PARTS: [f64; 4] = [0.5, 1.0, 2.0, 4.0];
+
+/// A law with one of the gains.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Swept {
+    /// The law's name.
+    pub law: &'static str,
+    /// Its gain [1/s].
+    pub gain: f64,
+    /// The same as a part of the comparison's.
+    pub part: f64,
+    /// The largest joint speed [rad/s].
+    pub peak_rad_s: f64,
+    /// To 2 %, rotation and position \[s\].
+    pub settling_s: Option<f64>,
+    /// The path's length by the distance between its ends.
+    pub path_ratio: Option<f64>,
+}
+
+/// diffc and logc with each gain, and the figure.
+///
+/// # Errors
+/// [`PaperError`].
+pub fn gain_sweep(lab: &Laboratory) -> Result<(Vec<Swept>, Figure), PaperError> {
+    let (mut rows, mut curves) = (Vec::new(), Vec::new());
+    for (law, duration) in
+        [(Law::Diffc, lab.experiment.diffc.duration), (Law::Logc, lab.experiment.comparison.duration)]
+    {
+        for part in PARTS {
+            let gain = part * lab.gain(law);
+            let run = lab.run(lab.controller(law, gain), duration)?;
+            let figures = lab.metrics(&run)?.figures;
+            curves.push((law, distance(&run, gain)));
+            rows.push(Swept {
+                law: law.name(),
+                gain,
+                part,
+                peak_rad_s: figures.peak_joint_speed,
+                settling_s: figures.settling_time(),
+                path_ratio: figures.path_ratio,
+            });
+        }
+    }
+    let figure = figure(&rows, curves);
+    Ok((rows, figure))
+}
+
+/// How far the tool is from the goal over time.
+fn distance(run: &SimulatedRun, gain: f64) -> Series {
+    /// Samples between the points of a curve.
+    const STEP: usize = 25;
+    let samples = run.trajectory.times.iter().zip(&run.poses).step_by(STEP);
+    let distance = |pose: &UnitDualQuaternion| (pose.translation() - run.goal.translation()).norm();
+    Series {
+        name: format!("gain {gain}"),
+        color: law_color(run.controller.law),
+        line: Line::Solid,
+        points: samples.map(|(time, pose)| (*time, distance(pose))).collect(),
+    }
+}
+
+/// A colour for each gain.
+fn of_law(law: Law, curves: &[(Law, Series)]) -> Panel {
+    let of = curves.iter().filter(|(of, _)| *of == law).zip(COMPONENTS);
+    let series: Vec<_> = of.map(|((_, series), color)| Series { color, ..series.clone() }).collect();
+    let end = series.iter().flat_map(|series| series.points.last()).map(|point| point.0).fold(0.0, f64::max);
+    over_time(
+        &format!("{law}: distance to the goal"),
+        Axis::new("time [s]", 0.0..end),
+        "distance [m]",
+        series,
+    )
+}
+
+fn figure(rows: &[Swept], curves: Vec<(Law, Series)>) -> Figure {
+    let panel = |title: &str, y: Axis, value: fn(&Swept) -> Option<f64>| {
+        let curve = |law: Law| Series {
+            name: law.name().to_owned(),
+            color: law_color(law),
+            line: Line::Solid,
+            points: rows
+                .iter()
+                .filter(|row| row.law == law.name())
+                .filter_map(|row| Some((row.part, value(row)?)))
+                .collect(),
+        };
+        Panel {
+            title: title.to_owned(),
+            x: Axis::logarithmic("gain / gain of the comparison", PARTS[0]..PARTS[PARTS.len() - 1]),
+            y,
+            series: [Law::Diffc, Law::Logc].map(curve).into(),
+            ..Panel::default()
+        }
+    };
+    let of = |value: fn(&Swept) -> Option<f64>| rows.iter().filter_map(value).fold(0.0, f64::max);
+    type Value = fn(&Swept) -> Option<f64>;
+    let (peak, time): (Value, Value) = (|row| Some(row.peak_rad_s), |row| row.settling_s);
+    let least = rows.iter().map(|row| row.peak_rad_s).fold(f64::INFINITY, f64::min);
+    let panels = [
+        vec![
+            panel("speed", Axis::logarithmic("peak joint speed [rad/s]", 0.8 * least..1.2 * of(peak)), peak),
+            panel("settled to 2 %", Axis::new("settling time [s]", 0.0..1.1 * of(time).max(1.0)), time),
+            panel("path", Axis::new("path length / straight line", 1.0..1.5), |row| row.path_ratio),
+        ],
+        [Law::Diffc, Law::Logc].map(|law| of_law(law, &curves)).into(),
+    ];
+    chart("gain_sweep", "Both laws as the gain is increased", &panels)
+}

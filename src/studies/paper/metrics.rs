@@ -1,0 +1,100 @@
+//! The figures of a simulated motion.
+
+use super::{Laboratory, PaperError, SimulatedRun};
+use dq_core::servo::{Figures, GoalError, MotionMeter, Settling};
+use dq_kinematics::arm::ArmState;
+use serde::Serialize;
+use std::time::Duration;
+
+/// A simulated motion in numbers.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Metrics {
+    /// What it was like, by the project's one definition of each figure.
+    #[serde(flatten)]
+    pub figures: Figures,
+    /// When each joint had come within 2 % of its angle at the goal for good; none where it has not, or where that angle is 0.
+    pub settling_time_2_percent_joints_s: Vec<Option<f64>>,
+    /// Distance from start to goal.
+    pub distance_m: f64,
+    /// Whether the determinant of the Jacobian of six joints changed its sign on the way: then the figures have 0 for the smallest
+    /// singular value, as samples have but how near to that one of them happened to be.
+    pub singularity_crossed: bool,
+    /// When it did, to a sample.
+    pub singularities_crossed_s: Vec<f64>,
+    /// How far each joint is from its angle at the goal in the end, in percent of that angle; none where that is 0.
+    pub joint_error_percent: Vec<Option<f64>>,
+}
+
+impl Laboratory {
+    /// The figures of a run, by the project's one definition of each ([`MotionMeter`]), and what concerns the joints.
+    ///
+    /// # Errors
+    /// [`PaperError::Arm`] where the run is not this arm's.
+    pub fn metrics(&self, run: &SimulatedRun) -> Result<Metrics, PaperError> {
+        let SimulatedRun { controller, goal, trajectory, poses } = run;
+        let mut state = ArmState::new(&self.chain);
+        let mut theta_dot = vec![0.0; self.chain.joint_count()];
+        let mut motion: Option<MotionMeter> = None;
+        let (mut singularities_crossed_s, mut last) = (Vec::new(), None);
+        for ((time, theta), pose) in trajectory.times.iter().zip(&trajectory.states).zip(poses) {
+            self.chain.evaluate(theta, &mut state)?;
+            controller.joint_velocity(&state, goal, &mut theta_dot);
+            let (now, point) = (Duration::from_secs_f64(*time), pose.translation());
+            let error = GoalError::of(controller.aim, &state, goal);
+            let begin = || {
+                let tolerance = &self.settings.goal_tolerance;
+                MotionMeter::begin(now, point, goal.translation(), &error, tolerance)
+                    .of_continuous_velocities()
+            };
+            let motion = motion.get_or_insert_with(begin);
+            motion.update(now, point, &error, &theta_dot);
+            motion.see_singular_value(controller.smallest_singular_value(&state));
+            let side = determinant(&state).map(f64::signum);
+            if last.zip(side).is_some_and(|(before, now): (f64, f64)| before != now) {
+                singularities_crossed_s.push(*time);
+            }
+            last = side;
+        }
+        let singularity_crossed = !singularities_crossed_s.is_empty();
+        let mut figures = motion.map(|motion| motion.figures()).unwrap_or_default();
+        if singularity_crossed {
+            figures.smallest_singular_value = Some(0.0);
+        }
+        Ok(Metrics {
+            figures,
+            settling_time_2_percent_joints_s: self.joints_settled(run),
+            distance_m: poses.first().map_or(0.0, |start| (start.translation() - goal.translation()).norm()),
+            singularity_crossed,
+            singularities_crossed_s,
+            joint_error_percent: self.joint_error_percent(run),
+        })
+    }
+
+    fn joints_settled(&self, run: &SimulatedRun) -> Vec<Option<f64>> {
+        let settled = |(joint, wanted): (usize, &f64)| {
+            if *wanted == 0.0 {
+                return None;
+            }
+            let mut settling = Settling::new(*wanted, 0.0);
+            for (time, theta) in run.trajectory.times.iter().zip(&run.trajectory.states) {
+                settling.update(Duration::from_secs_f64(*time), (theta[joint] - wanted).abs());
+            }
+            settling.time().map(|time| time.as_secs_f64())
+        };
+        self.experiment.theta_desired.iter().enumerate().map(settled).collect()
+    }
+
+    fn joint_error_percent(&self, run: &SimulatedRun) -> Vec<Option<f64>> {
+        let end = run.trajectory.states.last().map_or(&[][..], Vec::as_slice);
+        let percent = |(angle, wanted): (&f64, &f64)| {
+            (*wanted != 0.0).then(|| 100.0 * ((angle - wanted) / wanted).abs())
+        };
+        end.iter().zip(&self.experiment.theta_desired).map(percent).collect()
+    }
+}
+
+/// The determinant of the body Jacobian, if it is square.
+fn determinant(state: &ArmState) -> Option<f64> {
+    let jacobian = state.body_jacobian();
+    (jacobian.ncols() == 6).then(|| jacobian.fixed_columns::<6>(0).determinant())
+}

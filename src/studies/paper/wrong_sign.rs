@@ -1,0 +1,70 @@
+//! (b) diffc started on its goal with the goal's other sign: without the double-cover rule it leaves, with it it stays.
+
+use super::simulation::follow;
+use super::{Laboratory, PaperError};
+use dq_algebra::UnitDualQuaternion;
+use dq_core::servo::Arms;
+use dq_figures::{Axis, Figure, Line, Series, chart, law_color, over_time};
+use dq_kinematics::control::{Law, nearer_goal};
+use serde::Serialize;
+
+/// How far the tool went from a goal on which it stood.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Departure {
+    /// Whether the double-cover rule chose the sign.
+    pub with_rule: bool,
+    /// Largest distance from the goal.
+    pub largest_distance_mm: f64,
+    /// Largest angle from the goal.
+    pub largest_angle_deg: f64,
+}
+
+/// Both, and the figure.
+///
+/// # Errors
+/// [`PaperError`].
+pub fn wrong_sign(lab: &Laboratory) -> Result<(Vec<Departure>, Figure), PaperError> {
+    let goal = lab.goal()?;
+    let chosen = nearer_goal(&-goal, &goal);
+    let (mut departures, mut distances, mut angles) = (Vec::new(), Vec::new(), Vec::new());
+    for (with_rule, goal, name, line) in [
+        (false, -goal, "diffc without the rule", Line::Dashed),
+        (true, chosen, "diffc with the rule", Line::Solid),
+    ] {
+        let curve = departure(lab, &goal)?;
+        let series = |value: fn(&(f64, f64, f64)) -> f64| Series {
+            name: name.to_owned(),
+            color: law_color(Law::Diffc),
+            line,
+            points: curve.iter().map(|point| (point.0, value(point))).collect(),
+        };
+        let (distance, angle) = (series(|point| point.1), series(|point| point.2));
+        let largest = |series: &Series| series.points.iter().map(|point| point.1).fold(0.0, f64::max);
+        departures.push(Departure {
+            with_rule,
+            largest_distance_mm: largest(&distance),
+            largest_angle_deg: largest(&angle),
+        });
+        distances.push(distance);
+        angles.push(angle);
+    }
+    let panel = |label: &str, series: Vec<Series>| {
+        over_time("", Axis::new("time [s]", 0.0..lab.experiment.wrong_sign.duration), label, series)
+    };
+    let rows =
+        [vec![panel("distance from the goal [mm]", distances), panel("angle from the goal [°]", angles)]];
+    Ok((departures, chart("wrong_sign", "Started on the goal, which is given as −q", &rows)))
+}
+
+/// Time \[s\], distance \[mm\] and angle \[°\] from the goal on which the arm starts.
+fn departure(lab: &Laboratory, goal: &UnitDualQuaternion) -> Result<Vec<(f64, f64, f64)>, PaperError> {
+    let controller = lab.controller(Law::Diffc, lab.experiment.diffc.gain);
+    let (arm, duration) = (Arms::one(lab.chain.clone()), lab.experiment.wrong_sign.duration);
+    let run = follow(arm.clone(), &controller, goal, &lab.experiment.theta_desired, duration)?;
+    let poses = run.poses(arm);
+    let point = |(time, pose): (&f64, &UnitDualQuaternion)| {
+        let [distance, angle] = pose.distances(goal);
+        (*time, 1e3 * distance, angle.to_degrees())
+    };
+    Ok(run.times.iter().zip(&poses).map(point).collect())
+}
