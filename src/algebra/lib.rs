@@ -44,6 +44,11 @@
 //! What holds of all of this is in `tests/core/algebra.rs`, as properties of random poses, on a grid from 0 past π, and against
 //! nalgebra, the matrix exponential, the paper's printed numbers and DQ Robotics: run it before you trust it.
 
+// The example on its page is run.
+#[cfg(doctest)]
+#[doc = include_str!("README.md")]
+mod readme {}
+
 mod dual_quaternion;
 mod hamilton;
 mod log;

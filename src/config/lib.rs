@@ -49,6 +49,11 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+// The example on its page is run.
+#[cfg(doctest)]
+#[doc = include_str!("README.md")]
+mod readme {}
+
 mod arms;
 mod body;
 mod common;

@@ -1,5 +1,10 @@
 //! Serial arms and the laws that move them: chains by DH rows or a robot description, Jacobians, and the control laws of the reference work.
 
+// The example on its page is run.
+#[cfg(doctest)]
+#[doc = include_str!("README.md")]
+mod readme {}
+
 pub mod arm;
 pub mod colors;
 pub mod control;

@@ -1,6 +1,6 @@
 //! A second opinion on consent, written from the page on safety alone: what each publisher has sent, and what has revoked it.
 
-use dq_servo::servo::{Asker, Consent, STREAM};
+use dq_servo::servo::{Asker, Consent, Revoked, STREAM};
 use std::collections::HashMap;
 use std::time::Duration;
 
@@ -22,8 +22,8 @@ pub struct Opinion {
     /// What was pushed until then is revoked, and goals until a twist moved the arm.
     revoked: Duration,
     jogged: Duration,
-    /// When the last revocation happened that was seen.
-    seen: Option<Duration>,
+    /// The last revocation that was seen; two may happen at one time.
+    seen: Option<Revoked>,
     /// When the goal in force was pushed, if there is one.
     goal: Option<Duration>,
     paused: bool,
@@ -74,7 +74,7 @@ impl Opinion {
     pub fn stop(&mut self, now: Duration, consent: &Consent) {
         self.goal = None;
         self.end(now, |_| true);
-        (self.revoked, self.seen) = (self.revoked.max(now), consent.last_revocation().map(|last| last.at));
+        (self.revoked, self.seen) = (self.revoked.max(now), consent.last_revocation().copied());
     }
 
     /// Ends what was pushed until then by publishers of these kinds.
@@ -85,8 +85,8 @@ impl Opinion {
 
     /// What the servo says that it has seen of its robot revokes too, and a twist that it obeys revokes goals.
     pub fn revoke(&mut self, consent: &Consent) {
-        if let Some(last) = consent.last_revocation().filter(|last| self.seen != Some(last.at)) {
-            self.seen = Some(last.at);
+        if let Some(last) = consent.last_revocation().filter(|last| self.seen != Some(**last)) {
+            self.seen = Some(*last);
             self.end(last.until, |_| true);
             self.revoked = self.revoked.max(last.until);
         }

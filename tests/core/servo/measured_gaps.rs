@@ -50,6 +50,6 @@ fn most_measured(away: f64) -> usize {
 fn what_is_far_is_not_measured_and_what_is_near_not_at_every_place_of_a_stop() {
     assert_eq!(most_measured(3.0), 0);
     let near = most_measured(0.75);
-    // Of 60 hulls and 6 capsules a ball parts most; a stop goes over 40 places.
-    assert!((1..=35).contains(&near), "{near}");
+    // There are 360 pairs of a hull and a capsule, of which a ball parts most, and 40 places of a stop.
+    assert!((1..=120).contains(&near), "{near}");
 }

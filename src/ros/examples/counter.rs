@@ -1,0 +1,54 @@
+//! A ROS 2 node with a topic, a parameter and a service. `cargo run -p dq_ros --example counter`, then beside it `ros2 topic echo /count`,
+//! `ros2 param set /counter step 3` and `ros2 service call /counter/reset std_srvs/srv/Trigger`.
+
+use dq_messages::NodeContract;
+use dq_messages::messages::{StringMessage, SuccessResponse, Trigger};
+use dq_params::{Declarer, ParameterStore};
+use dq_ros::ros::{Environment, LogLevel, Logging, ParameterServer, Resolver, Session, args};
+use std::error::Error;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicI64, Ordering::Relaxed};
+use std::time::Duration;
+
+const TOPICS: &str = "
+count: {direction: out, type: std_msgs/msg/String, reliability: reliable, durability: volatile, depth: 10, rate: 1}
+~/parameters: {direction: out, type: rcl_interfaces/msg/ParameterEvent, reliability: reliable, durability: transient_local, depth: 1, rate: on change}
+";
+
+fn step(parameters: &mut Declarer) -> i64 {
+    parameters.integer("step", 1, -10..=10).live("", "by how much the count grows each second")
+}
+
+#[tokio::main]
+async fn main() -> Result<(), Box<dyn Error>> {
+    let (_, args) = args::split(std::env::args())?;
+    let session = Session::open(&Environment::from_process(&args)?)?;
+    let mut node = session.node(Resolver::new("counter", &args)?, Logging::new(&args, LogLevel::Info))?;
+    let topics: NodeContract = serde_saphyr::from_str(TOPICS)?;
+    let counts = node.publisher::<StringMessage>(&topics, "count")?;
+
+    let mut declarer = Declarer::new([]);
+    let growth = Arc::new(AtomicI64::new(step(&mut declarer)));
+    let store = ParameterStore::new(declarer.into_declarations(), Vec::new());
+    let changed = growth.clone();
+    let apply = move |store: &ParameterStore, _: &_| {
+        changed.store(
+            step(&mut Declarer::new(store.iter().map(|(of, value)| (of.name.to_owned(), value.clone())))),
+            Relaxed,
+        );
+        Ok(())
+    };
+    ParameterServer::start(&mut node, &topics, store, Box::new(apply))?;
+
+    let count = Arc::new(AtomicI64::new(0));
+    let reset = count.clone();
+    node.serve::<Trigger>("~/reset", move |_| {
+        reset.store(0, Relaxed);
+        SuccessResponse { success: true, message: "the count is 0".to_owned() }
+    })?;
+    loop {
+        let data = count.fetch_add(growth.load(Relaxed), Relaxed).to_string();
+        counts.publish(StringMessage { data });
+        tokio::time::sleep(Duration::from_secs(1)).await;
+    }
+}
