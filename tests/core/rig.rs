@@ -333,9 +333,10 @@ impl Rig {
         self.opinion.revoke(self.servo.consent());
         // A twist that is obeyed drops the goal.
         self.frame_lost &= self.opinion.has_goal();
-        let rests = self.state() == State::Jogging && self.opinion.comes_to_rest(self.now);
+        let of_stick = matches!(self.state(), State::Jogging | State::NotFollowing);
+        let rests = of_stick && self.opinion.comes_to_rest(self.now);
         let may_move = rests || self.opinion.may_move(self.now);
-        assert!(!driving || may_move, "nobody asks for it: {:?}", self.opinion);
+        assert!(!driving || may_move, "nobody asks for it: {} {:?}", self.state(), self.opinion);
         let reason = self.servo.status().reason;
         assert!(!(self.frame_lost && driving), "the goal's frame is lost: {}", self.state());
         assert!(self.frame_lost || reason != Some(Reason::FrameLost), "where the goal is was heard since");

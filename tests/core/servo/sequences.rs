@@ -401,7 +401,9 @@ proptest! {
             if matches!(rig.state(), State::Settled | State::Stalled) || taken.is_err() {
                 break;
             }
-            prop_assert!(error(&rig) < before, "{} {:?} {before}", rig.state(), rig.servo.status());
+            // On its way to another configuration the tool may go away from the goal.
+            let goes_round = rig.state() == State::Reconfiguring;
+            prop_assert!(goes_round || error(&rig) < before, "{} {:?} {before}", rig.state(), rig.servo.status());
             before = error(&rig);
         }
     }
