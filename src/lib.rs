@@ -4,6 +4,9 @@
 //! [`servo`], [`check`], [`plant`], [`params`] and [`config`] need no ROS; they do no I/O but to read parameter files, robot descriptions and
 //! the meshes that these name. [`arm`], [`control`], [`servo`] and [`frames`] begin with an example each; [`config`] has the way from an arm of
 //! your own, as DH rows or a robot description, to its chain, its settings and its servo. The README and `src/guide` are for who uses the program.
+#![warn(clippy::unwrap_used, clippy::expect_used)]
+// Both panic where nobody reads: results go through cli::print, all else through stderr.
+#![warn(clippy::print_stdout, clippy::print_stderr)]
 
 // Every line of Rust on these pages is run.
 #[cfg(doctest)]

@@ -43,6 +43,9 @@
 //!
 //! What holds of all of this is in `tests/core/algebra.rs`, as properties of random poses, on a grid from 0 past π, and against
 //! nalgebra, the matrix exponential, the paper's printed numbers and DQ Robotics: run it before you trust it.
+#![warn(clippy::unwrap_used, clippy::expect_used)]
+// Both panic where nobody reads: results go through cli::print, all else through stderr.
+#![warn(clippy::print_stdout, clippy::print_stderr)]
 
 // The example on its page is run.
 #[cfg(doctest)]

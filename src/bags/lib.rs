@@ -2,6 +2,9 @@
 //!
 //! [`BagWriter`] writes MCAP files with their `metadata.yaml` as `ros2 bag record` of ROS 2 Jazzy does, and [`Bag`]
 //! reads what it, or `ros2 bag record`, has written. Messages stay the bytes that went over the wire.
+#![warn(clippy::unwrap_used, clippy::expect_used)]
+// Both panic where nobody reads: results go through cli::print, all else through stderr.
+#![warn(clippy::print_stdout, clippy::print_stderr)]
 
 mod bag;
 mod block;

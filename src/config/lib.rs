@@ -48,6 +48,9 @@
 //! let servo = ServoParameters::from_store(&store)?.build()?;
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
+#![warn(clippy::unwrap_used, clippy::expect_used)]
+// Both panic where nobody reads: results go through cli::print, all else through stderr.
+#![warn(clippy::print_stdout, clippy::print_stderr)]
 
 // The example on its page is run.
 #[cfg(doctest)]

@@ -1,4 +1,7 @@
 //! What goes over the wire, as data: messages, their definitions and hashes, parameters, and the topics of a node. No DDS.
+#![warn(clippy::unwrap_used, clippy::expect_used)]
+// Both panic where nobody reads: results go through cli::print, all else through stderr.
+#![warn(clippy::print_stdout, clippy::print_stderr)]
 
 mod cdr;
 mod contract;

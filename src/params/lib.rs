@@ -20,6 +20,9 @@
 //! assert!(too_much.unwrap_err().to_string().ends_with("expected 0 to 10 1/s"));
 //! # Ok::<(), dq_params::ParameterError>(())
 //! ```
+#![warn(clippy::unwrap_used, clippy::expect_used)]
+// Both panic where nobody reads: results go through cli::print, all else through stderr.
+#![warn(clippy::print_stdout, clippy::print_stderr)]
 
 mod declaration;
 mod declarer;

@@ -1,5 +1,8 @@
 //! What the Python package has of this crate, as the module `dq_servo._native`: poses, chains, laws, the servo in fake time, bags, and the
 //! comparison of laws. Arrays are numpy's; what is wrong is a `ValueError` with this crate's own words.
+#![warn(clippy::unwrap_used, clippy::expect_used)]
+// Both panic where nobody reads: results go through cli::print, all else through stderr.
+#![warn(clippy::print_stdout, clippy::print_stderr)]
 
 mod algebra;
 mod arrays;

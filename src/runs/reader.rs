@@ -309,7 +309,7 @@ impl RunReader {
             let last = *last;
             self.run.errors.push((last, none));
         }
-        let error = crate::wire::error_distance(&error);
+        let error = crate::wire::error_distance(error);
         if self.run.errors.last().is_none_or(|(last, _)| *last < time) && error.position.is_finite() {
             self.run.errors.push((time, error));
         }

@@ -2,6 +2,9 @@
 //!
 //! The [`Peer`] is one DDS participant like any other and knows no browser; the [`Server`] knows browsers and no DDS. Between them are
 //! two [`ends`] of a channel: what is shown is replaced, never queued, so that no browser can hold up the others or the robot.
+#![warn(clippy::unwrap_used, clippy::expect_used)]
+// Both panic where nobody reads: results go through cli::print, all else through stderr.
+#![warn(clippy::print_stdout, clippy::print_stderr)]
 
 mod answer;
 mod ask;

@@ -214,7 +214,7 @@ impl Listener {
             }
         }
         for transform in &message.transforms {
-            let taken = self.tree.lock().insert(&transform_reading(&transform), is_static);
+            let taken = self.tree.lock().insert(&transform_reading(transform), is_static);
             let TransformStamped { header, child_frame_id: child, .. } = transform;
             if let Err(why) = taken
                 && self.warned.is_due(why, child, self.began.elapsed())

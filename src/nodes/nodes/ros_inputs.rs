@@ -335,7 +335,7 @@ impl RosInputs {
                 }
             };
             *goal_count += 1;
-            let reading = GoalReading { sent, ..goal_reading(&goal) };
+            let reading = GoalReading { sent, ..goal_reading(goal) };
             let elsewhere = frames.as_mut().filter(|_| !is_own_frame(&goal.header.frame_id, goal_frame));
             let taken = match elsewhere {
                 None => record.take(servo, Event::Goal(reading)),
@@ -381,7 +381,7 @@ impl RosInputs {
                 return;
             }
             let _ = match sender(twist_senders, origin, (*clocks, *began)) {
-                Ok(sent) => record.take(servo, Event::Twist(TwistReading { sent, ..twist_reading(&twist) })),
+                Ok(sent) => record.take(servo, Event::Twist(TwistReading { sent, ..twist_reading(twist) })),
                 Err(why) => servo.take(Event::Unusable(why)),
             };
         });
