@@ -4,6 +4,12 @@ use super::{DurationMessage, Header, Message, message};
 use serde::{Deserialize, Serialize};
 
 message! {
+    /// A number: the part of its speed at which a robot moves, in percent or not.
+    Float64 = "std_msgs/msg/Float64" {
+        data: f64,
+    }
+}
+message! {
     /// One dimension of a multi-array.
     MultiArrayDimension = "std_msgs/msg/MultiArrayDimension" {
         label: String,
