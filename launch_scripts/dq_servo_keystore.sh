@@ -212,6 +212,7 @@ servo_out="current_pose pose_error status motions parameters events"
 pictures="markers path goal/update" # for RViz; a goal that is dragged there is sent by the servo
 # Of what the parameter command_interface names.
 command="forward_velocity_controller/commands forward_position_controller/commands joint_trajectory_controller/joint_trajectory"
+speed_scaling="speed_scaling_state_broadcaster/speed_scaling"
 guard_out="command_guard dq_servo_guard/parameters"
 
 # shellcheck disable=SC2046,SC2086  # lists of names throughout
@@ -220,13 +221,13 @@ guard_out="command_guard dq_servo_guard/parameters"
         any_node "$servo"
         serves "$servo/pause" "$servo/stop" "$servo/reconfigure" "$servo/goal/get_interactive_markers"
         publishes $(topics "$namespace" $command goal_pose) $(topics "$servo" $servo_out $pictures) rt/diagnostics
-        subscribes $(topics "$namespace" goal_pose joint_states command_guard robot_description) $(topics "$servo" goal/feedback target_twist) rt/clock rt/tf rt/tf_static
+        subscribes $(topics "$namespace" goal_pose joint_states $speed_scaling command_guard robot_description) $(topics "$servo" goal/feedback target_twist) rt/clock rt/tf rt/tf_static
     }
     may_dual() {
         any_node "$dual"
         serves "$dual/pause" "$dual/stop" "$dual/reconfigure" "$dual/goal/get_interactive_markers"
         publishes $(both_arms $command) $(topics "$namespace" relative_goal) $(topics "$dual" $servo_out $pictures) rt/diagnostics
-        subscribes $(topics "$namespace" relative_goal robot_description) $(both_arms joint_states command_guard) $(topics "$dual" goal/feedback target_twist) rt/clock
+        subscribes $(topics "$namespace" relative_goal robot_description) $(both_arms joint_states $speed_scaling command_guard) $(topics "$dual" goal/feedback target_twist) rt/clock
     }
     may_plant() { # NAMESPACE: the built-in arm, or any other
         any_node "$1/puma560" "$1/arm"

@@ -35,6 +35,7 @@ pub(super) const DEFINITIONS: &[(&str, &str)] = definitions![
     "sensor_msgs/msg/CompressedImage",
     "sensor_msgs/msg/JointState",
     "std_msgs/msg/ColorRGBA",
+    "std_msgs/msg/Float64",
     "std_msgs/msg/Float64MultiArray",
     "std_msgs/msg/Header",
     "std_msgs/msg/MultiArrayDimension",

@@ -424,6 +424,20 @@ def case_jog():
     del goals
 
 
+def case_speed_scaling():
+    """What the robot says of its speed, in percent or not, is the speed_factor as long as it goes on saying so; the arm arrives."""
+    statuses = reader("dq_servo/status", ros.DiagnosticStatus)
+    scaling = writer("speed_scaling_state_broadcaster/speed_scaling", ros.Float64)
+    wait_matched(scaling, 1)
+    goals = send_goal()
+    for told, factor in ((20.0, 0.2), (0.5, 0.5)):
+        says = lambda: scaling.write(ros.Float64(told)) or (s := last(statuses)) and float(values(s)["speed_factor"]) == factor
+        wait("the factor", says, 2.0)
+    wait("the measured factor", lambda: (s := last(statuses)) and float(values(s)["speed_factor"]) > 0.5, 3.0)
+    wait("settled", lambda: (s := last(statuses)) and s.message == "settled")
+    del goals
+
+
 def case_unheard():
     """Unheard for longer than its lease: the servo, which has heard a goal from here, says so and ends when the peer is back."""
     states, statuses = reader("joint_states", ros.JointState), reader("dq_servo/status", ros.DiagnosticStatus)

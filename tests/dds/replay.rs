@@ -259,6 +259,11 @@ pub fn built_in() -> ServoParameters {
 }
 
 #[test]
+fn what_a_robot_says_of_its_speed_is_heard_and_replays_to_the_bit() {
+    assert!(recorded_and_replayed(&["speed_scaling"]).2 > 500);
+}
+
+#[test]
 fn what_another_vendor_asks_for_is_done_and_replays_to_the_bit() {
     // A stop, the robot back at its start, and a law switched in motion; nothing is sent before the first goal.
     let (_directory, bag, replayed) = recorded_and_replayed(&["services", "switch"]);

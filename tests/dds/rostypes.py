@@ -100,6 +100,11 @@ class JointState(IdlStruct, typename="sensor_msgs.msg.dds_.JointState_"):
 
 
 @dataclass
+class Float64(IdlStruct, typename="std_msgs.msg.dds_.Float64_"):
+    data: float64 = 0.0
+
+
+@dataclass
 class MultiArrayDimension(IdlStruct, typename="std_msgs.msg.dds_.MultiArrayDimension_"):
     label: str = ""
     size: uint32 = 0

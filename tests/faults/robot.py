@@ -14,14 +14,16 @@ RIVAL = "rival"
 
 
 class Commands:
-    """Every command that the servo or a guard sent, with its mark: a guard's have one. And the record of the servo's cycles."""
+    """Every command that the servo or a guard sent, with its mark: a guard's have one. Who sent them, and the record of the servo's cycles."""
 
     def __init__(self):
-        self.source, self.kept = reader(COMMANDS, ros.Float64MultiArray, EVERY), []
+        self.source, self.kept, self.senders = reader(COMMANDS, ros.Float64MultiArray, EVERY), [], set()
         self.events, self.records = reader("dq_servo/events", ros.UInt8MultiArray, EVERY), []
 
     def poll(self):
-        commands = [(c.layout.dim[0].label if c.layout.dim else "", list(c.data)) for c in take(self.source)]
+        samples = take(self.source)
+        self.senders |= {c.sample_info.publication_handle for c in samples}
+        commands = [(c.layout.dim[0].label if c.layout.dim else "", list(c.data)) for c in samples]
         self.kept += [(mark, data) for mark, data in commands if mark != RIVAL]
         self.records += [bytes(record.data) for record in take(self.events)]
 

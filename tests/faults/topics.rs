@@ -22,7 +22,7 @@ fn a_hundred_changes_of_parameters_a_second_make_no_step() {
 }
 
 #[test]
-fn two_servos_of_one_arm_hold_it_and_both_are_named() {
+fn two_servos_never_drive_one_arm_together_and_both_are_named() {
     let mut host = Host::with_both_nodes();
     host.start_servo("other", &["--ros-args", "-r", "__node:=other"]);
     let commands = tempfile::NamedTempFile::new().unwrap();

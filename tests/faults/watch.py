@@ -34,10 +34,10 @@ def run(seconds):
 
 
 class Status:
-    """The newest ~/status, and how often each state was told of since `forget`."""
+    """The newest ~/status of a servo, and its states one after the other."""
 
-    def __init__(self):
-        self.source, self.newest, self.states = reader("dq_servo/status", ros.DiagnosticStatus), None, []
+    def __init__(self, servo="dq_servo"):
+        self.source, self.newest, self.states = reader(f"{servo}/status", ros.DiagnosticStatus), None, []
 
     def poll(self):
         for self.newest in take(self.source):

@@ -5,6 +5,12 @@ use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
 message! {
+    /// A number: the part of its speed at which a robot moves, in percent or not.
+    Float64 = "std_msgs/msg/Float64" {
+        data: f64,
+    }
+}
+message! {
     /// One dimension of a multi-array.
     MultiArrayDimension = "std_msgs/msg/MultiArrayDimension" {
         label: String,

@@ -1,8 +1,8 @@
-//! What comes from one arm: its joint states, and who publishes them.
+//! What comes from one arm: its joint states, who publishes them, and how fast it says that it moves.
 
 use super::events::EventsRecord;
 use super::senders::Senders;
-use crate::wire::messages::{JointState, Time};
+use crate::wire::messages::{Float64, JointState, Time};
 use crate::wire::{NodeContract, ServoKind, joint_reading};
 use dq_config::StatesReliability;
 use dq_core::servo::{Event, JointOrder, Rejection, Servo};
@@ -12,10 +12,12 @@ use std::sync::Arc;
 /// Where an arm's joint states come from.
 pub(super) type JointStates = Arc<Subscription<JointState>>;
 
-/// The joint states of one arm.
+/// What comes from one arm.
 pub(super) struct ArmInput {
     joints: JointOrder,
     joint_states: JointStates,
+    /// At which part of its speed the robot moves; none where the node may not hear it.
+    speed_scaling: Option<Subscription<Float64>>,
     /// The last one, over which the next is decoded.
     state: JointState,
     publishers: Senders,
@@ -26,7 +28,7 @@ pub(super) struct ArmInput {
     pub speed: Option<f64>,
 }
 
-/// What comes from the arms with these joints, subscribed to with that reliability.
+/// What comes from the arms with these joints, whose joint states are subscribed to with that reliability.
 pub(super) fn subscribe(
     node: &mut Node,
     (kind, contract): (ServoKind, &NodeContract),
@@ -42,16 +44,26 @@ pub(super) fn subscribe(
                 node.subscription(&contract.clone().with_best_effort(&topic), &topic)
             }
         };
-        Ok(ArmInput::new(joints, joint_states?, clock.clone()))
+        let speed_scaling =
+            node.subscription(contract, &format!("{arm}speed_scaling_state_broadcaster/speed_scaling"));
+        // A keystore from before there was the topic lacks the right to it; the robot's speed is measured too.
+        let speed_scaling =
+            speed_scaling.inspect_err(|why| node.log().warn(&format!("no speed scaling: {why}")));
+        Ok(ArmInput::new(joints, (joint_states?, speed_scaling.ok()), clock.clone()))
     };
     kind.arms().iter().zip(joints).map(subscribe).collect()
 }
 
 impl ArmInput {
-    pub fn new(joints: JointOrder, joint_states: Subscription<JointState>, clock: Clock) -> Self {
+    fn new(
+        joints: JointOrder,
+        (joint_states, speed_scaling): (Subscription<JointState>, Option<Subscription<Float64>>),
+        clock: Clock,
+    ) -> Self {
         Self {
             joints,
             joint_states: Arc::new(joint_states),
+            speed_scaling,
             state: JointState::default(),
             publishers: Senders::default(),
             clock,
@@ -61,12 +73,12 @@ impl ArmInput {
     }
 
     /// Gives the servo every joint state that came of the arm of that number, of which the last that fits counts: on one topic there may be
-    /// those of a gripper too.
+    /// those of a gripper too. And the last that it says of its speed.
     pub fn feed(&mut self, arm: usize, record: &mut EventsRecord, servo: &mut Servo) {
-        let Self { joints, joint_states, state, publishers, clock, stamp, speed } = self;
+        let Self { joints, joint_states, speed_scaling, state, publishers, clock, stamp, speed } = self;
         // A simulated clock comes in steps, and may be slow: stamps of it say nothing of how late a state is.
         let real = (!clock.is_simulated()).then(|| Time::now().nanoseconds());
-        let malformed = joint_states.each_over(state, |state, origin| {
+        let mut malformed = joint_states.each_over(state, |state, origin| {
             // Whoever gives no state of this arm, as one of many grippers, takes no number from whoever does.
             let is_arm = joints.are_among(&state.name);
             let source = if is_arm { publishers.number(origin.publisher) } else { 0 };
@@ -77,6 +89,12 @@ impl ArmInput {
                 *stamp = if state.header.stamp.is_zero() { clock.now() } else { state.header.stamp.clone() };
             }
         });
+        if let Some(told) = speed_scaling.as_ref().map(Subscription::newest) {
+            malformed.extend(told.malformed);
+            if let Some(Float64 { data }) = told.message {
+                let _ = record.take(servo, Event::SpeedScaling(arm, part(data)));
+            }
+        }
         for why in malformed {
             let _ = servo.take(Event::Unusable(Rejection::Malformed(why)));
         }
@@ -99,6 +117,13 @@ pub(super) fn unheard(joint_states: &JointStates) -> Option<String> {
     Some(format!("{why}, or set states_reliability to auto"))
 }
 
+/// The part of its speed, 0 to 1, at which a robot moves that says `told`: percent or that part itself. ur_robot_driver publishes percent
+/// (`speed_scaling_state_broadcaster.cpp`: times 100), where its pages say 0 to 1. What is not above 1 is no percentage that matters: a
+/// robot as slow as that counts as one that obeys no command.
+fn part(told: f64) -> f64 {
+    if told > 1.0 { told / 100.0 } else { told }
+}
+
 /// The speed of the fastest of these joints [rad/s], whatever else moves, as a gripper or wheels; none where one of them has no speed.
 fn fastest_of(joints: &JointOrder, state: &JointState) -> Option<f64> {
     let JointState { name, velocity, .. } = state;
@@ -119,6 +144,13 @@ pub(super) fn fastest(speeds: &[f64]) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_part_of_the_speed_is_a_percentage_too() {
+        for (told, expected) in [(100.0, 1.0), (20.0, 0.2), (2.0, 0.02), (1.0, 1.0), (0.2, 0.2), (0.0, 0.0)] {
+            assert_eq!(part(told), expected);
+        }
+    }
 
     #[test]
     fn only_the_arm_s_own_joints_say_whether_it_stands() {

@@ -233,6 +233,20 @@ fn a_robot_that_was_told_to_be_slow_arrives_later_and_the_status_says_the_factor
 }
 
 #[test]
+fn a_robot_that_says_at_which_part_of_its_speed_it_moves_is_believed_for_a_second() {
+    let mut rig = Rig::new();
+    rig.run(0.1);
+    for (told, factor) in [(0.3, 0.3), (7.0, 1.0), (-1.0, 0.0), (f64::NAN, 1.0)] {
+        rig.servo.set_speed_scaling(0, told);
+        rig.run(0.9);
+        assert_eq!(rig.servo.status().speed_factor, factor, "{told}");
+    }
+    rig.servo.set_speed_scaling(0, 0.3);
+    rig.run(1.1);
+    assert_eq!(rig.servo.status().speed_factor, 1.0);
+}
+
+#[test]
 fn one_revocation_hides_no_other() {
     let mut rig = Rig::two_arms();
     rig.run(2.0);

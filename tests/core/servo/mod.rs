@@ -32,3 +32,4 @@ mod stopping;
 mod superseded;
 mod timing;
 mod tool;
+mod unreachable;

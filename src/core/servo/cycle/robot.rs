@@ -46,12 +46,12 @@ impl Servo {
         self.robot.link.set_rival(arm, rival);
     }
 
-    /// Notes at which part of its speed, 0 to 1, the arm number `arm` says that it moves.
+    /// Notes at which part of its speed, 0 to 1, the arm number `arm` says that it moves. That holds for 1 s.
     ///
     /// # Panics
     /// Where the servo has no arm of that number.
     pub fn set_speed_scaling(&mut self, arm: usize, factor: f64) {
-        self.robot.link.set_factor(arm, factor);
+        self.robot.link.set_factor(arm, factor, self.clock.now);
     }
 
     /// The number of the arm that has been silent longest.

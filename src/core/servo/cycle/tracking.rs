@@ -1,6 +1,7 @@
 //! The tracking of a goal: from the goal and the pose to the target velocities, the figures of the motion, and its end.
 
 use super::Servo;
+use crate::servo::escape_phase::Phase;
 use crate::servo::link::Contact;
 use crate::servo::stream::MovingGoal;
 use crate::servo::{GoalError, MotionMeter, Reach, Settings, Stall, State, Tolerance};
@@ -17,6 +18,11 @@ const LINGERING: f64 = 0.1;
 
 /// The smallest singular value is looked at so often.
 const SIGMA_INTERVAL: Duration = Duration::from_millis(10);
+
+/// An arm that stands, no joint faster than this [rad/s, prismatic: m/s], where no small motion brings it nearer waits no longer than this
+/// for progress. One that creeps there may be on its way past a saddle.
+const STANDS: f64 = 1e-3;
+const CLOSED: Duration = Duration::from_secs(1);
 
 /// A law that asks for no more than this of any joint [rad/s, prismatic: m/s] asks for nothing: rounding is no motion.
 const NOTHING: f64 = 1e-9;
@@ -70,7 +76,10 @@ impl Servo {
         let without = watch.progress.update(elapsed, error, law_error, &tolerance);
         let creeps = watch.pace.update(elapsed, GoalError::default(), law_error, &tolerance);
         let oscillates = watch.oscillation.update(now, &self.output.command, law_error);
-        let stall = match progress_timeout {
+        let stands = self.output.command.iter().all(|speed| speed.abs() < STANDS);
+        let is_closed = stands && !reconfigures && watch.escape.phase == Phase::Closed;
+        let timeout = progress_timeout.map(|timeout| if is_closed { timeout.min(CLOSED) } else { timeout });
+        let stall = match timeout {
             _ if oscillates => Some(self.stall_of_swings(&tracked.goal.translation())),
             Some(timeout) if without > timeout => match reconfigures {
                 true => Some(self.stall_on_the_way()),

@@ -19,6 +19,9 @@ const TWO_STATES: Duration = Duration::from_millis(20);
 /// A command may show in the joint states so much later.
 const LATELY: Duration = Duration::from_millis(250);
 
+/// For so long the robot moves as it says; then as it is seen to.
+const TOLD: Duration = Duration::from_secs(1);
+
 /// Slower than this [rad/s] an arm stands: what velocities that are measured make of a standstill.
 const STANDSTILL: f64 = 0.02;
 
@@ -42,8 +45,8 @@ pub(super) struct ArmLink {
     pub figures: ArmFigures,
     /// What the robot has done that needs consent anew, if it has in this cycle.
     pub returned: Option<Return>,
-    /// The part of its speed at which the robot says that it moves, where it says that.
-    pub told_factor: Option<f64>,
+    /// The part of its speed at which the robot says that it moves, and when it last did.
+    pub told_factor: Option<(f64, Duration)>,
     /// A robot that has come and may be moving.
     newcomer: Option<Newcomer>,
     pub latency: Latency,
@@ -195,7 +198,10 @@ impl ArmLink {
             lateness: cycles.latest().max(self.lateness.worst()),
             cycle: cycles.slowest(),
             contact,
-            factor: self.told_factor.map_or(self.following.factor(), |told| told.clamp(0.0, 1.0)),
+            factor: match self.told_factor {
+                Some((factor, told)) if now.saturating_sub(told) <= TOLD => factor,
+                _ => self.following.factor(),
+            },
             came: self.returned.is_some_and(|it| it.is_of_newcomer())
                 || (cycles.has_gap() && self.received.is_some()),
         };

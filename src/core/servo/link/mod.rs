@@ -199,9 +199,9 @@ impl Link {
         self.arms.iter().any(|arm| arm.following.is_lost())
     }
 
-    /// Notes at which part of its speed `arm` says that it moves.
-    pub fn set_factor(&mut self, arm: usize, factor: f64) {
-        self.arms[arm].told_factor = factor.is_finite().then_some(factor);
+    /// Notes at which part of its speed `arm` says at `now` that it moves.
+    pub fn set_factor(&mut self, arm: usize, factor: f64, now: Duration) {
+        self.arms[arm].told_factor = factor.is_finite().then_some((factor.clamp(0.0, 1.0), now));
     }
 
     /// The part of the commanded speed at which the slowest arm moves.
