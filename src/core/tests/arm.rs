@@ -1,0 +1,197 @@
+//! Forward kinematics and Jacobians.
+
+use crate::reference::{distance, json, numbers, puma, rows};
+use crate::tolerance::{ALGEBRA, FINITE_DIFFERENCE, REFERENCE};
+use dq_algebra::{UnitDualQuaternion, dual_hamilton_plus};
+use dq_kinematics::arm::{ArmError, ArmState, Chain, Convention, DescribedArm, DhRow, Joint, JointKind};
+use nalgebra::{Unit, Vector3};
+use proptest::prelude::*;
+use serde_json::Value;
+
+fn state(chain: &Chain, theta: &[f64]) -> ArmState {
+    let mut state = ArmState::new(chain);
+    chain.evaluate(theta, &mut state).unwrap();
+    state
+}
+
+/// A seven-joint arm of the other convention with offsets, so that nothing depends on the PUMA.
+fn seven_joints() -> Chain {
+    let row = |i: usize| DhRow {
+        alpha: [1.5, -1.2, 0.3, 0.0, 1.0, -1.5, 0.4][i],
+        a: [0.1, 0.3, 0.0, 0.2, 0.05, 0.0, 0.1][i],
+        d: [0.3, 0.0, 0.25, 0.0, 0.1, 0.2, 0.05][i],
+        theta_offset: [0.0, 0.5, -0.3, 1.0, 0.0, 0.2, -1.0][i],
+    };
+    Chain::new(Convention::StandardDh, &(0..7).map(row).collect::<Vec<_>>()).unwrap()
+}
+
+#[test]
+fn printed_poses_of_the_paper_are_met_with_their_signs() {
+    let reference = json();
+    for (theta, pose) in
+        [("theta_initial", "q_initial"), ("theta_desired", "q_desired"), ("theta_third", "q_third")]
+    {
+        let q = puma().forward_kinematics(&numbers(&reference[theta])).unwrap();
+        let printed = numbers(&reference["printed"][pose]);
+        assert!(distance(q.to_vector8().as_slice(), &printed) < REFERENCE, "{pose}");
+    }
+    let third = puma().forward_kinematics(&numbers(&reference["theta_third"])).unwrap();
+    let printed = numbers(&reference["printed"]["translation_third"]);
+    assert!(distance(third.translation().as_slice(), &printed) < REFERENCE);
+}
+
+#[test]
+fn printed_relative_pose_of_the_paper_is_met() {
+    let reference = json();
+    let pose = |theta: &str| puma().forward_kinematics(&numbers(&reference[theta])).unwrap();
+    let relative = pose("theta_desired").conjugate() * pose("theta_initial");
+    let printed = numbers(&reference["printed"]["relative_q"]);
+    assert!(distance(relative.to_vector8().as_slice(), &printed) < REFERENCE);
+    let translation = numbers(&reference["printed"]["relative_translation_initial"]);
+    assert!(distance(relative.translation().as_slice(), &translation) < REFERENCE);
+}
+
+#[test]
+fn computed_pose_jacobian_is_met() {
+    let reference = json();
+    let jacobian = state(&puma(), &numbers(&reference["theta_initial"])).pose_jacobian();
+    for (i, row) in rows(&reference["computed"]["jacobian8x6_initial"]).iter().enumerate() {
+        let ours: Vec<_> = jacobian.row(i).iter().copied().collect();
+        assert!(distance(&ours, row) < REFERENCE, "row {i}");
+    }
+}
+
+#[test]
+fn an_independent_implementation_agrees_on_poses_and_jacobians() {
+    let cases: Value = serde_json::from_str(include_str!("../../../tests/data/dqrobotics.json")).unwrap();
+    for case in cases.as_array().unwrap() {
+        let column = |name: &str| numbers(&case[name]);
+        let (alpha, a, d, theta) = (column("alpha"), column("a"), column("d"), column("theta"));
+        let row = |i: usize| DhRow { alpha: alpha[i], a: a[i], d: d[i], theta_offset: 0.0 };
+        let convention = case["convention"].as_str().unwrap().parse().unwrap();
+        let chain = Chain::new(convention, &(0..theta.len()).map(row).collect::<Vec<_>>()).unwrap();
+        let state = state(&chain, &theta);
+        let pose = column("pose");
+        // Both signs are the same pose, and the Jacobian has the sign of its pose.
+        let sign = (state.base_from_tool().to_vector8()[0] * pose[0]).signum();
+        let ours = state.base_from_tool().to_vector8() * sign;
+        assert!(distance(ours.as_slice(), &pose) < REFERENCE, "{theta:?}");
+        for (i, row) in rows(&case["jacobian"]).iter().enumerate() {
+            let ours: Vec<_> = (state.pose_jacobian().row(i) * sign).iter().copied().collect();
+            assert!(distance(&ours, row) < REFERENCE, "row {i} at {theta:?}");
+        }
+    }
+}
+
+/// Central differences of the pose along each joint against the pose Jacobian.
+fn check_by_finite_differences(chain: &Chain, theta: &[f64]) {
+    const STEP: f64 = 1e-6;
+    let jacobian = state(chain, theta).pose_jacobian();
+    for (i, column) in jacobian.column_iter().enumerate() {
+        let pose = |step: f64| {
+            let mut moved = theta.to_vec();
+            moved[i] += step;
+            chain.forward_kinematics(&moved).unwrap().to_vector8()
+        };
+        let difference = (pose(STEP) - pose(-STEP)) / (2.0 * STEP);
+        assert!((difference - column).norm() < FINITE_DIFFERENCE, "joint {i} at {theta:?}");
+    }
+}
+
+/// Rows 2–4 and 6–8 of `2 H⁺₈(q*) J` are the body Jacobian.
+fn check_body_jacobian(chain: &Chain, theta: &[f64]) {
+    let state = state(chain, theta);
+    let conjugate = *state.base_from_tool().conjugate().as_dual_quaternion();
+    let twists = 2.0 * dual_hamilton_plus(&conjugate) * state.pose_jacobian();
+    let body = state.body_jacobian();
+    assert!((twists.rows(1, 3) - body.rows(0, 3)).norm() < ALGEBRA * 10.0);
+    assert!((twists.rows(5, 3) - body.rows(3, 3)).norm() < ALGEBRA * 10.0);
+}
+
+#[test]
+fn standard_dh_is_the_product_of_its_factors() {
+    let row = DhRow { alpha: 0.3, a: 0.2, d: 0.1, theta_offset: 0.5 };
+    let chain = Chain::new(Convention::StandardDh, &[row]).unwrap();
+    let turn =
+        |angle: f64, axis| UnitDualQuaternion::from_translation_angle_axis(Vector3::zeros(), angle, &axis);
+    let shift = |t| UnitDualQuaternion::from_translation_angle_axis(t, 0.0, &Vector3::z_axis());
+    let expected = turn(1.2, Vector3::z_axis())
+        * shift(Vector3::new(0.0, 0.0, 0.1))
+        * shift(Vector3::new(0.2, 0.0, 0.0))
+        * turn(0.3, Vector3::x_axis());
+    let got = chain.forward_kinematics(&[0.7]).unwrap();
+    assert!((got.to_vector8() - expected.to_vector8()).norm() < ALGEBRA);
+}
+
+/// What `Unit::new_normalize` makes of zeros is no axis.
+#[test]
+fn an_axis_without_a_direction_is_refused() {
+    let joint = |axis| Joint {
+        kind: JointKind::Revolute,
+        parent_from_joint: UnitDualQuaternion::identity(),
+        axis: Unit::new_normalize(axis),
+    };
+    let joints = [joint(Vector3::x()), joint(Vector3::zeros())];
+    let error = Chain::from_joints(&joints, &UnitDualQuaternion::identity()).unwrap_err();
+    assert!(matches!(error, ArmError::NonFinite { parameter: "axis", joint: 2, .. }), "{error}");
+}
+
+#[test]
+fn what_does_not_fit_is_refused() {
+    let error = puma().forward_kinematics(&[0.0; 5]).unwrap_err();
+    assert_eq!(error, ArmError::JointCount { expected: 6, got: 5 });
+    assert_eq!(Chain::new(Convention::ModifiedDh, &[]), Err(ArmError::NoJoints));
+    let bad = DhRow { alpha: 0.0, a: f64::NAN, d: 0.0, theta_offset: 0.0 };
+    assert!(matches!(
+        Chain::new(Convention::ModifiedDh, &[bad]),
+        Err(ArmError::NonFinite { parameter: "a", joint: 1, .. })
+    ));
+    assert!("craig".parse::<Convention>().is_err());
+}
+
+#[test]
+fn the_urdf_places_the_joints_as_the_chain_does() {
+    let chain = puma();
+    let names = |prefix: &str| (1..=6).map(|i| format!("{prefix}{i}")).collect::<Vec<_>>();
+    let frames = ["base_link", "tool0"];
+    let text = DescribedArm::of_chain(&chain, "puma560", &names("joint"), frames, &names("link"))
+        .unwrap()
+        .drawn_urdf();
+    let origins: Vec<_> = text
+        .lines()
+        .skip_while(|line| !line.contains("<joint"))
+        .filter_map(|line| line.trim().strip_prefix("<origin xyz=\""))
+        .map(|rest| {
+            let (xyz, rpy) = rest.trim_end_matches("\"/>").split_once("\" rpy=\"").unwrap();
+            let parse = |text: &str| text.split(' ').map(|x| x.parse().unwrap()).collect::<Vec<f64>>();
+            let (t, r) = (parse(xyz), parse(rpy));
+            let turn = nalgebra::UnitQuaternion::from_euler_angles(r[0], r[1], r[2]);
+            UnitDualQuaternion::from_parts(turn, Vector3::new(t[0], t[1], t[2]))
+        })
+        .collect();
+    assert_eq!(origins.len(), 7);
+    let product = origins.into_iter().fold(UnitDualQuaternion::identity(), |product, next| product * next);
+    let expected = chain.forward_kinematics(&[0.0; 6]).unwrap();
+    assert!((product.translation() - expected.translation()).norm() < ALGEBRA);
+    assert!(product.rotation().angle_to(&expected.rotation()) < 1e-7);
+}
+
+proptest! {
+    #[test]
+    fn jacobians_agree_with_finite_differences(theta in prop::array::uniform7(-3.0..3.0f64)) {
+        check_by_finite_differences(&puma(), &theta[..6]);
+        check_by_finite_differences(&seven_joints(), &theta);
+        check_body_jacobian(&puma(), &theta[..6]);
+        check_body_jacobian(&seven_joints(), &theta);
+    }
+
+    #[test]
+    fn no_pose_is_beyond_reach(theta in prop::array::uniform7(-3.0..3.0f64)) {
+        let chain = seven_joints();
+        prop_assert!(chain.forward_kinematics(&theta).unwrap().translation().norm() <= chain.reach(std::iter::empty()));
+        let links = chain.link_poses(&theta).unwrap();
+        let tool = *links.last().unwrap() * chain.last_link_from_tool();
+        let expected = chain.forward_kinematics(&theta).unwrap();
+        prop_assert!((tool.to_vector8() - expected.to_vector8()).norm() < ALGEBRA);
+    }
+}

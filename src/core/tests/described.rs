@@ -1,0 +1,409 @@
+//! Arms that robot descriptions give, and descriptions that give none.
+
+use crate::tolerance::{ALGEBRA, FINITE_DIFFERENCE};
+use dq_algebra::UnitDualQuaternion;
+use dq_config::{NodeParameters, PlantParameters, ServoParameters};
+use dq_kinematics::arm::{ArmState, Chain, DescribedArm, Description, JointKind, Motion, guess_frames};
+use dq_params::{Given, Value};
+use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
+use proptest::prelude::*;
+use std::process::{Command, Output};
+
+/// What an independent implementation is met to.
+const ORACLE: f64 = 1e-10;
+
+fn text(name: &str) -> String {
+    std::fs::read_to_string(file(name)).unwrap()
+}
+
+fn file(name: &str) -> String {
+    format!("{}/../../tests/data/urdf/{name}.urdf", env!("CARGO_MANIFEST_DIR"))
+}
+
+fn done(output: Output, what: &str) -> Vec<u8> {
+    assert!(output.status.success(), "{what}: {}", String::from_utf8_lossy(&output.stderr));
+    output.stdout
+}
+
+/// A Python with Pinocchio, which tests/install.sh makes.
+const PYTHON: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../target/venv/bin/python");
+
+/// Numbers one after the other.
+struct Numbers(std::vec::IntoIter<f64>);
+
+impl Numbers {
+    fn take<const N: usize>(&mut self) -> [f64; N] {
+        std::array::from_fn(|_| self.0.next().unwrap())
+    }
+
+    fn list(&mut self, count: usize) -> Vec<f64> {
+        (0..count).map(|_| self.0.next().unwrap()).collect()
+    }
+}
+
+/// Poses and Jacobians at 1000 random configurations against Pinocchio's.
+fn check_against_pinocchio(document: &str, base: &str, tool: &str, kinds: &[JointKind]) {
+    const COUNT: usize = 1000;
+    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/pin.py");
+    let arguments = [script, document, base, tool, &COUNT.to_string()];
+    let bytes = done(Command::new(PYTHON).args(arguments).output().unwrap(), document);
+    let numbers = bytes.chunks_exact(8).map(|eight| f64::from_le_bytes(eight.try_into().unwrap()));
+    let mut numbers = Numbers(numbers.collect::<Vec<_>>().into_iter());
+    let description = Description::read(&std::fs::read_to_string(document).unwrap(), base, tool).unwrap();
+    let chain = description.arm.chain().unwrap();
+    assert_eq!(chain.kinds(), kinds);
+    let mut state = ArmState::new(&chain);
+    for _ in 0..COUNT {
+        let positions = numbers.list(kinds.len());
+        let pose: [f64; 16] = numbers.take();
+        let jacobian = numbers.list(6 * kinds.len());
+        chain.evaluate(&positions, &mut state).unwrap();
+        let rotation = Matrix3::from_fn(|row, column| pose[4 * row + column]);
+        let ours = state.base_from_tool().rotation().to_rotation_matrix();
+        assert!((ours.matrix() - rotation).norm() < ORACLE, "{document} at {positions:?}");
+        let point = Vector3::new(pose[3], pose[7], pose[11]);
+        assert!(
+            (state.base_from_tool().translation() - point).norm() < ORACLE,
+            "{document} at {positions:?}"
+        );
+        for (joint, (angular, linear)) in state.tool_motions().enumerate() {
+            let column = |row: usize| jacobian[row * kinds.len() + joint];
+            let (l, w) = (Vector3::from_fn(|i, _| column(i)), Vector3::from_fn(|i, _| column(3 + i)));
+            assert!(
+                (linear - l).norm() < ORACLE && (angular - w).norm() < ORACLE,
+                "joint {joint} at {positions:?}"
+            );
+        }
+    }
+    assert_eq!(numbers.0.len(), 0);
+}
+
+#[test]
+fn pinocchio_agrees_on_the_ur5_the_panda_the_tiago_and_the_puma() {
+    use JointKind::{Prismatic, Revolute};
+    check_against_pinocchio(&file("ur5"), "base_link", "tool0", &[Revolute; 6]);
+    check_against_pinocchio(&file("panda"), "panda_link0", "panda_link8", &[Revolute; 7]);
+    let mut tiago = [Revolute; 8];
+    tiago[0] = Prismatic;
+    check_against_pinocchio(&file("tiago"), "base_link", "arm_tool_link", &tiago);
+    let puma = crate::reference::puma();
+    let names = |prefix: &str| (1..=6).map(|i| format!("{prefix}{i}")).collect::<Vec<_>>();
+    let arm =
+        DescribedArm::of_chain(&puma, "puma560", &names("joint"), ["base_link", "tool0"], &names("link"))
+            .unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let document = folder.path().join("puma560.urdf");
+    std::fs::write(&document, arm.drawn_urdf()).unwrap();
+    check_against_pinocchio(document.to_str().unwrap(), "base_link", "tool0", &[Revolute; 6]);
+}
+
+#[test]
+fn the_described_puma_is_the_puma_of_the_rows() {
+    let (puma, theta) = (crate::reference::puma(), [0.3, -1.2, 0.7, 2.0, -0.4, 1.1]);
+    let names = |prefix: &str| (1..=6).map(|i| format!("{prefix}{i}")).collect::<Vec<_>>();
+    let arm =
+        DescribedArm::of_chain(&puma, "puma560", &names("joint"), ["base_link", "tool0"], &names("link"))
+            .unwrap();
+    let read = Description::read(&arm.drawn_urdf(), "base_link", "tool0").unwrap();
+    assert_eq!(read.arm, arm);
+    let (one, other) = (
+        puma.forward_kinematics(&theta).unwrap(),
+        read.arm.chain().unwrap().forward_kinematics(&theta).unwrap(),
+    );
+    let sign = (one.to_vector8().dot(&other.to_vector8())).signum();
+    assert!((one.to_vector8() - sign * other.to_vector8()).norm() < ALGEBRA);
+}
+
+/// Revolute about x, prismatic along a slant, continuous about −z, and a tool.
+pub const GANTRY: &str = "<robot name='g'><link name='a'/><link name='b'/><link name='c'/><link name='d'/><link name='e'/><link name='f'/>
+  <joint name='j1' type='revolute'><parent link='a'/><child link='b'/><origin xyz='0.1 0.2 0.3' rpy='0.4 0.5 0.6'/>
+    <limit lower='-1' upper='2' velocity='1.5' effort='1'/></joint>
+  <joint name='j2' type='prismatic'><parent link='b'/><child link='c'/><axis xyz='1 2 -2'/>
+    <limit lower='-0.1' upper='0.4' velocity='0.5' effort='1'/></joint>
+  <joint name='j3' type='continuous'><parent link='c'/><child link='d'/><axis xyz='0 0 -1'/><limit velocity='3' effort='1'/></joint>
+  <joint name='j4' type='fixed'><parent link='d'/><child link='e'/><origin xyz='0 0.5 0' rpy='0 1.57 0'/></joint>
+  <joint name='finger' type='prismatic'><parent link='d'/><child link='f'/><mimic joint='j2'/></joint></robot>";
+
+fn gantry() -> Chain {
+    Description::read(GANTRY, "a", "e").unwrap().arm.chain().unwrap()
+}
+
+#[test]
+fn any_axis_is_taken_and_what_is_written_reads_back_to_the_last_bit() {
+    let description = Description::read(GANTRY, "a", "e").unwrap();
+    let [turn, slide, shift] = [0.7, 0.3, -1.1];
+    let pose = gantry().forward_kinematics(&[turn, slide, shift]).unwrap();
+    let frame = |x, y, z, rotation: UnitQuaternion<f64>| {
+        UnitDualQuaternion::from_parts(rotation, Vector3::new(x, y, z))
+    };
+    let rpy = |roll, pitch, yaw| {
+        UnitQuaternion::from_rotation_matrix(&Rotation3::from_euler_angles(roll, pitch, yaw))
+    };
+    let about = |axis: Vector3<f64>| UnitQuaternion::from_scaled_axis(axis);
+    let expected = frame(0.1, 0.2, 0.3, rpy(0.4, 0.5, 0.6) * about(Vector3::new(turn, 0.0, 0.0)))
+        * frame(slide / 3.0, slide * 2.0 / 3.0, -slide * 2.0 / 3.0, UnitQuaternion::identity())
+        * frame(0.0, 0.0, 0.0, about(Vector3::new(0.0, 0.0, -shift)))
+        * frame(0.0, 0.5, 0.0, rpy(0.0, 1.57, 0.0));
+    assert!((pose.translation() - expected.translation()).norm() < ALGEBRA);
+    assert!(pose.rotation().angle_to(&expected.rotation()) < 1e-7);
+    let names: Vec<_> = description.arm.moving().map(|joint| joint.name.as_str()).collect();
+    assert_eq!(names, ["j1", "j2", "j3"]);
+    assert_eq!(description.beside.len(), 1);
+    for (document, base, tool) in [
+        (GANTRY.to_owned(), "a", "e"),
+        (text("ur5"), "world", "tool0"),
+        (text("tiago"), "base_link", "arm_tool_link"),
+    ] {
+        let read = Description::read(&document, base, tool).unwrap();
+        let again = Description::read(&read.arm.urdf(), base, tool).unwrap();
+        assert_eq!((&again.arm, again.beside.len()), (&read.arm, 0));
+    }
+}
+
+#[test]
+fn the_description_of_a_chain_is_that_chain_or_none() {
+    let (chain, theta) = (gantry(), [0.7, 0.3, -1.1]);
+    let names = |prefix: &str| (1..=3).map(|i| format!("{prefix}{i}")).collect::<Vec<_>>();
+    let (joints, links) = (names("joint"), names("link"));
+    let described = DescribedArm::of_chain(&chain, "g", &joints, ["a", "e"], &links).unwrap();
+    let read = Description::read(&described.urdf(), "a", "e").unwrap().arm.chain().unwrap();
+    assert_eq!(read.kinds(), chain.kinds());
+    let [one, other] = [&chain, &read].map(|chain| chain.forward_kinematics(&theta).unwrap());
+    assert!((one.translation() - other.translation()).norm() < ALGEBRA);
+    assert!(one.rotation().angle_to(&other.rotation()) < 1e-7);
+    let error = |joints: &[String], links: &[String]| {
+        DescribedArm::of_chain(&chain, "g", joints, ["a", "e"], links).unwrap_err().to_string()
+    };
+    assert_eq!(error(&joints[..2], &links), "got 2 joint names, expected 3: the arm has 3 joints");
+    assert_eq!(
+        error(&joints, &[links.clone(), links.clone()].concat()),
+        "got 6 link names, expected 3: the arm has 3 joints"
+    );
+}
+
+proptest! {
+    #[test]
+    fn jacobians_with_a_prismatic_joint_agree_with_finite_differences(theta in prop::array::uniform3(-2.0..2.0f64)) {
+        const STEP: f64 = 1e-6;
+        let chain = gantry();
+        let mut state = ArmState::new(&chain);
+        chain.evaluate(&theta, &mut state).unwrap();
+        prop_assert!(state.tool_point().norm() <= chain.reach([(-2.0, 2.0); 3].into_iter()));
+        let (poses, body) = (state.pose_jacobian(), state.body_jacobian());
+        let pose = |theta: &[f64]| chain.forward_kinematics(theta).unwrap().to_vector8();
+        for joint in 0..3 {
+            let moved = |step: f64| {
+                let mut moved = theta;
+                moved[joint] += step;
+                pose(&moved)
+            };
+            let difference = (moved(STEP) - moved(-STEP)) / (2.0 * STEP);
+            prop_assert!((difference - poses.column(joint)).norm() < FINITE_DIFFERENCE, "joint {}", joint);
+        }
+        let conjugate = *state.base_from_tool().conjugate().as_dual_quaternion();
+        let twists = 2.0 * dq_algebra::dual_hamilton_plus(&conjugate) * poses;
+        prop_assert!((twists.rows(1, 3) - body.rows(0, 3)).norm() < ALGEBRA * 10.0);
+        prop_assert!((twists.rows(5, 3) - body.rows(3, 3)).norm() < ALGEBRA * 10.0);
+    }
+}
+
+/// What does not move mimics nothing.
+#[test]
+fn a_fixed_joint_that_mimics_is_read() {
+    let fixed = "<joint name='j4' type='fixed'>";
+    let mimicking = GANTRY.replace(fixed, &format!("{fixed}<mimic joint='j2'/>"));
+    let read = |text: &str| Description::read(text, "a", "e").unwrap().arm;
+    assert_eq!(read(&mimicking), read(GANTRY));
+}
+
+#[test]
+fn what_gives_no_arm_is_refused_in_one_line_that_names_the_element() {
+    let with = |from: &str, to: &str| GANTRY.replacen(from, to, 1);
+    let nested = format!("<robot>{}{}</robot>", "<a>".repeat(50_000), "</a>".repeat(50_000));
+    let cases: Vec<(String, &[&str])> = vec![
+        (with("type='revolute'", "type='floating'"), &["joint \"j1\"", "floating"]),
+        (with("type='prismatic'", "type='planar'"), &["joint \"j2\"", "planar"]),
+        (with("<axis xyz='1 2 -2'/>", "<mimic joint='j1'/>"), &["joint \"j2\"", "mimics \"j1\""]),
+        (
+            with("<parent link='d'/><child link='f'/>", "<parent link='e'/><child link='a'/>"),
+            &["joint \"", "expected links that form a tree, no ring"],
+        ),
+        (
+            with("<parent link='d'/><child link='f'/>", "<parent link='f'/><child link='f'/>"),
+            &["joint \"finger\"", "its child \"f\" carries its parent \"f\" too", "no ring"],
+        ),
+        (with("lower='-1'", "lower='low'"), &["joint \"j1\"", "lower of its limit is \"low\""]),
+        (with("xyz='0.1 0.2 0.3'", "xyz='0.1 0.2'"), &["joint \"j1\"", "xyz of its origin", "three numbers"]),
+        (with("xyz='0.1 0.2 0.3'", "xyz='nan 0 0'"), &["joint \"j1\"", "three numbers"]),
+        (with("xyz='0.1 0.2 0.3'", "xyz='9e9 0 0'"), &["joint \"j1\"", "three numbers"]),
+        (with("xyz='0.1 0.2 0.3'", "xyz='1e4 0 0'"), &["origin of joint 1", "1000"]),
+        (with("xyz='1 2 -2'", "xyz='0 0 0'"), &["joint \"j2\"", "axis", "direction"]),
+        (with("rpy='0.4 0.5 0.6'", "quat_xyzw='0 0 0 1'"), &["joint \"j1\"", "quat_xyzw"]),
+        (with("<link name='f'/>", "<link name='f'/><link name='g'/>"), &["the roots \"a\" and \"g\""]),
+        (with("<link name='f'/>", ""), &["joint \"finger\"", "child \"f\" is no link"]),
+        (with("<parent link='d'/>", ""), &["joint \"j4\"", "<parent link=...>"]),
+        (
+            with("<child link='f'/>", "<child link='e'/>"),
+            &["joint \"finger\"", "child \"e\" is the child of joint \"j4\" too"],
+        ),
+        (with("name='j2'", "name='j1'"), &["joint \"j1\"", "twice"]),
+        (with("name='j2'", "name='&#127;'"), &["joint", "printable"]),
+        (with("name='j2' ", ""), &["joint \"\"", "no name, in line 4"]),
+        (
+            with("<link name='a'/>", "<xacro:macro name='m' xmlns:xacro='http://www.ros.org/wiki/xacro'/>"),
+            &["xacro:macro", "line 1"],
+        ),
+        (with("<link name='a'/>", "\n<xacro:arm/>"), &["<xacro:...> in line 2", "expand it first"]),
+        (with("xyz='1 2 -2'", "xyz='${x} 0 1'"), &["joint \"j2\"", "${x}"]),
+        (with("</robot>", ""), &["no XML"]),
+        ("<sdf/>".to_owned(), &["<sdf>", "<robot>"]),
+        ("joints: [a]".to_owned(), &["no XML"]),
+        (String::new(), &["no XML"]),
+        ("<!DOCTYPE r [<!ENTITY a 'aa'>]><robot/>".to_owned(), &["no XML"]),
+        (" ".repeat(5 << 20), &["5242880 bytes", "4194304"]),
+        (format!("<robot>{}</robot>", "<a/>".repeat(300_000)), &["no XML"]),
+        (nested, &["base_frame is \"a\""]),
+        (with("name='f'", &format!("name='{}'", "f".repeat(300))), &["250 bytes"]),
+    ];
+    for (document, needles) in cases {
+        let message =
+            Description::read(&document, "a", "e").and_then(|read| read.arm.chain()).unwrap_err().to_string();
+        let whole = needles.iter().all(|needle| message.contains(needle));
+        assert!(whole && !message.contains('\n') && message.len() < 900, "{needles:?}: {message}");
+    }
+    let message = |base, tool| Description::read(GANTRY, base, tool).unwrap_err().to_string();
+    assert!(
+        message("a", "z")
+            .contains("tool_frame is \"z\", no link of the robot description, which has a, b, c, d, e, f")
+    );
+    assert!(message("e", "a").contains("no joints lead from base_frame \"e\" to tool_frame \"a\""));
+    assert!(message("f", "e").contains("hangs from \"a\""));
+    assert!(
+        message("d", "e").contains("no joint that moves is between base_frame \"d\" and tool_frame \"e\"")
+    );
+    assert!(message("a", "a").contains("no joint that moves"));
+}
+
+#[test]
+fn what_is_beside_the_chain_may_be_wrong() {
+    let broken = GANTRY.replace("<mimic joint='j2'/>", "<axis xyz='none'/><limit lower='x'/>");
+    let read = Description::read(&broken, "a", "e").unwrap();
+    let [stiff] = read.beside.as_slice() else { panic!("{:?}", read.beside) };
+    assert_eq!((read.arm.joints.len(), stiff.motion), (4, Motion::Fixed));
+    let free = GANTRY.replace("name='finger' type='prismatic'", "name='finger' type='floating'");
+    assert!(Description::read(&free, "a", "e").unwrap().beside.is_empty());
+}
+
+pub fn given(values: &[(&str, Value)]) -> Vec<Given> {
+    let value = |(name, value): &(&str, Value)| Given {
+        name: (*name).to_owned(),
+        value: value.clone(),
+        source: "test".to_owned(),
+        by_name: false,
+    };
+    values.iter().map(value).collect()
+}
+
+pub fn frames(base: &str, tool: &str) -> [(&'static str, Value); 2] {
+    [("base_frame", Value::String(base.to_owned())), ("tool_frame", Value::String(tool.to_owned()))]
+}
+
+pub fn started(values: &[(&str, Value)]) -> Result<ServoParameters, String> {
+    let (store, warnings) =
+        ServoParameters::start("/dq_servo", given(values)).map_err(|why| why.to_string())?;
+    assert_eq!(warnings, [""; 0]);
+    ServoParameters::from_store(&store).map_err(|why| why.to_string())
+}
+
+#[test]
+fn a_description_gives_what_nobody_gives_and_is_overridden_by_who_does() {
+    let mut values = frames("a", "e").to_vec();
+    values.push(("robot_description", Value::String(GANTRY.to_owned())));
+    let limits = started(&values).unwrap().settings.limits;
+    assert_eq!(limits.joint_velocity, [1.5, 0.5, 3.0]);
+    assert_eq!(limits.joint_acceleration, [3.0, 1.0, 6.0]);
+    assert_eq!(
+        (limits.position.lower[..2].to_vec(), limits.position.upper[..2].to_vec()),
+        (vec![-1.0, -0.1], vec![2.0, 0.4])
+    );
+    assert!(limits.position.lower[2] <= -1e5 && limits.position.upper[2] >= 1e5, "continuous");
+    values.push(("limits.joint_velocity", Value::DoubleArray(vec![1.0, 0.2, 1.0])));
+    let parameters = started(&values).unwrap();
+    assert_eq!(parameters.settings.limits.joint_velocity, [1.0, 0.2, 1.0]);
+    assert_eq!(parameters.joints[0].names(), ["j1", "j2", "j3"]);
+
+    let (store, _) = ServoParameters::start("/dq_servo", given(&values)).unwrap();
+    let Some(Value::String(in_force)) = store.get("robot_description") else { panic!() };
+    assert!(!in_force.contains("finger") && in_force.contains("j2"), "what counts of it: {in_force}");
+    // A dump starts another one that is the same.
+    let dump: Vec<_> = store.iter().map(|(declared, value)| (declared.name, value.clone())).collect();
+    assert_eq!(started(&dump).unwrap(), parameters);
+    let (plant, _) = PlantParameters::start("/arm", given(&values)).unwrap();
+    assert_eq!(plant.get("robot_description"), Some(&Value::String(GANTRY.to_owned())), "published whole");
+    assert_eq!(PlantParameters::from_store(&plant).unwrap().initial_positions, [0.0; 3]);
+}
+
+/// The longest arm, without wheels, head, gripper and fingers; from `base_link` to `tool0`, where there are these.
+#[test]
+fn frames_that_nobody_names_are_guessed() {
+    for (robot, base, tool, joints) in [
+        ("panda", "panda_link0", "panda_hand", 7),
+        ("scara", "link0", "tool", 4),
+        ("tiago", "base_link", "wrist_ft_tool_link", 8),
+        ("ur5", "base_link", "tool0", 6),
+        ("xarm7", "world", "link_eef", 7),
+    ] {
+        let text = text(robot);
+        let frames = guess_frames(&text, [None, None]).unwrap();
+        assert_eq!(frames, [base, tool], "{robot}");
+        let arm = Description::read(&text, base, tool).unwrap().arm;
+        assert_eq!(arm.moving().count(), joints, "{robot}");
+        assert_eq!(guess_frames(&text, [Some("here"), Some("there")]).unwrap(), ["here", "there"]);
+    }
+    let given = given(&[("robot_file", Value::String(file("ur5")))]);
+    let (store, warnings) = ServoParameters::start("/dq_servo", given).unwrap();
+    let frames = "from base_frame \"base_link\" to tool_frame \"tool0\"";
+    assert!(warnings.len() == 1 && warnings[0].contains(frames), "{warnings:?}");
+    let parameters = ServoParameters::from_store(&store).unwrap();
+    assert_eq!((parameters.goal_frame.as_str(), parameters.tool_frame.as_str()), ("base_link", "tool0"));
+}
+
+#[test]
+fn a_description_without_what_it_needs_is_refused() {
+    let description =
+        ("robot_description", Value::String(GANTRY.replace("<limit velocity='3' effort='1'/>", "")));
+    let with = |more: &[(&'static str, Value)]| {
+        let mut values = frames("a", "e").to_vec();
+        values.extend_from_slice(more);
+        started(&values)
+    };
+    let why = with(std::slice::from_ref(&description)).unwrap_err();
+    assert!(why.contains("\"j3\"") && why.contains("limits.joint_velocity"), "{why}");
+    with(&[description.clone(), ("limits.joint_velocity", Value::DoubleArray(vec![1.0; 3]))]).unwrap();
+    // Its frames are guessed.
+    let why = started(&[description]).unwrap_err();
+    assert!(why.contains("limits.joint_velocity"), "{why}");
+    let why = with(&[]).unwrap_err();
+    assert!(why.contains("robot_description or robot_file"), "{why}");
+    let why = with(&[("robot_file", Value::String("/nowhere.urdf".to_owned()))]).unwrap_err();
+    assert!(why.starts_with("/nowhere.urdf: "), "{why}");
+    let other = Value::StringArray(vec!["j1".to_owned(), "j3".to_owned(), "j2".to_owned()]);
+    let gantry = ("robot_description", Value::String(GANTRY.to_owned()));
+    let why = with(&[gantry, ("joints", other)]).unwrap_err();
+    assert!(why.contains("joints") && why.contains("[\"j1\", \"j2\", \"j3\"]"), "{why}");
+    let slow = ("limits.joint_deceleration", Value::DoubleArray(vec![9.0, 0.4, 9.0]));
+    let gantry = ("robot_description", Value::String(GANTRY.to_owned()));
+    let why = with(&[gantry, slow]).unwrap_err();
+    assert!(why.contains("at least 0.5 m/s^2, which stops joint 2"), "{why}");
+}
+
+#[test]
+fn a_description_from_a_file_is_the_same_arm() {
+    let mut values = frames("base_link", "arm_tool_link").to_vec();
+    values.push(("robot_file", Value::String(file("tiago"))));
+    let parameters = started(&values).unwrap();
+    assert_eq!(parameters.settings.limits.joint_velocity[0], 0.07);
+    let moving = Description::read(&text("tiago"), "base_link", "arm_tool_link").unwrap().arm;
+    assert_eq!(moving.moving().next().unwrap().motion, Motion::Prismatic);
+    assert_eq!(parameters.joints[0].names()[0], "torso_lift_joint");
+}

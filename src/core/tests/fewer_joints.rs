@@ -1,0 +1,254 @@
+//! Arms of fewer than six joints, asked for what they can do; and what each arm does with what it is not asked for.
+
+use crate::reference::{puma, settings};
+use crate::rig::Rig;
+use crate::tasks::{LESS, missed, turned};
+use dq_config::{NodeParameters, PlantParameters, ServoParameters};
+use dq_core::servo::{Posture, Reason, Revocation, Stall, State};
+use dq_kinematics::arm::{Chain, Convention, DhRow};
+use dq_kinematics::control::{Aim, Law};
+use dq_params::{Given, Value};
+use nalgebra::Vector3;
+use std::f64::consts::FRAC_PI_2;
+
+fn row(alpha: f64, a: f64, d: f64) -> DhRow {
+    DhRow { alpha, a, d, theta_offset: 0.0 }
+}
+
+/// Waist, shoulder, elbow.
+fn three_joints() -> Chain {
+    let rows = [row(FRAC_PI_2, 0.0, 0.3), row(0.0, 0.4, 0.0), row(0.0, 0.35, 0.0)];
+    Chain::new(Convention::StandardDh, &rows).unwrap()
+}
+
+/// The same with a wrist that pitches and one that rolls: it points only where its waist looks.
+fn five_joints() -> Chain {
+    let rows = [
+        row(FRAC_PI_2, 0.0, 0.3),
+        row(0.0, 0.4, 0.0),
+        row(0.0, 0.35, 0.0),
+        row(FRAC_PI_2, 0.0, 0.0),
+        row(0.0, 0.0, 0.1),
+    ];
+    Chain::new(Convention::StandardDh, &rows).unwrap()
+}
+
+/// A robot description of joints in a row: name, type, axis, where the next link is.
+fn urdf(joints: &[(&str, &str, &str)]) -> String {
+    let mut text = "<robot name=\"arm\"><link name=\"link0\"/>".to_owned();
+    for (i, (kind, axis, origin)) in joints.iter().enumerate() {
+        text += &format!(
+            "<link name=\"link{}\"/><joint name=\"joint{}\" type=\"{kind}\"><parent link=\"link{i}\"/>\
+             <child link=\"link{}\"/><origin xyz=\"{origin}\"/><axis xyz=\"{axis}\"/>\
+             <limit lower=\"-2.8\" upper=\"2.8\" velocity=\"2\" effort=\"1\"/></joint>",
+            i + 1,
+            i + 1,
+            i + 1
+        );
+    }
+    let count = joints.len();
+    text + &format!(
+        "<link name=\"tool\"/><joint name=\"flange\" type=\"fixed\"><parent link=\"link{count}\"/><child link=\"tool\"/>\
+         <origin xyz=\"0.1 0 0\" rpy=\"0 1.5707963267948966 0\"/></joint></robot>"
+    )
+}
+
+/// Three parallel axes and a quill, its tool's z axis upright.
+const SCARA: &str = include_str!("../../../tests/data/urdf/scara.urdf");
+
+/// Waist, shoulder, elbow, and a wrist that pitches and yaws: it points anywhere, and cannot roll.
+fn welder() -> String {
+    urdf(&[
+        ("revolute", "0 0 1", "0 0 0.3"),
+        ("revolute", "0 1 0", "0 0 0"),
+        ("revolute", "0 1 0", "0.4 0 0"),
+        ("revolute", "0 1 0", "0.35 0 0"),
+        ("revolute", "0 0 1", "0.05 0 0"),
+    ])
+}
+
+fn given(description: &str) -> Vec<Given> {
+    let text = |(name, value): (&str, &str)| Given {
+        name: name.to_owned(),
+        value: Value::String(value.to_owned()),
+        source: "test".to_owned(),
+        by_name: false,
+    };
+    [("robot_description", description), ("base_frame", "link0"), ("tool_frame", "tool")].map(text).to_vec()
+}
+
+/// An arm with its kinematics.
+type Arm = (Rig, Chain);
+
+fn with_rows(chain: Chain, start: &[f64]) -> Arm {
+    (Rig::of_arm(chain.clone(), start.to_vec()), chain)
+}
+
+fn described(description: &str, start: Vec<f64>) -> Arm {
+    let (store, warnings) = ServoParameters::start("/dq_servo", given(description)).unwrap();
+    assert_eq!(warnings, [""; 0]);
+    // The plant takes it too.
+    let (plant, _) = PlantParameters::start("/arm", given(description)).unwrap();
+    assert_eq!(PlantParameters::from_store(&plant).unwrap().initial_positions.len(), start.len());
+    let parameters = ServoParameters::from_store(&store).unwrap();
+    let chain = parameters.arms.chain().clone();
+    (Rig::of(parameters, start), chain)
+}
+
+/// There and back as the task asks; the goals are turned, where it leaves that free.
+fn there_and_back((mut rig, chain): Arm, aim: Aim, law: Law, by: &[f64]) {
+    rig.change(|settings| (settings.controller.aim, settings.controller.law) = (aim, law));
+    let start = rig.positions();
+    let there: Vec<_> = start.iter().zip(by).map(|(position, by)| position + by).collect();
+    let free = match aim {
+        Aim::Pose => Vector3::zeros(),
+        Aim::Position => Vector3::new(0.9, -1.2, 0.4),
+        Aim::PositionAndAxis => Vector3::new(0.0, 0.0, 1.3),
+        Aim::Orientation | Aim::Distance => unreachable!("not tried here"),
+    };
+    rig.run(0.1);
+    for joints in [&there, &start] {
+        let goal = turned(&chain.forward_kinematics(joints).unwrap(), free);
+        rig.goal_pose(&goal);
+        rig.run_until(State::Tracking, 1.0);
+        rig.run_until(State::Settled, 30.0);
+        let tool = chain.forward_kinematics(rig.plants[0].positions()).unwrap();
+        let (way, angle) = missed(aim, &tool, &goal);
+        assert!(way < 1e-3 && angle < 1e-2, "{aim} {law}: {way} m, {angle} rad");
+        // What is reported is what is asked for.
+        let status = rig.servo.status();
+        let (angular, linear) =
+            (status.pose_error.fixed_rows::<3>(0).norm(), status.pose_error.fixed_rows::<3>(3).norm());
+        assert!(linear < 2e-3 && angular < 2e-2, "{aim} {law}: {}", status.pose_error);
+        assert!(status.figures.rotation_error < 1e-2 && status.figures.arrival_time.is_some());
+    }
+}
+
+#[test]
+fn three_joints_go_to_positions_under_each_law() {
+    for law in Law::ALL {
+        let arm = with_rows(three_joints(), &[0.2, 0.8, -1.4]);
+        there_and_back(arm, Aim::Position, law, &[0.5, -0.3, 0.4]);
+    }
+    let described = described(
+        &urdf(&[
+            ("revolute", "0 0 1", "0 0 0.3"),
+            ("revolute", "0 1 0", "0 0 0"),
+            ("revolute", "0 1 0", "0.4 0 0"),
+        ]),
+        vec![0.2, -0.8, 1.4],
+    );
+    there_and_back(described, Aim::Position, Law::Logc, &[0.5, -0.3, 0.4]);
+}
+
+#[test]
+fn four_joints_of_a_scara_go_to_positions_and_upright() {
+    for aim in LESS {
+        there_and_back(described(SCARA, vec![0.2, 0.9, -0.4, -0.1]), aim, Law::Logc, &[0.5, 0.3, 0.2, -0.12]);
+    }
+}
+
+#[test]
+fn five_joints_go_to_positions_and_axes() {
+    for aim in LESS {
+        for law in [Law::Logc, Law::DoubleGeodesic, Law::Diffc, Law::LogcTranspose] {
+            let by = [0.4, -0.3, 0.4, 0.3, 0.3];
+            there_and_back(described(&welder(), vec![0.2, -0.8, 1.4, 0.5, 0.4]), aim, law, &by);
+        }
+        let arm = with_rows(five_joints(), &[0.2, 0.8, -1.4, 1.0, 0.4]);
+        there_and_back(arm, aim, Law::Logc, &[0.4, -0.3, 0.4, 0.3, 0.3]);
+    }
+}
+
+#[test]
+fn six_joints_go_to_positions_and_axes_too() {
+    for aim in [Aim::Pose, Aim::Position, Aim::PositionAndAxis] {
+        there_and_back((Rig::new(), puma()), aim, Law::Logc, &[0.2, 0.3, -0.3, 0.3, 0.2, 0.4]);
+    }
+}
+
+/// Where the arm cannot go on it says so, by what is asked for: an axis out of the plane of its links is beyond the arm, and is not
+/// asked for by the position.
+#[test]
+fn what_the_arm_cannot_do_is_asked_for_or_not() {
+    let chain = five_joints();
+    let start = vec![0.2, 0.8, -1.4, 1.0, 0.4];
+    let goal = turned(&chain.forward_kinematics(&start).unwrap(), Vector3::new(0.5, 0.3, 0.0));
+    for aim in LESS {
+        let mut rig = Rig::of_arm(chain.clone(), start.clone());
+        rig.change(|settings| settings.controller.aim = aim);
+        rig.run(0.1);
+        rig.goal_pose(&goal);
+        if aim == Aim::Position {
+            rig.run_until(State::Settled, 1.0);
+            assert_eq!(rig.servo.status().figures.rotation_error, 0.0);
+        } else {
+            rig.run_until(State::Stalled, 40.0);
+            assert!(
+                matches!(rig.servo.status().stall, Some(Stall::Unreachable)),
+                "{:?}",
+                rig.servo.status().stall
+            );
+        }
+    }
+}
+
+#[test]
+fn what_the_task_frees_goes_to_the_posture() {
+    let mut rig = Rig::new();
+    let start = rig.positions();
+    let mut posture = start.clone();
+    posture[3] += 0.5;
+    posture[4] += 0.4;
+    posture[5] -= 0.6;
+    let goal = puma().forward_kinematics(&start).unwrap();
+    rig.change(|settings| {
+        settings.controller.aim = Aim::Position;
+        settings.posture = Posture { positions: posture.clone(), gain: 1.0 };
+    });
+    rig.run(0.1);
+    rig.goal_pose(&goal);
+    rig.run_until(State::Settled, 1.0);
+    for _ in 0..20 {
+        rig.run(0.5);
+        // Settled all the way, however the tool turns.
+        assert_eq!(rig.state(), State::Settled);
+    }
+    let tool = puma().forward_kinematics(rig.plants[0].positions()).unwrap();
+    assert!((tool.translation() - goal.translation()).norm() < 1e-3);
+    assert!(tool.rotation().angle_to(&goal.rotation()) > 0.3);
+    let positions = rig.positions();
+    let wrist = positions[3..].iter().zip(&posture[3..]).map(|(one, other)| (one - other).abs());
+    assert!(wrist.sum::<f64>() < 0.05, "{positions:?} {posture:?}");
+}
+
+#[test]
+fn another_task_moves_nothing_until_somebody_asks_for_that() {
+    let mut rig = Rig::new();
+    rig.run(0.1);
+    rig.goal("theta_desired");
+    rig.run(0.5);
+    assert_eq!(rig.state(), State::Tracking);
+    rig.change(|settings| settings.controller.aim = Aim::Position);
+    rig.run(1.0);
+    assert_eq!((rig.state(), rig.speed()), (State::Holding, 0.0));
+    assert_eq!(rig.servo.status().reason, Some(Reason::Revoked(Revocation::AnotherAim)));
+    assert_eq!(settings().controller.aim, Aim::Pose, "the default");
+}
+
+/// A twist that asks for what the task frees moves nothing of that.
+#[test]
+fn a_twist_moves_what_the_task_asks_for() {
+    let chain = three_joints();
+    let mut rig = Rig::of_arm(chain.clone(), vec![0.2, 0.8, -1.4]);
+    rig.change(|settings| settings.controller.aim = Aim::Position);
+    rig.run(0.1);
+    let before = chain.forward_kinematics(&rig.positions()).unwrap().translation();
+    for _ in 0..500 {
+        rig.twist([0.05, 0.0, 0.02], [0.0, 0.7, 0.0], "").unwrap();
+        rig.cycle();
+    }
+    let way = chain.forward_kinematics(&rig.positions()).unwrap().translation() - before;
+    let expected = Vector3::new(0.05, 0.0, 0.02);
+    assert!((way - expected).norm() < 2e-3, "{way} {expected}");
+}

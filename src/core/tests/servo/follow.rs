@@ -1,0 +1,157 @@
+//! A rig for goals that move: streams of goals on paths, and what the tool does that follows them.
+
+use crate::reference::{parameters, puma};
+use crate::rig::{PERIOD, Rig, reading};
+use dq_algebra::UnitDualQuaternion;
+use dq_config::ServoParameters;
+use dq_core::servo::State;
+use dq_kinematics::control::Law;
+use nalgebra::{UnitQuaternion, Vector3};
+use std::time::Duration;
+
+/// Stamps are of a clock of its own.
+pub(super) const EPOCH: i64 = 1_795_242_920_000_000_000;
+
+/// Numbers from −1 to 1, the same in each run.
+pub(super) struct Random(pub(super) u64);
+
+impl Random {
+    /// Numbers apart from those of other seeds: of neighbours the first ones are alike.
+    fn of(seed: u64) -> Self {
+        let mut random = Self(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15));
+        for _ in 0..8 {
+            random.next();
+        }
+        random
+    }
+
+    pub(super) fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+    }
+
+    pub(super) fn vector(&mut self) -> Vector3<f64> {
+        Vector3::new(self.next(), self.next(), self.next())
+    }
+}
+
+/// Where the goal is at a time \[s\].
+pub(super) type Path = fn(&UnitDualQuaternion, f64, f64) -> UnitDualQuaternion;
+
+pub(super) fn moved(start: &UnitDualQuaternion, by: Vector3<f64>) -> UnitDualQuaternion {
+    UnitDualQuaternion::from_parts(UnitQuaternion::identity(), by) * *start
+}
+
+/// Along y.
+pub(super) fn line(start: &UnitDualQuaternion, speed: f64, time: f64) -> UnitDualQuaternion {
+    moved(start, Vector3::new(0.0, speed * time, 0.0))
+}
+
+pub(super) const RADIUS: f64 = 0.1;
+
+pub(super) fn circle(start: &UnitDualQuaternion, speed: f64, time: f64) -> UnitDualQuaternion {
+    let (sin, cos) = (speed * time / RADIUS).sin_cos();
+    moved(start, RADIUS * Vector3::new(0.0, sin, 1.0 - cos))
+}
+
+/// The tool points down, a hand's breadth before the arm.
+pub(super) fn start_of(y: f64) -> (ServoParameters, Vec<f64>) {
+    let parameters = parameters();
+    let mut rig = Rig::new();
+    let down = UnitQuaternion::from_scaled_axis(Vector3::new(std::f64::consts::PI - 0.3, 0.0, 0.0));
+    rig.goal_pose(&UnitDualQuaternion::from_parts(down, Vector3::new(0.45, y, 0.1)));
+    rig.run_until(State::Settled, 60.0);
+    rig.run(10.0);
+    (parameters, rig.positions())
+}
+
+/// A stream of goals on a path.
+#[derive(Clone, Copy)]
+pub(super) struct Stream {
+    pub(super) path: Path,
+    pub(super) speed: f64,
+    pub(super) rate: f64,
+    pub(super) seconds: f64,
+    /// Whether messages are sent and come unevenly, and poses are measured.
+    pub(super) real: bool,
+    pub(super) stamped: bool,
+    /// Of the unevenness and of the measuring.
+    pub(super) seed: u64,
+}
+
+/// What the tool did: at each cycle how far it was from the goal \[m\], and where it was.
+pub(super) struct Follow {
+    pub(super) rig: Rig,
+    pub(super) start: UnitDualQuaternion,
+    pub(super) begin: Duration,
+    pub(super) errors: Vec<Vector3<f64>>,
+    pub(super) points: Vec<Vector3<f64>>,
+}
+
+impl Follow {
+    pub(super) fn begin(arm: &(ServoParameters, Vec<f64>), feed_forward: bool) -> Self {
+        let mut parameters = arm.0.clone();
+        parameters.settings.feed_forward = feed_forward;
+        parameters.settings.controller.set_gains(Law::Logc, [4.0; 2]);
+        let mut rig = Rig::of(parameters, arm.1.clone());
+        rig.run(0.02);
+        let (start, begin) = (rig.servo.pose().unwrap(), rig.now);
+        Self { rig, start, begin, errors: Vec::new(), points: Vec::new() }
+    }
+
+    pub(super) fn send(&mut self, goal: &UnitDualQuaternion, stamp: i64) {
+        self.rig.take_goal(&reading(goal, stamp)).unwrap();
+    }
+
+    pub(super) fn cycle(&mut self, goal: &UnitDualQuaternion) {
+        self.rig.cycle();
+        let tool = puma().forward_kinematics(&self.rig.positions()).unwrap();
+        self.errors.push(tool.translation() - goal.translation());
+        self.points.push(tool.translation());
+    }
+
+    pub(super) fn time(&self) -> f64 {
+        (self.rig.now - self.begin).as_secs_f64()
+    }
+
+    pub(super) fn run(&mut self, stream: &Stream) {
+        let Stream { path, speed, rate, seconds, real, stamped, seed } = *stream;
+        let mut random = Random::of(seed);
+        let (mut due, mut number) = (Vec::new(), 0.0);
+        while number / rate < seconds {
+            // Up to a fifth of an interval early or late, and up to 4 ms under way.
+            let (shift, delay) = (0.2 * random.next() / rate, 0.002 + 0.002 * random.next());
+            let (taken, under_way) = if real { (number / rate + shift, delay) } else { (number / rate, 0.0) };
+            let (point, turn) = (1e-4 * random.vector(), 5e-4 * random.vector());
+            let noise = UnitDualQuaternion::from_parts(UnitQuaternion::from_scaled_axis(turn), point);
+            let mut goal = path(&self.start, speed, taken.max(0.0));
+            if real {
+                goal = goal * noise;
+            }
+            due.push((taken.max(0.0) + under_way, EPOCH + (taken * 1e9) as i64, goal));
+            number += 1.0;
+        }
+        due.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut due = due.into_iter().peekable();
+        while self.time() < seconds {
+            while let Some((_, stamp, goal)) = due.next_if(|(at, ..)| *at <= self.time()) {
+                self.send(&goal, if stamped { stamp } else { 0 });
+            }
+            // On the servo's clock the tool is, after a cycle, where the next one finds it.
+            let goal = path(&self.start, speed, self.time() + 2.0 * PERIOD.as_secs_f64());
+            self.cycle(&goal);
+        }
+    }
+
+    /// The mean distance \[mm\] over the second half.
+    pub(super) fn lag(&self) -> f64 {
+        let half = &self.errors[self.errors.len() / 2..];
+        1e3 * half.iter().map(Vector3::norm).sum::<f64>() / half.len() as f64
+    }
+
+    /// The tool's velocities [mm/s] over the second half.
+    pub(super) fn velocities(&self) -> Vec<Vector3<f64>> {
+        let half = &self.points[self.points.len() / 2..];
+        half.windows(2).map(|pair| 1e3 * (pair[1] - pair[0]) / PERIOD.as_secs_f64()).collect()
+    }
+}

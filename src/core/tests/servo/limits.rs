@@ -1,0 +1,120 @@
+//! Rules 5, 6 and 8: speeds, accelerations, singularities.
+
+use crate::rig::{PERIOD, Rig};
+use dq_core::plant::Plant;
+use dq_core::servo::State;
+use dq_kinematics::control::Law;
+use nalgebra::Vector3;
+use std::time::Duration;
+
+#[test]
+fn rule_5_speed_limits_scale_the_whole_vector() {
+    let run = |limit: f64| {
+        let mut rig = Rig::with(|settings| {
+            settings.limits.joint_velocity = vec![limit; 6];
+            settings.limits.joint_acceleration = vec![1e4; 6];
+        });
+        rig.goal("theta_desired");
+        rig.cycle();
+        rig.command
+    };
+    let (free, limited) = (run(5.0), run(0.2));
+    let ratio = limited.iter().zip(&free).map(|(a, b)| a / b).collect::<Vec<_>>();
+    assert!(limited.iter().all(|speed| speed.abs() <= 0.2 + 1e-12));
+    assert!(ratio.iter().all(|r| (r - ratio[0]).abs() < 0.05 * ratio[0].abs()), "{ratio:?}");
+}
+
+#[test]
+fn rule_5_cartesian_speeds_are_capped() {
+    let mut rig = Rig::with(|settings| settings.limits.linear_speed = 0.05);
+    rig.goal("theta_desired");
+    let mut last = None;
+    for _ in 0..500 {
+        rig.cycle();
+        let point = rig.servo.pose().unwrap().translation();
+        if let Some(last) = last.replace(point) {
+            assert!((point - last).norm() <= 0.05 * PERIOD.as_secs_f64() * 1.05);
+        }
+    }
+}
+
+#[test]
+fn rule_6_switches_pauses_and_parameters_never_step_the_command() {
+    let mut rig = Rig::new();
+    rig.goal("theta_desired");
+    for i in 0..60 {
+        rig.run(0.05);
+        rig.set_law(Law::ALL[i % Law::ALL.len()]);
+        if i % 7 == 0 {
+            rig.pause(i % 2 == 0);
+        }
+        if i == 30 {
+            rig.change(|settings| settings.limits.joint_velocity = vec![0.3; 6]);
+        }
+    }
+    // `cycle` has checked every command on the way.
+}
+
+#[test]
+fn rule_6_a_high_gain_neither_overshoots_nor_shakes_under_the_acceleration_limit() {
+    let mut rig = Rig::with(|settings| settings.limits.joint_acceleration = vec![5.0; 6]);
+    rig.set_law(Law::Diffc);
+    rig.goal("theta_desired");
+    rig.run(3.0);
+    // In the slow end of the motion the joints do not swing: each keeps its direction.
+    let before = rig.command.clone();
+    let mut swings = 0;
+    let mut last = before;
+    for _ in 0..500 {
+        rig.cycle();
+        swings += last.iter().zip(&rig.command).filter(|(a, b)| **a * **b < 0.0).count();
+        last.clone_from(&rig.command);
+    }
+    assert!(swings <= 6, "{swings} changes of direction in a second");
+    rig.run_until(State::Settled, 40.0);
+}
+
+/// The tool's path to `goal` \[m\], with joint accelerations limited to `acceleration` [rad/s²].
+fn path(law: Law, goal: &str, acceleration: f64) -> Vec<Vector3<f64>> {
+    let mut rig = Rig::with(|settings| {
+        settings.limits.joint_acceleration = vec![acceleration; 6];
+        settings.limits.joint_deceleration = vec![acceleration; 6];
+    });
+    rig.set_law(law);
+    rig.goal(goal);
+    let point = |_| {
+        rig.cycle();
+        rig.servo.pose().unwrap().translation()
+    };
+    (0..4000).map(point).collect()
+}
+
+/// The largest distance \[m\] from a point of `path` to `other`.
+fn deviation(path: &[Vector3<f64>], other: &[Vector3<f64>]) -> f64 {
+    let to_segment = |point: &Vector3<f64>, pair: &[Vector3<f64>]| {
+        let (from, way) = (pair[0], pair[1] - pair[0]);
+        let along = ((point - from).dot(&way) / way.norm_squared().max(1e-30)).clamp(0.0, 1.0);
+        (point - from - along * way).norm()
+    };
+    let nearest = |point| other.windows(2).map(|pair| to_segment(point, pair)).fold(f64::INFINITY, f64::min);
+    path.iter().step_by(10).map(nearest).fold(0.0, f64::max)
+}
+
+#[test]
+fn rule_6_the_acceleration_limit_bends_the_path_as_its_documentation_says() {
+    let free = path(Law::Logc, "theta_desired", 1e4);
+    for (acceleration, expected) in [(50.0, 1e-5), (5.0, 1.3e-3), (2.0, 7e-3)] {
+        let bent = deviation(&path(Law::Logc, "theta_desired", acceleration), &free);
+        assert!((0.7..1.3).contains(&(bent / expected)), "{acceleration} rad/s^2: {bent} m");
+    }
+}
+
+#[test]
+fn rule_8_a_singular_start_is_left() {
+    let mut rig = Rig::new();
+    rig.plants[0] = Plant::new(vec![0.0; 6], Duration::from_millis(100));
+    rig.run(0.01);
+    assert!(rig.servo.smallest_singular_value() < 1e-6);
+    rig.goal("theta_desired");
+    rig.run_until(State::Settled, 30.0);
+}

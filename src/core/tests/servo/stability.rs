@@ -1,0 +1,92 @@
+//! Up to which latency each law is stable by itself: measured, beside the formula; the table of the guide is this test's.
+
+use crate::reference::{json, numbers, parameters};
+use dq_algebra::UnitDualQuaternion;
+use dq_core::servo::{Arms, largest_rate};
+use dq_kinematics::control::{Controller, Law};
+use std::collections::VecDeque;
+use std::time::Duration;
+
+const PERIOD: Duration = Duration::from_millis(2);
+
+/// The built-in arm near the reference work's goal, under a law by itself.
+struct Loop {
+    arm: Arms,
+    controller: Controller,
+    goal: UnitDualQuaternion,
+    theta: Vec<f64>,
+}
+
+impl Loop {
+    fn new(law: Law) -> Self {
+        let mut arm = parameters().arms;
+        let theta = numbers(&json()["theta_desired"]);
+        arm.evaluate(&theta);
+        let controller = Controller { law, ..parameters().settings.controller };
+        Self { goal: arm.pose(), arm, controller, theta }
+    }
+
+    fn rate(&self) -> f64 {
+        self.controller.fastest_rates(self.arm.state(), &self.goal).into_iter().fold(0.0, f64::max)
+    }
+
+    /// Whether a small error decays with joint states that are so many cycles old.
+    fn is_stable(&mut self, latency: usize) -> bool {
+        let mut theta: Vec<_> =
+            self.theta.iter().enumerate().map(|(i, angle)| angle + 1e-6 * (i as f64 - 2.0)).collect();
+        let mut late: VecDeque<_> = std::iter::repeat_n(theta.clone(), latency).collect();
+        let mut speeds = vec![0.0; theta.len()];
+        // Long enough for some swings at the border, of which each takes about four times the delay.
+        let cycles = 120 * (latency + 1) + (20.0 / (self.rate() * PERIOD.as_secs_f64())) as usize;
+        let mut largest = [0.0_f64; 2];
+        for cycle in 0..cycles {
+            late.push_back(theta.clone());
+            self.arm.evaluate(&late.pop_front().unwrap());
+            self.controller.joint_velocity(self.arm.state(), &self.goal, &mut speeds);
+            theta.iter_mut().zip(&speeds).for_each(|(angle, speed)| *angle += PERIOD.as_secs_f64() * speed);
+            let speed = speeds.iter().fold(0.0_f64, |most, speed| most.max(speed.abs()));
+            match cycle * 6 / cycles {
+                2 => largest[0] = largest[0].max(speed),
+                5 => largest[1] = largest[1].max(speed),
+                _ => {}
+            }
+        }
+        largest[1] < largest[0]
+    }
+
+    /// The largest latency at which it is stable, in cycles.
+    fn largest_latency(&mut self) -> usize {
+        let (mut stable, mut unstable) = (0, (2.0 / (self.rate() * PERIOD.as_secs_f64())) as usize + 2);
+        while unstable - stable > 1 {
+            let middle = (stable + unstable) / 2;
+            if self.is_stable(middle) { stable = middle } else { unstable = middle }
+        }
+        stable
+    }
+}
+
+/// The largest latency that the formula allows at `rate`, in cycles.
+fn by_formula(rate: f64) -> usize {
+    (0..2000).take_while(|cycles| rate < largest_rate(PERIOD * *cycles, PERIOD)).count().saturating_sub(1)
+}
+
+#[test]
+fn each_law_is_stable_up_to_the_latency_that_the_formula_says_as_the_guide_has_it() {
+    let guide = include_str!("../../../guide/real_robot.md");
+    let mut missing = String::new();
+    for law in Law::ALL {
+        let mut measured = Loop::new(law);
+        let (rate, latency) = (measured.rate(), measured.largest_latency());
+        let formula = by_formula(rate);
+        assert!(
+            latency.abs_diff(formula) <= 1 + formula / 50,
+            "{}: {latency} and {formula} cycles",
+            law.name()
+        );
+        let row = format!("| {} | {rate:.3} | {} | {} |\n", law.name(), 2 * latency, 2 * formula);
+        if !guide.contains(&row) {
+            missing.push_str(&row);
+        }
+    }
+    assert_eq!(missing, "", "rows that the guide has not");
+}
