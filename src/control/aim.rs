@@ -53,7 +53,8 @@ impl Aim {
             Self::Orientation => base_from_goal.rotation(),
             Self::Position | Self::Distance => base_from_tool.rotation(),
             Self::PositionAndAxis => {
-                let turn = UnitQuaternion::new_normalize(self.turn(base_from_goal, &base_from_tool.rotation()));
+                let turn =
+                    UnitQuaternion::new_normalize(self.turn(base_from_goal, &base_from_tool.rotation()));
                 turn * base_from_tool.rotation()
             }
         };
