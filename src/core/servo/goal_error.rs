@@ -19,7 +19,7 @@ impl GoalError {
     pub fn of(aim: Aim, arm: &ArmState, base_from_goal: &UnitDualQuaternion) -> Self {
         let tool = arm.base_from_tool();
         Self {
-            position: (aim.point(base_from_goal, &tool) - tool.translation()).norm(),
+            position: (aim.point(base_from_goal, &tool.translation()) - tool.translation()).norm(),
             rotation: aim.angle(base_from_goal, &tool),
         }
     }

@@ -70,6 +70,12 @@ impl ArmState {
         UnitDualQuaternion::from_parts(self.rotation, self.tool_point)
     }
 
+    /// How the tool is turned.
+    #[inline]
+    pub fn rotation(&self) -> UnitQuaternion<f64> {
+        self.rotation
+    }
+
     /// The tool's position in the base frame \[m\].
     pub fn tool_point(&self) -> Vector3<f64> {
         self.tool_point

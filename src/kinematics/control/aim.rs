@@ -5,7 +5,7 @@ use super::gram::Gram;
 use crate::arm::{ArmState, pair};
 use dq_algebra::UnitDualQuaternion;
 use dq_common::named;
-use nalgebra::{Quaternion, Vector3};
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use wide::f64x2;
 
 named! {
@@ -53,44 +53,41 @@ impl Aim {
             Self::Orientation => base_from_goal.rotation(),
             Self::Position | Self::Distance => base_from_tool.rotation(),
             Self::PositionAndAxis => {
-                let turn = nalgebra::UnitQuaternion::new_normalize(self.turn(base_from_goal, base_from_tool));
+                let turn =
+                    UnitQuaternion::new_normalize(self.turn(base_from_goal, &base_from_tool.rotation()));
                 turn * base_from_tool.rotation()
             }
         };
-        UnitDualQuaternion::from_parts(rotation, self.point(base_from_goal, base_from_tool))
+        UnitDualQuaternion::from_parts(rotation, self.point(base_from_goal, &base_from_tool.translation()))
     }
 
-    /// The tool point \[m\] of [`nearest`](Self::nearest).
+    /// The tool point \[m\] of [`nearest`](Self::nearest) to a tool whose point is `tool_point` \[m\].
     #[inline(always)]
-    pub fn point(
-        self,
-        base_from_goal: &UnitDualQuaternion,
-        base_from_tool: &UnitDualQuaternion,
-    ) -> Vector3<f64> {
+    pub fn point(self, base_from_goal: &UnitDualQuaternion, tool_point: &Vector3<f64>) -> Vector3<f64> {
         match self {
             Self::Pose | Self::Position | Self::PositionAndAxis => base_from_goal.translation(),
-            Self::Orientation => base_from_tool.translation(),
-            Self::Distance => direction(&base_from_tool.translation()) * base_from_goal.translation().norm(),
+            Self::Orientation => *tool_point,
+            Self::Distance => direction(tool_point) * base_from_goal.translation().norm(),
         }
     }
 
-    /// The rotation that the tool lacks, along the base's axes: from its own to that of [`nearest`](Self::nearest).
+    /// The rotation that a tool with this rotation lacks, along the base's axes: from its own to that of [`nearest`](Self::nearest).
     #[inline(always)]
     pub(super) fn turn(
         self,
         base_from_goal: &UnitDualQuaternion,
-        base_from_tool: &UnitDualQuaternion,
+        rotation: &UnitQuaternion<f64>,
     ) -> Quaternion<f64> {
         match self {
-            Self::Pose | Self::Orientation => base_from_goal.real() * base_from_tool.real().conjugate(),
+            Self::Pose | Self::Orientation => base_from_goal.real() * rotation.conjugate().into_inner(),
             Self::Position | Self::Distance => Quaternion::identity(),
             Self::PositionAndAxis => {
-                let (now, wanted) = (z_axis(base_from_tool), z_axis(base_from_goal));
+                let (now, wanted) = (rotation * Vector3::z(), base_from_goal.rotation() * Vector3::z());
                 let middle = now + wanted;
                 match middle.try_normalize(NO_DIRECTION) {
                     // Half the sum's length is cos(½φ), and the sum's angle to each of them ½φ.
                     Some(between) => Quaternion::from_parts(0.5 * middle.norm(), now.cross(&between)),
-                    None => Quaternion::from_imag(base_from_tool.rotation() * Vector3::x()),
+                    None => Quaternion::from_imag(rotation * Vector3::x()),
                 }
             }
         }
@@ -98,7 +95,7 @@ impl Aim {
 
     /// The angle \[rad\] that the tool lacks in what is asked for, up to a whole turn for a goal with the farther sign.
     pub fn angle(self, base_from_goal: &UnitDualQuaternion, base_from_tool: &UnitDualQuaternion) -> f64 {
-        let turn = self.turn(base_from_goal, base_from_tool);
+        let turn = self.turn(base_from_goal, &base_from_tool.rotation());
         2.0 * turn.imag().norm().atan2(turn.w)
     }
 
@@ -127,7 +124,7 @@ impl Aim {
             Self::Orientation => Rows::Orientation,
             Self::Distance => Rows::Distance { along: direction(&arm.tool_point()) },
             Self::PositionAndAxis => {
-                let rotation = arm.base_from_tool().rotation();
+                let rotation = arm.rotation();
                 Rows::PositionAndAxis { across: [Vector3::x(), Vector3::y()].map(|axis| rotation * axis) }
             }
         }
@@ -213,8 +210,4 @@ impl Rows {
 /// The direction to that point, and some direction where it is the origin.
 fn direction(point: &Vector3<f64>) -> Vector3<f64> {
     point.try_normalize(NO_DIRECTION).unwrap_or_else(Vector3::x)
-}
-
-fn z_axis(base_from_tool: &UnitDualQuaternion) -> Vector3<f64> {
-    base_from_tool.rotation() * Vector3::z()
 }

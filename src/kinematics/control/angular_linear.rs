@@ -7,12 +7,6 @@ use wide::f64x2;
 /// An angular and a linear vector: a twist `(ω, v)` [rad/s, m/s], or an error [rad, m].
 pub type AngularLinear<T = f64> = (Vector3<T>, Vector3<T>);
 
-/// Two vectors side by side.
-#[inline(always)]
-pub(super) fn beside(one: &AngularLinear, other: &AngularLinear) -> AngularLinear<f64x2> {
-    (pair::beside(&one.0, &other.0), pair::beside(&one.1, &other.1))
-}
-
 /// The vector with each number twice.
 #[inline(always)]
 pub(super) fn twice((angular, linear): &AngularLinear) -> AngularLinear<f64x2> {
@@ -38,12 +32,6 @@ pub(super) fn apart((angular, linear): &AngularLinear<f64x2>) -> [AngularLinear;
         (angular.map(number), linear.map(number))
     };
     [one(0), one(1)]
-}
-
-/// The product of the first vectors and that of the second ones.
-#[inline(always)]
-pub(super) fn inner(a: &AngularLinear<f64x2>, b: &AngularLinear<f64x2>) -> f64x2 {
-    pair::dot(&a.0, &b.0) + pair::dot(&a.1, &b.1)
 }
 
 /// Whether the first vector's numbers, and their sum, are finite.

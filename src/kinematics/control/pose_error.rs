@@ -32,10 +32,10 @@ impl PoseError {
     /// joint, and nothing is turned into the tool's axes and back.
     #[inline(always)]
     pub fn of(aim: Aim, arm: &ArmState, base_from_goal: &UnitDualQuaternion) -> Self {
-        let tool = arm.base_from_tool();
+        let point = arm.tool_point();
         Self {
-            rotation: aim.turn(base_from_goal, &tool),
-            translation: aim.point(base_from_goal, &tool) - arm.tool_point(),
+            rotation: aim.turn(base_from_goal, &arm.rotation()),
+            translation: aim.point(base_from_goal, &point) - point,
         }
     }
 

@@ -118,26 +118,8 @@ impl SymmetricInverse {
         self.minors.x.fast_min(self.minors.y).fast_min(self.minors.z)
     }
 
-    /// How many eigenvalues of the second matrix are negative: as many as the signs of its minors change (Sylvester's law of inertia).
-    pub fn second_negatives(&self) -> usize {
-        let [a, b, c] = self.minors.data.0[0].map(|minor| minor.to_array()[1] < 0.0);
-        usize::from(a) + usize::from(a != b) + usize::from(b != c)
-    }
-
     #[inline(always)]
     pub fn times(&self, v: &Pair) -> Pair {
         self.adjugate.times(v) * self.scale
-    }
-
-    /// The inverses by their numbers.
-    #[inline(always)]
-    pub fn matrix(&self) -> Symmetric {
-        self.adjugate.map(|numbers| numbers * self.scale)
-    }
-
-    /// The sum of the eigenvalues.
-    #[inline(always)]
-    pub fn trace(&self) -> f64x2 {
-        self.adjugate.trace() * self.scale
     }
 }
