@@ -6,8 +6,8 @@ echo "tests/install.sh installs what the tests need"
 tests/install.sh
 # Half of the tests wait for real time, so twice as many threads as cores are kept busy.
 nextest() {
-    # The examples are modules of tests: as programs of their own they would be built once more. One is a program that tests start.
-    cargo build --locked --features security --example own_law
+    # The examples are modules of tests: as programs of their own they would be built once more. Two are programs that tests start.
+    cargo build --locked --workspace --exclude dq_python --features security --example own_law --example counter
     target/venv/bin/cargo-nextest nextest run --locked --workspace --exclude dq_python --tests --features security --test-threads $((2 * $(nproc))) "$@"
 }
 if [ $# != 0 ]; then

@@ -1,20 +1,31 @@
-//! A program with a law of its own: the arm moves by it, and it is compared, drawn and replayed as the others are.
+//! Programs of one's own: one with its law, by which the arm moves and which is compared, drawn and replayed as the others are; and a node.
 
 use crate::host::{Host, assert_success};
 use crate::replay::place;
 use dq_servo::compare::{ALL_ARMS, Findings, Gain};
 use serde_json::{Value, json};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Output;
 
 const LAW: &str = "boundary_layer";
 /// The first colour that is no built-in law's, as SVG has it.
 const COLOR: &str = "#CC3C8C";
 
+/// The program of that example.
+fn example(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_BIN_EXE_dq_servo")).with_file_name("examples").join(name)
+}
+
+#[test]
+fn the_example_node_is_one_for_clients_of_both_vendors() {
+    let mut host = Host::new();
+    host.start_program("counter", example("counter").to_str().unwrap(), &[]);
+    host.peer(&["counter"]);
+}
+
 /// Runs the example program `own_law` to its end.
 fn run(host: &Host, arguments: &[&str]) -> Output {
-    let program = Path::new(env!("CARGO_BIN_EXE_dq_servo")).with_file_name("examples").join("own_law");
-    host.command("timeout").arg("120").arg(program).args(arguments).output().unwrap()
+    host.command("timeout").arg("120").arg(example("own_law")).args(arguments).output().unwrap()
 }
 
 #[test]

@@ -552,6 +552,25 @@ def case_services():
     del goals
 
 
+def case_counter():
+    """The example node of dq_ros is one for clients of both vendors: a topic, a parameter and a service."""
+    counts = reader("count", ros.String)
+    wait_matched(counts)
+    def counted():
+        return int(wait("a count", lambda: last(counts)).data)
+    first = counted()
+    assert counted() == first + 1
+    for cyclone, step in ((True, 3), (False, 5)):
+        parameter = ros.Parameter("step", ros.ParameterValue(type=2, integer_value=step))
+        result = call("counter", "set_parameters", ros.SET_PARAMETERS, cyclone, parameters=[parameter]).results[0]
+        assert result.successful, result
+        take(counts)
+        before = counted()
+        assert counted() == before + step
+    assert call("counter", "reset", ros.TRIGGER, False, structure_needs_at_least_one_member=0).success
+    wait("a count from 0 on", lambda: any(int(sample.data) == 0 for sample in take(counts)))
+
+
 def case_pictures():
     """Markers, path and the goal's interactive marker are as RViz takes them; a marker that is dragged sends the arm there."""
     markers, paths = reader("dq_servo/markers", ros.MarkerArray), reader("dq_servo/path", ros.Path)
