@@ -72,8 +72,7 @@ mod tests {
     #[test]
     fn a_dump_reads_back_as_it_was() {
         let (store, _) = ServoParameters::start("/left/dq_servo", Vec::new()).unwrap();
-        let mut values: Vec<_> =
-            store.iter().map(|(declared, value)| (declared.name.to_owned(), value.clone())).collect();
+        let mut values: Vec<_> = store.values().collect();
         values.push(("b.c.d".to_owned(), Value::String("no".to_owned())));
         values.push(("b.a".to_owned(), Value::StringArray(vec!["x, y".to_owned()])));
         let text = text("/left/dq_servo", &values);

@@ -1,6 +1,6 @@
 //! What our parameters mean: each is declared where it is read into a typed setting, with unit, range, default and description.
 //!
-//! From the name of an arm in the box, or from a robot description, there is one step to its servo: [`Servo::for_arm`](dq_core::servo::Servo::for_arm),
+//! From the name of a built-in arm, or from a robot description, there is one step to its servo: [`Servo::for_arm`](dq_core::servo::Servo::for_arm),
 //! [`Servo::from_urdf`](dq_core::servo::Servo::from_urdf). Whoever wants other limits, another law, other gains, another cycle or an arm of
 //! DH rows goes by [`ServoParameters`]:
 //!
@@ -127,7 +127,7 @@ pub trait NodeParameters: Sized {
     /// # Errors
     /// [`ParameterError`] where values do not fit each other.
     fn from_store(store: &ParameterStore) -> Result<Self, ParameterError> {
-        let values = store.iter().map(|(declared, value)| (declared.name.to_owned(), value.clone()));
+        let values = store.values();
         Self::declare(&mut Declarer::new(values))
     }
 

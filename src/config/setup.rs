@@ -23,7 +23,7 @@ pub enum SetupError {
     Settings(#[from] SettingsError),
 }
 
-/// What an arm of the box has, by the arm's name in [`ARMS`].
+/// What a built-in arm has, by the arm's name in [`ARMS`].
 pub trait ForArm: Sized {
     /// That of the arm with this name, under the settings that its parameter file has.
     ///

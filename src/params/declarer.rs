@@ -171,7 +171,7 @@ mod tests {
         let mut store = ParameterStore::new(declared, Vec::new());
         store.override_initial("limits", Value::IntegerArray(vec![1, 2])).unwrap();
         let store = store.with(&[("gain".to_owned(), Value::Integer(1))]).unwrap();
-        let values = store.iter().map(|(declared, value)| (declared.name.to_owned(), value.clone()));
+        let values = store.values();
         assert_eq!(declare(&mut Declarer::new(values)), (10, 1.0, "slow".to_owned(), vec![1.0, 2.0]));
     }
 

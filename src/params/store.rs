@@ -60,6 +60,11 @@ impl ParameterStore {
         self.parameters.iter().find(|(declared, _)| declared.name == name).map(|(declared, _)| declared)
     }
 
+    /// Each parameter's name and value.
+    pub fn values(&self) -> impl Iterator<Item = (String, Value)> {
+        self.iter().map(|(declared, value)| (declared.name.to_owned(), value.clone()))
+    }
+
     /// All declarations with their values, in the order of declaration.
     pub fn iter(&self) -> impl Iterator<Item = (&Declaration, &Value)> {
         self.parameters.iter().map(|(declared, value)| (declared, value))

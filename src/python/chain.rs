@@ -13,7 +13,7 @@ use pyo3::prelude::*;
 #[pyclass(frozen, module = "dq_servo")]
 pub(super) struct Chain(pub arm::Chain);
 
-/// The names of the arms in the box.
+/// The names of the built-in arms.
 #[pyfunction]
 pub(super) fn arms() -> Vec<&'static str> {
     ARMS.map(|(name, _)| name).to_vec()

@@ -159,8 +159,7 @@ pub(super) mod tests {
 
     pub fn robot() -> Robot {
         let (store, _) = ServoParameters::start("/dq_servo", Vec::new()).unwrap();
-        let values =
-            store.iter().map(|(declared, value)| (declared.name.to_owned(), value.clone())).collect();
+        let values = store.values().collect();
         let descriptors =
             ServoParameters::declarations().unwrap().iter().map(ParameterDescriptor::from).collect();
         Robot::new(ServoKind::OneArm, values, descriptors).unwrap()

@@ -117,11 +117,11 @@ pub(super) fn unheard(joint_states: &JointStates) -> Option<String> {
     Some(format!("{why}, or set states_reliability to auto"))
 }
 
-/// The part of its speed, 0 to 1, at which a robot moves that says `told`: percent or that part itself. ur_robot_driver publishes percent
+/// The part of its speed, 0 to 1, at which a robot moves, from what it publishes: a percentage, or that part itself. ur_robot_driver publishes percent
 /// (`speed_scaling_state_broadcaster.cpp`: times 100), where its pages say 0 to 1. What is not above 1 is no percentage that matters: a
 /// robot as slow as that counts as one that obeys no command.
-fn part(told: f64) -> f64 {
-    if told > 1.0 { told / 100.0 } else { told }
+fn part(published: f64) -> f64 {
+    if published > 1.0 { published / 100.0 } else { published }
 }
 
 /// The speed of the fastest of these joints [rad/s], whatever else moves, as a gripper or wheels; none where one of them has no speed.

@@ -55,7 +55,7 @@ impl NewServo {
         (store, drawn): (&ParameterStore, &[String]),
         parameters: &ServoParameters,
     ) -> Result<Box<Self>, SettingsError> {
-        let values = store.iter().map(|(declared, value)| (declared.name.to_owned(), value.clone()));
+        let values = store.values();
         let all = RecordedParameters { values: values.collect(), drawn: drawn.to_vec() };
         Ok(Box::new(Self { servo: parameters.build()?, event: encoded(&Recorded::New(kind, all)) }))
     }

@@ -32,10 +32,7 @@ async fn main() -> Result<(), Box<dyn Error>> {
     let store = ParameterStore::new(declarer.into_declarations(), Vec::new());
     let changed = growth.clone();
     let apply = move |store: &ParameterStore, _: &_| {
-        changed.store(
-            step(&mut Declarer::new(store.iter().map(|(of, value)| (of.name.to_owned(), value.clone())))),
-            Relaxed,
-        );
+        changed.store(step(&mut Declarer::new(store.values())), Relaxed);
         Ok(())
     };
     ParameterServer::start(&mut node, &topics, store, Box::new(apply))?;

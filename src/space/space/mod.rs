@@ -36,6 +36,7 @@ pub use gap::Gap;
 pub use hull::Hull;
 pub use keep_out::{KeepOut, KeepOutError};
 pub use name::{LONGEST as LONGEST_NAME, Name, NameError};
+#[cfg(debug_assertions)]
 #[doc(hidden)]
 pub use placed::MEASURED;
 pub use placed::{Near, Placed};

@@ -23,6 +23,7 @@ pub struct Placed {
     travels: Vec<f64>,
 }
 
+#[cfg(debug_assertions)]
 thread_local! {
     /// How many gaps to keep-outs this thread has measured: what a cycle costs, which tests look at.
     pub static MEASURED: std::cell::Cell<usize> = const { std::cell::Cell::new(0) };
@@ -164,6 +165,7 @@ impl Placed {
 
     /// The gap between the core of a pair's capsule and what it may meet, of two capsules between both cores.
     fn core_gap(&self, scene: &Scene, meeting: &Meeting) -> Gap {
+        #[cfg(debug_assertions)]
         MEASURED.set(MEASURED.get() + usize::from(matches!(meeting.against, Against::KeepOut(_))));
         let core = &self.cores[meeting.capsule];
         match meeting.against {

@@ -1,27 +1,17 @@
 //! Franka's arms under their makers' limits on jerk, on random tasks.
 
+use crate::arms::anywhere;
 use crate::rig::Rig;
 use dq_config::{ForArm, ServoParameters};
 use dq_core::servo::State;
 use std::time::Duration;
 
-/// The next of some numbers within 0 and 1.
-fn part(random: &mut u64) -> f64 {
-    *random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-    (*random >> 11) as f64 / (1_u64 << 53) as f64
-}
-
 /// How many of some random tasks of that arm settle at 1 kHz within 12 s, under its limits with that on jerk or without.
 fn settled(arm: &str, with_jerk: bool) -> usize {
-    let mut random = 7_u64;
-    let mut settles = |_: &u32| {
+    let settles = |number: &usize| {
         let parameters = ServoParameters::for_arm(arm).unwrap().with_period(Duration::from_millis(1));
-        let position = &parameters.settings.limits.position;
-        let mut anywhere = || -> Vec<f64> {
-            let ranges = position.lower.iter().zip(&position.upper);
-            ranges.map(|(lower, upper)| lower + (0.2 + 0.6 * part(&mut random)) * (upper - lower)).collect()
-        };
-        let (start, end) = (anywhere(), anywhere());
+        let limits = &parameters.settings.limits.position;
+        let (start, end) = (anywhere(limits, *number), anywhere(limits, 1000 + *number));
         let goal = parameters.arms.chain().forward_kinematics(&end).unwrap();
         let jerk = if with_jerk { 0.0 } else { f64::INFINITY };
         let raise = |limit: &mut f64| *limit = limit.max(jerk);
@@ -36,7 +26,7 @@ fn settled(arm: &str, with_jerk: bool) -> usize {
         cycles.count();
         rig.state() == State::Settled
     };
-    (0..25).filter(|number| settles(number)).count()
+    (0..25).filter(settles).count()
 }
 
 #[test]

@@ -18,6 +18,7 @@ mod keep_out_sequences;
 mod laws;
 mod limits;
 mod link;
+#[cfg(debug_assertions)]
 mod measured_gaps;
 mod motions;
 mod moving;
