@@ -114,6 +114,12 @@ pub trait ControlLaw: Sync {
         [gain; 2]
     }
 
+    /// The rate [1/s] at which the arm's velocity goes to the one that the law asks for, see [`Approach`](super::Approach): infinite for a law
+    /// of first order, which sets the velocity. With a finite one the velocity is kept from cycle to cycle, and the acceleration is set.
+    fn approach_rate(&self, _gains: [f64; 2]) -> f64 {
+        f64::INFINITY
+    }
+
     /// The twist `(ω, v)` [rad/s, m/s] that the tool is to have.
     #[inline]
     fn twist(&self, gains: [f64; 2], error: &PoseError) -> AngularLinear {

@@ -1,6 +1,7 @@
 //! A law with its gains.
 
 use super::angular_linear::AngularLinear;
+use super::approach::as_of_first_order;
 use super::control_law::{LawInput, Map};
 use super::law::MOST;
 use super::{Aim, Damping, Law, PoseError};
@@ -104,9 +105,16 @@ impl Controller {
         self.damping.leave_tool(arm, self.aim, theta_dot);
     }
 
-    /// The law's [fastest rates](super::ControlLaw::fastest_rates) [1/s] with `arm` where it is.
+    /// The rate [1/s] at which the velocity [goes to](super::ControlLaw::approach_rate) the one that the law in force asks for.
+    pub fn approach_rate(&self) -> f64 {
+        self.law.approach_rate(self.gains(self.law))
+    }
+
+    /// The law's [fastest rates](super::ControlLaw::fastest_rates) [1/s] with `arm` where it is; of a law of second order those of the law of
+    /// first order that is stable up to the same delay.
     pub fn fastest_rates(&self, arm: &ArmState, base_from_goal: &UnitDualQuaternion) -> [f64; 2] {
-        self.law.fastest_rates(&self.input(arm, base_from_goal))
+        let rates = self.law.fastest_rates(&self.input(arm, base_from_goal));
+        rates.map(|rate| as_of_first_order(rate, self.approach_rate()))
     }
 
     /// The law's [steepest descent](super::ControlLaw::steepest_descent), written to `descent`. Returns the size of its error.
