@@ -60,6 +60,7 @@ mod laws;
 mod pose_error;
 mod pose_space;
 mod quadratic_program;
+mod stiffness;
 mod symmetric;
 mod transpose;
 
@@ -73,3 +74,4 @@ pub use double_cover::{SignMemory, nearer_goal};
 pub use law::{Law, RegisterError, register};
 pub use pose_error::PoseError;
 pub use quadratic_program::{Infeasible, QuadraticProgram};
+pub use stiffness::Stiffness;

@@ -4,7 +4,7 @@
 //!
 //! | step | what it does to the velocity |
 //! |---|---|
-//! | gain by delay | takes the part of the law's gain that the robot's delay allows |
+//! | gain by delay | slows the directions in which the law is faster than the robot's delay allows |
 //! | escape speed | leads out of a singularity at which the law stands still |
 //! | feed-forward | adds the velocity of a goal that moves |
 //! | null space | adds the motion towards the posture that leaves the tool where it is |
@@ -89,8 +89,9 @@ pub(super) struct Towards<'a> {
     pub pose: UnitDualQuaternion,
     /// The same where it moves and that is fed forward.
     pub moving: Option<MovingGoal>,
-    /// The part of the law's gains that the delays allow.
+    /// The part of the law's fastest rate that the delays allow, and that [1/s].
     pub gain_factor: f64,
+    pub stable_rate: f64,
     /// The direction out of a singularity, as long as the law stands still there.
     pub escape: Option<&'a EscapeDirection>,
 }
