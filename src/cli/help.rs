@@ -32,23 +32,23 @@ pub(super) fn figures(own: &str) -> String {
 
 const FIGURES: &str = "\
 The table, a row for each motion to a goal:
-  2 %        when the error of rotation, and of position, was within 2 % of what it was at first, or within the
+  settled    when the error of rotation, and of position, was within 2 % of what it was at first, or within the
              goal's tolerance where that is wider, for good
   path       how long the tool's path is, and that by the distance from its start to its end (- where these are one place)
   overshoot  how far the tool went past the goal, along the line from the start, or from where it was when the goal
              last moved
   peak       the fastest joint that was commanded
   effort     the integral of the squares of all joint speeds that were commanded, rad and m alike
-  left       the errors of position and rotation at the end";
+  error      the errors of position and rotation at the end";
 
 /// The last columns of `demo`.
 pub(super) const OF_DEMO: &str = "\
   at goal    when the tolerances were first met
-  jitter     how late the servo's cycles woke since the goal came: 99 % of them at most, and the latest";
+Below it: how late the servo's cycles woke since a goal came, 99 % of them and the latest, in the worse of the motions";
 
 /// The last column of `plot`, and what it takes of a bag that has not all.
 pub(super) const OF_PLOT: &str = "\
-  stalls     how often the servo reported that the arm gets no nearer
+  at goal    when the tolerances were first met
 Peak and effort are of the commands; without them in the bag, of the measured speeds; - means that it has neither.
 A star at a motion's number: it began before the bag, and a line below the table has by how much.";
 

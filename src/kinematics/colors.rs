@@ -19,6 +19,7 @@ const LAWS: [Color; Law::ALL.len()] = [
     [20, 60, 110],
     [70, 40, 110],
     [130, 50, 10],
+    [170, 20, 60],
 ];
 
 /// Those of laws that a program has registered, one after the other.

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Other programs on the tasks of `dq_servo compare`: DQ Robotics, pink, and logc once more, written with Pinocchio.
+"""Other programs on the tasks of `dq_servo compare`: DQ Robotics, pink, and logc once more, written with Pinocchio, by two inverses.
 
     tests/benches/peers.sh --install
     dq_servo compare --out DIR
@@ -9,7 +9,8 @@
 Runs the first TASKS (400) tasks of each arm in DIR/tasks.jsonl with fresh joint states, and writes DIR/peers.jsonl, a line a run as in
 compare.jsonl: without limits, and under the arm's limits of speed, acceleration and position those that can have them. Gains are chosen for
 each arm on the 100 tasks after these, so that the median settling time without limits is that of logc with gain 2. Where a quadratic program
-has no solution, the joints brake by their acceleration limits. Fails where a pose is not ours.
+has no solution, the joints brake by their acceleration limits. Fails where a pose is not ours. At the end it says how logc does by the
+damped inverse and by J-PARSE on the tasks in which it passes a singularity by either, paired.
 """
 
 import functools
@@ -25,15 +26,19 @@ import pinocchio
 import pink
 import pink.limits
 import pink.tasks
+import scipy.stats
 import yaml
 from dqrobotics import DQ, E_, translation, vec8
 from dqrobotics.robot_control import ControlObjective, DQ_ClassicQPController, DQ_PseudoinverseController
 from dqrobotics.robot_modeling import DQ_SerialManipulatorDH, DQ_SerialManipulatorMDH
 from dqrobotics.solvers import DQ_QuadprogSolver
+from jparse_robotics import JParseCore
 
 PERIOD, HORIZON, DWELL, GAIN = 0.005, 10.0, 0.5, 2.0
 # On so many tasks of an arm a gain is chosen, in so many steps.
 PILOTS, STEPS = 100, 4
+# Where the least singular value of the Jacobian is below this, an arm passes a singularity.
+THRESHOLD = 0.05
 TOLERANCE = {"position": 0.001, "rotation": 0.01}
 CONFIG = pathlib.Path(__file__).parents[2] / "msg_config"
 
@@ -73,18 +78,36 @@ class Arm:
         pinocchio.framesForwardKinematics(self.model, self.data, theta)
         return self.data.oMf[self.tool].copy()
 
+    def jacobian(self, theta):
+        return pinocchio.computeFrameJacobian(self.model, self.data, theta, self.tool, pinocchio.LOCAL)
 
-def logc(arm, goal, limits, gain):
-    """Our law by another's logarithm and Jacobian; damped as ours is, below a singular value of 0.05."""
 
-    def velocity(theta, before):
-        error = pinocchio.log6(goal.actInv(arm.pose(theta))).vector
-        jacobian = pinocchio.computeFrameJacobian(arm.model, arm.data, theta, arm.tool, pinocchio.LOCAL)
-        least = numpy.linalg.svd(jacobian, compute_uv=False)[-1]
-        damping = 0.05**2 * max(0.0, 1.0 - (least / 0.05) ** 2)
-        return -gain * jacobian.T @ numpy.linalg.solve(jacobian @ jacobian.T + damping * numpy.eye(6), error)
+def damped(jacobian, error):
+    """As ours is, below a singular value of 0.05."""
+    damping = THRESHOLD**2 * max(0.0, 1.0 - (least_singular_value(jacobian) / THRESHOLD) ** 2)
+    return jacobian.T @ numpy.linalg.solve(jacobian @ jacobian.T + damping * numpy.eye(6), error)
 
-    return velocity
+
+def jparse(jacobian, error):
+    """J-PARSE (Guptasarma et al. 2025, arXiv 2505.00306) with its own defaults."""
+    return JParseCore(gamma=0.1).compute(jacobian, position_dimensions=3, angular_dimensions=3) @ error
+
+
+def logc(inverse):
+    """Our law by another's logarithm and Jacobian."""
+
+    def law(arm, goal, limits, gain):
+        def velocity(theta, before):
+            error = pinocchio.log6(goal.actInv(arm.pose(theta))).vector
+            return -gain * inverse(arm.jacobian(theta), error)
+
+        return velocity
+
+    return law
+
+
+def least_singular_value(jacobian):
+    return numpy.linalg.svd(jacobian, compute_uv=False)[-1]
 
 
 def braking(arm, before):
@@ -153,13 +176,14 @@ def run(arm, goal, start, velocity):
     first = point = arm.pose(theta).translation
     ahead = goal.translation - first
     ahead = ahead / max(numpy.linalg.norm(ahead), 1e-12)
+    least, jolt = math.inf, 0.0
     bands, outside, inside, overshoot = None, {"position": 0.0, "rotation": 0.0}, False, 0.0
     for cycle in range(round(HORIZON / PERIOD) + 1):
         now = cycle * PERIOD
         if inside and now - max(outside.values()) >= DWELL - 1e-9:
             break
         try:
-            command = numpy.array(velocity(theta, command))
+            before, command = command, numpy.array(velocity(theta, command))
         except Exception:  # a solver that gives up has failed its task
             inside = False
             break
@@ -177,6 +201,8 @@ def run(arm, goal, start, velocity):
         point, speeds = pose.translation, command @ command
         overshoot = max(overshoot, (point - goal.translation) @ ahead)
         peak = max(peak, numpy.abs(command).max())
+        jolt = max(jolt, numpy.abs(command - before).max() / PERIOD) if cycle else 0.0
+        least = min(least, least_singular_value(arm.jacobian(theta)))
         theta = theta + PERIOD * command
         # What stands stays where it is.
         if not inside and numpy.all(numpy.abs(command) < 1e-9):
@@ -189,7 +215,7 @@ def run(arm, goal, start, velocity):
         "overshoot_mm": six_digits(1e3 * overshoot),
         "effort": six_digits(effort),
         "peak_rad_s": six_digits(peak),
-    }
+    }, {"least": least, "jolt": jolt}
 
 
 def six_digits(value):
@@ -197,9 +223,11 @@ def six_digits(value):
     return float(f"{value:.5e}")
 
 
+DAMPED, JPARSE = "logc_by_pinocchio", "logc_by_jparse"
 # Pinocchio by itself has no limits.
 PEERS = [
-    ("logc_by_pinocchio", False, logc),
+    (DAMPED, False, logc(damped)),
+    (JPARSE, False, logc(jparse)),
     ("dq_robotics", False, dq_robotics),
     ("dq_robotics", True, dq_robotics),
     ("pink", False, pink_frame_task),
@@ -221,20 +249,23 @@ def settling(job):
     """When a pilot task settles without limits [s]."""
     peer, task, gain = job
     arm, start, goal = seen(task)
-    return run(arm, goal, start, peer(arm, goal, False, gain))["settling_s"] or math.inf
+    ended, _ = run(arm, goal, start, peer(arm, goal, False, gain))
+    return ended["settling_s"] or math.inf
 
 
 def lines(job):
-    """The lines of a task."""
+    """The lines of a task, and what the two inverses did in it."""
     task, gains = job
     arm, start, goal = seen(task)
-    lines = []
+    lines, inverses = [], {}
     for law, limits, peer in PEERS:
         which = {"matched": "settling_time", "law": law, "arm": task["arm"], "limits": limits, "plant": "ideal"}
         gain = gains[law, task["arm"]]
-        ended = run(arm, goal, start, peer(arm, goal, limits, gain))
+        ended, more = run(arm, goal, start, peer(arm, goal, limits, gain))
+        if law in (DAMPED, JPARSE):
+            inverses[law] = ended | more
         lines.append(json.dumps(which | {"task": task["task"], "gain": gain} | ended) + "\n")
-    return "".join(lines)
+    return "".join(lines), inverses
 
 
 def choose(pool, pilots):
@@ -243,13 +274,29 @@ def choose(pool, pilots):
     for name in dict.fromkeys(task["arm"] for task in pilots):
         tasks = [task for task in pilots if task["arm"] == name]
         median = lambda peer, gain: numpy.median(pool.map(settling, [(peer, task, gain) for task in tasks]))
-        target = median(logc, GAIN)
-        for law, peer in {law: peer for law, _, peer in PEERS}.items():
+        each = {law: peer for law, _, peer in PEERS}
+        target = median(each[DAMPED], GAIN)
+        for law, peer in each.items():
             gain = GAIN
-            for _ in range(STEPS if peer is not logc else 0):
+            for _ in range(STEPS if law != DAMPED else 0):
                 gain = float(gain * median(peer, gain) / target)
             gains[law, name] = six_digits(gain)
     return gains
+
+
+def past_singularities(both):
+    """What the two inverses do in the tasks in which the arm passes a singularity by either."""
+    both = [[of[DAMPED], of[JPARSE]] for of in both if min(of[DAMPED]["least"], of[JPARSE]["least"]) < THRESHOLD]
+    settled = [[of["outcome"] == "settled" for of in pair] for pair in both]
+    only = [settled.count([True, False]), settled.count([False, True])]
+    chance = scipy.stats.binomtest(only[1], max(sum(only), 1)).pvalue
+    print(f"{len(both)} tasks pass a singularity: {DAMPED} settles alone in {only[0]}, {JPARSE} in {only[1]} (p = {chance:.2g})")
+    kept = [pair for pair, ends in zip(both, settled) if all(ends)]
+    for figure, unit in (("settling_s", "s"), ("peak_rad_s", "rad/s"), ("jolt", "rad/s^2"), ("path_ratio", "path / straight")):
+        pairs = [[of[figure] for of in pair] for pair in kept if None not in (pair[0][figure], pair[1][figure])]
+        first, second = numpy.median(pairs, axis=0)
+        chance = scipy.stats.wilcoxon(*numpy.transpose(pairs)).pvalue
+        print(f"  where both settle ({len(pairs)}): {first:.3g} and {second:.3g} {unit} in the median (p = {chance:.2g})")
 
 
 def main():
@@ -262,8 +309,9 @@ def main():
     with multiprocessing.Pool() as pool:
         gains = choose(pool, pilots)
         written = list(pool.imap(lines, [(task, gains) for task in tasks]))
-    (folder / "peers.jsonl").write_text("".join(written))
+    (folder / "peers.jsonl").write_text("".join(text for text, _ in written))
     print(f"{len(tasks) * len(PEERS)} runs are in {folder / 'peers.jsonl'}")
+    past_singularities([inverses for _, inverses in written])
 
 
 if __name__ == "__main__":

@@ -15,7 +15,7 @@ folder=$PWD/target/peers
 python=$folder/venv/bin/python
 mkdir -p "$folder"
 [ -x "$python" ] || python3 -m venv "$folder/venv"
-"$python" -m pip install -q casadi==3.8.2 dqrobotics==26.4.0a7 numpy pin==4.1.0 pin-pink==4.4.0 quadprog==0.1.14 pyyaml
+"$python" -m pip install -q casadi==3.8.2 dqrobotics==26.4.0a7 jparse-robotics==0.1.0 numpy pin==4.1.0 pin-pink==4.4.0 quadprog==0.1.14 pyyaml scipy
 [ "$1" = --json ] || exit 0
 
 if ! [ -e /usr/include/kdl/chain.hpp ] || ! command -v g++ >/dev/null; then

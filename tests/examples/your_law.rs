@@ -8,6 +8,7 @@ use std::error::Error;
 use std::time::Duration;
 
 /// Sliding along the logarithm at a speed that does not fade with the distance: `ξ = k X/√(|X|² + ε²)`, ε = 0.1.
+/// Of second order: the velocity is kept from cycle to cycle and goes there at 20 1/s, so that no motion begins with a step.
 pub(crate) struct BoundaryLayer;
 
 impl ControlLaw for BoundaryLayer {
@@ -22,6 +23,10 @@ impl ControlLaw for BoundaryLayer {
     fn twist_gains(&self, gains: [f64; 2], (angular, linear): &AngularLinear) -> [f64; 2] {
         let size = (angular.norm_squared() + linear.norm_squared() + 0.1_f64.powi(2)).sqrt();
         gains.map(|gain| gain / size)
+    }
+
+    fn approach_rate(&self, _gains: [f64; 2]) -> f64 {
+        20.0
     }
 }
 

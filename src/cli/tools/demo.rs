@@ -3,6 +3,7 @@
 use super::enter;
 use super::node_set::{Interrupted, NodeSet, Setting};
 use super::recording::Recording;
+use super::rehearsal;
 use super::table::{self, seconds};
 use super::view::{Page, View};
 use crate::arm::{Chain, JointKind};
@@ -10,7 +11,7 @@ use crate::cli::arm::RobotChoice;
 use crate::cli::print::{self, print_line};
 use crate::cli::signals::Signals;
 use crate::config::{DualParameters, NodeParameters, PlantParameters, ServoParameters};
-use crate::control::{Aim, Law, Map};
+use crate::control::{Aim, Map};
 use crate::dq::UnitDualQuaternion;
 use crate::nodes::Prepared;
 use crate::paper::Experiment;
@@ -18,7 +19,6 @@ use crate::ros::args::{Override, Remap};
 use crate::ros::{Environment, RosArgs};
 use crate::stderr;
 use crate::wire::{EVENTS, MotionReport, PoseNumbers, pose_numbers};
-use comfy_table::Table;
 use serde_json::json;
 use std::cell::Cell;
 use std::path::PathBuf;
@@ -77,8 +77,7 @@ impl Demo {
         };
         let (played, ended) = Recording::end(recording, played).await?;
         let Some(played) = played else { return ended };
-        let results =
-            if self.json { format!("{:#}", json(&played.motions)) } else { table(&played).to_string() };
+        let results = if self.json { format!("{:#}", json(&played.motions)) } else { table(&played) };
         print::results(results, &mut signals).await?;
         ended
     }
@@ -120,7 +119,7 @@ async fn one_arm(
             return played.map(Some);
         }
         stays.set(true);
-        match played.map(|played| table(&played).to_string()) {
+        match played.map(|played| table(&played)) {
             Ok(table) => tokio::task::spawn_blocking(move || print::line(format_args!("{table}"))).await??,
             // Whoever watches may have driven the arm elsewhere.
             Err(why) => stderr::line(format!("no table: {why:#}")),
@@ -159,13 +158,13 @@ async fn there_and_back(
     start: PoseNumbers,
 ) -> anyhow::Result<Vec<MotionReport>> {
     let there = nodes.go(goal).await?;
-    let other = if there.law == Law::Diffc.name() { Law::Logc } else { Law::Diffc };
-    nodes.set_parameter("controller", other.name()).await?;
+    let back = rehearsal::way_back(there.law.parse()?);
+    nodes.set_parameter("controller", back.name()).await?;
     Ok(vec![there, nodes.go(start).await?])
 }
 
 /// The arm with its servo, where it starts, and its goal: the paper's for the paper's arm, for another the pose of its tool a little
-/// aside of its start.
+/// aside of its start, to which one law goes and from which another comes back.
 fn one_arms_nodes<'a>(setting: &Setting<'a>, arm: &RobotChoice) -> anyhow::Result<Scene<'a>> {
     let servo = Prepared::<ServoParameters>::new(&arm.and(setting.ros_args))?;
     let parameters = servo.parameters();
@@ -179,7 +178,7 @@ fn one_arms_nodes<'a>(setting: &Setting<'a>, arm: &RobotChoice) -> anyhow::Resul
     let from = &plant.parameters().initial_positions;
     let to = match *chain == papers {
         true => Experiment::builtin()?.theta_desired,
-        false => parameters.settings.limits.position.beside(from, chain.kinds()),
+        false => rehearsal::aside(parameters, from)?,
     };
     let [start, goal] = [from, &to].map(|theta| chain.forward_kinematics(theta));
     let (start, goal, joints) = (pose_numbers(&start?), pose_numbers(&goal?), chain.kinds().to_vec());
@@ -279,14 +278,15 @@ fn json(motions: &[MotionReport]) -> serde_json::Value {
     serde_json::Value::from_iter(motions.iter().map(motion))
 }
 
-fn table(Played { motions, joints }: &Played) -> Table {
-    let mut table = table::motions(&["law"], joints, &["at\ngoal\n\n[s]", "jitter\np99/max\n\n[µs]"]);
+/// The table of the motions, and below it how late the servo's cycles woke in them.
+fn table(Played { motions, joints }: &Played) -> String {
+    let mut table = table::motions(&["law"], joints, &[table::AT_GOAL]);
     for report in motions {
-        let figures = report.figures;
+        let figures = table::figures(&report.figures);
         let law = table::in_lines(&report.law_and_aim());
-        let jitter = format!("{:.0}/{:.0}", report.cycle_jitter_us.0, report.cycle_jitter_us.1);
-        let after = [seconds(figures.arrival_time), jitter];
-        table.add_row([law].into_iter().chain(table::figures(&figures)).chain(after));
+        table.add_row([law].into_iter().chain(figures).chain([seconds(report.figures.arrival_time)]));
     }
-    table
+    let late = motions.iter().map(|report| report.cycle_jitter_us);
+    let (most, latest) = late.fold((0.0_f64, 0.0_f64), |(p99, max), (a, b)| (p99.max(a), max.max(b)));
+    format!("{table}\n\nCycles woke late by at most {most:.0} µs (99 %) and {latest:.0} µs (all).")
 }

@@ -11,6 +11,7 @@ mod progress;
 mod race;
 mod record;
 pub(super) mod recording;
+mod rehearsal;
 mod replay;
 mod reproduce;
 mod table;

@@ -156,12 +156,14 @@ fn clearances(runs: &[RecordedRun]) -> String {
 }
 
 pub(super) fn table(motions: &[&MotionRow], joints: &[JointKind]) -> Table {
-    let mut table = table::motions(&["run", "#", "law"], joints, &["at\ngoal\n\n[s]"]);
+    // Of one run alone its name says nothing.
+    let run = usize::from(motions.iter().all(|motion| motion.run == motions[0].run));
+    let mut table = table::motions(&["run", "#", "law"][run..], joints, &[table::AT_GOAL]);
     for motion in motions {
-        let before = [motion.run.clone(), motion.motion.to_string(), table::in_lines(&motion.law)];
+        let names = [motion.run.clone(), motion.motion.to_string(), table::in_lines(&motion.law)];
         let figures = table::figures(&motion.figures);
         let at_goal = table::seconds(motion.figures.arrival_time);
-        table.add_row(before.into_iter().chain(figures).chain([at_goal]));
+        table.add_row(names.into_iter().skip(run).chain(figures).chain([at_goal]));
     }
     table
 }

@@ -2,14 +2,14 @@
 
 use crate::arm::JointKind;
 use crate::servo::Figures;
-use comfy_table::{ColumnConstraint, ContentArrangement, Table, presets};
+use comfy_table::{CellAlignment, ColumnConstraint, ContentArrangement, Table, presets};
 use rustix::stdio::stdout;
 use rustix::termios::tcgetwinsize;
 
 /// The width of a terminal that nobody has made wider.
 const WIDTH: u16 = 80;
 
-/// The columns of names; all others are of numbers, which are never broken.
+/// The columns of names; all others are of numbers, which are never broken and end at the right.
 const NAMES: [&str; 2] = ["run", "law"];
 
 /// A table without lines under these column names, no wider than the terminal, if stdout is one: names that would make it so are
@@ -33,6 +33,7 @@ fn table_in<'a>(width: Option<u16>, header: impl IntoIterator<Item = &'a str>) -
         column.set_padding((0, 1));
         if !NAMES.contains(&name) {
             column.set_constraint(ColumnConstraint::ContentWidth);
+            column.set_cell_alignment(CellAlignment::Right);
         }
     }
     if let Some(last) = table.column_iter_mut().last() {
@@ -45,22 +46,25 @@ fn table_in<'a>(width: Option<u16>, header: impl IntoIterator<Item = &'a str>) -
 fn heads(joints: &[JointKind]) -> [&'static str; 9] {
     let [peak, effort] = match [JointKind::Revolute, JointKind::Prismatic].map(|kind| joints.contains(&kind))
     {
-        [_, false] => ["peak\n\n[rad\n/s]", "effort\n\n[rad²\n/s]"],
-        [false, true] => ["peak\n\n\n[m/s]", "effort\n\n\n[m²/s]"],
-        [true, true] => ["peak\n\n[rad/s,\nm/s]", "effort\n\n[rad²/s,\nm²/s]"],
+        [_, false] => ["peak\n\nrad/s", "effort\n\nrad²/s"],
+        [false, true] => ["peak\n\nm/s", "effort\n\nm²/s"],
+        [true, true] => ["peak\nrad/s,\nm/s", "effort\nrad²/s,\nm²/s"],
     };
     [
-        "set-\ntled,\nrot.\n[s]",
-        "set-\ntled,\npos.\n[s]",
-        "path\n\n\n[m]",
-        "path/\nstr.\nline",
-        "over-\nshoot\n\n[m]",
+        "settled\nrotation\ns",
+        "settled\nposition\ns",
+        "path\n\nm",
+        "path/\nline\n",
+        "overshoot\n\nmm",
         peak,
         effort,
-        "final\nerror\n\n[m]",
-        "final\nerror\n\n[rad]",
+        "final\nerror\nmm",
+        "final\nerror\nmrad",
     ]
 }
+
+/// The column of when the goal's tolerances were met.
+pub(super) const AT_GOAL: &str = "at\ngoal\ns";
 
 /// A table of motions of arms with joints of these kinds: their figures between the columns `before` and `after`.
 pub(super) fn motions(before: &[&str], joints: &[JointKind], after: &[&str]) -> Table {
@@ -76,11 +80,11 @@ pub(super) fn figures(figures: &Figures) -> [String; 9] {
         seconds(figures.settling_time_position),
         format!("{:.3}", figures.path_length),
         known(figures.path_ratio.unwrap_or(f64::NAN), 3),
-        format!("{:.4}", figures.overshoot),
+        format!("{:.1}", 1e3 * figures.overshoot),
         known(figures.peak_joint_speed, 2),
         known(figures.effort, 1),
-        format!("{:.5}", figures.position_error),
-        format!("{:.5}", figures.rotation_error),
+        format!("{:.2}", 1e3 * figures.position_error),
+        format!("{:.2}", 1e3 * figures.rotation_error),
     ]
 }
 
@@ -120,9 +124,9 @@ mod tests {
             let head = |column: usize| heads(joints)[column].split_once('\n').unwrap().1.replace('\n', "");
             [5, 6].map(head)
         };
-        assert_eq!(units(&[Revolute; 2]), ["[rad/s]", "[rad²/s]"]);
-        assert_eq!(units(&[Prismatic; 2]), ["[m/s]", "[m²/s]"]);
-        assert_eq!(units(&[Prismatic, Revolute]), ["[rad/s,m/s]", "[rad²/s,m²/s]"]);
+        assert_eq!(units(&[Revolute; 2]), ["rad/s", "rad²/s"]);
+        assert_eq!(units(&[Prismatic; 2]), ["m/s", "m²/s"]);
+        assert_eq!(units(&[Prismatic, Revolute]), ["rad/s,m/s", "rad²/s,m²/s"]);
     }
 
     #[test]

@@ -4,8 +4,8 @@ use crate::reference::{distance, json, numbers, puma, settings};
 use crate::tolerance::{LOOP, REFERENCE};
 use dq_algebra::UnitDualQuaternion;
 use dq_kinematics::arm::{ArmState, Chain};
-use dq_kinematics::control::{Controller, Damping, Law, SignMemory, pose_error};
-use nalgebra::{DVector, Vector6};
+use dq_kinematics::control::{Aim, Controller, Damping, Law, SignMemory, pose_error};
+use nalgebra::{DMatrix, DVector, Vector6};
 use proptest::prelude::*;
 
 /// A law that drives an arm to a goal.
@@ -242,5 +242,39 @@ proptest! {
         prop_assert!((rate(&transposed) / plain - 1.0).abs() < 1e-12);
         let inverse = control.controller.with_gains(Law::Logc, [angular, linear]);
         prop_assert_eq!(rates(&inverse), [linear, angular]);
+    }
+}
+
+#[test]
+fn a_delay_slows_each_direction_by_its_own_rate_and_none_is_faster_than_it_allows() {
+    let (start, goal) = (theta("theta_initial"), pose("theta_desired"));
+    for law in [Law::Diffc, Law::LogcTranspose, Law::UnitQuaternionTranspose] {
+        for aim in Aim::ALL {
+            let mut control = Loop::new(law, goal);
+            control.controller.aim = aim;
+            let here = puma().forward_kinematics(start.as_slice()).unwrap();
+            // Near the goal, where the law is `θ̇ = −M δθ`.
+            control.goal = aim.nearest(&here, &here);
+            let near = |control: &mut Loop, joint: usize| {
+                let mut at = |side: f64| {
+                    let mut beside = start.clone();
+                    beside[joint] += side;
+                    control.velocity(&beside)
+                };
+                (at(-1e-5) - at(1e-5)) / 2e-5
+            };
+            let columns: Vec<_> = (0..6).map(|joint| near(&mut control, joint)).collect();
+            let rates = DMatrix::from_columns(&columns);
+            let _ = control.velocity(&start);
+            let [fastest, _] = control.controller.fastest_rates(&control.state, &control.goal);
+            let allowed = 0.1 * fastest;
+            let speeds = DVector::from_fn(6, |joint, _| (joint as f64 + 1.0).sin());
+            let mut softened = speeds.clone();
+            let state = (&control.state, &control.goal);
+            control.controller.soften(state, (allowed / fastest, allowed), softened.as_mut_slice());
+            let time = 1.0 / allowed - 1.0 / fastest;
+            let expected = (DMatrix::identity(6, 6) + rates * time).lu().solve(&speeds).unwrap();
+            assert!((softened - expected).norm() < 1e-4, "{law} {aim}");
+        }
     }
 }

@@ -17,6 +17,7 @@ mod posture;
 mod reference;
 mod rig;
 mod search;
+mod second_order;
 mod servo;
 mod setup;
 mod step;

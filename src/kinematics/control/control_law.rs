@@ -1,13 +1,11 @@
 //! What a control law is.
 
 use super::angular_linear::{AngularLinear, norm, scaled, twice};
-use super::gram::Gram;
-use super::{Aim, Damping, PoseError};
+use super::{Aim, Damping, PoseError, Stiffness};
 use crate::arm::ArmState;
 use dq_algebra::UnitDualQuaternion;
 use dq_common::named;
 use std::ops::RangeInclusive;
-use wide::f64x2;
 
 named! {
     /// How an error becomes joint velocities.
@@ -114,6 +112,12 @@ pub trait ControlLaw: Sync {
         [gain; 2]
     }
 
+    /// The rate [1/s] at which the arm's velocity goes to the one that the law asks for, see [`Approach`](super::Approach): infinite for a law
+    /// of first order, which sets the velocity. With a finite one the velocity is kept from cycle to cycle, and the acceleration is set.
+    fn approach_rate(&self, _gains: [f64; 2]) -> f64 {
+        f64::INFINITY
+    }
+
     /// The twist `(ω, v)` [rad/s, m/s] that the tool is to have.
     #[inline]
     fn twist(&self, gains: [f64; 2], error: &PoseError) -> AngularLinear {
@@ -132,10 +136,9 @@ pub trait ControlLaw: Sync {
         }
     }
 
-    /// The fastest rates [1/s] at which small errors of position and rotation decay where the arm is. With the damped inverse they are
-    /// the gains of what is asked for; with the transpose the closed loop is `δθ̇ = −Jᵀ K J δθ`, and both are `σ_max²(√K J)`.
-    fn fastest_rates(&self, input: &LawInput) -> [f64; 2] {
-        rates_by_twist(self, input)
+    /// With the transpose: how fast errors decay where the arm is.
+    fn stiffness(&self, input: &LawInput) -> Stiffness {
+        stiffness_of_twist(self, input)
     }
 
     /// `Jᵀ e`, with the law's twist e, written to `descent`: the direction in which the joints reduce `½|e|²` fastest. Returns `|e|`.
@@ -144,21 +147,10 @@ pub trait ControlLaw: Sync {
     }
 }
 
-/// [`fastest_rates`](ControlLaw::fastest_rates) of a law that feeds back a twist.
-pub(super) fn rates_by_twist(law: &(impl ControlLaw + ?Sized), input: &LawInput) -> [f64; 2] {
-    let [angular, linear] = law.twist_gains(input.gains, &law.error(&input.error()));
-    match (law.map(), input.aim) {
-        (Map::DampedInverse, Aim::Pose | Aim::PositionAndAxis) => [linear, angular],
-        (Map::DampedInverse, Aim::Position | Aim::Distance) => [linear, 0.0],
-        (Map::DampedInverse, Aim::Orientation) => [0.0, angular],
-        (Map::Transpose, aim) => {
-            let rows = aim.rows(input.arm);
-            let (angular, linear) = (f64x2::splat(angular.sqrt()), f64x2::splat(linear.sqrt()));
-            let pairs = input.arm.tool_motion_pairs().iter();
-            let weighted = pairs.map(|(l, v)| rows.of_both(&(l * angular, v * linear)));
-            [Gram::of_columns(input.arm.joint_count(), weighted).largest_eigenvalue(); 2]
-        }
-    }
+/// [`stiffness`](ControlLaw::stiffness) of a law that feeds back a twist.
+pub(super) fn stiffness_of_twist(law: &(impl ControlLaw + ?Sized), input: &LawInput) -> Stiffness {
+    let gains = law.twist_gains(input.gains, &law.error(&input.error()));
+    Stiffness::of_twist(input.aim.rows(input.arm), gains)
 }
 
 /// [`steepest_descent`](ControlLaw::steepest_descent) of a law that feeds back a twist.

@@ -1,6 +1,7 @@
 //! A law with its gains.
 
 use super::angular_linear::AngularLinear;
+use super::approach::as_of_first_order;
 use super::control_law::{LawInput, Map};
 use super::law::MOST;
 use super::{Aim, Damping, Law, PoseError};
@@ -104,9 +105,49 @@ impl Controller {
         self.damping.leave_tool(arm, self.aim, theta_dot);
     }
 
-    /// The law's [fastest rates](super::ControlLaw::fastest_rates) [1/s] with `arm` where it is.
+    /// The rate [1/s] at which the velocity [goes to](super::ControlLaw::approach_rate) the one that the law in force asks for.
+    pub fn approach_rate(&self) -> f64 {
+        self.law.approach_rate(self.gains(self.law))
+    }
+
+    /// The fastest rates [1/s] at which small errors of position and rotation decay with `arm` where it is. With the damped inverse they are
+    /// the gains of what is asked for; with the transpose the closed loop is `δθ̇ = −Jᵀ K J δθ`, and both are `σ_max²(√K J)`. Of a law of second
+    /// order they are those of the law of first order that is stable up to the same delay.
     pub fn fastest_rates(&self, arm: &ArmState, base_from_goal: &UnitDualQuaternion) -> [f64; 2] {
-        self.law.fastest_rates(&self.input(arm, base_from_goal))
+        let (law, input) = (self.law, self.input(arm, base_from_goal));
+        let rates = match law.map() {
+            Map::Transpose => [law.stiffness(&input).fastest_rate(arm); 2],
+            Map::DampedInverse => {
+                let [angular, linear] = law.twist_gains(input.gains, &law.error(&input.error()));
+                match self.aim {
+                    Aim::Pose | Aim::PositionAndAxis => [linear, angular],
+                    Aim::Position | Aim::Distance => [linear, 0.0],
+                    Aim::Orientation => [0.0, angular],
+                }
+            }
+        };
+        rates.map(|rate| as_of_first_order(rate, self.approach_rate()))
+    }
+
+    /// Takes from the law's joint velocities `theta_dot` what a delay does not allow, with `arm` where it is: no error decays faster than at
+    /// `part` of the [fastest rate](Self::fastest_rates), which is `largest` [1/s]. With the damped inverse all errors decay alike, and all
+    /// velocities are scaled; with the transpose only fast directions are slowed.
+    pub fn soften(
+        &self,
+        (arm, base_from_goal): (&ArmState, &UnitDualQuaternion),
+        (part, largest): (f64, f64),
+        theta_dot: &mut [f64],
+    ) {
+        if part >= 1.0 {
+            return;
+        }
+        match self.law.map() {
+            Map::DampedInverse => theta_dot.iter_mut().for_each(|speed| *speed *= part),
+            Map::Transpose => {
+                let stiffness = self.law.stiffness(&self.input(arm, base_from_goal));
+                stiffness.soften(arm, (1.0 - part) / largest, theta_dot);
+            }
+        }
     }
 
     /// The law's [steepest descent](super::ControlLaw::steepest_descent), written to `descent`. Returns the size of its error.

@@ -2,7 +2,7 @@
 
 use super::PoseError;
 use super::control_law::{ControlLaw, Map};
-use super::laws::{Diffc, HInfinity, Lq, PredefinedTime, Proportional};
+use super::laws::{Diffc, HInfinity, LogcPd, Lq, PredefinedTime, Proportional};
 use dq_common::UnknownName;
 use std::fmt;
 use std::ops::Deref;
@@ -60,12 +60,15 @@ struct Names {
 ///
 /// # Your law
 /// Sliding along the logarithm at a speed that does not fade with the distance: `ξ = k X/√(|X|² + ε²)`, a boundary layer ε wide about the
-/// goal (Slotine & Li 1991, §7.2, in place of its switch). It is not in the table of laws, and here it drives the built-in arm:
+/// goal (Slotine & Li 1991, §7.2, in place of its switch). It is of second order: the velocity is kept from cycle to cycle and goes there at
+/// 20 1/s, so that no motion begins with a step. It is not in the table of laws, and here it drives the built-in arm:
 ///
 /// ```
 /// use dq_kinematics::arm::ArmState;
 /// use dq_config::{NodeParameters, ServoParameters};
-/// use dq_kinematics::control::{AngularLinear, ControlLaw, PoseError, RegisterError, nearer_goal, pose_error, register};
+/// use dq_kinematics::control::{
+///     AngularLinear, Approach, ControlLaw, PoseError, RegisterError, nearer_goal, pose_error, register,
+/// };
 /// use dq_params::Value;
 ///
 /// struct BoundaryLayer;
@@ -81,6 +84,9 @@ struct Names {
 ///         let size = (angular.norm_squared() + linear.norm_squared() + 0.1_f64.powi(2)).sqrt();
 ///         gains.map(|gain| gain / size)
 ///     }
+///     fn approach_rate(&self, _gains: [f64; 2]) -> f64 {
+///         20.0
+///     }
 /// }
 ///
 /// register(&BoundaryLayer)?;
@@ -93,11 +99,13 @@ struct Names {
 /// assert_eq!(controller.law.name(), "boundary_layer");
 /// let goal = chain.forward_kinematics(&[0.4, -0.9, 0.3, 0.2, 1.2, 0.0])?;
 /// let (mut theta, mut theta_dot) = ([0.0, -1.2, 0.1, 0.4, 1.0, 0.3], [0.0; 6]);
-/// let mut arm = ArmState::new(chain);
+/// let (mut arm, mut approach) = (ArmState::new(chain), Approach::new(6));
 /// for _cycle in 0..5000 {
 ///     chain.evaluate(&theta, &mut arm)?;
 ///     let nearer = nearer_goal(&goal, &arm.base_from_tool());
 ///     controller.joint_velocity(&arm, &nearer, &mut theta_dot);
+///     approach.apply(&controller, &arm, 0.002, &mut theta_dot);
+///     approach.keep(&arm, &theta_dot);
 ///     theta.iter_mut().zip(&theta_dot).for_each(|(angle, speed)| *angle += 0.002 * speed);
 /// }
 /// assert!(pose_error(&arm, &goal).translation().norm() < 1e-6);
@@ -150,7 +158,7 @@ macro_rules! built_in {
             $($(#[$doc])* pub const $law: Self = Self { number: $number, law: &$is };)*
 
             /// Every law that is built in, in the order of the table.
-            pub const ALL: [Self; 11] = [$(Self::$law),*];
+            pub const ALL: [Self; 12] = [$(Self::$law),*];
         }
     };
 }
@@ -187,6 +195,8 @@ built_in! {
     /// logc with a gain that grows at both ends, so that the time to arrive has a bound that is set in advance
     /// (Aldana-López et al. 2019, arXiv 1809.07012).
     PredefinedTime = 10: PredefinedTime,
+    /// logc of second order: the PD law on SE(3) (paper §10.2; Bullo & Murray 1995).
+    LogcPd = 11: LogcPd,
 }
 
 impl Law {

@@ -6,7 +6,7 @@
 //! | fed back | × transpose | × damped inverse | with derived gains |
 //! |---|---|---|---|
 //! | R⁸ difference; with the inverse as seen from the tool, `q* q_d − 1` | diffc | diffc_inverse | lq: from the weights of a quadratic cost |
-//! | screw logarithm | logc_transpose | logc | predefined_time: from the time to arrive |
+//! | screw logarithm | logc_transpose | logc | predefined_time: from the time to arrive; logc_pd: second order, with a gain of the velocity |
 //! | decoupled logarithm | double_geodesic_transpose | double_geodesic | |
 //! | unit quaternion's vector part, translation | unit_quaternion_transpose | unit_quaternion | h_infinity: from attenuation bounds |
 //!
@@ -49,6 +49,7 @@
 
 mod aim;
 mod angular_linear;
+mod approach;
 mod control_law;
 mod controller;
 mod damped_inverse;
@@ -59,11 +60,13 @@ mod laws;
 mod pose_error;
 mod pose_space;
 mod quadratic_program;
+mod stiffness;
 mod symmetric;
 mod transpose;
 
 pub use aim::Aim;
 pub use angular_linear::AngularLinear;
+pub use approach::Approach;
 pub use control_law::{ControlLaw, LawGains, LawInput, Map};
 pub use controller::{Controller, pose_error};
 pub use damped_inverse::Damping;
@@ -71,3 +74,4 @@ pub use double_cover::{SignMemory, nearer_goal};
 pub use law::{Law, RegisterError, register};
 pub use pose_error::PoseError;
 pub use quadratic_program::{Infeasible, QuadraticProgram};
+pub use stiffness::Stiffness;

@@ -1,7 +1,6 @@
 //! The pose Jacobian in six rows.
 
 use super::angular_linear::AngularLinear;
-use super::gram::Gram;
 use crate::arm::ArmState;
 use crate::arm::pair::{dot, twice};
 use nalgebra::Vector3;
@@ -27,15 +26,9 @@ impl PoseSpace {
 
     /// Two columns of J, of joints that do this to the tool.
     #[inline(always)]
-    fn column_pair(&self, (axis, velocity): &AngularLinear<f64x2>) -> AngularLinear<f64x2> {
+    pub fn column_pair(&self, (axis, velocity): &AngularLinear<f64x2>) -> AngularLinear<f64x2> {
         let tool = twice(&self.tool);
         let angular = axis + tool * (self.stretch * dot(&tool, axis));
         (angular * f64x2::HALF, (velocity + tool.cross(axis) * f64x2::HALF) * f64x2::HALF)
-    }
-
-    /// `J Jᵀ`, without its two eigenvalues that are 0.
-    pub fn gram(self, arm: &ArmState) -> Gram {
-        let columns = arm.tool_motion_pairs().iter().map(|motions| self.column_pair(motions));
-        Gram::of_columns(arm.joint_count(), columns)
     }
 }

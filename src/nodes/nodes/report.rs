@@ -334,7 +334,7 @@ impl Report {
         self.limited = limited;
         match limited {
             true => self.log.warn(&format!(
-                "gain limited by latency: the law runs at {} of its gain, as it takes {:.0} ms until a command shows",
+                "gain limited by latency: the law's fastest direction has {} of its gain, as it takes {:.0} ms until a command shows",
                 two_digits(part),
                 1e3 * latency
             )),

@@ -9,7 +9,7 @@ use dq_core::servo::{
     Arms, Event, Figures, GoalError, JointReading, MotionMeter, Reconfiguration, STARTS, Search, Servo,
     Settings, State, Tolerance,
 };
-use dq_kinematics::control::{Controller, SignMemory};
+use dq_kinematics::control::{Approach, Controller, SignMemory};
 use std::time::Duration;
 
 /// A loop that has not settled after this time has failed.
@@ -65,6 +65,7 @@ impl Result {
 struct BareLaw {
     arms: Arms,
     controller: Controller,
+    approach: Approach,
     sign: SignMemory,
     hysteresis: f64,
 }
@@ -134,7 +135,8 @@ impl ClosedLoop<'_> {
             arm.evaluate(&task.start);
             let sign = SignMemory::nearest(&task.base_from_goal, &arm.pose());
             let hysteresis = parameters.settings.sign_hysteresis;
-            let law = BareLaw { arms: arm, controller: self.controller, sign, hysteresis };
+            let approach = Approach::new(task.start.len());
+            let law = BareLaw { arms: arm, controller: self.controller, approach, sign, hysteresis };
             return Ok(Driver::Law(Box::new(law)));
         }
         let settings = Settings { controller: self.controller, ..parameters.settings.clone() };
@@ -162,7 +164,10 @@ impl Driver {
             Self::Law(law) => {
                 law.arms.evaluate(seen);
                 let goal = law.sign.apply(&goal.base_from_goal, &law.arms.pose(), law.hysteresis);
-                law.controller.joint_velocity(law.arms.state(), &goal, command);
+                let arm = law.arms.state();
+                law.controller.joint_velocity(arm, &goal, command);
+                law.approach.apply(&law.controller, arm, PERIOD.as_secs_f64(), command);
+                law.approach.keep(arm, command);
             }
             Self::Servo { servo, search, names, age } => {
                 servo.begin(now);

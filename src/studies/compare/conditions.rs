@@ -30,10 +30,12 @@ impl Plant {
 const COUNT: f64 = std::f64::consts::TAU / 8192.0;
 
 /// The plants of the comparison.
-pub const PLANTS: [Plant; 4] = [
+pub const PLANTS: [Plant; 6] = [
     Plant { name: "ideal", latency: 0, noise: 0.0 },
     Plant { name: "latency_5ms", latency: 1, noise: 0.0 },
     Plant { name: "latency_20ms", latency: 4, noise: 0.0 },
+    Plant { name: "latency_50ms", latency: 10, noise: 0.0 },
+    Plant { name: "latency_100ms", latency: 20, noise: 0.0 },
     Plant { name: "encoder_noise", latency: 0, noise: COUNT },
 ];
 

@@ -198,10 +198,14 @@ impl Servo {
 
     /// The part of the law's gain that the delay allows on the way to `goal`.
     pub(super) fn stable_part(&self, goal: &UnitDualQuaternion) -> f64 {
+        let part = self.stable_rate() / self.fastest_rate(goal);
+        if part < 1.0 { part } else { 1.0 }
+    }
+
+    /// The fastest rate [1/s] at which the law may make errors decay.
+    pub(super) fn stable_rate(&self) -> f64 {
         // The cycle itself may be slower than the joint states come.
-        let delay = self.robot.link.delay().max(self.clock.period);
-        let demanded = self.fastest_rate(goal) * delay;
-        if demanded > STABLE { STABLE / demanded } else { 1.0 }
+        STABLE / self.robot.link.delay().max(self.clock.period)
     }
 
     /// The law's fastest rate [1/s] on the way to `goal`.

@@ -66,10 +66,12 @@ impl Servo {
         self.output.held_limits.update(&self.settings.limits, &self.output.command);
         let pursuit = self.mode.pursuit().filter(|pursuit| !pursuit.is_reconfiguring());
         let escapes = pursuit.is_some_and(|pursuit| pursuit.watch.escape.is_escaping());
+        let stable_rate = self.stable_rate();
         let goal = tracked.zip(pursuit).map(|(tracked, pursuit)| Towards {
             pose: tracked.goal,
             moving: tracked.moving.filter(|_| !escapes),
             gain_factor: pursuit.watch.gain_factor,
+            stable_rate,
             escape: escapes.then_some(&self.escape.direction),
         });
         let given = Given {

@@ -52,7 +52,8 @@ impl LawDemand {
 impl Filter for LawDemand {
     fn apply(&mut self, given: &Given, velocity: &mut [f64]) {
         if let Some(goal) = &given.goal {
-            velocity.iter_mut().for_each(|speed| *speed *= goal.gain_factor);
+            let (arm, allowed) = (given.arms.state(), (goal.gain_factor, goal.stable_rate));
+            given.settings.controller.soften((arm, &goal.pose), allowed, velocity);
             if let Some(escape) = goal.escape {
                 escape.lead(velocity);
             }

@@ -4,12 +4,13 @@
 //!
 //! | step | what it does to the velocity |
 //! |---|---|
-//! | gain by delay | takes the part of the law's gain that the robot's delay allows |
+//! | gain by delay | slows the directions in which the law is faster than the robot's delay allows |
 //! | escape speed | leads out of a singularity at which the law stands still |
 //! | feed-forward | adds the velocity of a goal that moves |
 //! | null space | adds the motion towards the posture that leaves the tool where it is |
 //! | speed | scales it to the speed limits of joints and tool |
 //! | demanded acceleration | scales it so that the path asks for no more acceleration than there is |
+//! | approach | goes from the last command towards it at the rate of a law of second order |
 //! | probing speed | scales it to a gentle speed where an arm was not seen to follow yet |
 //! | constraints | turns it away from what the arm must keep out of |
 //! | envelope | goes towards it as far as every joint may ([`Envelope`]) |
@@ -37,6 +38,7 @@ use constraints::Constraints;
 use demand::LawDemand;
 use demanded_acceleration::DemandedAcceleration;
 use dq_algebra::UnitDualQuaternion;
+use dq_kinematics::control::Approach;
 use dq_space::space::Scene;
 pub(super) use envelope::HeldLimits;
 use envelope::{Envelope, Span};
@@ -87,8 +89,9 @@ pub(super) struct Towards<'a> {
     pub pose: UnitDualQuaternion,
     /// The same where it moves and that is fed forward.
     pub moving: Option<MovingGoal>,
-    /// The part of the law's gains that the delays allow.
+    /// The part of the law's fastest rate that the delays allow, and that [1/s].
     pub gain_factor: f64,
+    pub stable_rate: f64,
     /// The direction out of a singularity, as long as the law stands still there.
     pub escape: Option<&'a EscapeDirection>,
 }
@@ -106,6 +109,7 @@ pub struct Replaced {
 pub(super) struct Filters {
     demand: LawDemand,
     demanded_acceleration: DemandedAcceleration,
+    approach: Approach,
     constraints: Constraints,
     envelope: Envelope,
     stoppable: Stoppable,
@@ -118,6 +122,7 @@ impl Filters {
         Self {
             demand: LawDemand::new(arms.joint_count()),
             demanded_acceleration: DemandedAcceleration::new(arms.clone()),
+            approach: Approach::new(arms.joint_count()),
             constraints: Constraints::new(arms.joint_count()),
             envelope: Envelope::new(arms.joint_count()),
             stoppable: Stoppable::new(arms.joint_count(), period),
@@ -130,6 +135,7 @@ impl Filters {
         self.envelope.enclose(given);
         self.demand.apply(given, velocity);
         self.demanded_acceleration.apply(given, velocity);
+        self.approach(given, velocity);
         keep_probing_speed(given, velocity);
         self.constraints.apply(given, velocity);
         self.envelope.admit(given, velocity);
@@ -137,7 +143,16 @@ impl Filters {
         // The gate: no command leaves that is not in the envelope, however it was made.
         if let Some(violation) = self.envelope.violation(velocity) {
             self.replaced = Replaced { count: self.replaced.count + 1, last: Some(violation) };
-            self.stop(given, velocity);
+            Stop.apply(given, velocity);
+        }
+        self.approach.keep(given.arms.state(), velocity);
+    }
+
+    /// Goes from the last command towards the `velocity` that a law asks for, where that is one of second order.
+    fn approach(&mut self, given: &Given, velocity: &mut [f64]) {
+        let (controller, arm) = (&given.settings.controller, given.arms.state());
+        if given.goal.is_some() && self.approach.apply(controller, arm, given.period, velocity) {
+            keep_speed_limits(given, velocity);
         }
     }
 
@@ -145,6 +160,7 @@ impl Filters {
     pub fn stop(&mut self, given: &Given, velocity: &mut [f64]) {
         // In the envelope by its construction.
         Stop.apply(given, velocity);
+        self.approach.keep(given.arms.state(), velocity);
     }
 
     /// Puts the tool of what filters look ahead with at `tool_offset`.

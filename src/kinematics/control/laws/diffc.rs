@@ -1,11 +1,10 @@
 //! The paper's difference feedback.
 
 use crate::control::control_law::{
-    ControlLaw, LEAST, LawGains, LawInput, Map, descent_by_twist, rates_by_twist,
+    ControlLaw, LEAST, LawGains, LawInput, Map, descent_by_twist, stiffness_of_twist,
 };
-use crate::control::pose_space::PoseSpace;
 use crate::control::transpose::difference;
-use crate::control::{Aim, AngularLinear, PoseError};
+use crate::control::{Aim, AngularLinear, PoseError, Stiffness};
 
 /// `θ̇ = Jᵀ K (q_d − q)` in R⁸ (eq. 16–20).
 ///
@@ -52,11 +51,11 @@ impl ControlLaw for Diffc {
         input.transpose(&twist, theta_dot);
     }
 
-    fn fastest_rates(&self, input: &LawInput) -> [f64; 2] {
+    fn stiffness(&self, input: &LawInput) -> Stiffness {
         let [gain, _] = input.gains;
         match input.aim {
-            Aim::Pose => [gain * PoseSpace::of(input.arm).gram(input.arm).largest_eigenvalue(); 2],
-            _ => rates_by_twist(self, input),
+            Aim::Pose => Stiffness::of_pose(input.arm, gain),
+            _ => stiffness_of_twist(self, input),
         }
     }
 

@@ -1,0 +1,97 @@
+//! The motions of the demo in fake time, before the arm makes them.
+
+use crate::config::ServoParameters;
+use crate::control::Law;
+use crate::dq::UnitDualQuaternion;
+use crate::servo::{Interface, Measured, State};
+use std::time::Duration;
+
+/// A motion that takes longer is too slow to be looked at.
+const PATIENCE: Duration = Duration::from_secs(12);
+
+/// Parts of the way aside of the start, of which the first is taken that each law goes there and back.
+const PARTS: [f64; 5] = [1.0, 0.5, 0.25, 0.125, 0.0625];
+
+/// The law that leads back where this one has led there.
+pub(super) fn way_back(there: Law) -> Law {
+    if there == Law::Diffc { Law::Logc } else { Law::Diffc }
+}
+
+/// Joint positions \[rad, prismatic: m\] a little aside of `from`, to which the servo's law goes, and another comes back from there.
+pub(super) fn aside(parameters: &ServoParameters, from: &[f64]) -> anyhow::Result<Vec<f64>> {
+    let chain = parameters.arms.chain();
+    let beside = parameters.settings.limits.position.beside(from, chain.kinds());
+    let start = chain.forward_kinematics(from)?;
+    let law = parameters.settings.controller.law;
+    let mut aside = Vec::new();
+    for part in PARTS {
+        aside = from.iter().zip(&beside).map(|(from, beside)| from + part * (beside - from)).collect();
+        let goal = chain.forward_kinematics(&aside)?;
+        let there = end(parameters, law, from, goal)?;
+        if let Some(there) = there
+            && end(parameters, way_back(law), &there, start)?.is_some()
+        {
+            break;
+        }
+    }
+    Ok(aside)
+}
+
+/// Where an arm that obeys at once has settled at `goal`; none where it does not in time.
+fn end(
+    parameters: &ServoParameters,
+    law: Law,
+    from: &[f64],
+    goal: UnitDualQuaternion,
+) -> anyhow::Result<Option<Vec<f64>>> {
+    let (period, mut positions) = (parameters.period, from.to_vec());
+    let mut servo = parameters
+        .clone()
+        .with(|settings| (settings.controller.law, settings.interface) = (law, Interface::Velocity))
+        .build()?;
+    servo.set_goal(goal);
+    let mut speeds = vec![0.0; positions.len()];
+    let mut now = Duration::ZERO;
+    while now < PATIENCE {
+        now += period;
+        let measured = Measured { positions: &positions, velocities: &speeds };
+        if let Some(output) = servo.cycle(now, &measured)? {
+            speeds.copy_from_slice(output);
+        }
+        positions.iter_mut().zip(&speeds).for_each(|(angle, speed)| *angle += period.as_secs_f64() * speed);
+        match servo.status().state {
+            State::Settled => return Ok(Some(positions)),
+            State::Stalled => return Ok(None),
+            _ => {}
+        }
+    }
+    Ok(None)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::ForArm;
+
+    #[test]
+    fn every_built_in_arm_goes_there_and_back() {
+        for arm in ["ur5e", "panda", "iiwa14", "xarm6"] {
+            let parameters = ServoParameters::for_arm(arm).unwrap();
+            let chain = parameters.arms.chain();
+            let ranges = parameters.settings.limits.position.ranges();
+            // Two joints of it a tenth of a degree beside a limit.
+            let from: Vec<_> = ranges
+                .enumerate()
+                .map(|(joint, (lower, upper))| match joint {
+                    3 | 5 if upper.is_finite() => upper - 0.002 - parameters.settings.limits.position.margin,
+                    _ => 0.5 * (lower + upper).clamp(-3.0, 3.0) + 0.4,
+                })
+                .collect();
+            let aside = aside(&parameters, &from).unwrap();
+            assert_ne!(aside, from, "{arm}");
+            let [start, goal] = [&from, &aside].map(|theta| chain.forward_kinematics(theta).unwrap());
+            let there = end(&parameters, Law::Logc, &from, goal).unwrap();
+            assert!(end(&parameters, Law::Diffc, &there.unwrap(), start).unwrap().is_some(), "{arm}");
+        }
+    }
+}

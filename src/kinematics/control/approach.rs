@@ -1,0 +1,75 @@
+//! What a second-order law keeps from cycle to cycle.
+
+use super::angular_linear::AngularLinear;
+use super::controller::Controller;
+use crate::arm::ArmState;
+use nalgebra::UnitQuaternion;
+use std::f64::consts::FRAC_PI_2;
+
+/// The velocity at which a second-order law was last sent on, from which it goes to the one that it asks for.
+///
+/// A law whose twist is `ξ` and whose [rate](super::ControlLaw::approach_rate) is R moves the tool by `V̇ = R (ξ − V)` in the tool's axes.
+/// With `ξ = −(K_p/K_d) log(e)` and `R = K_d` that is `V̇ = −K_p log(e) − K_d V`, the PD law on SE(3) (paper §10.2; Bullo & Murray 1995,
+/// theorem 5). What is kept is the velocity that was commanded, after every limit, so no limit and no other law before it leaves a debt.
+#[derive(Clone, Debug)]
+pub struct Approach {
+    /// The tool's twist at the last command, along the tool's axes [rad/s, m/s].
+    twist: AngularLinear,
+    command: Vec<f64>,
+    correction: Vec<f64>,
+}
+
+/// The rate [1/s] of the law of first order that is stable by itself up to the same delay as a law of second order, whose velocity goes at the
+/// rate R to one of the rate λ: on the border of stability `s² + R s + R λ exp(−s τ)` has a root `i ω` with `tan(ω τ) = R/ω`, and of a
+/// law of first order τ is `½π` by the rate.
+pub(super) fn as_of_first_order(rate: f64, approach: f64) -> f64 {
+    if approach.is_infinite() || rate == 0.0 {
+        return rate;
+    }
+    let (half_square, stiffness) = (0.5 * approach.powi(2), approach * rate);
+    // ω² = −½R² + √(¼R⁴ + R²λ²), without its cancellation.
+    let frequency = stiffness / (half_square + half_square.hypot(stiffness)).sqrt();
+    FRAC_PI_2 * frequency / approach.atan2(frequency)
+}
+
+impl Approach {
+    /// Of an arm with so many joints that stands.
+    pub fn new(joints: usize) -> Self {
+        Self { twist: AngularLinear::default(), command: vec![0.0; joints], correction: vec![0.0; joints] }
+    }
+
+    /// Goes from the last command towards the joint velocities `theta_dot` [rad/s, prismatic: m/s] that the law of `controller` asks for with
+    /// the arm where it is, a `period` \[s\] later, and leaves the next command there. False where the law is of first order: then it is what the law asks for.
+    pub fn apply(
+        &mut self,
+        controller: &Controller,
+        arm: &ArmState,
+        period: f64,
+        theta_dot: &mut [f64],
+    ) -> bool {
+        let rate = controller.approach_rate();
+        if rate.is_infinite() {
+            return false;
+        }
+        // The last command moves the tool otherwise here than where it was given: V is what is kept.
+        let (angular, linear) = rotated(&arm.base_from_tool().rotation(), &self.twist);
+        let (angular_here, linear_here) = arm.tool_twist(&self.command);
+        let turned = (angular - angular_here, linear - linear_here);
+        controller.joint_velocity_of(arm, &turned, &mut self.correction);
+        let left = (-rate * period).exp();
+        for ((speed, before), more) in theta_dot.iter_mut().zip(&self.command).zip(&self.correction) {
+            *speed = (1.0 - left) * *speed + left * (before + more);
+        }
+        true
+    }
+
+    /// Keeps the joint velocities `command` [rad/s, prismatic: m/s] that the arm is sent where it is.
+    pub fn keep(&mut self, arm: &ArmState, command: &[f64]) {
+        self.twist = rotated(&arm.base_from_tool().rotation().inverse(), &arm.tool_twist(command));
+        self.command.copy_from_slice(command);
+    }
+}
+
+fn rotated(rotation: &UnitQuaternion<f64>, (angular, linear): &AngularLinear) -> AngularLinear {
+    (rotation * angular, rotation * linear)
+}
