@@ -178,6 +178,10 @@ fn settings(
             "s",
             "time from a command to the joint state that shows it; 0: estimated from stamps and motion",
         )),
+        integral: p.double("integral", 0.0, 0.0..=10.0).live(
+            "1/s",
+            "rate at which a payload, or gravity that the robot does not compensate, is balanced, and the joints are held against it; of an arm that takes velocities; 0: not at all",
+        ),
         goal_timeout: none_at_zero(
             p.double("goal_timeout", 0.0, 0.0..=3600.0)
                 .live("s", "age at which a goal is stale; 0: goals are latched"),

@@ -46,7 +46,7 @@ def case_never_change():
     robot, goals = robot_in_motion()
     robot.spoil = spoilt.Frozen()
     wait("not_following", lambda: STATUS.is_("not_following"), 1.0)
-    assert "does not move as commanded" in STATUS.values()["reason"], STATUS.told()
+    assert "does not follow: contact?" in STATUS.values()["reason"], STATUS.told()
     standing()
     wait("not_obeyed", lambda: STATUS.values().get("revoked_by") == "not_obeyed", 3.0)
     robot.position = list(robot.spoil.position)

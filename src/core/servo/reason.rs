@@ -1,6 +1,7 @@
 //! Why the arm stands, or is not driven as its law would.
 
 use super::{Contended, Revocation, Rivals};
+use dq_kinematics::arm::JointKind;
 
 /// A reason in words, where the state alone does not say enough.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -17,7 +18,17 @@ pub enum Reason {
     FrameLost,
     /// Nobody subscribes to the commands for the arm of this number (state `not_following`).
     NobodyListens(usize),
-    /// The arm of this number does not move as commanded (state `not_following`).
+    /// The joint, counted from 1, moves at that speed [rad/s, prismatic: m/s] where it is commanded to stand (states `holding`, `paused`,
+    /// `stopping`).
+    Sagging {
+        /// The joint.
+        joint: usize,
+        /// How fast it moves.
+        speed: f64,
+        /// Of what kind it is.
+        kind: JointKind,
+    },
+    /// The joint of this number, counted from 1, does not move as commanded (state `not_following`).
     DoesNotMove(usize),
 }
 
@@ -35,7 +46,10 @@ impl Reason {
                 format!("{}; to go on, send a goal again or call ~/pause with false", why.explain(joint))
             }
             Self::Release(why) => {
-                format!("{}; to go on, let go of the stick first: send a twist of zero, or none", why.explain(joint))
+                format!(
+                    "{}; to go on, let go of the stick first: send a twist of zero, or none",
+                    why.explain(joint)
+                )
             }
             Self::Rivals(Rivals { of, first, second }) => {
                 let (first, second) = (publisher(of, first), publisher(of, second));
@@ -50,15 +64,22 @@ impl Reason {
             Self::NobodyListens(arm) => {
                 format!("nobody subscribes to {}: is the robot's controller running?", topic(arm))
             }
-            Self::DoesNotMove(_) => {
-                "the arm does not move as commanded: is its controller active, or its delay longer than before (then set latency)? It is tried gently once more"
+            Self::Sagging { joint: number, speed, kind } => format!(
+                "sagging: {} moves at {speed:.3} {}/s where it is commanded to stand: payload or gravity? The parameter integral holds it",
+                joint(number),
+                kind.unit()
+            ),
+            Self::DoesNotMove(number) => format!(
+                "{} does not follow: contact? Else: is the robot's controller active, or its delay longer than before (then set latency)? It is tried gently once more",
+                joint(number)
+            ),
+            Self::StreamEnded => {
+                "no goal has come for longer than goal_timeout: a goal that is sent once needs goal_timeout 0"
                     .to_owned()
             }
-            Self::StreamEnded => {
-                "no goal has come for longer than goal_timeout: a goal that is sent once needs goal_timeout 0".to_owned()
-            }
             Self::FrameLost => {
-                "TF does not say any more where the goal's frame is: it is followed again when TF does".to_owned()
+                "TF does not say any more where the goal's frame is: it is followed again when TF does"
+                    .to_owned()
             }
         }
     }

@@ -92,6 +92,8 @@ pub struct Settings {
     pub rearm_timeout: Duration,
     /// From a command to the joint state that shows it; none: estimated.
     pub latency: Option<Duration>,
+    /// The rate at which what pulls at the joints of an arm that takes velocities is balanced [1/s]; 0: not at all.
+    pub integral: f64,
     /// Age by receipt at which a goal is stale; none: goals are latched.
     pub goal_timeout: Option<Duration>,
     /// Age by receipt at which a twist is stale.

@@ -1,6 +1,7 @@
 //! Why a motion was given up.
 
-use super::ClosePair;
+use super::{ClosePair, GoalError};
+use dq_kinematics::arm::JointKind;
 
 /// How far the goal is from where the arm stands, or can slide to, and how far the arm reaches from there \[m\].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,6 +40,17 @@ pub enum Stall {
     Constrained(ClosePair),
     /// The commands swing to and fro.
     Oscillating,
+    /// Something pulls at the joints as much as the law does: the arm stands beside its goal.
+    Sagging {
+        /// The joint that is pulled at most.
+        joint: usize,
+        /// How much slower it goes than commanded [rad/s, prismatic: m/s].
+        speed: f64,
+        /// Of what kind it is.
+        kind: JointKind,
+        /// How far the arm is from its goal.
+        error: GoalError,
+    },
     /// The law drives the arm, too slowly or without effect.
     NoProgress,
 }
@@ -52,6 +64,7 @@ impl Stall {
             Self::AtLimit { .. } => "at_limit",
             Self::Constrained(_) => "constrained",
             Self::Oscillating => "oscillating",
+            Self::Sagging { .. } => "sagging",
             Self::NoProgress => "no_progress",
         }
     }
@@ -82,6 +95,7 @@ impl Stall {
             }
             Self::Constrained(_) => ": try a goal farther from there, or go there from another side",
             Self::Oscillating => ": try lower gains, or set the parameter latency to the robot's delay",
+            Self::Sagging { .. } => ": payload or gravity? Try the parameter integral",
             Self::NoProgress => ": does it follow? Or try higher gains, limits or progress_timeout",
         };
         self.what(joint) + advice
@@ -100,6 +114,13 @@ impl Stall {
             Self::AtLimit { joint: number } => format!("{} is at its position limit", joint(*number)),
             Self::Constrained(pair) => pair.explain_hold(joint),
             Self::Oscillating => "oscillating: the commands swing to and fro".to_owned(),
+            Self::Sagging { joint: number, speed, kind, error } => format!(
+                "stands {:.1} mm and {:.2}° off, as {} sags by {speed:.3} {}/s",
+                1e3 * error.position,
+                error.rotation.to_degrees(),
+                joint(*number),
+                kind.unit()
+            ),
             Self::NoProgress => "the arm gets no nearer, though it is driven".to_owned(),
         }
     }

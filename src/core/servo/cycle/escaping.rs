@@ -19,6 +19,9 @@ const PATIENCE: Duration = Duration::from_millis(200);
 /// A motion without progress is held up by a singularity where the joints can change less than this part of the law's error.
 const HELD_UP: f64 = 0.1;
 
+/// A joint that goes slower than commanded by no more than this [rad/s, prismatic: m/s] is not pulled at.
+const PULLED: f64 = 1e-3;
+
 /// Another escape begins only where the error has become smaller by this factor since the last one began: so none leads in circles.
 const NEARER: f64 = 0.999;
 
@@ -75,6 +78,20 @@ impl Servo {
         self.escape.find(&self.settings.controller, goal, theta, limits)
     }
 
+    /// That something pulls at the joints as much as the law does, where it does: most of what the joint that is pulled at most is commanded
+    /// does not move it.
+    fn sag(&self) -> Option<Stall> {
+        let speeds = self.robot.link.sags().map(|(speed, _)| speed).enumerate();
+        let (joint, speed) = speeds.max_by(|(_, one), (_, other)| one.abs().total_cmp(&other.abs()))?;
+        let commanded = self.output.command[joint];
+        let is_lost = (commanded - speed).abs() <= 0.5 * speed.abs();
+        let error = self.mode.pursuit()?.watch.error;
+        let kind = self.elsewhere.kinds[joint];
+        // At an arm that stands all of the command is lost.
+        let speed = commanded;
+        (speed.abs() >= PULLED && is_lost).then_some(Stall::Sagging { joint: joint + 1, speed, kind, error })
+    }
+
     /// Why the motion to `goal` makes no progress; none where it was held up by a singularity and is on its way now.
     pub(super) fn stall(&mut self, goal: &UnitDualQuaternion) -> Option<Stall> {
         if let Some(reach) = self.beyond_reach(&goal.translation()) {
@@ -88,7 +105,7 @@ impl Servo {
         }
         let freedom = self.freedom(goal);
         if freedom.part > HELD_UP {
-            return Some(Stall::NoProgress);
+            return Some(self.sag().unwrap_or(Stall::NoProgress));
         }
         match self.find_escape(goal) {
             Way::None => Some(Stall::Unreachable),

@@ -11,6 +11,8 @@ pub(super) struct Output {
     pub velocity: Vec<f64>,
     /// The last command.
     pub command: Vec<f64>,
+    /// The same with what holds the joints against what pulls at them.
+    sent: Vec<f64>,
     pub filters: Filters,
     pub held_limits: HeldLimits,
     pub setpoint: Setpoint,
@@ -49,6 +51,7 @@ impl Output {
         Self {
             velocity: vec![0.0; joints],
             command: vec![0.0; joints],
+            sent: vec![0.0; joints],
             filters,
             held_limits: HeldLimits::new(&settings.limits),
             setpoint: Setpoint::new(arms.joint_kinds()),
@@ -66,8 +69,21 @@ impl Output {
     /// What is to be sent, if anything is.
     pub fn to_send(&self) -> Option<&[f64]> {
         match self.interface {
-            Interface::Velocity => self.begun.then_some(self.command.as_slice()),
+            Interface::Velocity => self.begun.then_some(self.sent.as_slice()),
             Interface::Position | Interface::Trajectory => self.setpoint.get(),
+        }
+    }
+
+    /// Whether speeds are sent.
+    pub fn is_sent_speeds(&self) -> bool {
+        self.begun && !self.interface.takes_positions()
+    }
+
+    /// Sends so much besides the command to each joint [rad/s, prismatic: m/s].
+    pub fn trim(&mut self, trim: impl Iterator<Item = f64>) {
+        for ((sent, command), trim) in self.sent.iter_mut().zip(&self.command).zip(trim) {
+            // A command of −0 stays what it is.
+            *sent = if trim == 0.0 { *command } else { command + trim };
         }
     }
 

@@ -1,7 +1,8 @@
 //! What the servo hears of its robot, and what follows from it.
 
 use super::Servo;
-use crate::servo::link::{ArmFigures, Contact, Disobedience, JointReading, LinkSettings, seconds};
+use super::output::Output;
+use crate::servo::link::{ArmFigures, Contact, Disobedience, Hold, JointReading, LinkSettings, seconds};
 use crate::servo::{Contended, RateBound, Reason, Rejection, Revocation, Rivals, State, largest_rate};
 use dq_algebra::UnitDualQuaternion;
 use std::time::Duration;
@@ -9,6 +10,10 @@ use std::time::Duration;
 /// The law's fastest rate times the delay is kept below this. A law of rate λ that feeds back positions predicted over a delay τ
 /// is stable by the small-gain theorem while λ times the error of τ is less than 1; so it is with any true delay from 0 to 2 τ.
 const STABLE: f64 = 1.0;
+
+/// A joint that was to stand for so long and moves faster than this [rad/s, prismatic: m/s] sinks: more than encoders make of a standstill.
+const AT_REST: Duration = Duration::from_secs(1);
+const SAGGING: f64 = 5e-3;
 
 impl Servo {
     /// Takes a joint state of the arm number `arm` (0 where there is one), received at `now`; of several in one cycle the last
@@ -73,6 +78,7 @@ impl Servo {
             // A robot that may be silent for longer is not away.
             rearm_timeout: self.settings.rearm_timeout.max(self.settings.state_timeout),
             latency: self.settings.latency,
+            integral: self.settings.integral,
         };
         self.robot.link.advance(now, &settings);
         // One that takes positions stands where it was sent, or is moved by somebody else.
@@ -138,6 +144,28 @@ impl Servo {
         }
     }
 
+    /// Sends the joints of an arm that takes velocities, besides the command, what holds them against what pulls at them.
+    pub(super) fn hold_joints(&mut self, standing: Option<State>) {
+        let is_on = self.settings.integral > 0.0 && self.output.is_sent_speeds();
+        let hold = match standing {
+            _ if !is_on => Hold::Nothing,
+            Some(State::WaitingForState | State::StaleState) => Hold::Nothing,
+            Some(_) => Hold::Standing,
+            None => Hold::Driven,
+        };
+        let Output { velocity: before, command, .. } = &self.output;
+        self.robot.link.hold(hold, &self.settings.limits, [before, command], self.clock.period);
+        self.output.trim(self.robot.link.sags().map(|(_, trim)| trim));
+    }
+
+    /// The joint, counted from 0, that sinks fastest where nobody drives it, and how fast [rad/s, prismatic: m/s], in its direction.
+    pub(super) fn sinks(&self, now: Duration) -> Option<(usize, f64)> {
+        let stands = self.output.is_sent_speeds() && self.robot.link.stood_after(now.saturating_sub(AT_REST));
+        let speeds = self.robot.link.sags().map(|(sag, trim)| trim - sag).enumerate();
+        let fastest = speeds.max_by(|(_, one), (_, other)| one.abs().total_cmp(&other.abs()));
+        fastest.filter(|(_, speed)| stands && speed.abs() >= SAGGING)
+    }
+
     /// The state in which the arm must not be driven, if there is reason for one. The first reason that holds counts.
     pub(super) fn reason_to_stand(
         &self,
@@ -181,7 +209,7 @@ impl Servo {
     /// Why the arm is not driven although somebody wants it to be: it does not follow, or nobody hears its commands.
     fn contact(&self) -> (Option<State>, Option<Reason>) {
         let unheard = self.robot.link.find(&[Contact::Nobody]).map(Reason::NobodyListens);
-        let lost = self.robot.link.find(&[Contact::Lost, Contact::Resting]).map(Reason::DoesNotMove);
+        let lost = self.robot.link.lost().map(Reason::DoesNotMove);
         let must_rest = self.robot.link.find(&[Contact::Nobody, Contact::Resting]).is_some();
         (must_rest.then_some(State::NotFollowing), unheard.or(lost))
     }
@@ -209,7 +237,7 @@ impl Servo {
     }
 
     /// The law's fastest rate [1/s] on the way to `goal`.
-    fn fastest_rate(&self, goal: &UnitDualQuaternion) -> f64 {
+    pub(super) fn fastest_rate(&self, goal: &UnitDualQuaternion) -> f64 {
         self.settings.controller.fastest_rates(self.robot.arms.state(), goal).into_iter().fold(0.0, f64::max)
     }
 }

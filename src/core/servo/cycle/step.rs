@@ -32,10 +32,12 @@ impl Servo {
         self.set_command(driven, tracked.as_ref());
         let (measured, limits) = (self.robot.link.measured(), &self.settings.limits);
         self.output.move_setpoint(driven, elapsed, measured, self.clock.period, limits);
+        self.hold_joints(standing);
         self.robot.link.command(now, &self.output.command);
         // What became of that.
         let arrived = self.measure(now, tracked.as_ref());
         let state = standing.unwrap_or(self.driving_state(arrived));
+        let reason = self.sagging(now, state, reason);
         if let Some(tracked) = tracked.as_ref().filter(|_| state.gets_nearer()) {
             self.watch_progress(now, elapsed, tracked);
         }
@@ -100,6 +102,17 @@ impl Servo {
             self.output.filters.stop(&given, &mut self.output.velocity);
         }
         std::mem::swap(&mut self.output.command, &mut self.output.velocity);
+    }
+
+    /// The `reason` for the `state`, or that an arm sinks which nobody drives: that is more than that nobody does.
+    fn sagging(&self, now: Duration, state: State, reason: Option<Reason>) -> Option<Reason> {
+        let is_told = matches!(reason, None | Some(Reason::Revoked(_) | Reason::Release(_)));
+        let stands = matches!(state, State::Holding | State::Paused | State::Stopping);
+        let sinks = if is_told && stands { self.sinks(now) } else { None };
+        sinks.map_or(reason, |(joint, speed)| {
+            let kind = self.elsewhere.kinds[joint];
+            Some(Reason::Sagging { joint: joint + 1, speed, kind })
+        })
     }
 
     /// Says what the cycle did: nothing in it is read again.

@@ -16,6 +16,9 @@ const UNSETTLE: f64 = 2.0;
 /// An arm has arrived when at its speed it would take longer than this \[s\] to cross the tolerance.
 const LINGERING: f64 = 0.1;
 
+/// Where its error leads is seen in the time in which the law makes it decay, within these \[s\].
+const APPROACH: (f64, f64) = (LINGERING, 0.9);
+
 /// The smallest singular value is looked at so often.
 const SIGMA_INTERVAL: Duration = Duration::from_millis(10);
 
@@ -148,10 +151,24 @@ impl Servo {
         linear * LINGERING <= tolerance.linear && angular * LINGERING <= tolerance.angular
     }
 
+    /// Whether an arm that is within `tolerance` comes to rest within it too, as its error leads there: it may be passing through.
+    fn stays(&mut self, now: Duration, tracked: &Tracked, tolerance: &Tolerance) -> bool {
+        let rate = self.fastest_rate(&tracked.goal);
+        let Some(pursuit) = self.mode.pursuit_mut() else { return false };
+        pursuit.record.approach.note(now, &tracked.log);
+        if pursuit.record.settled || !tracked.error.is_within(tolerance) {
+            return pursuit.record.settled;
+        }
+        let time = (1.0 / (pursuit.watch.gain_factor * rate)).max(APPROACH.0).min(APPROACH.1);
+        let there = pursuit.record.approach.leads_to(now, &tracked.log, time);
+        there.translation().norm() <= tolerance.linear && there.rotation().angle() <= tolerance.angular
+    }
+
     /// Adds this cycle to the motion's figures; true where the errors are within the tolerances.
     pub(super) fn measure(&mut self, now: Duration, tracked: Option<&Tracked>) -> bool {
         let (pose, tolerance) = (self.robot.arms.pose(), self.settings.goal_tolerance);
-        let lingers = self.lingers(&tolerance);
+        let lingers =
+            tracked.is_some_and(|tracked| self.stays(now, tracked, &tolerance)) && self.lingers(&tolerance);
         let (Some(pursuit), Some(Tracked { error, .. })) = (self.mode.pursuit_mut(), tracked) else {
             return false;
         };

@@ -4,11 +4,12 @@ use super::command_history::CommandHistory;
 use super::latency::Latency;
 use super::lateness::{Cycles, Lateness};
 use super::presence::{Return, Step};
+use super::sag::{Hold, Room, Sag, observed_at};
 use super::samples::Samples;
 use super::tracking_monitor::TrackingMonitor;
 use super::{ArmFigures, Contact, JointReading, LinkSettings, seconds, way};
 use crate::servo::arbiter::Arbiter;
-use crate::servo::{JointOrder, Rejection};
+use crate::servo::{JointOrder, Limits, PositionLimits, Rejection};
 use dq_kinematics::arm::JointKind;
 use std::ops::Range;
 use std::time::Duration;
@@ -53,6 +54,7 @@ pub(super) struct ArmLink {
     lateness: Lateness,
     samples: Samples,
     pub following: TrackingMonitor,
+    pub sag: Sag,
     pub listeners: bool,
     /// Whether another publisher sends it commands.
     pub rival: bool,
@@ -96,6 +98,7 @@ impl ArmLink {
             lateness: Lateness::default(),
             samples: Samples::new(joints.clone()),
             following: TrackingMonitor::new(joints.len()),
+            sag: Sag::new(joints.len()),
             listeners: true,
             rival: false,
             joints,
@@ -170,15 +173,20 @@ impl ArmLink {
         if returned.is_some() {
             self.samples.clear();
             self.following = TrackingMonitor::new(self.joints.len());
+            self.sag.forget();
         }
-        measured.copy_from_slice(&self.positions);
         let was_stamped = self.latency.is_stamped();
         let age = self.latency.hear(now, self.received, stamp_age);
+        let times = (self.measured_at, now.saturating_sub(age));
         if self.latency.is_stamped() != was_stamped {
             // Their times are of the other clock.
             self.samples.clear();
         }
-        (self.received, self.measured_at) = (Some(now), now.saturating_sub(age));
+        if self.received.is_some() && returned.is_none() {
+            self.watch_sag(times, measured, settings, commanded);
+        }
+        measured.copy_from_slice(&self.positions);
+        (self.received, self.measured_at) = (Some(now), times.1);
         self.watch(now, measured, settings.latency, commanded);
         self.returned = returned;
     }
@@ -270,6 +278,51 @@ impl ArmLink {
             .iter_mut()
             .zip(ways)
             .for_each(|(rate, ((from, to), kind))| *rate = way(*kind, *from, *to) / time);
+    }
+
+    /// Compares how far the arm went between two times, from where it was `measured`, with what it was commanded.
+    fn watch_sag(
+        &mut self,
+        (from, to): (Duration, Duration),
+        measured: &[f64],
+        settings: &LinkSettings,
+        commanded: &CommandHistory,
+    ) {
+        let ArmFigures { contact, factor, delay, .. } = self.figures;
+        if !matches!(contact, Contact::Following | Contact::Unseen) {
+            return self.sag.forget();
+        }
+        let response = settings.latency.unwrap_or_else(|| seconds(self.latency.response()));
+        let [from_then, to_then] = [from, to].map(|time| time.saturating_sub(response));
+        // From where the last comparison ended: so a delay that is found to be another leaves nothing behind.
+        let from_then = self.sag.compared.replace(to_then).unwrap_or(from_then);
+        commanded.travel(self.joints.clone(), from_then, to_then, &mut self.way);
+        let moved = self.kinds.iter().zip(measured.iter().zip(&self.positions));
+        let moved = moved.map(|(kind, (from, to))| way(*kind, *from, *to));
+        let ways = self.way.iter().map(|way| factor * way);
+        let rate = observed_at(settings.integral, delay.as_secs_f64());
+        let largest = &settings.limits.joint_velocity[self.joints.clone()];
+        self.sag.observe(moved, ways, to.saturating_sub(from), rate, largest);
+    }
+
+    /// As [`Link::hold`](super::Link::hold), of all joints where they are at `positions`.
+    pub fn hold(
+        &mut self,
+        hold: Hold,
+        limits: &Limits,
+        positions: &[f64],
+        commands: [&[f64]; 2],
+        period: f64,
+    ) {
+        let joints = self.joints.clone();
+        let PositionLimits { lower, upper, .. } = &limits.position;
+        let room = Room {
+            limits: [&limits.joint_velocity, &limits.joint_acceleration].map(|list| &list[joints.clone()]),
+            commands: commands.map(|command| &command[joints.clone()]),
+            positions: [positions, lower, upper].map(|list| &list[joints.clone()]),
+            period,
+        };
+        self.sag.hold(hold, self.figures.contact == Contact::Following, &room);
     }
 
     /// Compares where the arm is with what it was commanded.

@@ -5,11 +5,13 @@ mod command_history;
 mod latency;
 mod lateness;
 mod presence;
+mod sag;
 mod samples;
 mod tracking_monitor;
 
 use presence::Return;
 pub use presence::longest_way;
+pub(super) use sag::Hold;
 pub(super) use tracking_monitor::Disobedience;
 
 use super::limits::Braking;
@@ -102,6 +104,7 @@ pub(super) struct LinkSettings<'a> {
     pub state_timeout: Duration,
     pub rearm_timeout: Duration,
     pub latency: Option<Duration>,
+    pub integral: f64,
 }
 
 /// The joints of all arms: as measured, and as they should be by now.
@@ -236,6 +239,24 @@ impl Link {
         }
     }
 
+    /// Brings what holds the joints against what pulls at them nearer to what it should be, or to 0 where nothing is to be held, after the
+    /// first of the two `commands` [rad/s] and with the second, in a cycle of `period` \[s\].
+    pub fn hold(&mut self, hold: Hold, limits: &Limits, commands: [&[f64]; 2], period: f64) {
+        for arm in &mut self.arms {
+            arm.hold(hold, limits, &self.predicted, commands, period);
+        }
+    }
+
+    /// For each joint how much slower than commanded it goes, and what it is sent against that besides the command [rad/s, prismatic: m/s].
+    pub fn sags(&self) -> impl Iterator<Item = (f64, f64)> + '_ {
+        self.arms.iter().flat_map(|arm| arm.sag.speeds().iter().copied().zip(arm.sag.trim().iter().copied()))
+    }
+
+    /// Whether nothing but zeros was commanded since `time`.
+    pub fn stood_after(&self, time: Duration) -> bool {
+        self.commanded.stood_after(time)
+    }
+
     /// The positions as last measured \[rad\], arm after arm.
     pub fn measured(&self) -> &[f64] {
         &self.measured
@@ -274,6 +295,11 @@ impl Link {
     /// The first arm that is one of `contacts`.
     pub fn find(&self, contacts: &[Contact]) -> Option<usize> {
         self.figures().position(|figures| contacts.contains(&figures.contact))
+    }
+
+    /// The joint, counted from 1 arm after arm, that does not follow.
+    pub fn lost(&self) -> Option<usize> {
+        self.arms.iter().find_map(|arm| Some(arm.joints.start + arm.following.lost()? + 1))
     }
 
     /// The joint, counted from 1 arm after arm, that goes too far, and how many times as far as commanded.

@@ -60,6 +60,45 @@ fn probe_speed(acceleration: f64) -> f64 {
     PROBE_SPEED.min(PROBE_ACCELERATION * acceleration)
 }
 
+/// What a joint may have gone of the way that it was commanded, whichever of the [`SLACK`]s is right.
+#[derive(Clone, Copy, Debug)]
+struct Part {
+    largest: f64,
+    smallest: f64,
+    /// How many times as far as its way, or as the least way.
+    excess: f64,
+    /// The part that the other joints have gone of theirs; below all numbers where that is too little to be said.
+    others: f64,
+}
+
+impl Part {
+    const UNKNOWN: Self = Self {
+        largest: f64::NEG_INFINITY,
+        smallest: f64::INFINITY,
+        excess: f64::INFINITY,
+        others: f64::NEG_INFINITY,
+    };
+
+    /// Notes that the joint has `moved` where it was commanded to go `way`, and the sums of all joints: of the products of both, and of
+    /// the squares of the ways.
+    fn note(&mut self, way: f64, moved: f64, (along, asked): (f64, f64)) {
+        self.excess = self.excess.min(moved.abs() / way.abs().max(WAY));
+        // Of a small way nothing can be said: it may have been followed, and not too far.
+        let part = if way.abs() >= WAY { moved / way } else { 1.0 };
+        (self.largest, self.smallest) = (self.largest.max(part), self.smallest.min(part));
+        let others = asked - way * way;
+        if others >= WAY * WAY {
+            self.others = self.others.max((along - way * moved) / others);
+        }
+    }
+
+    /// Whether the joint does not go as the others do, or as all do where that is known of them together only.
+    fn is_lost(&self, common: f64) -> bool {
+        let others = if self.others.is_finite() { self.others.min(1.0) } else { common };
+        self.largest < PART * others || self.excess >= MUCH_TOO_FAR
+    }
+}
+
 /// What is known of one arm.
 #[derive(Clone, Debug, PartialEq)]
 enum Phase {
@@ -92,8 +131,8 @@ pub(super) struct TrackingMonitor {
     commanded: Option<Duration>,
     start: Vec<f64>,
     way: Vec<f64>,
-    /// The largest and the smallest part of its way that each joint may have gone, and how many times as far as it, or as the least way.
-    parts: Vec<[f64; 3]>,
+    /// What each joint may have gone of its way in the last window.
+    parts: Vec<Part>,
     /// The part of the commanded speed at which the robot moves.
     factor: f64,
     /// When it last ceased to follow, newest first.
@@ -113,7 +152,7 @@ impl TrackingMonitor {
             commanded: None,
             start: zeros.clone(),
             way: zeros,
-            parts: vec![[0.0; 3]; joint_count],
+            parts: vec![Part::UNKNOWN; joint_count],
             factor: 1.0,
             losses: [None; LOSSES],
             too_far: None,
@@ -138,6 +177,11 @@ impl TrackingMonitor {
     /// Whether the arm does not follow, as far as is known.
     pub fn is_lost(&self) -> bool {
         self.disobeys.is_some()
+    }
+
+    /// The joint that was seen not to obey, counted from 0.
+    pub fn lost(&self) -> Option<usize> {
+        self.disobeys.map(|(_, joint)| joint)
     }
 
     /// Whether it must not be commanded now.
@@ -255,19 +299,17 @@ impl TrackingMonitor {
         commanded: &CommandHistory,
     ) {
         let Phase::Driven { since, fails_since } = self.phase else { return };
-        self.parts.fill([f64::NEG_INFINITY, f64::INFINITY, f64::INFINITY]);
+        self.parts.fill(Part::UNKNOWN);
         let (mut factor, mut most) = (f64::NEG_INFINITY, 0.0_f64);
         for slack in SLACK {
             let before = |time: Duration| time.saturating_sub(response + slack);
             commanded.travel(motion.joints.clone(), before(motion.from), before(motion.to), &mut self.way);
             let (mut along, mut asked) = (0.0, 0.0);
-            let parts = self.parts.iter_mut().zip(&self.way).zip(motion.moved);
-            for (([largest, smallest, excess], way), moved) in parts {
-                *excess = excess.min(moved.abs() / way.abs().max(WAY));
-                // Of a small way nothing can be said: it may have been followed, and not too far.
-                let part = (way.abs() >= WAY).then(|| moved / way);
-                (*largest, *smallest) = (largest.max(part.unwrap_or(1.0)), smallest.min(part.unwrap_or(1.0)));
+            for (way, moved) in self.way.iter().zip(motion.moved) {
                 (along, asked) = (along + way * moved, asked + way * way);
+            }
+            for ((part, way), moved) in self.parts.iter_mut().zip(&self.way).zip(motion.moved) {
+                part.note(*way, *moved, (along, asked));
             }
             most = most.max(asked);
             factor = factor.max(if asked > 0.0 { along / asked } else { 1.0 });
@@ -279,9 +321,7 @@ impl TrackingMonitor {
         }
         self.watch_excess(now);
         let mut joints = self.parts.iter().zip(&self.seen).enumerate();
-        let failed = joints.find(|(_, ([largest, _, excess], seen))| {
-            **seen && (common < SLOWEST || *largest < PART * common || *excess >= MUCH_TOO_FAR)
-        });
+        let failed = joints.find(|(_, (part, seen))| **seen && (common < SLOWEST || part.is_lost(common)));
         let failed = failed.filter(|_| is_judged).map(|(joint, _)| joint);
         let fails_since = failed.map(|_| fails_since.unwrap_or(now));
         self.phase = Phase::Driven { since, fails_since };
@@ -294,7 +334,7 @@ impl TrackingMonitor {
 
     /// Notes the joint that goes farthest beyond its way.
     fn watch_excess(&mut self, now: Duration) {
-        let parts = self.parts.iter().map(|[_, smallest, _]| *smallest).enumerate();
+        let parts = self.parts.iter().map(|part| part.smallest).enumerate();
         let farthest = parts.max_by(|(_, one), (_, other)| one.total_cmp(other));
         let since = self.too_far.map_or(now, |(since, ..)| since);
         self.too_far =

@@ -211,7 +211,7 @@ fn rule_17_an_arm_that_does_not_follow_gets_zeros_and_starts_from_rest_when_it_d
     rig.goal("theta_desired");
     let (mut cycles_with_zero, mut fastest) = (0, 0.0_f64);
     rig.run_until(State::NotFollowing, 0.6);
-    assert_eq!(rig.servo.status().reason, Some(Reason::DoesNotMove(0)));
+    assert_eq!(rig.servo.status().reason, Some(Reason::DoesNotMove(3)), "the first one, counted from 1");
     for _ in 0..5000 {
         rig.cycle();
         fastest = fastest.max(rig.speed());

@@ -24,6 +24,7 @@ mod motions;
 mod moving;
 mod position_limits;
 mod reconfigure;
+mod sag;
 mod sequences;
 mod settings;
 mod singular;

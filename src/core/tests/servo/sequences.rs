@@ -419,8 +419,10 @@ proptest! {
         margin in prop_oneof![Just(0.0), 0.0..0.5f64],
         events in prop::collection::vec(gentle_event(), 1..40),
         jerk in jerk(),
+        integral in prop_oneof![Just(0.0), 0.0..10.0f64],
     ) {
         let mut rig = Rig::with(|settings| {
+            settings.integral = integral;
             let start = crate::reference::numbers(&crate::reference::json()["theta_initial"]);
             let position = &mut settings.limits.position;
             position.lower = start.iter().zip(room).map(|(angle, (below, _))| angle - below).collect();
