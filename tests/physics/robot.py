@@ -1,0 +1,176 @@
+"""Arms with mass: MuJoCo's, in lockstep with the servo. The models are those of the wheel of robosuite, without their meshes.
+
+Time is the simulator's: 1 ms a step, a cycle of the servo every 2 ms. No clock of the machine has a part in it.
+"""
+
+from dataclasses import dataclass, field
+from importlib.util import find_spec
+from pathlib import Path
+
+import dq_servo as dq
+import mujoco
+import numpy as np
+
+STEP, PERIOD = 0.001, 0.002
+STARTS = {
+    "ur5e": np.array([0.0, -1.2, 1.6, -1.9, -1.57, 0.3]),
+    "panda": np.array([0.0, -0.5, 0.0, -2.1, 0.0, 1.6, 0.8]),
+}
+# A velocity that is wrong by so much [rad/s] takes a servo's whole torque; where it integrates, its spring brings a position error down at
+# this rate [1/s]: the ratio kp/kv.
+SATURATION, RATE = 0.2, 10.0
+
+
+@dataclass
+class Plant:
+    """What the robot is like."""
+
+    arm: str = "ur5e"
+    integrates: bool = False  # its joints are servoed to the integral of the velocities that are commanded, else to these
+    compensation: float = 1.0  # the part of the arm's weight that the joints' servos know of
+    payload: float = 0.0  # [kg], of which they do not
+    delay: float = 0.0  # of the joint states [s]
+    state_period: float = PERIOD  # [s]
+    slider: float = 1.0  # the part of the commanded speed at which it moves
+    table: float | None = None  # height of a table [m]
+
+
+def model(plant: Plant) -> mujoco.MjModel:
+    """The arm with its servos; the payload hangs at the tool's mount."""
+    root = Path(find_spec("robosuite").submodule_search_locations[0])
+    spec = mujoco.MjSpec.from_file(str(root / f"models/assets/robots/{plant.arm}/robot.xml"))
+    for geom in list(spec.geoms):
+        if geom.type == mujoco.mjtGeom.mjGEOM_MESH:
+            spec.delete(geom)
+    for mesh in list(spec.meshes):
+        spec.delete(mesh)
+    spec.option.timestep = STEP
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    for body in spec.bodies[1:]:
+        body.gravcomp = plant.compensation
+    for motor in spec.actuators:
+        torque = motor.ctrlrange[1]
+        kv = torque / SATURATION
+        motor.forcelimited, motor.forcerange = True, [-torque, torque]
+        motor.ctrllimited = False
+        if plant.integrates:
+            motor.set_to_intvelocity(kp=RATE * kv, kv=kv)
+        else:
+            motor.set_to_velocity(kv=kv)
+    hand = spec.body("right_hand")
+    hand.add_geom(type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[0.03, 0, 0], mass=1e-3)
+    if plant.payload:
+        load = hand.add_body(name="payload")
+        load.add_geom(type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[0.04, 0, 0], mass=plant.payload, contype=0, conaffinity=0)
+    if plant.table is not None:
+        spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_PLANE, size=[2, 2, 0.1], pos=[0, 0, plant.table])
+    return spec.compile()
+
+
+@dataclass
+class Run:
+    """What was seen, a row a cycle."""
+
+    times: list = field(default_factory=list)
+    states: list = field(default_factory=list)
+    errors: list = field(default_factory=list)  # of the tool's position, as the servo's chain has it [m]
+    positions: list = field(default_factory=list)
+    velocities: list = field(default_factory=list)
+    torques: list = field(default_factory=list)
+    reasons: list = field(default_factory=list)  # each new one
+
+    def array(self, name):
+        return np.array(getattr(self, name))
+
+    def first(self, state):
+        """When it was first in that state [s]; None where never."""
+        return next((time for time, it in zip(self.times, self.states) if it == state), None)
+
+
+class Robot:
+    """An arm and its servo."""
+
+    def __init__(self, plant: Plant, parameters=None, law=None):
+        self.plant, self.start = plant, STARTS[plant.arm]
+        self.chain = dq.Chain.builtin(plant.arm)
+        self.servo = dq.Servo(plant.arm, parameters, law=law)
+        self.model = model(plant)
+        self.data = mujoco.MjData(self.model)
+        self.data.qpos[:] = self.start
+        if plant.integrates:
+            self.data.act[:] = self.start
+        mujoco.mj_forward(self.model, self.data)
+        self.hand = self.model.body("right_hand").id
+        self.now, self.due, self.goal = 0.0, 0.0, None
+        self.underway = []  # joint states that have not come yet
+        self.stopped = False  # by its emergency stop: brakes hold, states go on
+        self.command = np.zeros(self.model.nu)
+
+    def random_goal(self, number):
+        """The goal of that number: where the joints are up to 0.6 rad from the start."""
+        rng = np.random.default_rng(1000 + number)
+        return self.chain.forward_kinematics(self.start + rng.uniform(-0.6, 0.6, len(self.start)))
+
+    def go(self, goal):
+        self.goal = goal
+        self.servo.set_goal(goal)
+
+    def error(self):
+        """How far the tool is from the goal [m], where the simulator has the joints."""
+        if self.goal is None:
+            return 0.0
+        here = self.chain.forward_kinematics(self.data.qpos)
+        return float(np.linalg.norm(here.translation - self.goal.translation))
+
+    def run(self, seconds, until=None, each=None, linger=0.0):
+        """Runs for so long, or until it has been in that state for `linger`, or has stalled; `each` is called with the robot before each cycle."""
+        run, inside = Run(), 0.0
+        end = self.now + seconds
+        while self.now < end:
+            if each is not None:
+                each(self)
+            self.cycle()
+            self.note(run)
+            inside = inside + PERIOD if self.servo.state == until else 0.0
+            if until is not None and (inside > linger or self.servo.state == "stalled"):
+                break
+        return run
+
+    def cycle(self):
+        if self.now >= self.due - 1e-9:
+            self.due += self.plant.state_period
+            self.underway.append((self.now, self.data.qpos.copy(), self.data.qvel.copy()))
+        came = {}
+        while self.underway and self.underway[0][0] + self.plant.delay <= self.now + 1e-9:
+            stamp, positions, velocities = self.underway.pop(0)
+            came = {"positions": positions, "velocities": velocities, "stamp": stamp}
+        output = self.servo.cycle(self.now, **came)
+        if output is not None:
+            self.command = output
+        for _ in range(round(PERIOD / STEP)):
+            self.step()
+        self.now += PERIOD
+
+    def step(self):
+        self.data.ctrl[:] = 0.0 if self.stopped else self.plant.slider * self.command
+        if self.stopped:
+            # Brakes: the joints stand, and a servo that integrates begins where they do.
+            self.data.qvel[:] = 0.0
+            if self.plant.integrates:
+                self.data.act[:] = self.data.qpos
+            self.data.time += STEP
+            return
+        mujoco.mj_step(self.model, self.data)
+
+    def note(self, run):
+        run.times.append(self.now)
+        run.states.append(self.servo.state)
+        run.errors.append(self.error())
+        run.positions.append(self.data.qpos.copy())
+        run.velocities.append(self.data.qvel.copy())
+        run.torques.append(self.data.actuator_force.copy())
+        if len(run.times) % 10:
+            return
+        reason = self.servo.status.get("reason")
+        if reason is not None and (not run.reasons or run.reasons[-1] != reason):
+            run.reasons.append(reason)
