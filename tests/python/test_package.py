@@ -152,7 +152,7 @@ class Laws(unittest.TestCase):
                 theta = theta + 0.002 * law.step(chain, theta, goal)
             after = np.linalg.norm((goal.conjugate() * chain.forward_kinematics(theta)).screw_log())
             self.assertLess(after, 0.7 * before, name)
-        self.assertEqual(len(dq.laws()), 11)
+        self.assertEqual(len(dq.laws()), 12)
 
     def test_a_function_is_a_law_by_either_map(self):
         chain, goal = dq.Chain.builtin("ur5e"), random_pose()
