@@ -237,12 +237,13 @@ impl From<&Declaration> for ParameterDescriptor {
     fn from(declared: &Declaration) -> Self {
         let unit = if declared.unit.is_empty() { String::new() } else { format!(" [{}]", declared.unit) };
         let (mut floating_point_range, mut integer_range) = (Vec::new(), Vec::new());
-        match declared.constraint {
-            Constraint::Range { min, max } => {
-                floating_point_range.push(FloatingPointRange { from_value: min, to_value: max, step: 0.0 });
+        match (declared.constraint, &declared.default) {
+            (Constraint::Range { min, max }, Value::Integer(_)) => {
+                let [from_value, to_value] = [min, max].map(|bound| bound as i64);
+                integer_range.push(IntegerRange { from_value, to_value, step: 0 });
             }
-            Constraint::IntegerRange { min, max } => {
-                integer_range.push(IntegerRange { from_value: min, to_value: max, step: 0 });
+            (Constraint::Range { min, max }, _) => {
+                floating_point_range.push(FloatingPointRange { from_value: min, to_value: max, step: 0.0 });
             }
             _ => {}
         }
