@@ -9,6 +9,7 @@ use dq_config::ServoParameters;
 use dq_core::servo::{Event, JointOrder, Rejection, Servo, Settings, SettingsError, State};
 use dq_params::{ParameterStore, Value};
 use dq_ros::ros::{Node, Publisher, RosError};
+use dq_space::space::KeepOut;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
@@ -52,13 +53,18 @@ impl NewServo {
     /// With the parameters of a store, which are these, and what is drawn.
     pub fn new(
         kind: ServoKind,
-        (store, drawn): (&ParameterStore, &[String]),
+        (store, drawn): (&ParameterStore, &[KeepOut]),
         parameters: &ServoParameters,
     ) -> Result<Box<Self>, SettingsError> {
         let values = store.values();
-        let all = RecordedParameters { values: values.collect(), drawn: drawn.to_vec() };
+        let all = RecordedParameters { values: values.collect(), drawn: texts(drawn) };
         Ok(Box::new(Self { servo: parameters.build()?, event: encoded(&Recorded::New(kind, all)) }))
     }
+}
+
+/// As the record has them, which a replay reads to the last bit.
+fn texts(drawn: &[KeepOut]) -> Vec<String> {
+    drawn.iter().map(ToString::to_string).collect()
 }
 
 fn encoded(event: &Recorded) -> Vec<u8> {
@@ -92,7 +98,7 @@ impl RecordChanges {
     /// Why there is no servo to begin with.
     pub fn of(
         &self,
-        (changes, drawn): (&[(String, Value)], &[String]),
+        (changes, drawn): (&[(String, Value)], &[KeepOut]),
         store: &ParameterStore,
         settings: &Settings,
     ) -> Result<RecordChange, String> {
@@ -107,7 +113,7 @@ impl RecordChanges {
             let next = NewServo::new(self.kind, (store, drawn), &parameters);
             return Ok(RecordChange::Begin(next.map_err(|why| why.to_string())?));
         }
-        let changed = RecordedParameters { values: changes.to_vec(), drawn: drawn.to_vec() };
+        let changed = RecordedParameters { values: changes.to_vec(), drawn: texts(drawn) };
         Ok(RecordChange::Goes(encoded(&Recorded::Parameters(changed))))
     }
 }
