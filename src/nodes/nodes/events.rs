@@ -53,7 +53,8 @@ impl NewServo {
     /// With the parameters of a store, which are these, and what is drawn.
     pub fn new(
         kind: ServoKind,
-        (store, drawn): (&ParameterStore, &[KeepOut]),
+        store: &ParameterStore,
+        drawn: &[KeepOut],
         parameters: &ServoParameters,
     ) -> Result<Box<Self>, SettingsError> {
         let values = store.values();
@@ -71,6 +72,17 @@ fn encoded(event: &Recorded) -> Vec<u8> {
     let mut bytes = Vec::new();
     event.write(&mut bytes);
     bytes
+}
+
+/// A change of the parameters, or of what is drawn.
+#[derive(Clone, Copy)]
+pub(super) struct Change<'a> {
+    /// All parameters after it.
+    pub store: &'a ParameterStore,
+    /// Those that were set.
+    pub changes: &'a [(String, Value)],
+    /// All that is drawn after it.
+    pub drawn: &'a [KeepOut],
 }
 
 /// What a change of the parameters is to the record.
@@ -91,15 +103,14 @@ pub(super) struct RecordChanges {
 }
 
 impl RecordChanges {
-    /// What these `changes` are, which led to this `store` and, with what is drawn, to these settings. One of `events` itself lets the record
+    /// What a change is that has led to these settings. One of `events` itself lets the record
     /// begin anew, and so does any as long as it has not begun.
     ///
     /// # Errors
     /// Why there is no servo to begin with.
     pub fn of(
         &self,
-        (changes, drawn): (&[(String, Value)], &[KeepOut]),
-        store: &ParameterStore,
+        Change { store, changes, drawn }: Change<'_>,
         settings: &Settings,
     ) -> Result<RecordChange, String> {
         if !matches!(store.get(EVENTS), Some(Value::Bool(true))) {
@@ -110,7 +121,7 @@ impl RecordChanges {
             self.has_begun.store(false, Ordering::Relaxed);
             let mut parameters = self.kind.from_store(store).map_err(|why| why.to_string())?;
             parameters.settings.clone_from(settings);
-            let next = NewServo::new(self.kind, (store, drawn), &parameters);
+            let next = NewServo::new(self.kind, store, drawn, &parameters);
             return Ok(RecordChange::Begin(next.map_err(|why| why.to_string())?));
         }
         let changed = RecordedParameters { values: changes.to_vec(), drawn: texts(drawn) };

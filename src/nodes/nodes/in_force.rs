@@ -1,7 +1,7 @@
 //! What the cycle goes by: the parameters, and what is drawn on `~/keep_out`. Nobody else gives it settings, and all of them are made here,
 //! outside of its thread.
 
-use super::events::RecordChanges;
+use super::events::{Change, RecordChanges};
 use super::parameters::CYCLE_ENDED;
 use super::ros_inputs::Request;
 use dq_config::ServoParameters;
@@ -42,11 +42,14 @@ pub(super) struct NotObeyed {
 }
 
 impl InForce {
-    /// These parameters, which the cycle has, and nothing drawn. What is else is asked for by `requests`, and noted in the record.
+    /// The settings of these parameters, which the cycle has, with so many `idle` keep-outs, and nothing drawn. Other settings are asked for
+    /// by `requests`, and noted in the record.
     pub fn new(
-        (settings, idle): (Settings, usize),
+        settings: Settings,
+        idle: usize,
         store: ParameterStore,
-        (requests, record): (Sender<Request>, RecordChanges),
+        requests: Sender<Request>,
+        record: RecordChanges,
     ) -> Self {
         let scenes = settings.scene.iter().cloned().collect();
         let now = Now { settings, idle, store, drawn: Vec::new(), refused: None, scenes };
@@ -69,7 +72,7 @@ impl InForce {
             settings.scene.clone_from(&now.settings.scene);
         }
         let asked = settings.keeping_out_of(&now.drawn).map_err(|why| why.to_string())?;
-        self.ask(&mut now.scenes, asked, (store, changes, &now.drawn))?;
+        self.ask(&mut now.scenes, asked, Change { store, changes, drawn: &now.drawn })?;
         now.store.clone_from(store);
         (now.settings, now.idle) = (settings, idle_keep_outs);
         Ok(())
@@ -88,20 +91,20 @@ impl InForce {
         let now = &mut *self.lock();
         let settings = now.settings.keeping_out_of(&drawn).map_err(|why| why.to_string())?;
         if settings.scene.is_some() {
-            self.ask(&mut now.scenes, settings, (&now.store, &[], &drawn))?;
+            self.ask(&mut now.scenes, settings, Change { store: &now.store, changes: &[], drawn: &drawn })?;
         }
         now.drawn = drawn;
         Ok(())
     }
 
-    /// Asks the cycle to go by these settings, which come of a store, to which these changes have led, and of what is drawn.
+    /// Asks the cycle to go by these settings, to which the change has led.
     fn ask(
         &self,
         scenes: &mut Vec<Arc<Scene>>,
         settings: Settings,
-        (store, changes, drawn): (&ParameterStore, &[(String, Value)], &[KeepOut]),
+        change: Change<'_>,
     ) -> Result<(), String> {
-        let change = self.record.of((changes, drawn), store, &settings)?;
+        let change = self.record.of(change, &settings)?;
         scenes.retain(|scene| Arc::strong_count(scene) > 1);
         scenes.extend(settings.scene.clone());
         let request = Request::Configure(Box::new(settings), change);
@@ -174,7 +177,7 @@ mod tests {
         let (requests, inbox) = channel();
         let ServoParameters { settings, idle_keep_outs, .. } = ServoParameters::from_store(&store()).unwrap();
         let record = RecordChanges { kind: ServoKind::OneArm, has_begun: Arc::default() };
-        (InForce::new((settings, idle_keep_outs), store(), (requests, record)), inbox)
+        (InForce::new(settings, idle_keep_outs, store(), requests, record), inbox)
     }
 
     fn set(in_force: &InForce, changes: &[(&str, Value)]) -> Result<(), String> {

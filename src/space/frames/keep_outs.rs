@@ -94,9 +94,17 @@ struct Placed {
     base_from_frame: UnitDualQuaternion,
     /// What it is in the base frame.
     in_base: KeepOut,
-    /// The stamp of what was heard of its frame last, and when it was heard.
-    heard: (Option<i64>, Duration),
+    heard: Heard,
     is_silent: bool,
+}
+
+/// What was heard of a frame last.
+#[derive(Clone, Copy, Debug)]
+struct Heard {
+    /// The stamp of its transform \[ns\]; none where it never moves.
+    stamp: Option<i64>,
+    /// When that was heard.
+    at: Duration,
 }
 
 impl FramedKeepOut {
@@ -130,7 +138,8 @@ impl FramedKeepOut {
             Some(before) => before.in_base.clone(),
             None => KeepOut::new(self.name().parse()?, solid)?,
         };
-        let (keep_out, heard) = (self.clone(), before.map_or((None, now), |before| before.heard));
+        let (keep_out, heard) =
+            (self.clone(), before.map_or(Heard { stamp: None, at: now }, |before| before.heard));
         Ok(Placed { keep_out, base_from_frame, in_base, heard, is_silent: false })
     }
 }
@@ -142,15 +151,15 @@ impl Placed {
         let frame = self.keep_out.frame(base);
         let newest = tree.newest(base, frame);
         // What never moves is not silent.
-        if newest.as_ref().is_ok_and(|stamp| stamp.is_none() || *stamp != self.heard.0) {
-            self.heard = (newest.unwrap_or_default(), now);
+        if newest.as_ref().is_ok_and(|stamp| stamp.is_none() || *stamp != self.heard.stamp) {
+            self.heard = Heard { stamp: newest.unwrap_or_default(), at: now };
         }
-        let was_silent = std::mem::replace(&mut self.is_silent, now.saturating_sub(self.heard.1) > patience);
+        let was_silent = std::mem::replace(&mut self.is_silent, now.saturating_sub(self.heard.at) > patience);
         if self.is_silent {
             return (!was_silent).then(|| KeepOutRefused::Silent(frame.to_owned()));
         }
         let found = tree.lookup(base, frame, 0).ok()?;
-        if found.distances(&self.base_from_frame).iter().all(|way| *way < STILL) {
+        if found.distances(&self.base_from_frame).iter().all(|distance| *distance < STILL) {
             return None;
         }
         match self.keep_out.placed(found, Some(self), now) {
