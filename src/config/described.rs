@@ -1,13 +1,13 @@
 //! An arm that a robot description gives: what it says takes the place of parameters that nobody gives.
 
 use super::body::{FittedBody, fitted};
-use super::ranges::JOINT_SPEEDS;
 use dq_common::text_file;
+use dq_core::servo::JOINT_SPEEDS;
 use dq_kinematics::arm::{
     Chain, DescribedArm, DescribedJoint, Description, DescriptionError, JointLimits, LONGEST_DESCRIPTION,
     bounds, guess_frames,
 };
-use dq_params::{Given, List, ParameterError, Value};
+use dq_params::{Given, ParameterError, Value};
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -207,12 +207,12 @@ pub(super) fn read(text: &str, source: &str, base: &str, tool: &str) -> Result<D
 }
 
 /// The kinematics of a described arm, whose joints are to have these names.
-pub(super) fn chain(described: &Description, joints: &List<String>) -> Result<Chain, ParameterError> {
+pub(super) fn chain(described: &Description, joints: &[String]) -> Result<Chain, ParameterError> {
     let names = names(&described.arm);
-    if joints.items() != names {
+    if joints != names {
         let expected =
             format!("{names:?}, as the robot description has them between base_frame and tool_frame");
-        return Err(joints.invalid(format!("{:?}", joints.items()), expected));
+        return Err(ParameterError::invalid("joints", format!("{joints:?}"), expected));
     }
     described.arm.chain().map_err(|why| error("robot_description", &why))
 }

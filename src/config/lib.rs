@@ -1,4 +1,4 @@
-//! What our parameters mean: each is declared where it is read into a typed setting, with unit, range, default and description.
+//! The parameters of our nodes: each is declared by the field that has it, with unit, range, default and description.
 //!
 //! From the name of a built-in arm, or from a robot description, there is one step to its servo: [`Servo::for_arm`](dq_core::servo::Servo::for_arm),
 //! [`Servo::from_urdf`](dq_core::servo::Servo::from_urdf). Whoever wants other limits, another law, other gains, another cycle or an arm of
@@ -65,9 +65,9 @@ mod described;
 mod docs;
 mod dual;
 mod guard;
+mod limits;
 pub mod mesh_file;
 mod plant;
-mod ranges;
 mod scene;
 mod servo;
 mod setup;
@@ -87,22 +87,18 @@ pub use setup::{ForArm, SetupError};
 use body::FittedBody;
 use described::{Described, GivenLimits};
 use dq_kinematics::arm::DescribedArm;
-use dq_params::{Declaration, Declarer, Given, ParameterError, ParameterStore, Value, parameters_for};
+use dq_params::{
+    Declaration, Declarer, Given, ParameterError, ParameterStore, Parameters, Value, parameters_for,
+};
 use std::sync::LazyLock;
 
 /// The parameter file that is built in: the PUMA 560 of the reference work.
 pub const BUILTIN_FILE: &str = include_str!("msg_config/puma560.yaml");
 
 /// The parameters of one kind of node.
-pub trait NodeParameters: Sized {
+pub trait NodeParameters: Parameters {
     /// The node's default name.
     const NODE_NAME: &'static str;
-
-    /// Declares each parameter and reads it. Values that fit each other never change what is declared.
-    ///
-    /// # Errors
-    /// [`ParameterError`] where values do not fit each other.
-    fn declare(p: &mut Declarer) -> Result<Self, ParameterError>;
 
     /// Each parameter, declared.
     ///
@@ -127,8 +123,7 @@ pub trait NodeParameters: Sized {
     /// # Errors
     /// [`ParameterError`] where values do not fit each other.
     fn from_store(store: &ParameterStore) -> Result<Self, ParameterError> {
-        let values = store.values();
-        Self::declare(&mut Declarer::new(values))
+        store.read()
     }
 
     /// The typed parameters of a node that starts with these `values`, which are from `source`. What they have for other nodes is ignored.

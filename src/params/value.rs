@@ -51,29 +51,23 @@ impl Value {
             (Self::IntegerArray(list), Self::DoubleArray(_)) => {
                 Ok(Self::DoubleArray(list.into_iter().map(|i| i as f64).collect()))
             }
-            (value, like) if value.is_empty_array() && like.is_array() => Ok(like.cleared()),
             (value, like) if std::mem::discriminant(&value) == std::mem::discriminant(like) => Ok(value),
-            (value, _) => Err(value),
+            (value, like) => match like.emptied() {
+                Some(empty) if value.emptied().as_ref() == Some(&value) => Ok(empty),
+                _ => Err(value),
+            },
         }
     }
 
-    fn is_array(&self) -> bool {
-        !matches!(self, Self::Bool(_) | Self::Integer(_) | Self::Double(_) | Self::String(_))
-    }
-
-    fn is_empty_array(&self) -> bool {
-        self.is_array() && *self == self.cleared()
-    }
-
-    /// An empty array of the same type; a scalar as it is.
-    fn cleared(&self) -> Self {
+    /// An empty array of the same type; none of a scalar.
+    fn emptied(&self) -> Option<Self> {
         match self {
-            Self::ByteArray(_) => Self::ByteArray(Vec::new()),
-            Self::BoolArray(_) => Self::BoolArray(Vec::new()),
-            Self::IntegerArray(_) => Self::IntegerArray(Vec::new()),
-            Self::DoubleArray(_) => Self::DoubleArray(Vec::new()),
-            Self::StringArray(_) => Self::StringArray(Vec::new()),
-            scalar => scalar.clone(),
+            Self::ByteArray(_) => Some(Self::ByteArray(Vec::new())),
+            Self::BoolArray(_) => Some(Self::BoolArray(Vec::new())),
+            Self::IntegerArray(_) => Some(Self::IntegerArray(Vec::new())),
+            Self::DoubleArray(_) => Some(Self::DoubleArray(Vec::new())),
+            Self::StringArray(_) => Some(Self::StringArray(Vec::new())),
+            Self::Bool(_) | Self::Integer(_) | Self::Double(_) | Self::String(_) => None,
         }
     }
 }
@@ -105,7 +99,10 @@ fn yaml_string(text: &str) -> String {
     let read = Yaml::read(text).ok();
     let begins_as_a_word = text.starts_with(|c: char| c.is_ascii_alphabetic() || c == '/');
     let is_other = OTHERS.iter().any(|word| text.eq_ignore_ascii_case(word));
-    if begins_as_a_word && !is_other && text.bytes().all(bare) && read == Some(Yaml::String(text.to_owned()))
+    if begins_as_a_word
+        && !is_other
+        && text.bytes().all(bare)
+        && read == Some(Yaml::Value(Value::String(text.to_owned())))
     {
         return text.to_owned();
     }
@@ -175,11 +172,34 @@ mod tests {
             ("[1, 2.5]", Value::DoubleArray(vec![1.0, 2.5])),
             ("[a, b]", Value::StringArray(vec!["a".into(), "b".into()])),
             ("[true, false]", Value::BoolArray(vec![true, false])),
+            // The tags of YAML, which ROS 2 takes from Lyrical on.
+            ("!!float 10", Value::Double(10.0)),
+            ("!!float .inf", Value::Double(f64::INFINITY)),
+            ("!!str true", Value::String("true".into())),
+            ("!!str", Value::String("".into())),
+            ("!!int 0", Value::Integer(0)),
+            ("!!int '-7'", Value::Integer(-7)),
+            ("!!bool yes", Value::Bool(true)),
+            ("!!bool 'off'", Value::Bool(false)),
+            ("!!seq [1, 2]", Value::IntegerArray(vec![1, 2])),
+            ("[!!float 1, 2]", Value::DoubleArray(vec![1.0, 2.0])),
+            ("[!!str 1, a]", Value::StringArray(vec!["1".into(), "a".into()])),
         ];
         for (text, expected) in cases {
             assert_eq!(Value::from_yaml(text), Ok(expected), "{text}");
         }
-        for text in ["", "[1, a]", "{a: 1}", "[", "99999999999999999999999"] {
+        for text in [
+            "",
+            "[1, a]",
+            "{a: 1}",
+            "[",
+            "99999999999999999999999",
+            "!!int x",
+            "!!float x",
+            "[[1]]",
+            "[~]",
+            "!!bool 3",
+        ] {
             let result = Value::from_yaml(text);
             assert!(!matches!(result, Ok(Value::Integer(_))), "{text} gave {result:?}");
         }

@@ -74,7 +74,7 @@ impl Assembled {
         let Prepared { names, store, parameters, logging, warnings } = prepared;
         let servo = parameters.build()?;
         let kind = ServoKind::of(&parameters.arms);
-        let next = parameters.events.then(|| NewServo::new(kind, (&store, &[]), &parameters)).transpose()?;
+        let next = parameters.events.then(|| NewServo::new(kind, &store, &[], &parameters)).transpose()?;
         let ServoParameters {
             arms: controlled,
             joints,
@@ -100,8 +100,10 @@ impl Assembled {
         let kinds = controlled.joint_kinds();
         let topic = EventsTopic::new(&mut node, &contract)?;
         let record = EventsRecord::new(topic.clone(), joints.clone(), next);
-        let changes = (requests.clone(), record.changes(kind));
-        let in_force = Arc::new(InForce::new((settings.clone(), idle_keep_outs), store.clone(), changes));
+        let changes = record.changes(kind);
+        let in_force =
+            InForce::new(settings.clone(), idle_keep_outs, store.clone(), requests.clone(), changes);
+        let in_force = Arc::new(in_force);
         let searcher = Searcher::spawn(controlled)?;
         let clock = Clock::new(&mut node, &contract, simulated_time)?;
         let arms = arm_input::subscribe(&mut node, (kind, &contract), joints, (joint_states, &clock))?;

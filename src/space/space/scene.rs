@@ -219,12 +219,12 @@ impl Scene {
         self.body.capsules.get(number).unwrap_or_else(|| &self.tools[number - self.body.capsules.len()])
     }
 
-    /// How far a pair comes nearer at most while each joint goes so far \[rad, prismatic: m\], whichever way \[m\].
-    pub fn travel(&self, number: usize, ways: impl Iterator<Item = f64>) -> f64 {
-        travel(&self.levers[self.meetings[number].levers], ways)
+    /// By how much \[m\] the gap of a pair shrinks at most while each joint moves by so much \[rad, prismatic: m\], to either side.
+    pub fn travel(&self, number: usize, moves: impl Iterator<Item = f64>) -> f64 {
+        travel(&self.levers[self.meetings[number].levers], moves)
     }
 
-    /// Whether the pair is a tool and what it must stay in: on a straight way the gap is nowhere less than at both ends, as the shape is
+    /// Whether the pair is a tool and what it must stay in: along a straight line the gap is nowhere less than at both ends, as the shape is
     /// convex.
     pub fn is_inside(&self, number: usize) -> bool {
         matches!(self.meetings[number].against, Against::KeepIn(_))
@@ -236,7 +236,7 @@ impl Scene {
     }
 }
 
-/// How far what has these levers goes at most while each joint goes so far \[rad, prismatic: m\] \[m\].
-pub(super) fn travel(levers: &[f64], ways: impl Iterator<Item = f64>) -> f64 {
-    levers.iter().zip(ways).map(|(lever, way)| lever * way.abs()).sum()
+/// How far \[m\] what has these levers moves at most while each joint moves by so much \[rad, prismatic: m\].
+pub(super) fn travel(levers: &[f64], moves: impl Iterator<Item = f64>) -> f64 {
+    levers.iter().zip(moves).map(|(lever, by)| lever * by.abs()).sum()
 }
