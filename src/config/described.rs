@@ -2,12 +2,14 @@
 
 use super::body::{FittedBody, fitted};
 use super::ranges::JOINT_SPEEDS;
+use dq_common::text::cut;
 use dq_common::text_file;
 use dq_kinematics::arm::{
     Chain, DescribedArm, DescribedJoint, Description, DescriptionError, JointLimits, LONGEST_DESCRIPTION,
-    bounds, guess_frames,
+    bounds, guess_frames, oddity,
 };
 use dq_params::{Given, List, ParameterError, Value};
+use std::borrow::Cow;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -19,6 +21,8 @@ pub(super) struct Described {
     source: String,
     /// The file, if it is one.
     file: Option<PathBuf>,
+    /// What of it was not as it should be but was read all the same.
+    pub odd: Option<String>,
     /// The arm that it has between the frames.
     pub arm: DescribedArm,
     /// Its base and its tool frame.
@@ -36,14 +40,13 @@ impl Described {
     /// # Errors
     /// [`ParameterError::Missing`] where the description is not among them; [`ParameterError::File`] for a description that gives no arm.
     pub fn find(given: &[Given]) -> Result<Option<Self>, ParameterError> {
-        let (text, source, file) = match (text(given, "robot_description"), text(given, "robot_file")) {
-            (Some(text), _) => (text.to_owned(), "robot_description", None),
-            (None, Some(file)) => {
-                let read = text_file::read(Path::new(file), LONGEST_DESCRIPTION as u64);
-                let error =
-                    |why: io::Error| ParameterError::File { file: file.to_owned(), why: why.to_string() };
-                (read.map_err(error)?, file, Some(PathBuf::from(file)))
-            }
+        let (text, source, file) = match (
+            self::text(given, "robot_description"),
+            self::text(given, "robot_file"),
+        ) {
+            (Some(text), _) if !text.contains('<') => return Err(no_description(text)),
+            (Some(text), _) => (Cow::Borrowed(text.as_bytes()), "robot_description", None),
+            (None, Some(file)) => (Cow::Owned(read_file(file)?), file, Some(PathBuf::from(file))),
             (None, None) if is_awaited(given) => {
                 return Err(ParameterError::Missing {
                     what: "the arm between base_frame and tool_frame",
@@ -53,11 +56,13 @@ impl Described {
             }
             (None, None) => return Ok(None),
         };
+        let (text, odd) = decoded(text);
         let named = ["base_frame", "tool_frame"].map(|name| self::text(given, name));
         let frames = guess_frames(&text, named).map_err(|why| error(source, &why))?;
         let arm = read(&text, source, &frames[0], &frames[1])?.arm;
         let guessed = named.contains(&None);
-        Ok(Some(Self { source: source.to_owned(), file, text, arm, frames, guessed }))
+        let odd = odd.or_else(|| oddity(&text)).map(|odd| format!("{source}: {odd}"));
+        Ok(Some(Self { source: source.to_owned(), file, text, odd, arm, frames, guessed }))
     }
 
     /// What was guessed of it, if anything was.
@@ -148,6 +153,33 @@ impl Described {
     fn names(&self) -> Vec<String> {
         names(&self.arm)
     }
+}
+
+fn read_file(file: &str) -> Result<Vec<u8>, ParameterError> {
+    let error = |why: io::Error| ParameterError::File { file: file.to_owned(), why: why.to_string() };
+    text_file::bytes(Path::new(file), LONGEST_DESCRIPTION as u64).map_err(error)
+}
+
+/// The text, and what to say where it is no UTF-8. It is Latin-1 then, of which every byte is a character.
+fn decoded(bytes: Cow<[u8]>) -> (String, Option<String>) {
+    match str::from_utf8(&bytes) {
+        Ok(text) => (text.to_owned(), None),
+        Err(why) => {
+            let line = 1 + bytes[..why.valid_up_to()].iter().filter(|byte| **byte == b'\n').count();
+            let text = bytes.iter().copied().map(char::from).collect();
+            (text, Some(format!("line {line} is no UTF-8: the description is read as Latin-1")))
+        }
+    }
+}
+
+/// What is wrong with a description that has no element.
+fn no_description(text: &str) -> ParameterError {
+    let why = match text.contains('/') || text.contains(".urdf") {
+        true => "is a path and no URDF: give a file as robot_file",
+        false => "is no URDF",
+    };
+    let why = format!("{:?} {why}", cut(text.trim()));
+    ParameterError::File { file: "robot_description".to_owned(), why }
 }
 
 /// The speed limit of a joint, if it is one.

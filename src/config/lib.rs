@@ -65,6 +65,8 @@ mod described;
 mod docs;
 mod dual;
 mod guard;
+#[cfg(test)]
+mod lenient_tests;
 pub mod mesh_file;
 mod plant;
 mod ranges;
@@ -184,6 +186,7 @@ pub trait NodeParameters: Sized {
                 warnings.extend(warning.filter(|_| is_used));
             }
             warnings.extend(described.guess());
+            warnings.extend(described.odd);
             let in_force = Self::description_in_force(described.text, &described.arm);
             store.override_initial("robot_description", Value::String(in_force))?;
             return Ok((store, warnings));

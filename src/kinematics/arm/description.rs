@@ -33,6 +33,9 @@ pub enum DescriptionError {
         /// Where, counted from 1.
         line: u32,
     },
+    /// A robot of nothing.
+    #[error("the robot description defines no link: is it a macro file that was run through xacro?")]
+    NoLink,
     /// An element without something that it must have, or with something that makes no sense.
     #[error("{kind} {name:?} of the robot description: {why}")]
     Element {

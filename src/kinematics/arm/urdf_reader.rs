@@ -2,9 +2,9 @@
 
 use super::bounds::JOINT_ANGLE;
 use super::description::{DescribedArm, DescribedJoint, DescriptionError, JointLimits, Motion};
-use super::urdf_tree::{Tree, child_of, document, linked, name_of, wrong};
+use super::urdf_tree::{Tree, child_of, linked, name_of, with_document, wrong};
 use dq_common::text::cut;
-use roxmltree::Node;
+use roxmltree::{Document, Node};
 
 /// What a description says, as far as somebody asked.
 #[derive(Clone, Debug, PartialEq)]
@@ -23,7 +23,10 @@ impl Description {
     /// # Errors
     /// [`DescriptionError`].
     pub fn read(text: &str, base: &str, tool: &str) -> Result<Self, DescriptionError> {
-        let document = document(text)?;
+        with_document(text, |document| Self::of(document, base, tool))
+    }
+
+    fn of(document: &Document, base: &str, tool: &str) -> Result<Self, DescriptionError> {
         let robot = document.root_element();
         let tree = Tree::new(robot)?;
         tree.check_link("base_frame", base)?;
@@ -51,13 +54,14 @@ pub fn guess_frames(text: &str, [base, tool]: [Option<&str>; 2]) -> Result<[Stri
     if let (Some(base), Some(tool)) = (base, tool) {
         return Ok([base, tool].map(str::to_owned));
     }
-    let document = document(text)?;
-    let tree = Tree::new(document.root_element())?;
-    let root = tree.root().unwrap_or_default();
-    let arm = tree.arm(base.unwrap_or(root));
-    let from = base.or_else(|| arm.iter().copied().find(|link| *link == "base_link")).unwrap_or(root);
-    let to = tool.or_else(|| arm.last().copied()).unwrap_or(root);
-    Ok([from.to_owned(), to.to_owned()])
+    with_document(text, |document| {
+        let tree = Tree::new(document.root_element())?;
+        let root = tree.root().unwrap_or_default();
+        let arm = tree.arm(base.unwrap_or(root));
+        let from = base.or_else(|| arm.iter().copied().find(|link| *link == "base_link")).unwrap_or(root);
+        let to = tool.or_else(|| arm.last().copied()).unwrap_or(root);
+        Ok([from.to_owned(), to.to_owned()])
+    })
 }
 
 /// A joint of the chain.
