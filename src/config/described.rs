@@ -1,9 +1,10 @@
 //! An arm that a robot description gives: what it says takes the place of parameters that nobody gives.
 
 use super::body::{FittedBody, fitted};
-use super::ranges::JOINT_SPEEDS;
+use super::ranges::{JOINT_JERKS, JOINT_SPEEDS};
 use dq_common::text::cut;
 use dq_common::text_file;
+use dq_core::servo::{RAMP_TIME, STOP_TIME};
 use dq_kinematics::arm::{
     Chain, DescribedArm, DescribedJoint, Description, DescriptionError, JointLimits, LONGEST_DESCRIPTION,
     bounds, guess_frames, oddity,
@@ -11,6 +12,7 @@ use dq_kinematics::arm::{
 use dq_params::{Given, List, ParameterError, Value};
 use std::borrow::Cow;
 use std::io;
+use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
 /// What a robot description gives a node.
@@ -88,15 +90,20 @@ impl Described {
             ("initial_positions", Value::DoubleArray(limits.iter().enumerate().map(start).collect())),
         ];
         if let Some(velocity) = given.velocity.clone().or(described) {
-            let most = *JOINT_SPEEDS.end();
-            let acceleration = |(of, velocity): (&JointLimits, &f64)| {
-                let described = of.acceleration.filter(|limit| JOINT_SPEEDS.contains(limit));
-                described.unwrap_or(most.min(velocity / TIME_TO_FULL_SPEED))
+            let of = |((joint, limits), velocity): ((usize, &JointLimits), &f64)| {
+                Dynamics::of(&given.of(joint, limits), *velocity)
             };
-            let acceleration = limits.iter().zip(&velocity).map(acceleration).collect();
+            let dynamics: Vec<_> = limits.iter().enumerate().zip(&velocity).map(of).collect();
+            let each = |of: fn(&Dynamics) -> f64| Value::DoubleArray(dynamics.iter().map(of).collect());
             // First, so that a velocity that somebody gives wrongly is what is refused, not what follows from it.
             values.push(("limits.joint_velocity", Value::DoubleArray(velocity)));
-            values.push(("limits.joint_acceleration", Value::DoubleArray(acceleration)));
+            values.push(("limits.joint_acceleration", each(|one| one.acceleration)));
+            if limits.iter().any(|limits| limits.deceleration.is_some()) {
+                values.push(("limits.joint_deceleration", each(|one| one.deceleration)));
+            }
+            if limits.iter().any(|limits| limits.jerk.is_some()) {
+                values.push(("limits.jerk", each(|one| one.jerk)));
+            }
         }
         if limits.iter().any(|limits| limits.range().is_some()) {
             // Beyond this no position is taken: it is no limit.
@@ -106,6 +113,27 @@ impl Described {
             values.push(("limits.joint_position_upper", Value::DoubleArray(upper)));
         }
         values.into_iter().map(|(name, value)| (name.to_owned(), value)).collect()
+    }
+
+    /// What to say where the description lets a joint stop more slowly than a servo does.
+    pub fn slow_stop(&self, given: &GivenLimits) -> Option<String> {
+        let is_less =
+            |described: Option<f64>, taken: f64| described.is_some_and(|described| described < taken);
+        let mut slow = self.arm.moving().enumerate().filter(|(joint, DescribedJoint { limits, .. })| {
+            let in_force = given.of(*joint, limits);
+            let taken = speed(&in_force).map(|velocity| Dynamics::of(&in_force, velocity));
+            taken.is_some_and(|taken| {
+                // What somebody gives is refused where it is taken.
+                let is_given = given.deceleration.is_some();
+                is_less(limits.deceleration.filter(|_| !is_given), taken.deceleration)
+                    || is_less(limits.jerk, taken.jerk)
+            })
+        });
+        let name = &slow.next()?.1.name;
+        Some(format!(
+            "{}: the deceleration or the jerk of joint {name:?} does not stop it in time: it is taken to have what does, in {STOP_TIME} s with {RAMP_TIME} s to come to it",
+            self.source
+        ))
     }
 
     /// The arm's body by the shapes of its links.
@@ -182,6 +210,30 @@ fn no_description(text: &str) -> ParameterError {
     ParameterError::File { file: "robot_description".to_owned(), why }
 }
 
+/// What a joint has beside its speed, by what the description says of it.
+struct Dynamics {
+    acceleration: f64,
+    deceleration: f64,
+    jerk: f64,
+}
+
+impl Dynamics {
+    /// Of a joint with these limits at most, whose speed limit is `velocity`. What is not given is, as in URDF, the acceleration where it is
+    /// a deceleration, and no limit where it is a jerk. None is less than what stops the joint in time.
+    fn of(limits: &JointLimits, velocity: f64) -> Self {
+        let given =
+            |limit: Option<f64>, range: RangeInclusive<f64>| limit.filter(|limit| range.contains(limit));
+        let most = *JOINT_SPEEDS.end();
+        let acceleration = given(limits.acceleration, JOINT_SPEEDS);
+        let acceleration = acceleration.unwrap_or(most.min(velocity / TIME_TO_FULL_SPEED));
+        let deceleration = given(limits.deceleration, JOINT_SPEEDS).unwrap_or(acceleration);
+        let deceleration = deceleration.max(velocity / STOP_TIME);
+        let least = acceleration.max(deceleration) / RAMP_TIME;
+        let jerk = given(limits.jerk, JOINT_JERKS).unwrap_or(*JOINT_JERKS.end()).max(least);
+        Self { acceleration, deceleration, jerk }
+    }
+}
+
 /// The speed limit of a joint, if it is one.
 fn speed(limits: &JointLimits) -> Option<f64> {
     limits.velocity.filter(|limit| JOINT_SPEEDS.contains(limit))
@@ -190,6 +242,8 @@ fn speed(limits: &JointLimits) -> Option<f64> {
 /// The limits of joints that somebody gives as parameters.
 pub(super) struct GivenLimits {
     velocity: Option<Vec<f64>>,
+    acceleration: Option<Vec<f64>>,
+    deceleration: Option<Vec<f64>>,
     lower: Option<Vec<f64>>,
     upper: Option<Vec<f64>>,
 }
@@ -207,6 +261,8 @@ impl GivenLimits {
         };
         Self {
             velocity: list("limits.joint_velocity"),
+            acceleration: list("limits.joint_acceleration"),
+            deceleration: list("limits.joint_deceleration"),
             lower: list("limits.joint_position_lower"),
             upper: list("limits.joint_position_upper"),
         }
@@ -216,11 +272,18 @@ impl GivenLimits {
         self.lower.is_some() && self.upper.is_some()
     }
 
-    /// The position limits in force of the joint of that number, counted from 0, whose described ones are `limits`.
+    /// The limits in force of the joint of that number, counted from 0, whose described ones are `limits`.
     fn of(&self, joint: usize, limits: &JointLimits) -> JointLimits {
         let given = |list: &Option<Vec<f64>>| list.as_ref().and_then(|list| list.get(joint).copied());
         let (lower, upper) = limits.range().unzip();
-        JointLimits { lower: given(&self.lower).or(lower), upper: given(&self.upper).or(upper), ..*limits }
+        JointLimits {
+            lower: given(&self.lower).or(lower),
+            upper: given(&self.upper).or(upper),
+            velocity: given(&self.velocity).or(limits.velocity),
+            acceleration: given(&self.acceleration).or(limits.acceleration),
+            deceleration: given(&self.deceleration).or(limits.deceleration),
+            ..*limits
+        }
     }
 }
 

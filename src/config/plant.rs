@@ -115,7 +115,7 @@ fn limits(p: &mut Declarer, joints: &[JointKind]) -> Result<Vec<JointLimits>, Pa
     let limits = |(joint, kind): (usize, &JointKind)| {
         let (lower, highest) = (of(&lowest, joint), of(&highest, joint));
         check_range(&upper, lower.zip(highest), kind.unit())?;
-        Ok(JointLimits { lower, upper: highest, velocity: of(&fastest, joint), acceleration: None })
+        Ok(JointLimits { lower, upper: highest, velocity: of(&fastest, joint), ..JointLimits::default() })
     };
     joints.iter().enumerate().map(limits).collect()
 }

@@ -6,7 +6,7 @@ use super::PositionLimits;
 pub const STOP_TIME: f64 = 1.0;
 
 /// A limit on jerk lets a joint come to its acceleration within this time \[s\], so that a stop takes no more than twice this longer.
-pub const RAMP_TIME: f64 = 0.1;
+pub const RAMP_TIME: f64 = 0.2;
 
 /// An approach to a limit takes at least this many cycles to come e times nearer, however narrow the margin is: a joint state is
 /// some cycles old, and the joint must not be past the limit by then.

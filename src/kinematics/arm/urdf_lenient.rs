@@ -181,8 +181,7 @@ mod tests {
     fn elements_keep_their_lines_and_names_their_prefixes() {
         let text = "\n<?xml version=1.0?>\n<!-- a -- b\n-->\n<other/><robot name='a \"b\" < c & d &amp; e'\n xmlns:p=\"q\">\n\
                     <p:link/> <![CDATA[<&]]></robot>\n<robot name=\"second\"/>";
-        let expected =
-            "\n\n\n\n<robot name=\"a &quot;b&quot; &lt; c &amp; d &amp; e\">\n\n<p_link/> &lt;&amp;</robot>\n";
+        let expected = "\n\n\n\n<robot name=\"a &quot;b&quot; &lt; c &amp; d &amp; e\">\n\n<p_link/> &lt;&amp;</robot>\n";
         assert_eq!(as_xml(text).unwrap(), expected);
     }
 

@@ -1,6 +1,7 @@
 //! The shapes of the links of a URDF document: what they look like, and what they run into others with.
 
 use super::description::{DescriptionError, pose};
+use super::urdf_reader::quaternion;
 use super::urdf_tree::{child_of, name_of, with_document};
 use dq_algebra::UnitDualQuaternion;
 use nalgebra::Vector3;
@@ -49,6 +50,13 @@ pub enum Shape {
         /// Its radius.
         radius: f64,
         /// Its length.
+        length: f64,
+    },
+    /// A capsule along z, of URDF 1.1 and later.
+    Capsule {
+        /// Its radius.
+        radius: f64,
+        /// The length of its cylinder, without the round ends.
         length: f64,
     },
     /// A ball of that radius.
@@ -111,7 +119,10 @@ fn placed(node: Node) -> Option<(UnitDualQuaternion, Shape)> {
         Some(text) => vector(text),
         None => Some(Vector3::zeros()),
     };
-    let link_from_shape = pose(three("xyz")?.into(), three("rpy")?.into());
+    let link_from_shape = match origin.and_then(quaternion) {
+        Some(rotation) => UnitDualQuaternion::from_parts(rotation.ok()?, three("xyz")?),
+        None => pose(three("xyz")?.into(), three("rpy")?.into()),
+    };
     Some((link_from_shape, shape(child_of(node, "geometry")?)?))
 }
 
@@ -125,6 +136,7 @@ fn shape(geometry: Node) -> Option<Shape> {
         }
         "box" => Some(Shape::Box(vector(node.attribute("size")?)?)),
         "cylinder" => Some(Shape::Cylinder { radius: size("radius")?, length: size("length")? }),
+        "capsule" => Some(Shape::Capsule { radius: size("radius")?, length: size("length")? }),
         "sphere" => Some(Shape::Sphere(size("radius")?)),
         _ => None,
     }
