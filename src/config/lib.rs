@@ -59,20 +59,28 @@ mod readme {}
 
 mod arms;
 mod body;
+mod collada_file;
 mod common;
 mod cycle;
 mod described;
 mod docs;
 mod dual;
 mod guard;
+#[cfg(test)]
+mod lenient_tests;
 mod limits;
 pub mod mesh_file;
+#[cfg(test)]
+mod mesh_tests;
 mod plant;
 mod scene;
 mod servo;
 mod setup;
+mod stl_file;
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod urdf_1_2_tests;
 
 pub use arms::{ARMS, arm_file};
 pub use common::ArmParameters;
@@ -178,7 +186,10 @@ pub trait NodeParameters: Parameters {
                 let is_used = store.get("constraints") == Some(&Value::Bool(true));
                 warnings.extend(warning.filter(|_| is_used));
             }
+            warnings
+                .extend(described.slow_stop(&limits).filter(|_| store.declaration("limits.jerk").is_some()));
             warnings.extend(described.guess());
+            warnings.extend(described.odd);
             let in_force = Self::description_in_force(described.text, &described.arm);
             store.override_initial("robot_description", Value::String(in_force))?;
             return Ok((store, warnings));

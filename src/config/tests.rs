@@ -104,17 +104,17 @@ fn a_jerk_is_one_for_all_joints_or_one_each_and_lets_accelerations_come_in_time(
     };
     let jerk = "limits.jerk";
     assert_eq!(with(&[]).unwrap().joint_jerk, [f64::INFINITY; 6]);
-    assert_eq!(with(&[(jerk, "[600]")]).unwrap().joint_jerk, [600.0; 6]);
-    let each = [900.0, 500.0, 500.0, 600.0, 700.0, 800.0];
-    assert_eq!(with(&[(jerk, "[900, 500, 500, 600, 700, 800]")]).unwrap().joint_jerk, each);
-    assert!(with(&[(jerk, "[600, 600]")]).is_err());
+    assert_eq!(with(&[(jerk, "[300]")]).unwrap().joint_jerk, [300.0; 6]);
+    let each = [450.0, 250.0, 250.0, 300.0, 350.0, 400.0];
+    assert_eq!(with(&[(jerk, "[450, 250, 250, 300, 350, 400]")]).unwrap().joint_jerk, each);
+    assert!(with(&[(jerk, "[300, 300]")]).is_err());
     // The accelerations are 50 rad/s².
-    let small = with(&[(jerk, "[600, 490, 600, 600, 600, 600]")]).unwrap_err().to_string();
-    let expected = "parameter \"limits.jerk\" cannot be 490 for joint 2: expected at least 500 rad/s^3, which brings it to its acceleration and deceleration in 0.1 s";
+    let small = with(&[(jerk, "[300, 245, 300, 300, 300, 300]")]).unwrap_err().to_string();
+    let expected = "parameter \"limits.jerk\" cannot be 245 for joint 2: expected at least 250 rad/s^3, which brings it to its acceleration and deceleration in 0.2 s";
     assert_eq!(small, expected);
-    let small = with(&[(jerk, "[490]")]).unwrap_err().to_string();
+    let small = with(&[(jerk, "[245]")]).unwrap_err().to_string();
     assert!(small.contains("joint 1"), "{small}");
-    assert!(with(&[(jerk, "[490]"), ("limits.joint_acceleration", "[40, 40, 40, 40, 40, 40]")]).is_ok());
+    assert!(with(&[(jerk, "[245]"), ("limits.joint_acceleration", "[40, 40, 40, 40, 40, 40]")]).is_ok());
 }
 
 #[test]

@@ -12,11 +12,11 @@ pub fn is_misspelt<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> 
     known.into_iter().any(|known| 4 * strsim::damerau_levenshtein(name, known) <= name.len())
 }
 
-/// Whether `name` is in the namespace of one of `known`: `limits.x` is where `limits.y` is known.
+/// Whether `name` is in the namespace of one of `known`, or is it: `limits.x` and `limits` are where `limits.y` is known.
 pub fn shares_namespace<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> bool {
     let namespace = |name: &'a str| name.split_once('.').map(|(namespace, _)| namespace);
-    let own = name.split_once('.').map(|(namespace, _)| namespace);
-    own.is_some() && known.into_iter().any(|known| namespace(known) == own)
+    let own = name.split('.').next();
+    known.into_iter().any(|known| namespace(known) == own)
 }
 
 #[cfg(test)]
@@ -32,7 +32,7 @@ mod tests {
         for name in ["nope", "robot_name", "joint_names", "velocity", ""] {
             assert!(!is_misspelt(name, known), "{name}");
         }
-        assert!(shares_namespace("limits.x", known) && !shares_namespace("limits", known));
+        assert!(shares_namespace("limits.x", known) && shares_namespace("limits", known));
         assert!(!shares_namespace("joints", known) && !shares_namespace("joints.x", known));
     }
 }

@@ -49,13 +49,10 @@ fn a_guard_waits_for_the_description_too_and_takes_its_joints_from_it() {
     assert!(!std::fs::read_to_string(&log).unwrap().contains("watching"));
     host.start("plant", &of_tiago("arm", &["-p", TIAGO]));
     wait_for_text(&log, "watching /forward_velocity_controller/commands");
-    let lost = host.file("lost.log", "");
-    let elsewhere = of_tiago("guard", &["-r", "__node:=lost", "-p", "tool_frame:=nowhere"]);
-    host.start_logging_to("lost", &elsewhere, File::create(&lost).unwrap());
-    wait_for_text(
-        &lost,
-        "what came on /robot_description does not describe it: robot_description: tool_frame is \"nowhere\"",
-    );
+    let lost = host.run(&of_tiago("guard", &["-r", "__node:=lost", "-p", "tool_frame:=nowhere"]));
+    let why = String::from_utf8_lossy(&lost.stderr);
+    let expected = "error: what came on /robot_description does not describe the arm: robot_description: tool_frame is \"nowhere\"";
+    assert!(lost.status.code() == Some(1) && why.contains(expected), "{why}");
     let joints = host.run(&["param", "get", "dq_servo_guard", "joints"]);
     assert_success(&joints);
     assert!(String::from_utf8_lossy(&joints.stdout).contains("torso_lift_joint"));

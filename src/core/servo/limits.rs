@@ -8,7 +8,7 @@ use std::ops::RangeInclusive;
 pub const STOP_TIME: f64 = 1.0;
 
 /// A limit on jerk lets a joint come to its acceleration within this time \[s\], so that a stop takes no more than twice this longer.
-pub const RAMP_TIME: f64 = 0.1;
+pub const RAMP_TIME: f64 = 0.2;
 
 /// An approach to a limit takes at least this many cycles to come e times nearer, however narrow the margin is: a joint state is
 /// some cycles old, and the joint must not be past the limit by then.
@@ -26,6 +26,9 @@ pub const POSITIVE: f64 = 1e-6;
 
 /// The range of limits of joints' speeds and accelerations [rad/s, rad/s², prismatic: m/s, m/s²].
 pub const JOINT_SPEEDS: RangeInclusive<f64> = POSITIVE..=1e4;
+
+/// The range of limits of joints' jerks [rad/s³, prismatic: m/s³].
+pub const JOINT_JERKS: RangeInclusive<f64> = POSITIVE..=1e6;
 
 /// What the commands never exceed. A servo's lists have a number for each joint of all its arms; as parameters they are of one arm, and
 /// may be shorter.
@@ -47,7 +50,7 @@ pub struct Limits {
     /// how fast joint accelerations may change, stops included: one number for all joints or one a joint; empty: at once
     /// [rad/s^3, m/s^3]
     // Infinite for no limit; less than `jerk` is not taken.
-    #[parameter(name = "limits.jerk", range = POSITIVE..=1e6)]
+    #[parameter(name = "limits.jerk", range = JOINT_JERKS)]
     pub joint_jerk: Vec<f64>,
     /// largest speed of a tool point [m/s]
     #[parameter(default = 2.0, range = POSITIVE..=100.0)]

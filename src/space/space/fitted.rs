@@ -35,6 +35,12 @@ impl Fitted {
         Self { core: Segment { ends: [*center; 2] }, radius }
     }
 
+    /// The capsule itself along z, with its middle at the origin; `length` is without the round ends.
+    pub fn capsule(radius: f64, length: f64) -> Self {
+        let end = Vector3::new(0.0, 0.0, 0.5 * length);
+        Self { core: Segment { ends: [-end, end] }, radius }
+    }
+
     /// Around a cylinder along z, with its middle at the origin.
     pub fn cylinder(radius: f64, length: f64) -> Self {
         let rim = |along: f64| Ring { along, across: radius, thick: 0.0 };
