@@ -2,6 +2,7 @@
 
 use super::arrays::{table, wrong};
 use super::law::Law;
+use super::parameters::{store, values};
 use dq_servo::compare::{self, Arm, ClosedLoop, PLANTS};
 use dq_servo::control::Controller;
 use numpy::{IntoPyArray, PyArray2};
@@ -10,20 +11,26 @@ use pyo3::types::PyDict;
 use rayon::prelude::*;
 use std::path::Path;
 
-fn arm(name: &str) -> PyResult<Arm> {
-    Arm::named(Path::new(name)).map_err(wrong)
+/// That arm, of the box or of a parameter file, with these parameters besides.
+fn arm(py: Python<'_>, name: &str, parameters: Option<&Bound<'_, PyDict>>) -> PyResult<Arm> {
+    let arm = Arm::named(Path::new(name)).map_err(wrong)?;
+    let values = values(parameters)?;
+    // No name goes by unknown, as it would among those of a file for several nodes.
+    store(py, Some(name), values.clone())?;
+    arm.with(values).map_err(wrong)
 }
 
 /// The first `count` tasks of an arm: joint positions at the start, and goals.
 #[pyfunction]
-#[pyo3(signature = (arm, count, seed = 1))]
+#[pyo3(signature = (arm, count, seed = 1, *, parameters = None))]
 pub(super) fn tasks<'py>(
     py: Python<'py>,
     arm: &str,
     count: u32,
     seed: u64,
+    parameters: Option<&Bound<'py, PyDict>>,
 ) -> PyResult<[Bound<'py, PyArray2<f64>>; 2]> {
-    let arm = self::arm(arm)?;
+    let arm = self::arm(py, arm, parameters)?;
     let (mut starts, mut goals) = (Vec::new(), Vec::new());
     for number in 0..count {
         let task = arm.task(seed, number).map_err(wrong)?;
@@ -35,8 +42,14 @@ pub(super) fn tasks<'py>(
 
 /// The gain at which the law has the median settling time of logc at 2 1/s on that arm, over tasks that no comparison uses.
 #[pyfunction]
-pub(super) fn settling_gain(py: Python<'_>, law: &Law, arm: &str) -> PyResult<f64> {
-    let arm = self::arm(arm)?;
+#[pyo3(signature = (law, arm, *, parameters = None))]
+pub(super) fn settling_gain(
+    py: Python<'_>,
+    law: &Law,
+    arm: &str,
+    parameters: Option<&Bound<'_, PyDict>>,
+) -> PyResult<f64> {
+    let arm = self::arm(py, arm, parameters)?;
     let gain = py.detach(|| compare::settling_gain(&arm, law.controller.law));
     law.check()?;
     gain.map_err(wrong)
@@ -44,17 +57,19 @@ pub(super) fn settling_gain(py: Python<'_>, law: &Law, arm: &str) -> PyResult<f6
 
 /// Runs a law on the first `count` tasks of an arm: how each ended, and an array for each figure, with no number where there is none.
 #[pyfunction]
-#[pyo3(name = "compare", signature = (law, arm, count = 200, *, seed = 1, limits = true, plant = "ideal"))]
+#[pyo3(name = "compare", signature = (law, arm, count = 200, *, seed = 1, limits = true, plant = "ideal",
+                                       parameters = None))]
 pub(super) fn compared<'py>(
-    py: Python<'py>,
-    law: &Law,
+    law: &Bound<'py, Law>,
     arm: &str,
     count: u32,
     seed: u64,
     limits: bool,
     plant: &str,
+    parameters: Option<&Bound<'py, PyDict>>,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let arm = self::arm(arm)?;
+    let (py, law) = (law.py(), law.get());
+    let arm = self::arm(py, arm, parameters)?;
     let plant = PLANTS.into_iter().find(|known| known.name == plant).ok_or_else(|| {
         wrong(format!("no plant is called {plant:?}: expected {}", PLANTS.map(|plant| plant.name).join(", ")))
     })?;

@@ -125,7 +125,7 @@ impl Law {
     }
 
     #[getter]
-    fn gains(&self) -> Vec<f64> {
+    pub(super) fn gains(&self) -> Vec<f64> {
         let law = self.controller.law;
         self.controller.gains(law)[..law.gains().names.len()].to_vec()
     }

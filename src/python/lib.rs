@@ -9,6 +9,7 @@ mod arrays;
 mod chain;
 mod compare;
 mod law;
+mod parameters;
 mod pose;
 mod runs;
 mod servo;

@@ -14,7 +14,7 @@ use std::path::PathBuf;
 pub(super) struct Run(RecordedRun);
 
 /// What serde writes of a value, as Python has it.
-fn python<'py>(py: Python<'py>, value: &impl Serialize) -> PyResult<Bound<'py, PyAny>> {
+pub(super) fn python<'py>(py: Python<'py>, value: &impl Serialize) -> PyResult<Bound<'py, PyAny>> {
     py.import("json")?.call_method1("loads", (serde_json::to_string(value).map_err(wrong)?,))
 }
 

@@ -1,12 +1,17 @@
 //! The servo in fake time.
 
 use super::arrays::{Numbers, array, slice, wrong};
-use super::chain::Chain;
 use super::law::Law;
+use super::parameters::{PythonValue, changed, of_law, store, typed, values};
 use super::pose::Pose;
-use dq_servo::config::{ForArm, ServoParameters};
+use super::runs::python;
+use dq_servo::config::ServoParameters;
 use dq_servo::control::Controller;
-use dq_servo::servo::{self, Interface, Measured, Settings};
+use dq_servo::params::ParameterStore;
+use dq_servo::servo::{
+    self, Contended, Event, JointReading, Rejection, STARTS, Search, Settings, joint_name,
+};
+use dq_servo::wire::{ServoKind, ServoReport};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -16,8 +21,12 @@ use std::time::Duration;
 #[pyclass(module = "dq_servo")]
 pub(super) struct Servo {
     servo: servo::Servo,
-    law: Option<Law>,
+    store: ParameterStore,
+    /// A law that is a function of Python, which no parameter names.
+    own: Option<Law>,
+    search: Box<Search>,
     joints: Vec<String>,
+    now: Duration,
 }
 
 /// A time in seconds, which is none where it is below 0 or no number.
@@ -29,58 +38,53 @@ fn duration(seconds: f64, what: &str) -> PyResult<Duration> {
 #[pymethods]
 impl Servo {
     #[new]
-    #[pyo3(signature = (arm, *, law = None, period = 0.002, interface = "velocity"))]
-    fn new(arm: &str, law: Option<Law>, period: f64, interface: &str) -> PyResult<Self> {
-        Self::of(ServoParameters::for_arm(arm).map_err(wrong)?, law, period, interface)
-    }
-
-    #[staticmethod]
-    #[pyo3(signature = (text, base_frame, tool_frame, *, law = None, period = 0.002, interface = "velocity"))]
-    fn from_urdf(
-        text: &str,
-        base_frame: &str,
-        tool_frame: &str,
+    #[pyo3(signature = (arm = None, parameters = None, *, law = None))]
+    fn new(
+        py: Python<'_>,
+        arm: Option<&str>,
+        parameters: Option<&Bound<'_, PyDict>>,
         law: Option<Law>,
-        period: f64,
-        interface: &str,
     ) -> PyResult<Self> {
-        let parameters = ServoParameters::from_urdf(text, base_frame, tool_frame).map_err(wrong)?;
-        Self::of(parameters, law, period, interface)
-    }
-
-    #[staticmethod]
-    #[pyo3(signature = (chain, velocity, acceleration, *, law = None, period = 0.002, interface = "velocity"))]
-    fn from_chain(
-        chain: &Chain,
-        velocity: Numbers<'_>,
-        acceleration: Numbers<'_>,
-        law: Option<Law>,
-        period: f64,
-        interface: &str,
-    ) -> PyResult<Self> {
-        let (velocity, acceleration) = (slice(&velocity), slice(&acceleration));
-        let parameters = ServoParameters::for_chain(chain.0.clone(), &velocity, &acceleration);
-        Self::of(parameters.map_err(wrong)?, law, period, interface)
+        let mut given = values(parameters)?;
+        let (listed, own): (Vec<_>, Vec<_>) = law.into_iter().partition(|law| law.own.is_none());
+        given.extend(listed.iter().flat_map(of_law));
+        let (store, own) = (store(py, arm, given)?, own.into_iter().next());
+        let parameters = typed(py, &store)?.with(|settings| take_place(own.as_ref(), settings));
+        let ServoParameters { joints, arms, .. } = &parameters;
+        let joints = joints.iter().flat_map(|arm| arm.names().to_vec()).collect();
+        let search = Box::new(Search::new(arms.clone()));
+        let servo = parameters.build().map_err(wrong)?;
+        Ok(Self { servo, store, own, search, joints, now: Duration::ZERO })
     }
 
     fn set_goal(&mut self, base_from_goal: &Pose) {
         self.servo.set_goal(base_from_goal.0);
     }
 
-    #[pyo3(signature = (now, positions, velocities = None))]
+    #[pyo3(signature = (now, positions = None, velocities = None, *, stamp = None))]
     fn cycle<'py>(
         &mut self,
         py: Python<'py>,
         now: f64,
-        positions: Numbers<'py>,
+        positions: Option<Numbers<'py>>,
         velocities: Option<Numbers<'py>>,
+        stamp: Option<f64>,
     ) -> PyResult<Option<Bound<'py, PyArray1<f64>>>> {
-        let (now, positions) = (duration(now, "now")?, slice(&positions));
+        let age = match stamp {
+            Some(stamp) => duration(now - stamp, "the age of the joint state").ok(),
+            None => Some(Duration::ZERO),
+        };
+        self.now = duration(now, "now")?;
+        self.servo.begin(self.now);
+        self.look_round()?;
+        let positions = positions.as_ref().map(slice);
         let velocities = velocities.as_ref().map(slice).unwrap_or_default();
-        let measured = Measured { positions: &positions, velocities: &velocities };
-        let output = self.servo.cycle(now, &measured).map_err(wrong)?;
-        self.law.as_ref().map_or(Ok(()), Law::check)?;
-        Ok(output.map(|output| array(py, output)))
+        let state = positions.map_or(Ok(()), |positions| self.take_state(&positions, &velocities, age));
+        let goal = self.servo.take_set_goal(self.now);
+        self.servo.step(self.now);
+        state.and(goal).map_err(wrong)?;
+        self.own.as_ref().map_or(Ok(()), Law::check)?;
+        Ok(self.servo.output().map(|output| array(py, output)))
     }
 
     fn stop(&mut self) {
@@ -91,33 +95,41 @@ impl Servo {
         self.servo.pause(paused);
     }
 
-    #[pyo3(signature = (*, law = None, linear_speed = None, angular_speed = None, joint_velocity = None, joint_acceleration = None,
-                        goal_tolerance = None))]
+    fn reconfigure(&mut self) -> PyResult<()> {
+        self.servo.reconfigure(Duration::ZERO).map_err(wrong)
+    }
+
+    #[pyo3(signature = (parameters = None, *, law = None))]
     fn configure(
         &mut self,
+        py: Python<'_>,
+        parameters: Option<&Bound<'_, PyDict>>,
         law: Option<Law>,
-        linear_speed: Option<f64>,
-        angular_speed: Option<f64>,
-        joint_velocity: Option<Vec<f64>>,
-        joint_acceleration: Option<Vec<f64>>,
-        goal_tolerance: Option<(f64, f64)>,
     ) -> PyResult<()> {
-        let mut settings = self.servo.settings().clone();
-        let limits = &mut settings.limits;
-        limits.linear_speed = linear_speed.unwrap_or(limits.linear_speed);
-        limits.angular_speed = angular_speed.unwrap_or(limits.angular_speed);
-        joint_velocity.into_iter().for_each(|velocity| limits.joint_velocity = velocity);
-        if let Some(acceleration) = joint_acceleration {
-            limits.joint_deceleration.clone_from(&acceleration);
-            limits.joint_acceleration = acceleration;
-        }
-        if let Some((linear, angular)) = goal_tolerance {
-            (settings.goal_tolerance.linear, settings.goal_tolerance.angular) = (linear, angular);
-        }
-        law.iter().for_each(|law| law.take_place(&mut settings));
+        let mut changes = values(parameters)?;
+        let own = match law {
+            Some(law) if law.own.is_some() => Some(law),
+            Some(law) => {
+                changes.extend(of_law(&law));
+                None
+            }
+            None => self.own.take_if(|_| changes.iter().all(|(name, _)| name != "controller")),
+        };
+        let store = changed(&self.store, &changes)?;
+        let mut settings = typed(py, &store)?.settings;
+        take_place(own.as_ref(), &mut settings);
         self.servo.configure(settings).map_err(wrong)?;
-        self.law = law.or(self.law.take());
+        (self.store, self.own) = (store, own);
         Ok(())
+    }
+
+    #[getter]
+    fn parameters<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let parameters = PyDict::new(py);
+        for (name, value) in self.store.values() {
+            parameters.set_item(name, PythonValue::from(value))?;
+        }
+        Ok(parameters)
     }
 
     #[getter]
@@ -141,12 +153,13 @@ impl Servo {
     }
 
     #[getter]
-    fn figures<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let figures = PyDict::new(py);
-        for (name, value) in self.servo.status().figures.named() {
-            figures.set_item(name, value)?;
+    fn status<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let said = PyDict::new(py);
+        said.set_item("state", self.state())?;
+        for (name, value) in self.report().values() {
+            said.set_item(name, python(py, &value)?)?;
         }
-        Ok(figures)
+        Ok(said)
     }
 
     fn __repr__(&self) -> String {
@@ -155,21 +168,56 @@ impl Servo {
 }
 
 impl Servo {
-    fn of(parameters: ServoParameters, law: Option<Law>, period: f64, interface: &str) -> PyResult<Self> {
-        let interface: Interface = interface.parse().map_err(wrong)?;
-        let joints = parameters.joints.iter().flat_map(|arm| arm.names().to_vec()).collect();
-        let parameters = parameters.with_period(duration(period, "period")?).with(|settings| {
-            settings.interface = interface;
-            law.iter().for_each(|law| law.take_place(settings));
-        });
-        Ok(Self { servo: parameters.build().map_err(wrong)?, law, joints })
+    /// Looks for a way round what the arm has stalled at, where the servo asks for one.
+    fn look_round(&mut self) -> PyResult<()> {
+        if self.servo.ask(&mut self.search) {
+            self.search.run(STARTS, || true);
+            self.servo.take(Event::Found(self.search.found())).map_err(wrong)?;
+        }
+        Ok(())
+    }
+
+    fn take_state(
+        &mut self,
+        positions: &[f64],
+        velocities: &[f64],
+        stamp_age: Option<Duration>,
+    ) -> Result<(), Rejection> {
+        let expected = self.joints.len();
+        let lengths = [Some(positions.len()), (!velocities.is_empty()).then_some(velocities.len())];
+        if let Some(got) = lengths.into_iter().flatten().find(|got| *got != expected) {
+            return Err(Rejection::OnePerJoint { expected, got });
+        }
+        let reading = JointReading { names: &self.joints, positions, velocities, source: 0, stamp_age };
+        self.servo.take_joint_state(0, &reading, self.now).map(drop)
+    }
+
+    fn report(&self) -> ServoReport<'_> {
+        let (servo, status) = (&self.servo, self.servo.status());
+        let (name, Settings { controller, scene, .. }) =
+            (|number| joint_name(number, &self.joints), servo.settings());
+        let publisher = |_: Contended, number| format!("publisher {number}");
+        let reason = status.reason.map(|why| why.explain(name, publisher, |_| "the commands".to_owned()));
+        let at_limit = status.joint_at_limit.and_then(|joint| self.joints.get(joint.checked_sub(1)?));
+        ServoReport {
+            law: ServoKind::OneArm.law(controller),
+            joint_at_limit: at_limit.map(String::as_str),
+            reason: reason.or_else(|| status.explain(&self.joints)),
+            keep_outs: scene.as_ref().map(|scene| scene.keep_outs().len() + scene.keep_ins().len()),
+            smallest_singular_value: servo.smallest_singular_value(),
+            now: self.now,
+            asker: None,
+            status,
+            heard: servo.pose().is_some(),
+            rejections: servo.rejections(),
+        }
     }
 }
 
-impl Law {
-    /// Puts the law into force, with its gains and its aim, and the damping that there is.
-    fn take_place(&self, settings: &mut Settings) {
+/// Puts a law of Python into force, with its gains and its aim, and the damping that there is.
+fn take_place(own: Option<&Law>, settings: &mut Settings) {
+    if let Some(law) = own {
         let damping = settings.controller.damping;
-        settings.controller = Controller { damping, ..self.controller };
+        settings.controller = Controller { damping, ..law.controller };
     }
 }

@@ -210,30 +210,123 @@ class TheServo(unittest.TestCase):
             servo = dq.Servo("ur5e", law=law)
             self.assertIsNone(servo.pose)
             ends.append(drive(servo, goal, START))
-            self.assertLess(servo.figures["position_error_m"], 1e-3)
+            self.assertLess(servo.status["position_error_m"], 1e-3)
             self.assertLess(np.linalg.norm(servo.pose.translation - goal.translation), 1.1e-3)
         np.testing.assert_allclose(ends[1], ends[0], atol=1e-6)
 
-    def test_limits_hold_and_can_be_changed_while_it_runs(self):
+    def test_every_parameter_is_taken_by_its_ros_name(self):
+        planar = {
+            "joints": ["shoulder", "elbow"], "base_frame": "base", "tool_frame": "hand",
+            "arm.convention": "standard_dh", "arm.alpha": [0, 0], "arm.a": np.array([0.5, 0.25]), "arm.d": [0.0, 0.0],
+            "limits.joint_velocity": [1.0, 1.0], "limits.joint_acceleration": [5, 5],
+        }
+        servo = dq.Servo(None, planar, law=dq.Law("logc", 20.0, aim="position"))
+        self.assertEqual(servo.joints, ["shoulder", "elbow"])
+        self.assertEqual(servo.parameters["task"], "position")
+        self.assertEqual(servo.parameters["gains.logc"], [20.0, 20.0])
+        servo.configure({"limits.joint_velocity": [0.2, 0.2], "goal_tolerance.linear": 0.002, "limits.jerk": [50.0]})
         chain = dq.Chain.from_dh([[0, 0.5, 0, 0], [0, 0.25, 0, 0]], "standard_dh")
-        position = dq.Law("logc", 20.0, aim="position")
-        servo = dq.Servo.from_chain(chain, [1.0, 1.0], [5.0, 5.0], law=position)
-        servo.configure(joint_velocity=[0.2, 0.2], goal_tolerance=(0.002, 0.1))
-        self.assertEqual(servo.joints, ["joint1", "joint2"])
         drive(servo, chain.forward_kinematics([0.8, 0.9]), [0.1, 0.3])
-        self.assertLessEqual(servo.figures["peak_joint_speed_rad_s"], 0.2 + 1e-12)
-        with self.assertRaisesRegex(ValueError, "joint_velocity has 1 entries, expected 2"):
-            servo.configure(joint_velocity=[0.2])
+        self.assertLessEqual(servo.status["peak_joint_speed_rad_s"], 0.2 + 1e-12)
+        self.assertEqual(servo.status["task"], "position")
+        before = servo.parameters
+        for changes, words in [
+            ({"limits.joint_velocity": [0.2]}, "limits.joint_velocity.*expected 2 numbers"),
+            ({"limits.linear_speed": "fast"}, "limits.linear_speed"),
+            ({"limits.linear_sped": 0.1}, "limits.linear_speed"),
+            ({"update_rate": 100}, "update_rate"),
+            ({"goal_tolerance.linear": 0.1, "controller": "pid"}, "controller"),
+            ({"posture.gain": object()}, "posture.gain.*has no value"),
+        ]:
+            with self.assertRaisesRegex(ValueError, words):
+                servo.configure(changes)
+        self.assertEqual(servo.parameters, before, "all of them are set, or none")
+        self.assertEqual(dq.Servo(str(ROOT / "src/config/msg_config/arms/panda.yaml")).joints, dq.Servo("panda").joints)
+
+    def test_the_parameters_are_those_of_the_node(self):
+        servo = dq.Servo("ur5e")
+        in_file = ["joints", "arm.alpha", "gains.logc", "limits.joint_velocity", "limits.joint_position_upper"]
+        live = ["controller", "constraints", "keep_out", "limits.jerk", "reconfigure", "latency", "posture.gain"]
+        self.assertLessEqual({*in_file, *live}, set(servo.parameters))
+        # What a servo says it has, another one takes.
+        self.assertEqual(dq.Servo(None, servo.parameters).parameters, servo.parameters)
+
+    def test_constraints_keep_the_arm_out_and_the_status_says_so(self):
+        chain = dq.Chain.builtin("ur5e")
+        table = {"constraints": True, "keep_out": ["table half_space 0 0 1 0.1"], "progress_timeout": 1.0}
+        servo, theta = dq.Servo("ur5e", table), START
+        start = chain.forward_kinematics(START)
+        goal = dq.Pose([0, 0, -start.translation[2]], [1, 0, 0, 0]) * start
+        servo.set_goal(goal)
+        for cycle in range(1, 5000):
+            output = servo.cycle(0.002 * cycle, theta)
+            theta = theta + 0.002 * (output if output is not None else 0)
+            self.assertGreater(chain.forward_kinematics(theta).translation[2], 0.1)
+        status = servo.status
+        self.assertEqual((status["state"], status["stall"], status["keep_outs"]), ("stalled", "constrained", 1))
+        self.assertIn("table", status["reason"])
+        self.assertIs(status["consent"], True)
+        self.assertEqual(len(status["goal"]), 7)
         servo.stop()
-        self.assertIn(servo.state, ["settled", "stopping", "holding"])
+        servo.cycle(10.0, theta)
+        self.assertEqual((servo.status["revoked_by"], servo.status["consent"]), ("stop", False))
+        with self.assertWarnsRegex(UserWarning, "constraints is false"):
+            dq.Servo("ur5e", {"keep_out": ["table half_space 0 0 1 0.1"]})
+
+    def test_an_arm_that_has_stalled_goes_round_where_that_is_asked_for(self):
+        chain = dq.Chain.builtin("ur5e")
+        limits = {"limits.joint_position_upper": [6.28, 6.28, 2.0, 6.28, 6.28, 6.28], "progress_timeout": 1.0}
+        servo, theta, now = dq.Servo("ur5e", limits), START, 0.0
+        with self.assertRaisesRegex(ValueError, "no goal has stalled"):
+            servo.reconfigure()
+        servo.set_goal(chain.forward_kinematics([0.0, -1.57, 2.6, -1.57, -1.57, 0.0]))
+        while servo.state != "settled" and now < 40.0:
+            now += 0.002
+            output = servo.cycle(now, theta)
+            theta = theta + 0.002 * (output if output is not None else 0)
+            if servo.status["reconfiguration"] == "found":
+                self.assertIn("is reachable", servo.status["reason"])
+                servo.reconfigure()
+        self.assertEqual(servo.state, "settled")
+        self.assertLess(theta[2], 2.0)
+
+    def test_joint_states_come_when_they_come_with_their_stamps(self):
+        chain = dq.Chain.builtin("ur5e")
+        servo = dq.Servo("ur5e")
+        servo.set_goal(chain.forward_kinematics(START + 0.2))
+        late, theta = [START] * 11, START
+        for cycle in range(1, 2000):
+            now = 0.002 * cycle
+            # At 125 Hz, each 20 ms old.
+            state = {"positions": late[-11], "stamp": now - 0.02} if cycle % 4 == 0 else {}
+            output = servo.cycle(now, **state)
+            theta = theta + 0.002 * (output if output is not None else 0)
+            late.append(theta)
+        self.assertEqual(servo.state, "settled")
+        self.assertAlmostEqual(servo.status["latency_ms"], 20.0, delta=2.0)
+        for cycle in range(2000, 2100):
+            servo.cycle(0.002 * cycle)
+        self.assertEqual(servo.state, "stale_state")
+
+    def test_a_function_rules_until_another_law_does(self):
+        servo = dq.Servo("ur5e", law=dq.Law(lambda goal: goal.screw_log(), 2.0))
+        self.assertEqual(servo.status["law"], "own")
+        servo.configure({"limits.linear_speed": 0.5})
+        self.assertEqual(servo.status["law"], "own")
+        servo.configure({"controller": "diffc"})
+        self.assertEqual(servo.status["law"], "diffc")
+        servo.configure(law=dq.Law("logc", 3.0))
+        self.assertEqual((servo.status["law"], servo.parameters["gains.logc"]), ("logc", [3.0, 3.0]))
 
     def test_what_it_does_not_take_is_said(self):
         servo = dq.Servo("ur5e")
         for call, words in [
             (lambda: servo.cycle(0.1, START[:5]), "has 5 numbers, expected 6"),
             (lambda: servo.cycle(-1.0, START), "now is -1 s"),
-            (lambda: dq.Servo("ur5e", period=0.0), "period has 0"),
-            (lambda: dq.Servo("ur5e", interface="torque"), "torque"),
+            (lambda: dq.Servo("ur5e", {"update_rate": 0}), "update_rate"),
+            (lambda: dq.Servo("ur5e", {"command_interface": "torque"}), "torque"),
+            (lambda: dq.Servo("ur5e", {"kontroller": "logc"}), "controller"),
+            (lambda: dq.Servo(None, {"joints": ["one"]}), "an arm"),
             (lambda: dq.Servo("ur6e"), "no arm of the box"),
         ]:
             with self.assertRaisesRegex(ValueError, words):
@@ -280,6 +373,13 @@ class Comparison(unittest.TestCase):
             dq.compare(dq.Law("logc"), "puma560", 1, plant="moon")
         with self.assertRaisesRegex(ValueError, "ur6e"):
             dq.compare(dq.Law("logc"), "ur6e", 1)
+
+    def test_it_takes_parameters_too(self):
+        law, slow = dq.Law("logc", 2.0), {"limits.linear_speed": 0.1}
+        fast, slowed = dq.compare(law, "puma560", 4), dq.compare(law, "puma560", 4, parameters=slow)
+        self.assertGreater(np.nanmin(slowed["elapsed_s"] - fast["elapsed_s"]), 0.0)
+        with self.assertRaisesRegex(ValueError, "limits.linear_speed"):
+            dq.compare(law, "puma560", 1, parameters={"limits.linear_sped": 0.1})
 
     def test_the_tasks_are_those_that_were_published(self):
         starts, goals = dq.tasks("puma560", 3)

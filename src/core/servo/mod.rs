@@ -96,6 +96,6 @@ pub use settings_error::SettingsError;
 pub use stability::{RateBound, largest_rate};
 pub use stall::{Reach, Stall};
 pub use state::State;
-pub use status::{Input, Status};
+pub use status::{Input, Status, joint_name};
 pub use twist::Twist;
 pub use violation::Violation;

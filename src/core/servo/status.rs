@@ -64,6 +64,51 @@ pub struct Status {
     pub gain_factor: f64,
 }
 
+/// A robot that moves at less than this part of the commanded speed was told to be slow.
+const SLOW: f64 = 0.8;
+
+/// The name of the joint of that number, counted from 1, of these names of all joints, arm after arm.
+pub fn joint_name(number: usize, joints: &[String]) -> String {
+    joints.get(number.wrapping_sub(1)).cloned().unwrap_or_else(|| number.to_string())
+}
+
+impl Status {
+    /// Why the arm does not arrive, in words, and what to try, where there is no [`Reason`] for it; none where nothing holds it up. `joints`
+    /// are the names of all joints, arm after arm.
+    pub fn explain(&self, joints: &[String]) -> Option<String> {
+        let name = |number: usize| joint_name(number, joints);
+        match self.state {
+            State::Stalled => self.stall.map(|stall| self.reconfiguration.explain(&stall, name)),
+            State::Reconfiguring => match self.reconfiguration {
+                Reconfiguration::Underway(detour) => {
+                    Some(format!("{}, and the arm goes there", detour.explain(name)))
+                }
+                _ => None,
+            },
+            State::JointLimit => {
+                self.joint_at_limit.map(|joint| format!("{} is at its position limit", name(joint)))
+            }
+            State::Constrained => self.held_by.map(|pair| pair.explain(name)),
+            State::Tracking | State::Jogging | State::Settled if self.too_far.is_some() => {
+                self.too_far.map(|(number, factor)| {
+                    format!(
+                        "{} goes {factor:.1} times as far as commanded: are its units and its gear right?",
+                        name(number)
+                    )
+                })
+            }
+            State::Tracking | State::Jogging if self.speed_factor < SLOW => Some(format!(
+                "the robot moves at {:.0} % of its speed: was it told to be slow?",
+                100.0 * self.speed_factor
+            )),
+            State::Tracking if self.leaving_singularity => {
+                Some("the law stands still at a singularity: the arm is led out of it".to_owned())
+            }
+            _ => None,
+        }
+    }
+}
+
 impl Default for Status {
     fn default() -> Self {
         Self {

@@ -7,7 +7,6 @@ mod commands;
 mod cycle_thread;
 mod description;
 mod events;
-mod explain;
 mod frames;
 mod guard;
 mod guards;

@@ -2,17 +2,16 @@
 
 use super::commands::Commands;
 use super::events::EventsTopic;
-use super::explain;
 use super::guards::Guards;
 use super::in_force::NotObeyed;
 use super::pictures::{Easel, Moment};
 use super::snapshot::Snapshot;
 use crate::wire::messages::*;
-use crate::wire::status::{self, KeyValues, Reported, milliseconds};
+use crate::wire::status::{self, KeyValues, Reported, ServoReport, milliseconds};
 use crate::wire::{MotionContext, MotionReport, NodeContract, ServoKind};
 use dq_core::check::GuardState;
 use dq_core::check::SpreadFigures;
-use dq_core::servo::Status;
+use dq_core::servo::{Status, joint_name};
 use dq_kinematics::control::Controller;
 use dq_ros::ros::{Clock, EndpointId, Node, Publisher, RosError};
 use std::sync::Arc;
@@ -87,12 +86,12 @@ impl Outputs {
 
     /// Why the arm does not arrive, and what to try.
     pub fn reason(&self, status: &Status) -> Option<String> {
-        explain::reason(status, &self.joints)
+        status.explain(&self.joints)
     }
 
     /// The name of the joint of that number, counted from 1 arm after arm.
     pub fn joint(&self, number: usize) -> String {
-        explain::joint(number, &self.joints)
+        joint_name(number, &self.joints)
     }
 
     /// The joint that its position limit holds back.
@@ -152,20 +151,23 @@ impl Outputs {
         let NotObeyed { idle, refused } = not_obeyed;
         let not_obeyed: Vec<_> = idle.iter().chain(refused).map(String::as_str).collect();
         let keep_outs = cycle.scene.as_ref().map(|scene| scene.keep_outs().len() + scene.keep_ins().len());
-        self.status.publish(status::message(&Reported {
-            node: &self.node,
-            law: &self.kind.law(&cycle.controller),
-            guard: self.guard,
+        let servo = ServoReport {
+            law: self.kind.law(&cycle.controller),
             joint_at_limit: self.joint_at_limit(&cycle.status),
             reason: reason.map(str::to_owned),
             keep_outs,
-            not_obeyed: (!not_obeyed.is_empty()).then(|| not_obeyed.join("; ")),
             smallest_singular_value: cycle.smallest_singular_value,
             now: cycle.now,
             asker,
             status: &cycle.status,
             heard: cycle.pose.is_some(),
             rejections: &cycle.rejections,
+        };
+        self.status.publish(status::message(&Reported {
+            node: &self.node,
+            guard: self.guard,
+            not_obeyed: (!not_obeyed.is_empty()).then(|| not_obeyed.join("; ")),
+            servo,
             timing: cycle.timing,
         }));
     }

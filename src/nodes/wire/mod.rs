@@ -15,4 +15,4 @@ pub use dq_messages::*;
 pub use motion_report::{MotionContext, MotionReport, Outcome};
 pub use readings::{error_distance, goal_reading, joint_reading, transform_reading, twist_reading};
 pub use servo_kind::ServoKind;
-pub use status::{StatusReport, distance};
+pub use status::{ServoReport, StatusReport, distance};

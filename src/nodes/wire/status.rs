@@ -3,7 +3,8 @@
 use super::{PoseNumbers, pose_numbers};
 use crate::wire::messages::{DiagnosticStatus, KeyValue, Time};
 use dq_core::check::{GuardState, TimingFigures};
-use dq_core::servo::{Asker, Figures, Input, Reconfiguration, Rejection, RejectionCounts, State, Status};
+use dq_core::servo::{Asker, Figures, Input, Reconfiguration, RejectionCounts, State, Status};
+use serde_json::Value;
 use std::collections::BTreeMap;
 use std::time::Duration;
 
@@ -40,22 +41,16 @@ pub struct StatusReport {
     pub cycle_jitter_us: (f64, f64),
 }
 
-/// What a status is made from.
-pub(crate) struct Reported<'a> {
-    /// The node's name.
-    pub node: &'a str,
+/// What a servo says of itself, and what it needs for that besides its [`Status`].
+pub struct ServoReport<'a> {
     /// Keys and names of the law in force.
-    pub law: &'a [(&'static str, &'static str)],
-    /// Whether the arms have guards.
-    pub guard: GuardState,
+    pub law: Vec<(&'static str, &'static str)>,
     /// The joint that its position limit holds back.
     pub joint_at_limit: Option<&'a str>,
     /// Why the arm does not arrive, and what to try.
     pub reason: Option<String>,
     /// How many keep-outs and keep-ins are obeyed, where constraints are on.
     pub keep_outs: Option<usize>,
-    /// Which are not, and why.
-    pub not_obeyed: Option<String>,
     /// The smallest singular value of the Jacobian of what is controlled.
     pub smallest_singular_value: f64,
     /// The time of the last cycle.
@@ -68,78 +63,112 @@ pub(crate) struct Reported<'a> {
     pub heard: bool,
     /// Messages rejected.
     pub rejections: &'a RejectionCounts,
+}
+
+/// What a status is made from.
+pub(crate) struct Reported<'a> {
+    /// The node's name.
+    pub node: &'a str,
+    /// Whether the arms have guards.
+    pub guard: GuardState,
+    /// Which keep-outs and keep-ins are not obeyed, and why.
+    pub not_obeyed: Option<String>,
+    /// What the servo says.
+    pub servo: ServoReport<'a>,
     /// The cycle's lateness.
     pub timing: TimingFigures,
 }
 
 /// The message for a status.
 pub(crate) fn message(reported: &Reported) -> DiagnosticStatus {
-    let Reported { status, rejections, timing, .. } = reported;
+    let Reported { servo, timing, .. } = reported;
     let mut values = KeyValues::default();
-    reported.law.iter().for_each(|(key, name)| values.add(key, name));
-    values.add("sign", status.sign);
-    values.add("input", status.input);
-    add_consent(&mut values, reported);
-    values.add("goal_count", status.goal_count);
-    if let Some(goal) = &status.goal {
-        values.add("goal", pose_numbers(goal.base_from_goal()).map(|number| number.to_string()).join(" "));
-        values.add("goal_stamp", Time::from_nanoseconds(status.goal_stamp));
-        values.add("goal_beyond_reach", status.goal_beyond_reach);
-        if reported.heard {
-            status.figures.named().for_each(|(key, figure)| values.add_some(key, figure));
-        }
-    }
-    values.add_some("stall", status.stall.map(|stall| stall.name()));
-    values.add("reconfiguration", status.reconfiguration.name());
-    values.add_some("reason", reported.reason.as_ref());
-    values.add_some("joint_at_limit", reported.joint_at_limit);
-    values.add_some("keep_outs", reported.keep_outs);
+    servo.values().into_iter().for_each(|(key, value)| values.add(key, text(value)));
     values.add_some("keep_outs_not_obeyed", reported.not_obeyed.as_ref());
-    values.add_some("clearance_m", status.closest.map(|pair| pair.distance));
-    if reported.heard {
-        values.add("smallest_singular_value", reported.smallest_singular_value);
-    }
-    values.add("latency_ms", milliseconds(status.latency));
-    values.add("gain_factor", status.gain_factor);
-    values.add("speed_factor", status.speed_factor);
     values.add("guard", reported.guard);
-    values.add("rejected", rejections.total());
-    values.add_some("last_rejection", rejections.last().map(Rejection::text));
     values.add("cycle_jitter_p99_us", timing.lateness.p99.as_secs_f64() * 1e6);
     values.add("cycle_jitter_max_us", timing.lateness.max.as_secs_f64() * 1e6);
     values.add("overruns", timing.overruns);
     DiagnosticStatus {
         level: u8::from(
-            status.state.is_warning()
-                || status.goal_beyond_reach
-                || status.reason.is_some()
+            servo.status.state.is_warning()
+                || servo.status.goal_beyond_reach
+                || servo.status.reason.is_some()
                 || reported.not_obeyed.is_some(),
         ),
         name: reported.node.to_owned(),
-        message: status.state.to_string(),
+        message: servo.status.state.to_string(),
         hardware_id: String::new(),
         values: values.list,
     }
 }
 
-/// Who asked for motion and what revoked that last, each with how long ago \[s\].
-fn add_consent(values: &mut KeyValues, reported: &Reported) {
-    let consent = &reported.status.consent;
-    let ago = |time: Duration| format!("{:.3}", reported.now.saturating_sub(time).as_secs_f64());
-    values.add("consent", consent.is_given());
-    if let Some(asked) = consent.ask() {
-        let what = match asked.by {
-            Asker::Goal(_) => "goal",
-            Asker::Twist(_) => "twist",
-            Asker::Resume => "~/pause",
-        };
-        let by = reported.asker.as_ref().map_or_else(String::new, |asker| format!(" of {asker}"));
-        values.add("asked_by", format!("{what}{by}"));
-        values.add("asked_s_ago", ago(asked.pushed));
+/// A value as messages have it.
+fn text(value: Value) -> String {
+    match value {
+        Value::String(text) => text,
+        Value::Number(number) if number.is_f64() => number.as_f64().unwrap_or_default().to_string(),
+        Value::Array(list) => list.into_iter().map(text).collect::<Vec<_>>().join(" "),
+        other => other.to_string(),
     }
-    if let Some(revoked) = consent.last_revocation() {
-        values.add("revoked_by", revoked.why.name());
-        values.add("revoked_s_ago", ago(revoked.at));
+}
+
+impl ServoReport<'_> {
+    /// What `~/status` has of the servo, in this order, each with its key.
+    pub fn values(&self) -> Vec<(&'static str, Value)> {
+        let Self { status, rejections, .. } = self;
+        let mut values: Vec<(_, Value)> = self.law.iter().map(|(key, name)| (*key, (*name).into())).collect();
+        values.extend([("sign", status.sign.into()), ("input", status.input.name().into())]);
+        values.extend(self.consent());
+        values.push(("goal_count", status.goal_count.into()));
+        if let Some(goal) = &status.goal {
+            let stamp = Time::from_nanoseconds(status.goal_stamp).to_string();
+            values.push(("goal", pose_numbers(goal.base_from_goal()).to_vec().into()));
+            values.push(("goal_stamp", stamp.into()));
+            values.push(("goal_beyond_reach", status.goal_beyond_reach.into()));
+            if self.heard {
+                let figures = status.figures.named();
+                values.extend(figures.filter_map(|(key, figure)| Some((key, figure?.into()))));
+            }
+        }
+        let sigma = self.heard.then_some(self.smallest_singular_value);
+        let known = [
+            ("stall", status.stall.map(|stall| stall.name().into())),
+            ("reconfiguration", Some(status.reconfiguration.name().into())),
+            ("reason", self.reason.clone().map(Value::from)),
+            ("joint_at_limit", self.joint_at_limit.map(Value::from)),
+            ("keep_outs", self.keep_outs.map(Value::from)),
+            ("clearance_m", status.closest.map(|pair| pair.distance.into())),
+            ("smallest_singular_value", sigma.map(Value::from)),
+            ("latency_ms", Some(milliseconds(status.latency).into())),
+            ("gain_factor", Some(status.gain_factor.into())),
+            ("speed_factor", Some(status.speed_factor.into())),
+            ("rejected", Some(rejections.total().into())),
+            ("last_rejection", rejections.last().map(|why| why.text().into())),
+        ];
+        values.extend(known.into_iter().filter_map(|(key, value)| Some((key, value?))));
+        values
+    }
+
+    /// Who asked for motion and what revoked that last, each with how long ago \[s\].
+    fn consent(&self) -> Vec<(&'static str, Value)> {
+        let consent = &self.status.consent;
+        let ago =
+            |time: Duration| Value::from(milliseconds(self.now.saturating_sub(time).as_secs_f64()) / 1e3);
+        let mut values = vec![("consent", Value::from(consent.is_given()))];
+        if let Some(asked) = consent.ask() {
+            let what = match asked.by {
+                Asker::Goal(_) => "goal",
+                Asker::Twist(_) => "twist",
+                Asker::Resume => "~/pause",
+            };
+            let by = self.asker.as_ref().map_or_else(String::new, |asker| format!(" of {asker}"));
+            values.extend([("asked_by", format!("{what}{by}").into()), ("asked_s_ago", ago(asked.pushed))]);
+        }
+        if let Some(revoked) = consent.last_revocation() {
+            values.extend([("revoked_by", revoked.why.name().into()), ("revoked_s_ago", ago(revoked.at))]);
+        }
+        values
     }
 }
 
@@ -363,23 +392,26 @@ mod tests {
             latency: 0.002,
             gain_factor: 1.0,
         };
-        let reported = Reported {
+        let rejections = RejectionCounts::default();
+        let mut reported = Reported {
             node: "dq_servo",
-            law: &[("law", "logc")],
             guard: GuardState::Watching,
-            joint_at_limit: Some("elbow"),
-            reason: Some("singular: sigma = 1.0e-5".to_owned()),
-            keep_outs: Some(3),
             not_obeyed: None,
-            smallest_singular_value: 1e-5,
-            now: Duration::from_secs(9),
-            asker: Some("/rviz".to_owned()),
-            status: &status,
-            heard: true,
-            rejections: &RejectionCounts::default(),
+            servo: ServoReport {
+                law: vec![("law", "logc")],
+                joint_at_limit: Some("elbow"),
+                reason: Some("singular: sigma = 1.0e-5".to_owned()),
+                keep_outs: Some(3),
+                smallest_singular_value: 1e-5,
+                now: Duration::from_secs(9),
+                asker: Some("/rviz".to_owned()),
+                status: &status,
+                heard: true,
+                rejections: &rejections,
+            },
             timing: TimingFigures::default(),
         };
-        let (sent, sent_reason) = (message(&reported), reported.reason.clone());
+        let (sent, sent_reason) = (message(&reported), reported.servo.reason.clone());
         let report = StatusReport::from_message(&sent).unwrap();
         assert_eq!(
             (report.state, report.law.as_str(), report.figures),
@@ -398,9 +430,10 @@ mod tests {
         let of_consent = ["consent", "asked_by", "asked_s_ago", "revoked_by", "revoked_s_ago"];
         assert_eq!(
             of_consent.map(|key| keys(&sent, key)),
-            ["false", "goal of /rviz", "8.000", "another_tool", "2.000"]
+            ["false", "goal of /rviz", "8", "another_tool", "2"]
         );
-        let unheard = StatusReport::from_message(&message(&Reported { heard: false, ..reported })).unwrap();
+        reported.servo.heard = false;
+        let unheard = StatusReport::from_message(&message(&reported)).unwrap();
         assert_eq!(unheard.figures, None, "no figures before there are any");
         assert_eq!(StatusReport::from_message(&DiagnosticStatus::default()), None);
     }

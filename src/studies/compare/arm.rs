@@ -77,13 +77,12 @@ impl Arm {
         Ok(Self { name: name.to_owned(), parameters, values, source: source.to_owned() })
     }
 
-    /// The same with another value of a parameter of the servo.
+    /// The same with other values of parameters of the servo.
     ///
     /// # Errors
     /// [`CompareError::Config`].
-    pub(super) fn with(&self, parameter: &str, value: Value) -> Result<Self, CompareError> {
-        let more = [(parameter.to_owned(), value)];
-        Self::of(&self.name, self.values.iter().cloned().chain(more).collect(), &self.source)
+    pub fn with(&self, parameters: impl IntoIterator<Item = (String, Value)>) -> Result<Self, CompareError> {
+        Self::of(&self.name, self.values.iter().cloned().chain(parameters).collect(), &self.source)
     }
 
     /// The task of that number: start and goal are poses of joint angles between the position limits, within half a turn either way.

@@ -73,10 +73,13 @@ impl Study {
         let [first, second] = switch.values();
         for law in Law::all() {
             for arm in &self.arms {
-                let with = |value: &Value| arm.with(switch.parameter(), value.clone());
+                let with = |value: &Value| arm.with([(switch.parameter().to_owned(), value.clone())]);
                 let ways = [with(&first)?, with(&second)?];
-                let body =
-                    arm.with(Switch::Constraints.parameter(), Value::Bool(true))?.parameters.settings.scene;
+                let body = arm
+                    .with([(Switch::Constraints.parameter().to_owned(), Value::Bool(true))])?
+                    .parameters
+                    .settings
+                    .scene;
                 let both = |number| {
                     let run = |arm| self.end(law, arm, number, body.clone(), switch.horizon());
                     let ends = ways.each_ref().map(run);

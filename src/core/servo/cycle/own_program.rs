@@ -58,7 +58,12 @@ impl Servo {
         Ok(())
     }
 
-    pub(in crate::servo) fn take_set_goal(&mut self, now: Duration) -> Result<(), Rejection> {
+    /// Takes the goal that was [set](Self::set_goal), if one was, after [`begin`](Self::begin): [`cycle`](Self::cycle) and
+    /// [`cycle_with`](Self::cycle_with) do so themselves.
+    ///
+    /// # Errors
+    /// As [`take_stamped_goal`](Self::take_stamped_goal).
+    pub fn take_set_goal(&mut self, now: Duration) -> Result<(), Rejection> {
         let Some(base_from_goal) = self.set.take() else { return Ok(()) };
         let rotation = base_from_goal.real();
         let goal = GoalReading {

@@ -213,7 +213,12 @@ impl ArmLink {
             self.following = TrackingMonitor::new(self.joints.len());
         }
         measured.copy_from_slice(&self.positions);
+        let was_stamped = self.latency.is_stamped();
         let age = self.latency.hear(now, self.received, stamp_age);
+        if self.latency.is_stamped() != was_stamped {
+            // Their times are of the other clock.
+            self.samples.clear();
+        }
         (self.received, self.measured_at) = (Some(now), now.saturating_sub(age));
         self.watch(now, measured, settings.latency, commanded);
         self.returned = returned;

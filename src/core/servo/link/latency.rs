@@ -107,6 +107,11 @@ impl Latency {
         seconds(age)
     }
 
+    /// Whether stamps are believed.
+    pub fn is_stamped(&self) -> bool {
+        self.stamped
+    }
+
     /// From now on states are so old \[s\] where they are `stamped`: what is seen of the robot is measured from other times, and what is
     /// known of both together stays.
     fn believe_stamps(&mut self, stamped: bool, age: f64) {

@@ -41,6 +41,8 @@ pub(super) struct Displacement<'a> {
 pub(super) struct Samples {
     joints: Range<usize>,
     samples: VecDeque<JointSample>,
+    /// Room for those to come.
+    spare: Vec<JointSample>,
     /// Motion over the window \[rad\].
     moved: Vec<f64>,
 }
@@ -48,29 +50,28 @@ pub(super) struct Samples {
 impl Samples {
     /// Of the arm whose joints are `joints` of all.
     pub fn new(joints: Range<usize>) -> Self {
-        Self { samples: VecDeque::with_capacity(CAPACITY), moved: vec![0.0; joints.len()], joints }
+        let zeros = vec![0.0; joints.len()];
+        let room = || JointSample { time: Duration::ZERO, after: Duration::ZERO, positions: zeros.clone() };
+        let spare = std::iter::repeat_with(room).take(CAPACITY).collect();
+        Self { samples: VecDeque::with_capacity(CAPACITY), spare, moved: zeros, joints }
     }
 
-    /// Forgets them, as when the robot is another.
+    /// Forgets them, as when the robot is another, or their times are of another clock.
     pub fn clear(&mut self) {
-        self.samples.clear();
+        self.spare.extend(self.samples.drain(..));
     }
 
     /// Adds `positions` \[rad, prismatic: m\] at `time`, of joints of these kinds, if that is long enough after the last; true where it did.
     pub fn add(&mut self, time: Duration, positions: &[f64], kinds: &[JointKind]) -> bool {
         if self.samples.back().is_some_and(|last| time > last.time + LONGEST_GAP) {
-            self.samples.clear();
+            self.clear();
         }
         let after = match self.samples.back() {
             Some(last) if time < last.time + SPACING => return false,
             Some(last) => time.saturating_sub(last.time),
             None => Duration::ZERO,
         };
-        let full = self.samples.len() >= CAPACITY;
-        let mut sample = match full.then(|| self.samples.pop_front()).flatten() {
-            Some(oldest) => oldest,
-            None => JointSample { time, after, positions: positions.to_vec() },
-        };
+        let Some(mut sample) = self.spare.pop().or_else(|| self.samples.pop_front()) else { return false };
         (sample.time, sample.after) = (time, after);
         sample.positions.copy_from_slice(positions);
         self.samples.push_back(sample);

@@ -1,6 +1,6 @@
 """What the Rust crate gives Python: the types, and what each thing is."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from os import PathLike
 from typing import Any, Literal
 
@@ -9,6 +9,8 @@ from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[float64]
 Curve = tuple[Array, Array]
+Parameter = bool | int | float | str | list[bool] | list[int] | list[float] | list[str]
+Parameters = Mapping[str, Parameter | Array]
 
 class Pose:
     """A unit dual quaternion: `a * b` is one pose after the other, `-a` the same pose with the other sign."""
@@ -138,59 +140,55 @@ class Law:
         """The twist (angular, linear) of a tool without an arm."""
 
 class Servo:
-    """The servo, with every safety rule, in whatever time you say it is."""
+    """The servo, with every safety rule, in whatever time you say it is.
+
+    Parameters are the node's, by their ROS names: `{"controller": "diffc", "limits.linear_speed": 0.2}`.
+    """
 
     def __init__(
         self,
-        arm: str,
+        arm: str | None = None,
+        parameters: Parameters | None = None,
         *,
         law: Law | None = None,
-        period: float = 0.002,
-        interface: Literal["velocity", "position", "trajectory"] = "velocity",
     ) -> None:
-        """Of one of `arms()`, with its limits; `period` [s] is from one cycle to the next."""
+        """Of one of `arms()`, or of a parameter file; without, the parameters describe the arm, by DH rows or as `robot_description`.
 
-    @staticmethod
-    def from_urdf(
-        text: str,
-        base_frame: str,
-        tool_frame: str,
-        *,
-        law: Law | None = None,
-        period: float = 0.002,
-        interface: Literal["velocity", "position", "trajectory"] = "velocity",
-    ) -> Servo: ...
-    @staticmethod
-    def from_chain(
-        chain: Chain,
-        velocity: ArrayLike,
-        acceleration: ArrayLike,
-        *,
-        law: Law | None = None,
-        period: float = 0.002,
-        interface: Literal["velocity", "position", "trajectory"] = "velocity",
-    ) -> Servo:
-        """Of a chain, with one limit a joint."""
+        A law of the table stands for its parameters; a function of yours rules until another law, or `controller`, is given.
+        """
 
     def set_goal(self, base_from_goal: Pose) -> None:
         """Asks for a goal, which the next cycle takes; a goal that moves is set before each."""
 
-    def cycle(self, now: float, positions: ArrayLike, velocities: ArrayLike | None = None) -> Array | None:
-        """One cycle at `now` [s]: what is to be sent to the robot, or None where nothing is to be sent."""
-
-    def stop(self) -> None: ...
-    def pause(self, paused: bool) -> None: ...
-    def configure(
+    def cycle(
         self,
+        now: float,
+        positions: ArrayLike | None = None,
+        velocities: ArrayLike | None = None,
         *,
-        law: Law | None = None,
-        linear_speed: float | None = None,
-        angular_speed: float | None = None,
-        joint_velocity: list[float] | None = None,
-        joint_acceleration: list[float] | None = None,
-        goal_tolerance: tuple[float, float] | None = None,
-    ) -> None:
-        """Puts other settings into force from the next cycle on; the tolerance is (linear [m], angular [rad])."""
+        stamp: float | None = None,
+    ) -> Array | None:
+        """One cycle at `now` [s]: what is to be sent to the robot, or None where nothing is to be sent.
+
+        `positions` are the joint state that came since the cycle before, None where none did; `stamp` [s] is when it was measured, by the
+        clock of `now`: just now if you do not say.
+        """
+
+    def stop(self) -> None:
+        """As `~/stop`: decelerates and drops the goal."""
+
+    def pause(self, paused: bool) -> None:
+        """As `~/pause`."""
+
+    def reconfigure(self) -> None:
+        """As `~/reconfigure`: lets an arm that has stalled go by the other configuration that was found."""
+
+    def configure(self, parameters: Parameters | None = None, *, law: Law | None = None) -> None:
+        """Sets parameters, all of them or none, from the next cycle on."""
+
+    @property
+    def parameters(self) -> dict[str, Parameter]:
+        """Each parameter with its value."""
 
     @property
     def joints(self) -> list[str]: ...
@@ -205,8 +203,8 @@ class Servo:
         """The last joint velocities, whatever was sent."""
 
     @property
-    def figures(self) -> dict[str, float | None]:
-        """What the motion in progress is like so far."""
+    def status(self) -> dict[str, Any]:
+        """What `~/status` has of the servo: its state, the reason, who asked and what revoked that, and the motion's figures so far."""
 
 class Run:
     """One servo's run in a bag. Times are from its first motion on [s]."""
@@ -253,10 +251,10 @@ def recorded(path: str | PathLike[str], arm: str = "puma560") -> list[Run]:
 def replay(path: str | PathLike[str]) -> list[dict[str, Any]]:
     """The runs of a bag once more through the servo: how many commands there are, and how many differ in any bit."""
 
-def tasks(arm: str, count: int, seed: int = 1) -> list[Array]:
+def tasks(arm: str, count: int, seed: int = 1, *, parameters: Parameters | None = None) -> list[Array]:
     """The comparison's first tasks of an arm, or of a parameter file: N×n joint positions at the start, and N×8 goals."""
 
-def settling_gain(law: Law, arm: str) -> float:
+def settling_gain(law: Law, arm: str, *, parameters: Parameters | None = None) -> float:
     """The gain at which the law has the median settling time of logc at 2 1/s on that arm, over tasks that no comparison uses."""
 
 def compare(
@@ -267,8 +265,12 @@ def compare(
     seed: int = 1,
     limits: bool = True,
     plant: Literal["ideal", "latency_5ms", "latency_20ms", "encoder_noise"] = "ideal",
+    parameters: Parameters | None = None,
 ) -> dict[str, Any]:
-    """Runs a law on the first tasks of an arm: `outcome`, and an array for each figure, NaN where there is none."""
+    """Runs a law on the first tasks of an arm: `outcome`, and an array for each figure, NaN where there is none.
+
+    `parameters` are the servo's, by their ROS names, besides those of the arm; the law is `law`.
+    """
 
 def hamilton_plus(a: ArrayLike) -> Array:
     """H⁺(a), 4×4: `ab = H⁺(a) b` (eq. 9, the paper's Hp)."""

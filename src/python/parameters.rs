@@ -1,0 +1,130 @@
+//! Parameters by their ROS names: what Python gives a servo, and what it gets back.
+
+use super::arrays::wrong;
+use super::law::Law;
+use dq_servo::config::{NodeParameters, ServoParameters, SetupError, arm_file};
+use dq_servo::params::{Given, ParameterError, ParameterStore, Value, parameters_for};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+/// The node whose parameters these are.
+const NODE: &str = "/dq_servo";
+
+/// A value as Python has it. Of what could be several the first counts: `True` is no integer, nor an integer a double.
+#[derive(FromPyObject, IntoPyObject)]
+pub(super) enum PythonValue {
+    Bool(bool),
+    Integer(i64),
+    Double(f64),
+    Text(String),
+    Bools(Vec<bool>),
+    Integers(Vec<i64>),
+    Doubles(Vec<f64>),
+    Texts(Vec<String>),
+}
+
+impl From<PythonValue> for Value {
+    fn from(value: PythonValue) -> Self {
+        match value {
+            PythonValue::Bool(it) => Self::Bool(it),
+            PythonValue::Integer(it) => Self::Integer(it),
+            PythonValue::Double(it) => Self::Double(it),
+            PythonValue::Text(it) => Self::String(it),
+            PythonValue::Bools(it) => Self::BoolArray(it),
+            PythonValue::Integers(it) => Self::IntegerArray(it),
+            PythonValue::Doubles(it) => Self::DoubleArray(it),
+            PythonValue::Texts(it) => Self::StringArray(it),
+        }
+    }
+}
+
+impl From<Value> for PythonValue {
+    fn from(value: Value) -> Self {
+        match value {
+            Value::Bool(it) => Self::Bool(it),
+            Value::Integer(it) => Self::Integer(it),
+            Value::Double(it) => Self::Double(it),
+            Value::String(it) => Self::Text(it),
+            Value::ByteArray(it) => Self::Integers(it.into_iter().map(i64::from).collect()),
+            Value::BoolArray(it) => Self::Bools(it),
+            Value::IntegerArray(it) => Self::Integers(it),
+            Value::DoubleArray(it) => Self::Doubles(it),
+            Value::StringArray(it) => Self::Texts(it),
+        }
+    }
+}
+
+/// The names and values of a dict; none of none.
+pub(super) fn values(given: Option<&Bound<'_, PyDict>>) -> PyResult<Vec<(String, Value)>> {
+    let pair = |(name, value): (Bound<'_, PyAny>, Bound<'_, PyAny>)| {
+        let name: String = name.extract()?;
+        let value: PythonValue = value
+            .extract()
+            .map_err(|_| wrong(format!("parameter {name:?} has no value of a parameter: {value}")))?;
+        Ok((name, value.into()))
+    };
+    given.into_iter().flat_map(|given| given.iter()).map(pair).collect()
+}
+
+/// The store of a node of that arm, of the box or of a parameter file, with these `values` besides.
+pub(super) fn store(
+    py: Python<'_>,
+    arm: Option<&str>,
+    values: Vec<(String, Value)>,
+) -> PyResult<ParameterStore> {
+    let of = |values: Vec<(String, Value)>, source: &str, by_name| {
+        let source = source.to_owned();
+        values.into_iter().map(move |(name, value)| Given { name, value, source: source.clone(), by_name })
+    };
+    let mut given: Vec<_> = match arm {
+        Some(arm) => of(of_arm(arm)?, arm, false).collect(),
+        None => Vec::new(),
+    };
+    given.extend(of(values, "parameters", true));
+    let (store, warnings) = ServoParameters::start(NODE, given).map_err(wrong)?;
+    for warning in warnings {
+        warn(py, &warning)?;
+    }
+    Ok(store)
+}
+
+fn of_arm(arm: &str) -> PyResult<Vec<(String, Value)>> {
+    let text = match (arm_file(arm), std::fs::read_to_string(arm)) {
+        (Some((_, text)), _) => text.to_owned(),
+        (None, Ok(text)) => text,
+        (None, Err(_)) => return Err(wrong(SetupError::UnknownArm(arm.to_owned()))),
+    };
+    parameters_for(&text, arm, NODE).map_err(wrong)
+}
+
+/// What a store says, with what the arm is not to look at said as a warning.
+pub(super) fn typed(py: Python<'_>, store: &ParameterStore) -> PyResult<ServoParameters> {
+    let parameters = ServoParameters::from_store(store).map_err(wrong)?;
+    if parameters.idle_keep_outs > 0 {
+        warn(py, "constraints is false: the arm does not look at keep_out and keep_in")?;
+    }
+    Ok(parameters)
+}
+
+/// The parameters that put a law of the table into force.
+pub(super) fn of_law(law: &Law) -> Vec<(String, Value)> {
+    let controller = &law.controller;
+    let (name, gains) = (controller.law.parameter().to_owned(), law.gains());
+    let gains = match *gains.as_slice() {
+        [gain] => Value::Double(gain),
+        _ => Value::DoubleArray(gains),
+    };
+    let [law, task] =
+        [controller.law.name(), controller.aim.name()].map(|name| Value::String(name.to_owned()));
+    vec![("controller".to_owned(), law), ("task".to_owned(), task), (name, gains)]
+}
+
+/// A store with these changes.
+pub(super) fn changed(store: &ParameterStore, changes: &[(String, Value)]) -> Result<ParameterStore, PyErr> {
+    store.with(changes).map_err(|why: ParameterError| wrong(why))
+}
+
+fn warn(py: Python<'_>, text: &str) -> PyResult<()> {
+    let text = std::ffi::CString::new(text).map_err(wrong)?;
+    PyErr::warn(py, &py.get_type::<pyo3::exceptions::PyUserWarning>(), &text, 1)
+}
