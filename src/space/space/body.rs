@@ -56,7 +56,7 @@ impl Body {
             let links = ends.map(|(i, end)| (i + 1, Segment { ends: [Vector3::zeros(), end] }));
             let foot = origins.first().map(|first| (0, Segment { ends: [chain.base_point(), *first] }));
             for (link, core) in foot.into_iter().chain(links) {
-                if core.way().norm() > SHORTEST {
+                if core.vector().norm() > SHORTEST {
                     capsules.push(Capsule::new(before, link, core, radius));
                 }
             }

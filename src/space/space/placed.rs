@@ -74,7 +74,7 @@ impl Placed {
             list.clear();
             list.extend(of);
         }
-        let half = |core: &Segment| 0.5 * core.way().norm();
+        let half = |core: &Segment| 0.5 * core.vector().norm();
         put(&mut self.cores, scene.parts().map(|part| part.core));
         put(&mut self.balls, scene.parts().map(|part| (part.core.at(0.5), half(&part.core))));
         let axis = (Vector3::z(), Vector3::zeros(), JointKind::Revolute);

@@ -113,7 +113,7 @@ impl Shape {
 
     /// The lowest distance along a segment, where tangents of a convex function meet above which it is nowhere lower (Kelley 1960).
     fn lowest(&self, segment: &Segment) -> Gap {
-        let along = segment.way();
+        let along = segment.vector();
         let at = |part: f64| {
             let gap = self.gap_at(&segment.at(part));
             (part, gap, gap.normal.dot(&along))

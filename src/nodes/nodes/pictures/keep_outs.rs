@@ -63,7 +63,7 @@ fn drawn(shape: &Shape) -> Vec<Solid> {
         solid(Marker::SPHERE, Translation3::from(*center).into(), [2.0 * radius; 3])
     };
     let cylinder = |core: &Segment, radius: f64| {
-        solid(Marker::CYLINDER, core.frame(), [2.0 * radius, 2.0 * radius, core.way().norm()])
+        solid(Marker::CYLINDER, core.frame(), [2.0 * radius, 2.0 * radius, core.vector().norm()])
     };
     match shape {
         Shape::HalfSpace(plane) => {
