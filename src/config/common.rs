@@ -21,7 +21,7 @@ pub struct ArmParameters {
     pub tool_frame: String,
     /// The node's cycle.
     pub period: Duration,
-    /// Of SCHED_FIFO for the cycle's thread; 0 for none.
+    /// The SCHED_FIFO priority of the cycle's thread; 0 for none.
     pub realtime_priority: u8,
     /// Whether stamps follow `/clock`.
     pub simulated_time: bool,
@@ -29,7 +29,7 @@ pub struct ArmParameters {
     pub description: Option<(Description, String)>,
 }
 
-/// What every node has that has a cycle, and the guard, so that one file can set all.
+/// The parameters of the cycle. The guard declares them too, so that one file can set all nodes.
 #[derive(Parameters)]
 pub(super) struct CycleParameters {
     /// stamps follow /clock; timeouts and the cycle keep to the system's monotonic clock, whatever it does
@@ -45,18 +45,18 @@ pub(super) struct CycleParameters {
 }
 
 impl CycleParameters {
-    /// From one cycle to the next.
+    /// The time from one cycle to the next.
     pub fn period(&self) -> Duration {
         period(self.update_rate)
     }
 
-    /// Of SCHED_FIFO; 0 for none.
+    /// The SCHED_FIFO priority; 0 for none.
     pub fn priority(&self) -> u8 {
         u8::try_from(self.realtime_priority).unwrap_or(0)
     }
 }
 
-/// Of servo and guard.
+/// The rate of trajectories, which servo and guard declare.
 #[derive(Parameters)]
 pub(super) struct TrajectoryParameters {
     /// rate of the servo's cycle, and of its points, where command_interface is trajectory \[Hz\]
@@ -75,7 +75,7 @@ fn period(rate: i64) -> Duration {
     Duration::from_secs_f64(1.0 / rate.max(1) as f64)
 }
 
-/// Of every node.
+/// The joints, which every node declares.
 #[derive(Parameters)]
 pub(super) struct JointParameters {
     /// joint names, base first
@@ -84,10 +84,10 @@ pub(super) struct JointParameters {
 }
 
 impl JointParameters {
-    /// The names.
+    /// The joint names.
     ///
     /// # Errors
-    /// [`ParameterError::Invalid`] where there are none, or not one each.
+    /// [`ParameterError::Invalid`] where there is none, or one is empty or there twice.
     pub fn names(self) -> Result<Vec<String>, ParameterError> {
         let names = &self.joints;
         if names.is_empty() {
@@ -103,7 +103,8 @@ impl JointParameters {
     }
 }
 
-/// No default names a robot that is not there: the arm comes from a file, at least from the built-in one.
+/// The arm's frames and description. None has a default, which would name a robot that is not there: a file names them, at least the
+/// built-in one.
 #[derive(Parameters)]
 struct FrameParameters {
     /// frame of the arm's base
@@ -116,7 +117,7 @@ struct FrameParameters {
     #[parameter(fixed)]
     robot_description: String,
     /// file with the robot_description
-    // Read before: what of it counts is in robot_description.
+    // The start reads it: its arm is in robot_description.
     #[parameter(name = "robot_file", fixed)]
     _robot_file: String,
 }
@@ -143,7 +144,7 @@ struct RowParameters {
 }
 
 impl RowParameters {
-    /// The arm of so many joints.
+    /// The kinematics of these rows, one for each of `count` joints.
     fn chain(&self, count: usize) -> Result<Chain, ParameterError> {
         for (name, list) in [("arm.alpha", &self.alpha), ("arm.a", &self.a), ("arm.d", &self.d)] {
             exactly(name, list, count)?;
@@ -186,12 +187,15 @@ impl Parameters for ArmParameters {
     }
 }
 
-/// Fails where a list has another number of items, but not where it has none.
+/// Fails where a list has neither `count` items nor none.
+///
+/// # Errors
+/// [`ParameterError::Invalid`].
 pub(super) fn exactly_or_none(name: &'static str, list: &[f64], count: usize) -> Result<(), ParameterError> {
     if list.is_empty() { Ok(()) } else { exactly(name, list, count) }
 }
 
-/// No table of an arm has an angle of more than a turn, but in degrees.
+/// Fails where an angle is larger than a turn: then the table is in degrees.
 fn check_radians(name: &'static str, angles: &[f64]) -> Result<(), ParameterError> {
     let expected = "radians, -2π to 2π (are these degrees?)";
     let large = angles.iter().find(|angle| angle.abs() > TAU);
@@ -201,10 +205,10 @@ fn check_radians(name: &'static str, angles: &[f64]) -> Result<(), ParameterErro
 /// The numbers of a pose: x y z \[m\], then qx qy qz qw.
 pub(super) type PoseNumbers = [f64; 7];
 
-/// Those of the pose that moves nothing.
+/// The numbers of the identity.
 pub(super) const NO_POSE: PoseNumbers = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0];
 
-/// The numbers of that pose.
+/// The numbers of `pose`.
 pub(super) fn numbers_of(pose: &UnitDualQuaternion) -> PoseNumbers {
     let (t, r) = (pose.translation(), pose.real());
     [t.x, t.y, t.z, r.i, r.j, r.k, r.w]

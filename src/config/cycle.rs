@@ -10,7 +10,7 @@ use dq_params::{ParameterError, Parameters};
 use std::time::Duration;
 
 named! {
-    /// With what reliability joint states are subscribed to.
+    /// How reliably joint states are subscribed to.
     "states_reliability" StatesReliability {
         /// Reliable, until a publisher offers best effort only: then best effort, which hears reliable ones too.
         Auto = "auto",
@@ -30,17 +30,17 @@ pub struct ServoParameters {
     pub joints: Vec<JointOrder>,
     /// The frame in which goals come.
     pub goal_frame: String,
-    /// The other one in which twists come.
+    /// The tool's frame, in which twists may come too.
     pub tool_frame: String,
     /// What may change while the servo runs.
     pub settings: Settings,
     /// How many keep-outs and keep-ins are set that the arm does not look at, as constraints are off.
     pub idle_keep_outs: usize,
-    /// With what reliability joint states are subscribed to.
+    /// How reliably joint states are subscribed to.
     pub joint_states: StatesReliability,
     /// The node's cycle.
     pub period: Duration,
-    /// Of SCHED_FIFO for the cycle's thread; 0 for none.
+    /// The SCHED_FIFO priority of the cycle's thread; 0 for none.
     pub realtime_priority: u8,
     /// Whether stamps follow `/clock`.
     pub simulated_time: bool,
@@ -69,7 +69,7 @@ pub(super) struct CommonParameters {
     trajectory: TrajectoryParameters,
 }
 
-/// Of the damped inverse.
+/// The parameters of the damped inverse.
 #[derive(Parameters)]
 #[parameters(prefix = "damping.")]
 pub(super) struct DampingParameters {
@@ -127,11 +127,11 @@ impl CommonParameters {
 pub(super) struct Frames {
     /// In which goals come.
     pub goal: String,
-    /// The other one in which twists come.
+    /// The tool's frame, in which twists may come too.
     pub tool: String,
 }
 
-/// What a servo would not take while it runs is refused here.
+/// The error of settings that a running servo would refuse.
 fn invalid(why: SettingsError) -> ParameterError {
     ParameterError::invalid("settings", "as given", format!("settings that a servo takes: {why}"))
 }

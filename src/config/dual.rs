@@ -7,11 +7,11 @@ use dq_core::servo::{Arms, POSITIVE};
 use dq_kinematics::control::{Aim, Controller, Map};
 use dq_params::{Declarer, ParameterError, Parameters};
 
-/// The parameters that declare those of the servo for two arms.
+/// The parameters of the servo for two arms, typed and checked as a whole.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DualParameters(pub ServoParameters);
 
-/// Of two arms alone.
+/// The parameters that only the servo of two arms has.
 #[derive(Parameters)]
 struct TwoArmParameters {
     /// the right arm's base in the left arm's base frame: x y z \[m\], then qx qy qz qw

@@ -16,13 +16,14 @@ pub struct GuardParameters {
     pub interface: Interface,
     /// Commands have ceased after so long without one.
     pub command_timeout: Duration,
-    /// Of SCHED_FIFO for the guard's thread; 0 for none.
+    /// The SCHED_FIFO priority of the guard's thread; 0 for none.
     pub realtime_priority: u8,
 }
 
+/// The parameters as they are declared.
 #[derive(Parameters)]
 struct Given {
-    // Every ROS 2 node has use_sim_time; this one stamps nothing.
+    // The guard stamps nothing, but every ROS 2 node has use_sim_time.
     #[parameter(group)]
     cycle: CycleParameters,
     #[parameter(group)]

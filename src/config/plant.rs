@@ -31,7 +31,7 @@ pub struct PlantParameters {
     pub frame_prefix: String,
 }
 
-/// What the plant has besides the arm.
+/// The parameters that the plant has besides those of the arm.
 #[derive(Parameters)]
 struct Given {
     /// joint positions at the start and after ~/reset, one a joint \[rad, m\]
@@ -41,7 +41,7 @@ struct Given {
     limits: LimitParameters,
     #[parameter(group)]
     interface: Interface,
-    // All live, so that a law can be watched while its robot gets worse.
+    // These can be set while the plant runs, so that a law can be watched while its robot gets worse.
     #[parameter(group)]
     realism: Realism,
     /// rate of the joint states, no more than update_rate; 0: update_rate \[Hz\]
@@ -55,7 +55,7 @@ struct Given {
     command_timeout: Duration,
 }
 
-/// For who looks at the robot_description: the servo's limits, of the same parameter file.
+/// The servo's limits, of the same parameter file: the plant only writes them into its robot_description.
 #[derive(Parameters)]
 #[parameters(prefix = "limits.joint_")]
 struct LimitParameters {

@@ -36,9 +36,9 @@ pub(super) struct SceneParameters {
 
 /// A scene that parameters give.
 pub(super) struct GivenScene {
-    /// None where constraints are off.
+    /// The scene; none where constraints are off.
     pub in_force: Option<Arc<Scene>>,
-    /// How many keep-outs and keep-ins are given all the same then.
+    /// How many keep-outs and keep-ins are given although constraints are off.
     pub idle: usize,
 }
 
@@ -91,7 +91,7 @@ impl SceneParameters {
     }
 }
 
-/// The solids of a parameter.
+/// The keep-outs that the texts of a parameter give.
 fn solids(parameter: &'static str, texts: &[String]) -> Result<Vec<KeepOut>, ParameterError> {
     let mut all: Vec<KeepOut> = Vec::new();
     for text in texts {

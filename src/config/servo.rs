@@ -7,7 +7,7 @@ use dq_core::servo::{Arms, GoalFrames, Posture};
 use dq_kinematics::control::{Aim, Controller, Law, LawGains};
 use dq_params::{Constraint, Declaration, Declarer, ParameterError, Parameters, Value};
 
-/// Of one arm alone: a relative goal of two has no frame but the left tool.
+/// The parameters that only the servo of one arm has. A goal of two arms is a pose seen from the left tool, and in no other frame.
 #[derive(Parameters)]
 struct OneArmParameters {
     /// the control law in force; a switch takes effect in the next cycle, without a step in the command

@@ -6,7 +6,7 @@ use dq_common::text_file;
 use std::collections::BTreeSet;
 use std::path::Path;
 
-/// The longest file that is read \[bytes\]: one of a whole robot has a hundredth of it.
+/// The length of the longest file that is read \[bytes\]; the file of a whole robot has a hundredth of it.
 const LONGEST: u64 = 16 << 20;
 
 /// A value that somebody gives a parameter before the node starts.
@@ -119,7 +119,7 @@ impl Reader<'_> {
                 Yaml::Map(inner) => self.take_parameters(inner, &name, path)?,
                 Yaml::Nothing => return Err(format!("parameter {name:?}: expected a value, got nothing")),
                 Yaml::Value(value) => {
-                    // The same name in one spelling the parser refuses.
+                    // The YAML parser refuses a name that is there twice in one spelling, but not in two.
                     if !self.seen.insert((path.to_owned(), name.clone())) {
                         return Err(format!(
                             "parameter {name:?} of {path:?} is given twice, in two spellings"
@@ -148,7 +148,7 @@ fn matches_node(pattern: &str, node: &str) -> bool {
             _ => false,
         }
     }
-    // Each `**` multiplies the ways to match; no real file has more than one.
+    // Each `**` multiplies the work of matching; no real file has more than one.
     let pattern = tokens(pattern);
     pattern.iter().filter(|token| **token == "**").count() <= 3 && matches(&pattern, &tokens(node))
 }

@@ -76,7 +76,7 @@ fn joined<T>(list: &[T], print: impl Fn(&T) -> String) -> String {
     list.iter().map(print).collect::<Vec<_>>().join(", ")
 }
 
-/// An exponent has its sign, and a point before it: without them YAML 1.1, as PyYAML reads it, has a text there.
+/// The number with a point before its exponent and a sign in it: YAML 1.1, as PyYAML reads it, takes any other for a text.
 fn yaml_double(value: f64) -> String {
     let digits = format!("{value:?}");
     match digits.split_once('e') {
@@ -91,7 +91,7 @@ fn yaml_double(value: f64) -> String {
     }
 }
 
-/// The text bare where YAML reads it so, in a list too; else in double quotes.
+/// The text as it is where YAML reads it so, in a list too; else in double quotes.
 fn yaml_string(text: &str) -> String {
     // ROS 2 reads these as booleans, as YAML 1.1 did, or as numbers, as C does.
     const OTHERS: [&str; 9] = ["y", "n", "yes", "no", "on", "off", "inf", "infinity", "nan"];
@@ -142,7 +142,7 @@ impl fmt::Display for Value {
     }
 }
 
-/// What is printed, with line ends and other control characters as escapes.
+/// The value in one line, with control characters as escapes.
 pub(super) fn visible(value: &impl fmt::Display) -> String {
     let mut text = String::new();
     for character in value.to_string().chars() {

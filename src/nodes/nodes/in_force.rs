@@ -1,5 +1,5 @@
-//! What the cycle goes by: the parameters, and what is drawn on `~/keep_out`. Nobody else gives it settings, and all of them are made here,
-//! outside of its thread.
+//! The settings in force: by the parameters, and by what is drawn on `~/keep_out`. Only this module gives the cycle settings, and it makes
+//! them outside of the cycle's thread.
 
 use super::events::{Change, RecordChanges};
 use super::parameters::CYCLE_ENDED;
@@ -12,7 +12,7 @@ use std::sync::mpsc::Sender;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-/// What the cycle goes by.
+/// The settings by which the cycle goes.
 pub(super) struct InForce {
     now: Mutex<Now>,
     requests: Sender<Request>,

@@ -27,7 +27,8 @@ const WARNING_INTERVAL: Duration = Duration::from_secs(1);
 pub(super) fn obey(
     node: &mut Node,
     contract: &NodeContract,
-    (tree, base): (Tree, &str),
+    tree: Tree,
+    base: &str,
     in_force: Arc<InForce>,
 ) -> Result<(), RosError> {
     let markers = node.adapting_subscription(contract, "~/keep_out")?;

@@ -253,11 +253,11 @@ fn easel(node: &mut Node, contract: &NodeContract, goal: (&str, &str)) -> Easel 
 fn obey_keep_outs(
     node: &mut Node,
     (kind, contract): (ServoKind, &NodeContract),
-    base_in_tree: (Tree, &str),
+    (tree, base): (Tree, &str),
     in_force: Arc<InForce>,
 ) {
     if kind.takes_frames() {
-        let obeyed = keep_outs::obey(node, contract, base_in_tree, in_force);
+        let obeyed = keep_outs::obey(node, contract, tree, base, in_force);
         obeyed.unwrap_or_else(|why| node.log().warn(&format!("no ~/keep_out: {why}")));
     }
 }

@@ -6,10 +6,10 @@ use dq_algebra::UnitDualQuaternion;
 use std::time::Duration;
 use thiserror::Error;
 
-/// A solid to keep out of in a frame of TF.
+/// A solid in a frame of TF that the arm must keep out of.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FramedKeepOut {
-    /// Whose it is: one more of the same takes its place.
+    /// Its key: another one with the same key takes its place.
     pub key: KeepOutKey,
     /// The solid, in that frame.
     pub solid: Solid,
@@ -25,10 +25,10 @@ pub struct FramedKeepOut {
     pub lifetime: Duration,
 }
 
-/// Whose a keep-out is.
+/// By what a keep-out is known.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct KeepOutKey {
-    /// Of whoever gives it.
+    /// The namespace of the publisher's markers.
     pub namespace: String,
     /// Its number there.
     pub id: i32,
@@ -37,16 +37,16 @@ pub struct KeepOutKey {
 /// Why a keep-out is not obeyed, or not as it should be.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum KeepOutRefused {
-    /// It is none.
+    /// The solid cannot be a keep-out.
     #[error(transparent)]
     NoKeepOut(#[from] KeepOutError),
-    /// What was drawn is no solid.
+    /// The marker is no solid.
     #[error("{0}")]
     NoSolid(String),
-    /// Nobody says where its frame is.
+    /// TF does not say where its frame is.
     #[error(transparent)]
     Frame(#[from] FrameError),
-    /// There are as many as there may be.
+    /// There are as many keep-outs as there may be.
     #[error(
         "there is no room for it: there may be {MOST_KEEP_OUTS}, those of keep_out and keep_in among them"
     )]
@@ -59,23 +59,23 @@ pub enum KeepOutRefused {
     Silent(String),
 }
 
-/// A frame that moves by less moves nothing \[m, rad\].
+/// A keep-out follows its frame where that has moved by more than this \[m, rad\].
 const STILL: f64 = 1e-3;
 
 /// Keep-outs in frames of TF.
 #[derive(Clone, Debug, Default)]
 pub struct FramedKeepOuts {
     all: Vec<Entry>,
-    /// Those that are not obeyed, so many of them.
+    /// Those that are not obeyed, [`MOST_REFUSED`] at most.
     refused: Vec<(KeepOutKey, KeepOutRefused)>,
 }
 
 #[derive(Clone, Debug)]
 struct Entry {
     key: KeepOutKey,
-    /// What is in force.
+    /// The keep-out in force.
     current: Option<Placed>,
-    /// What came last, until it is found where it should be.
+    /// The one that came last, until it is found where it should be.
     next: Option<FramedKeepOut>,
 }
 
@@ -92,7 +92,7 @@ struct Look<'a> {
 struct Placed {
     keep_out: FramedKeepOut,
     base_from_frame: UnitDualQuaternion,
-    /// What it is in the base frame.
+    /// It in the base frame.
     in_base: KeepOut,
     heard: Heard,
     is_silent: bool,
@@ -302,7 +302,7 @@ impl FramedKeepOuts {
     }
 }
 
-/// So many that are refused are remembered, and said.
+/// How many refused ones are remembered, and said.
 const MOST_REFUSED: usize = 64;
 
 #[cfg(test)]

@@ -3,20 +3,20 @@
 use super::{Body, Capsule, KeepOut, Name};
 use thiserror::Error;
 
-/// So many capsules a body has at most.
+/// The most capsules that a body may have.
 pub const MOST_CAPSULES: usize = 32;
-/// So many things there are at most to be kept out of, those that tools are to stay in among them.
+/// The most keep-outs and keep-ins together that a scene may have.
 pub const MOST_KEEP_OUTS: usize = 64;
-/// So many pairs are looked at at most: each two capsules, and each capsule with each keep-out.
+/// The most pairs that a scene may have: each two capsules, and each capsule with each keep-out.
 pub const MOST_PAIRS: usize = MOST_CAPSULES * (MOST_CAPSULES - 1) / 2 + MOST_CAPSULES * MOST_KEEP_OUTS;
 
-/// What is too much for a scene.
+/// Why there is no such scene.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum SceneError {
-    /// More capsules than there may be.
+    /// There are more capsules than there may be.
     #[error("a body of {0} capsules: there may be {MOST_CAPSULES}")]
     Capsules(usize),
-    /// More keep-outs than there may be, and those for which there is no room.
+    /// There are more keep-outs than there may be; these have no room.
     #[error("there may be {MOST_KEEP_OUTS} keep-outs, keep-ins among them: no room for {}", names(.0))]
     KeepOuts(Vec<Name>),
 }
@@ -25,16 +25,16 @@ fn names(of: &[Name]) -> String {
     of.iter().map(Name::as_str).collect::<Vec<_>>().join(", ")
 }
 
-/// What a capsule may meet, by numbers counted from 0.
+/// The other part of a pair, by its number, counted from 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Against {
     Capsule(usize),
     KeepOut(usize),
-    /// From inside: this is of a tool.
+    /// A keep-in, which a tool meets from inside.
     KeepIn(usize),
 }
 
-/// Two that may meet.
+/// A pair that may meet.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Meeting {
     /// A capsule of the body or, counted on, a tool.
@@ -46,7 +46,7 @@ pub(super) struct Meeting {
     pub radius: f64,
 }
 
-/// Two that may meet, in a word each.
+/// The names of a pair that may meet.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Pair {
     /// Two parts of the body, by the joints that move them, counted from 1, arm after arm; 0 for a base.
@@ -57,7 +57,7 @@ pub enum Pair {
     KeepIn(Tool, Name),
 }
 
-/// Whose tool.
+/// Which tool of a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Tool {
     /// Of an arm alone.
