@@ -66,7 +66,7 @@ fn each_law_has_as_many_gains_as_it_takes() {
         _ => None,
     });
     let laws: Vec<_> = laws.filter(|(name, _)| name.starts_with("gains.")).collect();
-    assert_eq!(laws.len(), 10);
+    assert_eq!(laws.len(), 11);
     for (name, gains) in laws {
         for given in [&gains[..1], &[], &[gains[0]; 3]] {
             let store = store().with(&[(name.to_owned(), Value::DoubleArray(given.to_vec()))]).unwrap();
