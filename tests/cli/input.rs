@@ -199,10 +199,6 @@ fn what_no_node_of_ours_takes_is_said_and_passed_over() {
             format!("{file}/servo.yaml"),
             "servo.yaml: none of its sections (servo) is for /dq_servo: nothing is taken from it (did you mean dq_servo?)",
         ),
-        (
-            "pose 0 0 0 0 0 0 --ros-args -p nope:=5".to_owned(),
-            "-p nope:=5: /dq_servo has no parameter \"nope\": ignored",
-        ),
     ] {
         let output = dq_servo(&arguments).assert().success().get_output().clone();
         let message = String::from_utf8(output.stderr).unwrap();
