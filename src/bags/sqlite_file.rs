@@ -78,10 +78,8 @@ impl SqliteFile {
         }
         let topics = read_topics(&connection).map_err(damaged)?;
         let order = read_order(&connection, &mut lost).map_err(damaged)?;
-        if copy.is_some() {
-            lost(
-                "its recorder has not ended it: it is read as far as its write-ahead log is whole".to_owned(),
-            );
+        if let Some(log) = log.filter(|_| copy.is_some()) {
+            lost(format!("its recorder has not ended it: it is read up to the last commit in {log:?}"));
         }
         // A recorder that ended the bag has written metadata, and has no such log any more.
         if is_missing && !path.with_file_name(metadata::FILE_NAME).exists() {

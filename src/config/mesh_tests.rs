@@ -1,8 +1,11 @@
 //! Meshes as programs write them, and what is none.
 
 use crate::{NodeParameters, ServoParameters, mesh_file};
+use dq_core::servo::Measured;
 use dq_params::{Given, Value};
+use std::f64::consts::FRAC_PI_2;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 fn data(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/data/cases").join(name)
@@ -159,5 +162,62 @@ fn a_mesh_without_size_or_numbers_has_the_capsule_along_its_link_and_is_said() {
         let (body, warnings) = fitted(mesh, scale);
         assert!(warnings.len() == 1 && warnings[0].contains(why), "{warnings:?}");
         assert_eq!(body, [""; 0], "empty: 5 cm along each link");
+    }
+}
+
+/// Where an arm of one joint about z and two about y stops on its way round a quarter turn, where a post stands on the way of what its
+/// first link carries: the first joint \[rad\], and how near the axis of that came to the post \[m\].
+fn way_past_a_post(robot: &Path) -> (f64, f64) {
+    const POST: [f64; 3] = [0.0, 0.35, 0.0];
+    let text = |text: &str| Value::String(text.to_owned());
+    let given = [
+        ("robot_file", text(robot.to_str().unwrap())),
+        ("base_frame", text("base_link")),
+        ("tool_frame", text("tool0")),
+        ("constraints", Value::Bool(true)),
+        ("keep_out", Value::StringArray(vec!["post sphere 0 0.35 0 0.05".to_owned()])),
+    ];
+    let given = given.map(|(name, value)| Given {
+        name: name.to_owned(),
+        value,
+        source: "test".to_owned(),
+        by_name: false,
+    });
+    let (store, warnings) = ServoParameters::start("/dq_servo", given.to_vec()).unwrap();
+    assert_eq!(warnings, Vec::<String>::new());
+    let parameters = ServoParameters::from_store(&store).unwrap();
+    let (mut angles, mut speeds) = ([0.0, 0.4, -0.8], [0.0; 3]);
+    let goal = parameters.arms.chain().forward_kinematics(&[FRAC_PI_2, 0.4, -0.8]).unwrap();
+    let mut servo = parameters.build().unwrap();
+    servo.set_goal(goal.frame());
+    let mut nearest = f64::INFINITY;
+    for cycle in 1..5000 {
+        let measured = Measured { positions: &angles, velocities: &speeds };
+        if let Some(output) = servo.cycle(cycle * Duration::from_millis(2), &measured).unwrap() {
+            speeds.copy_from_slice(output);
+        }
+        angles.iter_mut().zip(&speeds).for_each(|(angle, speed)| *angle += 0.002 * speed);
+        // The middle of the paddle is a line of 0.4 m from the axis on.
+        let (sin, cos) = angles[0].sin_cos();
+        let along = (POST[0] * cos + POST[1] * sin).clamp(0.0, 0.4);
+        nearest = nearest.min((POST[0] - along * cos).hypot(POST[1] - along * sin));
+    }
+    (angles[0], nearest)
+}
+
+#[test]
+fn a_paddle_stops_at_a_keep_out_whatever_the_joints_are_called() {
+    let (plain, distance) = way_past_a_post(&data("mesh/paddle_without.urdf"));
+    // 5 cm of the post and 4 cm of the paddle at least, and the way is not done.
+    assert!(distance > 0.09 && plain < 1.4 && plain > 0.3, "{plain} {distance}");
+    assert_eq!(way_past_a_post(&data("mesh/paddle_with_spaces.urdf")), (plain, distance));
+    let text = std::fs::read_to_string(data("mesh/paddle_without.urdf")).unwrap();
+    for names in [["base", "1", "a b "], ["j", "j\u{a0}1", "j 0 0 0 0 0 0 1"], ["'a', \"b\"", "é/ü", " "]] {
+        let name = |text: String, (number, name): (usize, &str)| {
+            text.replace(&format!("\"j{}\"", number + 1), &format!("\"{}\"", name.replace('"', "&quot;")))
+        };
+        let (_folder, file) =
+            written("robot.urdf", names.into_iter().enumerate().fold(text.clone(), name).as_bytes());
+        assert_eq!(way_past_a_post(&file), (plain, distance), "{names:?}");
     }
 }

@@ -4,6 +4,7 @@
 //! The grammar is tinyxml2's (11.0). quick-xml (0.42) refuses a tenth of what that takes: blanks after a `<`, other `<!…>` than DOCTYPE.
 
 use super::description::DescriptionError;
+use super::urdf_tree::line;
 use dq_common::text::cut;
 
 /// What is no element, by how it begins and ends. What is a mark comes before what begins alike.
@@ -19,7 +20,7 @@ pub(super) fn as_xml(text: &str) -> Result<String, DescriptionError> {
     let all = text.split('\0').next().unwrap_or_default();
     let (mut rest, mut xml) = (all, Xml::default());
     while let Some((before, from)) = rest.split_once('<') {
-        let line = 1 + all[..all.len() - from.len()].matches('\n').count();
+        let line = line(all, all.len() - from.len());
         let missing = |what: &str| DescriptionError::NotXml(format!("expected {what} in line {line}"));
         xml.put(before, &escaped(before));
         let mark = MARKS.iter().find_map(|(open, close)| Some((*open, *close, from.strip_prefix(open)?)));
@@ -33,7 +34,6 @@ pub(super) fn as_xml(text: &str) -> Result<String, DescriptionError> {
             None => {
                 let (tag, after) = Tag::read(from).map_err(missing)?;
                 if tag.name.starts_with("xacro:") {
-                    let line = u32::try_from(line).unwrap_or(u32::MAX);
                     return Err(DescriptionError::Xacro { element: cut(tag.name).into_owned(), line });
                 }
                 xml.element(&from[..from.len() - after.len()], &tag);

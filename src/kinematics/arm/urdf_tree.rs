@@ -74,7 +74,8 @@ fn strict(text: &str) -> Result<Document<'_>, NotStrict> {
             return refused(DescriptionError::NotXml(why));
         }
         Err(why) => {
-            let line = why.pos().row;
+            let doctype = text.find("<!DOCTYPE").filter(|_| matches!(why, roxmltree::Error::DtdDetected));
+            let line = doctype.map_or(why.pos().row, |at| line(text, at));
             let why = DescriptionError::NotXml(cut(&why.to_string()).into_owned());
             return Err(NotStrict::Odd { why, line });
         }
@@ -92,6 +93,12 @@ fn strict(text: &str) -> Result<Document<'_>, NotStrict> {
             Err(NotStrict::Odd { why, line })
         }
     }
+}
+
+/// The line of what begins so many bytes after the text's beginning, counted from 1.
+pub(super) fn line(text: &str, at: usize) -> u32 {
+    let before = text.as_bytes().iter().take(at).filter(|byte| **byte == b'\n').count();
+    u32::try_from(before + 1).unwrap_or(u32::MAX)
 }
 
 /// The first element in the namespace of macros, as it is written, and its line.
