@@ -19,6 +19,13 @@ pub struct UnitDualQuaternion {
     inner: DualQuaternion,
 }
 
+impl Default for UnitDualQuaternion {
+    /// The identity.
+    fn default() -> Self {
+        Self::identity()
+    }
+}
+
 impl UnitDualQuaternion {
     /// No rotation, no translation.
     pub fn identity() -> Self {

@@ -47,7 +47,75 @@ fn list(directory: &Path) -> Result<Vec<PathBuf>, BagError> {
     Ok(files)
 }
 
-/// 12 of `run_12.mcap` and of `run_12.mcap.zstd`.
+/// 12 of `run_12.mcap` and of `run_12.mcap.zstd`, and of Lyrical's `12_run_2026_05_23-14_30_00.mcap`.
 fn number(path: &Path) -> Option<u64> {
-    path.file_name()?.to_str()?.rsplit_once('_')?.1.split('.').next()?.parse().ok()
+    let name = path.file_name()?.to_str()?.split('.').next()?;
+    let (first, rest) = name.split_once('_')?;
+    match rest.len().checked_sub(TIME.len()).and_then(|at| rest.get(at..)).filter(|end| is_time(end)) {
+        Some(_) => first.parse().ok(),
+        None => name.rsplit_once('_')?.1.parse().ok(),
+    }
+}
+
+/// How rosbag2 writes a time in a name, local: each 0 is a digit.
+const TIME: &str = "0000_00_00-00_00_00";
+
+/// Whether that is such a time.
+fn is_time(text: &str) -> bool {
+    let alike = |(one, other): (char, char)| if one == '0' { other.is_ascii_digit() } else { one == other };
+    text.len() == TIME.len() && TIME.chars().zip(text.chars()).all(alike)
+}
+
+/// The name of the file of that number in a bag's directory, as the ROS release writes it that `ROS_DISTRO` names: the directory's name with
+/// the number, or from Lyrical on the number, the directory's name without a time at its end, and the time.
+pub(super) fn file_name(directory: &Path, number: usize, distro: &str) -> String {
+    let name = directory.file_name().unwrap_or_else(|| "bag".as_ref()).to_string_lossy();
+    if distro != LYRICAL {
+        return format!("{name}_{number}.mcap");
+    }
+    let time = name.len().checked_sub(TIME.len()).filter(|at| name.get(*at..).is_some_and(is_time));
+    let prefix = time.map_or(&*name, |at| name[..at].trim_end_matches('_'));
+    let prefix = if prefix.is_empty() { "rosbag2" } else { prefix };
+    format!("{number}_{prefix}_{}.mcap", chrono::Local::now().format("%Y_%m_%d-%H_%M_%S"))
+}
+
+/// The release of ROS 2 of May 2026.
+pub(super) const LYRICAL: &str = "lyrical";
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn files_are_numbered_as_each_release_names_them() {
+        for (name, expected) in [
+            ("run_12.mcap", Some(12)),
+            ("run_12.mcap.zstd", Some(12)),
+            ("rosbag2_2026_05_23-14_30_00_3.db3", Some(3)),
+            ("12_run_2026_05_23-14_30_07.mcap", Some(12)),
+            ("0_my_run_2_2026_05_23-14_30_07.mcap.zstd", Some(0)),
+            ("7_2026_05_23-14_30_07.db3", Some(7)),
+            ("run.mcap", None),
+            ("run_2026_05_23-14_30_07.mcap", None),
+        ] {
+            assert_eq!(number(Path::new(name)), expected, "{name}");
+        }
+    }
+
+    #[test]
+    fn a_file_is_called_as_its_release_calls_it() {
+        let name = |directory: &str, distro: &str| file_name(Path::new(directory), 2, distro);
+        assert_eq!(name("/a/run", ""), "run_2.mcap");
+        assert_eq!(name("/a/run", "jazzy"), "run_2.mcap");
+        for (directory, prefix) in [
+            ("/a/run", "2_run_"),
+            ("rosbag2_2026_05_23-14_30_00", "2_rosbag2_"),
+            ("2026_05_23-14_30_00", "2_rosbag2_"),
+        ] {
+            let name = name(directory, LYRICAL);
+            let time = name.strip_prefix(prefix).and_then(|rest| rest.strip_suffix(".mcap"));
+            assert!(time.is_some_and(is_time), "{name}");
+            assert_eq!(number(Path::new(&name)), Some(2));
+        }
+    }
 }

@@ -100,6 +100,7 @@ impl Metadata {
         total: &Span,
         topics: impl Iterator<Item = (TopicMetadata, u64)>,
         files: &[(String, Span)],
+        ros_distro: &'static str,
     ) -> Self {
         let start = |span: &Span| SinceEpoch { nanoseconds_since_epoch: span.start() };
         let duration = |span: &Span| Nanoseconds { nanoseconds: span.duration() };
@@ -123,7 +124,7 @@ impl Metadata {
             relative_file_paths: files.iter().map(|(path, _)| path.clone()).collect(),
             files: files.iter().map(file).collect(),
             custom_data: None,
-            ros_distro: "jazzy",
+            ros_distro,
         }
     }
 
@@ -198,8 +199,12 @@ mod tests {
     fn what_is_written_reads_back_whatever_the_file_is_called() {
         for file in ["run_0.mcap", "my run: \"7\" {é}_0.mcap", "1_0.mcap", "- x", "~"] {
             let directory = tempfile::tempdir().unwrap();
-            let metadata =
-                Metadata::new(&Span::default(), std::iter::empty(), &[(file.to_owned(), Span::default())]);
+            let metadata = Metadata::new(
+                &Span::default(),
+                std::iter::empty(),
+                &[(file.to_owned(), Span::default())],
+                "jazzy",
+            );
             metadata.write(directory.path()).unwrap();
             assert_eq!(read(directory.path()).unwrap().unwrap().relative_file_paths, [file]);
         }
@@ -237,7 +242,7 @@ mod tests {
         let start = 1_795_212_835_812_389_887;
         let span = Span { messages: 2401, bounds: Some((start, start + 7_989_157_395)) };
         let files = [("real_mcap_0.mcap".to_owned(), span)];
-        let metadata = Metadata::new(&span, topics.into_iter().map(topic), &files);
+        let metadata = Metadata::new(&span, topics.into_iter().map(topic), &files, "jazzy");
         let ours = yaml(&Document { rosbag2_bagfile_information: metadata }).unwrap();
         let value = |text: &str| serde_saphyr::from_str::<Value>(text).unwrap();
         assert_eq!(value(&ours), value(&theirs));

@@ -3,15 +3,19 @@
 use super::block::{Block, Types, Unpacked, of_other_encoding};
 use super::error::BagError;
 use super::message::{BagMessage, Topic};
+use super::metadata;
 use rusqlite::config::DbConfig;
 use rusqlite::limits::Limit;
 use rusqlite::types::Type;
 use rusqlite::{Connection, OpenFlags, Row, Statement};
 use std::collections::BTreeMap;
 use std::ffi::OsString;
+use std::fs::File;
+use std::io::Read;
 use std::os::unix::ffi::OsStrExt;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use tempfile::TempDir;
 
 /// Rows of a block.
 const PAGE: usize = 500;
@@ -26,6 +30,8 @@ pub(super) struct SqliteFile {
     topics: Topics,
     /// Time \[ns\] and id of every message, in order of time.
     order: Vec<(i64, i64)>,
+    /// Where the database is, if not in its own place; gone with this.
+    _copy: Option<TempDir>,
 }
 
 /// By id.
@@ -48,20 +54,41 @@ impl SqliteFile {
     /// [`BagError::NotABag`], [`BagError::Damaged`].
     pub fn open(path: &Path, data: &Path, mut lost: impl FnMut(String)) -> Result<Self, BagError> {
         let damaged = |why: rusqlite::Error| BagError::damaged(path, &why.to_string());
-        let connection = connect(data).map_err(damaged)?;
+        let is_unfinished = |ending: &str| {
+            let beside = beside(path, ending);
+            std::fs::metadata(&beside).is_ok_and(|file| file.is_file() && file.len() > 0).then_some(beside)
+        };
+        let log = is_unfinished(LOG);
+        let copy = match log.as_deref().map(|log| copied(data, log)).transpose() {
+            Ok(copy) => copy,
+            Err(why) => {
+                lost(format!("what its recorder left in {log:?} is not read: {why}"));
+                None
+            }
+        };
+        let connection = match &copy {
+            Some(folder) => connect(&folder.path().join(COPY), false),
+            None => connect(data, true),
+        };
+        let connection = connection.map_err(damaged)?;
+        let is_missing = log.is_none() && has_log(data);
         if let Some(why) = stranger(&connection).map_err(damaged)? {
+            let why = if is_missing { LOG_IS_MISSING } else { why };
             return Err(BagError::not_a_bag(path, why));
         }
         let topics = read_topics(&connection).map_err(damaged)?;
         let order = read_order(&connection, &mut lost).map_err(damaged)?;
-        for ending in ["-wal", "-journal"] {
-            let mut beside = path.as_os_str().to_owned();
-            beside.push(ending);
-            if std::fs::metadata(&beside).is_ok_and(|metadata| metadata.len() > 0) {
-                lost(format!("its recorder has not finished it: what is only in {beside:?} is not read"));
-            }
+        if let Some(log) = log.filter(|_| copy.is_some()) {
+            lost(format!("its recorder has not ended it: it is read up to the last commit in {log:?}"));
         }
-        Ok(Self { connection, topics, order })
+        // A recorder that ended the bag has written metadata, and has no such log any more.
+        if is_missing && !path.with_file_name(metadata::FILE_NAME).exists() {
+            lost(LOG_IS_MISSING.to_owned());
+        }
+        if let Some(journal) = is_unfinished("-journal") {
+            lost(format!("its recorder has not finished it: what is only in {journal:?} is not read"));
+        }
+        Ok(Self { connection, topics, order, _copy: copy })
     }
 
     /// Its messages by time, some at a time.
@@ -204,11 +231,48 @@ fn read_rows(
     Ok(())
 }
 
-/// Opens the file for reading alone, without locks and journals beside it, and without trust in what its schema makes SQLite do.
-fn connect(path: &Path) -> rusqlite::Result<Connection> {
-    let flags =
-        OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX | OpenFlags::SQLITE_OPEN_URI;
-    let connection = Connection::open_with_flags(immutable(path), flags)?;
+/// What is written ahead of a database is in a file called as that, with this ending.
+const LOG: &str = "-wal";
+
+const LOG_IS_MISSING: &str = "it was written with a write-ahead log, and that is not beside it (its name, ending in -wal): what was only in that is missing";
+
+/// The name of a copy.
+const COPY: &str = "bag.db3";
+
+fn beside(path: &Path, ending: &str) -> PathBuf {
+    let mut beside = path.as_os_str().to_owned();
+    beside.push(ending);
+    beside.into()
+}
+
+/// The database with its write-ahead log, in a folder of its own: who reads the two together changes them.
+fn copied(data: &Path, log: &Path) -> std::io::Result<TempDir> {
+    let folder = TempDir::new()?;
+    let copy = folder.path().join(COPY);
+    std::fs::copy(data, &copy)?;
+    std::fs::copy(log, beside(&copy, LOG))?;
+    Ok(folder)
+}
+
+/// Whether the database's head says that it is written by a log (SQLite's file format, 1.3.3).
+fn has_log(data: &Path) -> bool {
+    let mut head = [0; 20];
+    let read = File::open(data).and_then(|mut file| file.read_exact(&mut head));
+    read.is_ok() && head[18..] == [2, 2]
+}
+
+/// Opens the file without trust in what its schema makes SQLite do; in its own place for reading alone, without locks and journals beside it.
+fn connect(path: &Path, is_in_place: bool) -> rusqlite::Result<Connection> {
+    let connection = match is_in_place {
+        true => {
+            let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_URI;
+            Connection::open_with_flags(immutable(path), flags | OpenFlags::SQLITE_OPEN_NO_MUTEX)?
+        }
+        false => {
+            let flags = OpenFlags::SQLITE_OPEN_READ_WRITE | OpenFlags::SQLITE_OPEN_NO_MUTEX;
+            Connection::open_with_flags(path, flags)?
+        }
+    };
     connection.set_db_config(DbConfig::SQLITE_DBCONFIG_DEFENSIVE, true)?;
     connection.set_db_config(DbConfig::SQLITE_DBCONFIG_TRUSTED_SCHEMA, false)?;
     connection.set_limit(Limit::SQLITE_LIMIT_LENGTH, MESSAGE_LIMIT)?;
@@ -221,4 +285,77 @@ fn immutable(path: &Path) -> OsString {
     let escape = |byte: u8| if plain(&byte) { char::from(byte).to_string() } else { format!("%{byte:02x}") };
     let path = path.as_os_str().as_bytes().iter().map(|byte| escape(*byte)).collect::<String>();
     OsString::from(format!("file:{path}?immutable=1"))
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::Bag;
+    use rusqlite::Connection;
+    use std::collections::BTreeMap;
+    use std::path::{Path, PathBuf};
+
+    const KILLED: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/data/cases/bags/wal_killed");
+
+    /// What is in a folder.
+    fn files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
+        let files = folder.read_dir().unwrap().map(|entry| entry.unwrap().path());
+        files.map(|file| (file.clone(), std::fs::read(file).unwrap())).collect()
+    }
+
+    fn copy(without: &str) -> tempfile::TempDir {
+        let folder = tempfile::tempdir().unwrap();
+        for (file, content) in files(Path::new(KILLED)) {
+            let name = file.file_name().unwrap().to_str().unwrap();
+            if !name.ends_with(without) {
+                std::fs::write(folder.path().join(name), content).unwrap();
+            }
+        }
+        folder
+    }
+
+    /// How many messages are read, and what is lost.
+    fn read(path: &Path) -> (usize, Vec<String>) {
+        let mut bag = Bag::open(path).unwrap();
+        let count = bag.by_ref().count();
+        (count, bag.losses().lines().collect())
+    }
+
+    #[test]
+    fn what_a_killed_recorder_wrote_ahead_is_read_and_nothing_is_changed() {
+        let folder = copy("-shm");
+        let before = files(folder.path());
+        let (count, losses) = read(folder.path());
+        // sqlite3 (3.40) counts as many in a copy of it.
+        assert_eq!(count, COUNT);
+        assert!(losses.len() == 1 && losses[0].contains("its recorder has not ended it"), "{losses:?}");
+        assert_eq!(files(folder.path()), before);
+        assert_eq!(read(&folder.path().join("run_0.db3")).0, COUNT, "the file alone");
+        // What is torn at its end does no harm.
+        let log = folder.path().join("run_0.db3-wal");
+        let torn = [std::fs::read(&log).unwrap(), vec![7; 5000]].concat();
+        std::fs::write(&log, torn).unwrap();
+        assert_eq!(read(folder.path()).0, COUNT);
+    }
+
+    #[test]
+    fn a_log_that_is_not_there_is_missed() {
+        let folder = copy("-wal");
+        let why = Bag::open(folder.path()).unwrap_err().to_string();
+        assert!(why.contains("write-ahead log") && why.contains("-wal"), "{why}");
+        // As far as the database itself has something.
+        let folder = copy("-shm");
+        let file = folder.path().join("run_0.db3");
+        let connection = Connection::open(&file).unwrap();
+        connection.query_row("PRAGMA wal_checkpoint(TRUNCATE)", [], |_| Ok(())).unwrap();
+        drop(connection);
+        let (count, losses) = read(folder.path());
+        assert_eq!(count, COUNT);
+        assert!(losses.len() == 1 && losses[0].contains("what was only in that is missing"), "{losses:?}");
+        // Who has written metadata has ended it.
+        let metadata = "rosbag2_bagfile_information:\n  relative_file_paths: [run_0.db3]\n";
+        std::fs::write(folder.path().join("metadata.yaml"), metadata).unwrap();
+        assert_eq!(read(folder.path()), (COUNT, Vec::new()));
+    }
+
+    const COUNT: usize = 900;
 }

@@ -1,6 +1,7 @@
 //! Writes a rosbag2 directory: MCAP files and `metadata.yaml`.
 
 use super::error::BagError;
+use super::files::{LYRICAL, file_name};
 use super::mcap_output::McapOutput;
 use super::metadata::{Metadata, Span, TopicMetadata, yaml};
 use super::qos::Profile;
@@ -56,6 +57,7 @@ pub struct BagWriter {
     files: Vec<(String, Span)>,
     total: Span,
     described: Described,
+    distro: &'static str,
 }
 
 /// What the bag's metadata say of it.
@@ -100,22 +102,26 @@ impl Entry {
 }
 
 impl BagWriter {
-    /// Begins a bag in a directory that is made for it.
+    /// Begins a bag in a directory that is made for it; its files are called as the ROS release calls them that `ROS_DISTRO` names.
     ///
     /// # Errors
     /// [`BagError::Exists`], [`BagError::Write`].
     pub fn create(directory: &Path, options: WriterOptions) -> Result<Self, BagError> {
+        Self::of(distro(), directory, options)
+    }
+
+    fn of(distro: &'static str, directory: &Path, options: WriterOptions) -> Result<Self, BagError> {
         std::fs::create_dir(directory).map_err(|why| match why.kind() {
             ErrorKind::AlreadyExists => BagError::Exists(directory.to_owned()),
             _ => BagError::write(directory)(why),
         })?;
-        let name = file_name(directory, 0);
+        let name = file_name(directory, 0, distro);
         let file = McapOutput::create(directory.join(&name))?;
         let directory = directory.to_owned();
         let files = vec![(name, Span::default())];
         let (total, topics) = (Span::default(), Vec::new());
         let described = Described { topics: 0, messages: 0, since: Instant::now() };
-        let mut writer = Self { directory, options, topics, file, files, total, described };
+        let mut writer = Self { directory, options, topics, file, files, total, described, distro };
         writer.write_metadata()?;
         Ok(writer)
     }
@@ -197,7 +203,7 @@ impl BagWriter {
 
     fn split(&mut self) -> Result<(), BagError> {
         self.file.close()?;
-        let name = file_name(&self.directory, self.files.len());
+        let name = file_name(&self.directory, self.files.len(), self.distro);
         self.file = McapOutput::create(self.directory.join(&name))?;
         self.topics.iter_mut().try_for_each(|entry| entry.join(&mut self.file))?;
         self.files.push((name, Span::default()));
@@ -206,15 +212,46 @@ impl BagWriter {
 
     fn write_metadata(&mut self) -> Result<(), BagError> {
         let topics = self.topics.iter().map(|entry| (entry.metadata.clone(), entry.count));
-        Metadata::new(&self.total, topics, &self.files).write(&self.directory)?;
+        Metadata::new(&self.total, topics, &self.files, self.distro).write(&self.directory)?;
         let (topics, messages) = (self.topics.len(), self.total.messages);
         self.described = Described { topics, messages, since: Instant::now() };
         Ok(())
     }
 }
 
-/// rosbag2's names: the directory's, with a number.
-fn file_name(directory: &Path, number: usize) -> String {
-    let name = directory.file_name().unwrap_or_else(|| "bag".as_ref());
-    format!("{}_{number}.mcap", name.to_string_lossy())
+/// The ROS release whose bags are written: the one whose environment this is, and Jazzy's by itself.
+fn distro() -> &'static str {
+    let is_lyrical = std::env::var("ROS_DISTRO").is_ok_and(|name| name == LYRICAL);
+    if is_lyrical { LYRICAL } else { "jazzy" }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Bag;
+
+    #[test]
+    fn a_bag_of_lyrical_is_read_in_the_order_of_its_files_with_metadata_and_without() {
+        let folder = tempfile::tempdir().unwrap();
+        let directory = folder.path().join("run");
+        let options =
+            WriterOptions { max_duration: Some(Duration::from_nanos(1)), ..WriterOptions::default() };
+        let mut writer = BagWriter::of(LYRICAL, &directory, options).unwrap();
+        let record = TopicRecord {
+            name: "/t".to_owned(),
+            message: "std_msgs/msg/String".to_owned(),
+            offered: Vec::new(),
+        };
+        let topic = writer.add_topic(&record).unwrap();
+        (0..12).for_each(|time| writer.write(topic, time, time, &[0, 1, 0, 0, time as u8]).unwrap());
+        assert_eq!(writer.finish().unwrap().files, 12);
+        let numbers = |directory: &Path| {
+            Bag::open(directory).unwrap().map(|message| message.cdr[4]).collect::<Vec<_>>()
+        };
+        assert_eq!(numbers(&directory), (0..12).collect::<Vec<_>>());
+        let metadata = std::fs::read_to_string(directory.join("metadata.yaml")).unwrap();
+        assert!(metadata.contains("ros_distro: lyrical") && metadata.contains("- 11_run_2"), "{metadata}");
+        std::fs::remove_file(directory.join("metadata.yaml")).unwrap();
+        assert_eq!(numbers(&directory), (0..12).collect::<Vec<_>>());
+    }
 }

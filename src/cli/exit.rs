@@ -63,7 +63,10 @@ fn is_usage(error: &anyhow::Error) -> bool {
     let node = |error: &NodeError| match error {
         NodeError::Config(_) | NodeError::Arm(_) | NodeError::Settings(_) => true,
         NodeError::Ros(error) => is_ros_usage(error),
-        NodeError::Wire(_) | NodeError::Thread(_) | NodeError::Realtime(_) => false,
+        NodeError::Description { .. }
+        | NodeError::Wire(_)
+        | NodeError::Thread(_)
+        | NodeError::Realtime(_) => false,
     };
     let of_tools = super::tools::is_usage;
     error.is::<Usage>()

@@ -23,8 +23,10 @@ mod status;
 mod tools;
 mod watch;
 
-use crate::config::{DualParameters, GuardParameters, PlantParameters, ServoParameters};
-use crate::ros::{RosArgs, args};
+use crate::config::{DualParameters, GuardParameters, NodeParameters, PlantParameters, ServoParameters};
+use crate::nodes::Prepared;
+use crate::ros::args::Override;
+use crate::ros::{Resolver, RosArgs, args};
 use call::Ask;
 use clap::{CommandFactory, Parser, Subcommand};
 use error::Usage;
@@ -138,6 +140,20 @@ fn plain_number(argument: String) -> String {
         Some(number) => number.to_string(),
         None => argument,
     }
+}
+
+/// What these ROS arguments give a command that is no node, after warnings of what is odd about it. No other node can be meant by a
+/// parameter that it does not have.
+fn offline(mut ros_args: RosArgs) -> anyhow::Result<Prepared<ServoParameters>> {
+    let name = Resolver::new(ServoParameters::NODE_NAME, &ros_args)?.node().name().to_owned();
+    for given in &mut ros_args.overrides {
+        if let Override::Parameter { node, .. } = given {
+            node.get_or_insert_with(|| name.clone());
+        }
+    }
+    let prepared = Prepared::new(&ros_args)?;
+    warn(prepared.warnings());
+    Ok(prepared)
 }
 
 /// Prints warnings of what has no log.

@@ -2,9 +2,7 @@
 
 use super::arm::ArmChoice;
 use super::print::{StdoutError, print_line, short};
-use crate::config::ServoParameters;
 use crate::dq::UnitDualQuaternion;
-use crate::nodes::Prepared;
 use crate::ros::RosArgs;
 use crate::wire::pose_numbers;
 use serde_json::json;
@@ -24,8 +22,7 @@ pub(super) struct Pose {
 
 impl Pose {
     pub(super) fn run(&self, ros_args: &RosArgs) -> anyhow::Result<()> {
-        let prepared = Prepared::<ServoParameters>::new(&self.arm.and(ros_args))?;
-        super::warn(prepared.warnings());
+        let prepared = super::offline(self.arm.and(ros_args))?;
         let parameters = prepared.parameters();
         if let Some(bad) = self.joints.iter().find(|position| !position.is_finite()) {
             return Err(super::Usage(format!("joint position {bad}: expected a finite number")).into());

@@ -13,6 +13,9 @@ const MOST: usize = MOST_CAPSULES / 2;
 /// What reaches farther from its joint \[m\] is no part of an arm, but in millimetres.
 const FARTHEST: f64 = 10.0;
 
+/// What is thinner \[m\] is no part of an arm.
+const THINNEST: f64 = 1e-6;
+
 /// They are written in steps of this \[1/m\].
 const STEPS: f64 = 1e4;
 
@@ -54,8 +57,7 @@ pub(super) fn fitted(
     }
     let warning = warning(&missing);
     let names: Vec<_> = description.arm.moving().map(|joint| joint.name.as_str()).collect();
-    // What cannot be written is none.
-    if all.is_empty() || names.iter().any(|name| name.contains(char::is_whitespace)) {
+    if all.is_empty() {
         return Ok(FittedBody { texts: Vec::new(), warning });
     }
     let is_whole =
@@ -64,8 +66,10 @@ pub(super) fn fitted(
     let along = along.into_iter().filter(|capsule| !is_whole(capsule.joint));
     let along: Vec<_> =
         along.map(|Capsule { joint, core, radius, .. }| (joint, Fitted { core, radius })).collect();
+    // Where a joint is called so, what stands has no name.
+    let base = if names.contains(&"base") { "" } else { "base" };
     let texts = merged([all, along].concat(), MOST).into_iter().map(|(joint, fitted)| {
-        let joint = joint.checked_sub(1).map_or("base", |number| names[number]);
+        let joint = joint.checked_sub(1).map_or(base, |number| names[number]);
         written(joint, &fitted)
     });
     Ok(FittedBody { texts: texts.collect(), warning })
@@ -74,14 +78,18 @@ pub(super) fn fitted(
 /// A capsule around a shape, in the frame that moves with the joint that carries it.
 fn around(collision: &Collision, place: &Place, file: Option<&Path>) -> Result<Fitted, String> {
     let (link_from_shape, shape) =
-        collision.shape.as_ref().ok_or("expected a box, a cylinder, a sphere or a mesh")?;
+        collision.shape.as_ref().ok_or("expected a box, a cylinder, a capsule, a sphere or a mesh")?;
     let fitted = match shape {
         Shape::Sphere(radius) => Fitted::ball(&Vector3::zeros(), *radius),
         Shape::Cylinder { radius, length } => Fitted::cylinder(*radius, *length),
+        Shape::Capsule { radius, length } => Fitted::capsule(*radius, *length),
         Shape::Box(edges) => {
             let side = |number: usize, axis: usize| if number >> axis & 1 == 0 { -0.5 } else { 0.5 };
             let corner = |number| Vector3::from_fn(|axis, _| side(number, axis) * edges[axis]);
             Fitted::points(&(0..8).map(corner).collect::<Vec<_>>()).ok_or("it has no corners")?
+        }
+        Shape::Mesh { scale, .. } if scale.iter().any(|factor| *factor == 0.0) => {
+            return Err("its scale is 0".to_owned());
         }
         Shape::Mesh { file: mesh, scale } => {
             let scene = mesh_file::load(mesh, file)?;
@@ -93,8 +101,12 @@ fn around(collision: &Collision, place: &Place, file: Option<&Path>) -> Result<F
     };
     let fitted = fitted.moved(&(place.carrier_from_link * *link_from_shape).frame());
     let reach = fitted.core.ends.iter().map(|end| end.norm()).fold(fitted.radius, f64::max);
-    // Of what is no number neither is true.
-    if reach < FARTHEST { Ok(fitted) } else { Err(format!("it reaches farther than {FARTHEST} m")) }
+    match () {
+        () if fitted.radius < THINNEST => Err("it has no size".to_owned()),
+        () if reach < FARTHEST => Ok(fitted),
+        // Of what is no number neither is true.
+        () => Err(format!("it reaches farther than {FARTHEST} m")),
+    }
 }
 
 /// As the parameter has it, in tenths of a millimetre; thicker by as much as its ends may have moved by that.
@@ -168,16 +180,23 @@ mod tests {
         ServoParameters::start("/dq_servo", given.collect()).unwrap()
     }
 
-    fn body(text: &str) -> Body {
-        let (store, _) = store(text, &[("constraints", Value::Bool(true))]);
-        ServoParameters::from_store(&store).unwrap().settings.scene.unwrap().body().clone()
+    /// The robot in a file beside its mesh.
+    fn with_mesh() -> tempfile::TempDir {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("fore.obj"), FORE).unwrap();
+        std::fs::write(folder.path().join("robot.urdf"), ROBOT).unwrap();
+        folder
     }
 
-    fn with_mesh() -> (tempfile::TempDir, String) {
-        let folder = tempfile::tempdir().unwrap();
-        let file = folder.path().join("fore.obj");
-        std::fs::write(&file, FORE).unwrap();
-        (folder, ROBOT.replace("fore.obj", file.to_str().unwrap()))
+    fn body_with_mesh(folder: &tempfile::TempDir) -> Body {
+        let file = folder.path().join("robot.urdf").to_str().unwrap().to_owned();
+        let given = [
+            ("robot_description", Value::String(String::new())),
+            ("robot_file", Value::String(file)),
+            ("constraints", Value::Bool(true)),
+        ];
+        let (store, _) = store("", &given);
+        ServoParameters::from_store(&store).unwrap().settings.scene.unwrap().body().clone()
     }
 
     proptest! {
@@ -186,9 +205,9 @@ mod tests {
         fn whatever_the_joints_do_the_shapes_are_inside(
             positions in prop::array::uniform2(-1.0..1.0f64), at in prop::array::uniform3(-1.0..1.0f64)
         ) {
-            let (_folder, text) = with_mesh();
-            let body = body(&text);
-            let description = Description::read(&text, "base", "flange").unwrap();
+            let folder = with_mesh();
+            let (text, body) = (ROBOT, body_with_mesh(&folder));
+            let description = Description::read(text, "base", "flange").unwrap();
             let frames = description.arm.chain().unwrap().link_poses(&positions).unwrap();
             // Where links are, by the joints of the description themselves.
             let [turn, slide, wrist] = &description.arm.joints[..] else { panic!() };
@@ -198,7 +217,7 @@ mod tests {
             let grip = description.beside.iter().find(|joint| joint.name == "grip").unwrap();
             let finger = flange * grip.parent_from_child(0.03);
             let links = [("base", UnitDualQuaternion::identity()), ("upper", upper), ("fore", fore), ("flange", flange), ("finger", finger)];
-            for Collision { link, shape } in collisions(&text).unwrap() {
+            for Collision { link, shape } in collisions(text).unwrap() {
                 let Some((_, base_from_link)) = links.iter().find(|(name, _)| *name == link) else { continue };
                 let (link_from_shape, shape) = shape.unwrap();
                 let [a, b, c] = at;
@@ -206,6 +225,7 @@ mod tests {
                 let point = match shape {
                     Shape::Box(edges) => edges.component_mul(&Vector3::from(at.map(f64::signum))) / 2.0,
                     Shape::Cylinder { radius, length } => radius * round + Vector3::new(0.0, 0.0, 0.5 * c.signum() * length),
+                    Shape::Capsule { .. } => panic!("there is none"),
                     Shape::Sphere(radius) => radius * Vector3::from(at).normalize(),
                     Shape::Mesh { .. } => [Vector3::zeros(), Vector3::new(0.2, 0.0, 0.0), Vector3::new(0.0, 0.08, 0.0), Vector3::new(0.0, 0.0, 0.08)]
                         [((c + 1.0) * 2.0) as usize % 4],
@@ -223,16 +243,15 @@ mod tests {
 
     #[test]
     fn it_is_the_body_where_nobody_gives_one_and_its_links_alone() {
-        let (_folder, text) = with_mesh();
         let joints = |body: &Body| body.capsules.iter().map(|capsule| capsule.joint).collect::<Vec<_>>();
-        let body = body(&text);
+        let body = body_with_mesh(&with_mesh());
         // The stand is no part of the arm, and the lamp moves by itself.
         assert_eq!(joints(&body)[..2], [0, 1], "{body:?}");
         assert!(body.capsules.iter().all(|capsule| capsule.radius < 0.2), "{body:?}");
-        let (given, _) = store(&text, &[("body", Value::StringArray(vec!["0.07".to_owned()]))]);
+        let (given, _) = store(ROBOT, &[("body", Value::StringArray(vec!["0.07".to_owned()]))]);
         assert_eq!(given.get("body"), Some(&Value::StringArray(vec!["0.07".to_owned()])));
         let (plain, warnings) =
-            store(&text.replace("collision", "visual"), &[("constraints", Value::Bool(true))]);
+            store(&ROBOT.replace("collision", "visual"), &[("constraints", Value::Bool(true))]);
         assert_eq!((plain.get("body"), warnings), (Some(&Value::StringArray(Vec::new())), Vec::new()));
     }
 
@@ -241,7 +260,7 @@ mod tests {
         let constraints = ("constraints", Value::Bool(true));
         let (found, warnings) = store(ROBOT, std::slice::from_ref(&constraints));
         let [warning] = &warnings[..] else { panic!("{warnings:?}") };
-        assert!(warning.contains("link \"fore\" cannot be used (fore.obj is not there)"), "{warning}");
+        assert!(warning.contains("link \"fore\" cannot be used (fore.obj is not there"), "{warning}");
         let Some(Value::StringArray(texts)) = found.get("body") else { panic!() };
         assert!(
             texts.iter().any(|text| text.starts_with("slide 0 0 0 ") && text.ends_with(" 0.0501")),

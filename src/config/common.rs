@@ -1,10 +1,10 @@
-//! The parameters that the nodes share: the arm, its joints and its frames.
+//! The parameters that the nodes share: the cycle, the arm, its joints and its frames.
 
 use super::described;
 use dq_algebra::UnitDualQuaternion;
-use dq_core::servo::Goal;
+use dq_core::servo::{Goal, Interface};
 use dq_kinematics::arm::{ArmError, Chain, Convention, Description, DhRow};
-use dq_params::{Declarer, List, ParameterError};
+use dq_params::{Declarer, ParameterError, Parameters, exactly};
 use std::f64::consts::TAU;
 use std::time::Duration;
 
@@ -21,7 +21,7 @@ pub struct ArmParameters {
     pub tool_frame: String,
     /// The node's cycle.
     pub period: Duration,
-    /// Of SCHED_FIFO for the cycle's thread; 0 for none.
+    /// The SCHED_FIFO priority of the cycle's thread; 0 for none.
     pub realtime_priority: u8,
     /// Whether stamps follow `/clock`.
     pub simulated_time: bool,
@@ -29,145 +29,195 @@ pub struct ArmParameters {
     pub description: Option<(Description, String)>,
 }
 
-impl ArmParameters {
-    /// No default names a robot that is not there: the arm comes from a file, at least from the built-in one.
-    pub(super) fn declare(p: &mut Declarer) -> Result<Self, ParameterError> {
-        let simulated_time = simulated_time(p);
-        let period = update_rate(p);
-        let realtime_priority = realtime_priority(p);
-        let joints = joints(p);
-        let base_frame = p.string("base_frame").fixed("", "frame of the arm's base");
-        let tool_frame = p.string("tool_frame").fixed("", "frame of the arm's tool");
-        let text = p.string("robot_description").fixed(
-            "",
-            "URDF of the robot: the arm is what it has between base_frame and tool_frame, in place of arm.*",
-        );
-        // Read before: what of it counts is in robot_description.
-        p.string("robot_file").fixed("", "file with the robot_description");
-        let rows = chain(p, &joints);
+/// The parameters of the cycle. The guard declares them too, so that one file can set all nodes.
+#[derive(Parameters)]
+pub(super) struct CycleParameters {
+    /// stamps follow /clock; timeouts and the cycle keep to the system's monotonic clock, whatever it does
+    #[parameter(fixed)]
+    use_sim_time: bool,
+    /// rate of the cycle of servo and simulated arm \[Hz\]
+    #[parameter(default = 500, range = 1..=2000, fixed)]
+    update_rate: i64,
+    /// SCHED_FIFO priority of the cycle's thread, that of the DDS threads is one less, with the node's memory locked; the system must
+    /// allow both. 0: threads like others
+    #[parameter(range = 0..=99, fixed)]
+    realtime_priority: i64,
+}
+
+impl CycleParameters {
+    /// The time from one cycle to the next.
+    pub fn period(&self) -> Duration {
+        period(self.update_rate)
+    }
+
+    /// The SCHED_FIFO priority; 0 for none.
+    pub fn priority(&self) -> u8 {
+        u8::try_from(self.realtime_priority).unwrap_or(0)
+    }
+}
+
+/// The rate of trajectories, which servo and guard declare.
+#[derive(Parameters)]
+pub(super) struct TrajectoryParameters {
+    /// rate of the servo's cycle, and of its points, where command_interface is trajectory \[Hz\]
+    #[parameter(default = 100, range = 1..=500, fixed)]
+    trajectory_rate: i64,
+}
+
+impl TrajectoryParameters {
+    /// The period of a servo's commands and of its cycle, where that of its other cycles is `period`.
+    pub fn period(&self, interface: Interface, other: Duration) -> Duration {
+        if interface == Interface::Trajectory { period(self.trajectory_rate) } else { other }
+    }
+}
+
+fn period(rate: i64) -> Duration {
+    Duration::from_secs_f64(1.0 / rate.max(1) as f64)
+}
+
+/// The joints, which every node declares.
+#[derive(Parameters)]
+pub(super) struct JointParameters {
+    /// joint names, base first
+    #[parameter(required, fixed)]
+    joints: Vec<String>,
+}
+
+impl JointParameters {
+    /// The joint names.
+    ///
+    /// # Errors
+    /// [`ParameterError::Invalid`] where there is none, or one is empty or there twice.
+    pub fn names(self) -> Result<Vec<String>, ParameterError> {
+        let names = &self.joints;
+        if names.is_empty() {
+            return Err(ParameterError::invalid("joints", "empty", "at least one joint name"));
+        }
+        match names.iter().enumerate().find(|(i, name)| name.is_empty() || names[..*i].contains(name)) {
+            Some((_, name)) => {
+                let expected = format!("names that are not empty nor there twice, as {name:?} is");
+                Err(ParameterError::invalid("joints", format!("{names:?}"), expected))
+            }
+            None => Ok(self.joints),
+        }
+    }
+}
+
+/// The arm's frames and description. None has a default, which would name a robot that is not there: a file names them, at least the
+/// built-in one.
+#[derive(Parameters)]
+struct FrameParameters {
+    /// frame of the arm's base
+    #[parameter(fixed)]
+    base_frame: String,
+    /// frame of the arm's tool
+    #[parameter(fixed)]
+    tool_frame: String,
+    /// URDF of the robot: the arm is what it has between base_frame and tool_frame, in place of arm.*
+    #[parameter(fixed)]
+    robot_description: String,
+    /// file with the robot_description
+    // The start reads it: its arm is in robot_description.
+    #[parameter(name = "robot_file", fixed)]
+    _robot_file: String,
+}
+
+/// Denavit-Hartenberg rows.
+#[derive(Parameters)]
+#[parameters(prefix = "arm.")]
+struct RowParameters {
+    /// Denavit-Hartenberg convention of the rows
+    #[parameter(one_of = &["modified_dh", "standard_dh"], default = "modified_dh", required, fixed)]
+    convention: Convention,
+    /// link twists, one a joint \[rad\]
+    #[parameter(required, fixed)]
+    alpha: Vec<f64>,
+    /// link lengths, one a joint \[m\]
+    #[parameter(required, fixed)]
+    a: Vec<f64>,
+    /// link offsets, one a joint \[m\]
+    #[parameter(required, fixed)]
+    d: Vec<f64>,
+    /// offsets of the joint angles, one a joint; empty: zeros \[rad\]
+    #[parameter(fixed)]
+    theta_offset: Vec<f64>,
+}
+
+impl RowParameters {
+    /// The kinematics of these rows, one for each of `count` joints.
+    fn chain(&self, count: usize) -> Result<Chain, ParameterError> {
+        for (name, list) in [("arm.alpha", &self.alpha), ("arm.a", &self.a), ("arm.d", &self.d)] {
+            exactly(name, list, count)?;
+        }
+        exactly_or_none("arm.theta_offset", &self.theta_offset, count)?;
+        check_radians("arm.alpha", &self.alpha)?;
+        check_radians("arm.theta_offset", &self.theta_offset)?;
+        let offset = |i: usize| self.theta_offset.get(i).copied().unwrap_or_default();
+        let row = |i| DhRow { alpha: self.alpha[i], a: self.a[i], d: self.d[i], theta_offset: offset(i) };
+        let error = |why: ArmError| ParameterError::invalid("arm", "as given", format!("an arm: {why}"));
+        Chain::new(self.convention, &(0..count).map(row).collect::<Vec<_>>()).map_err(error)
+    }
+}
+
+impl Parameters for ArmParameters {
+    fn declare(p: &mut Declarer) -> Result<Self, ParameterError> {
+        let cycle = CycleParameters::declare(p)?;
+        let joints = JointParameters::declare(p)?;
+        let FrameParameters { base_frame, tool_frame, robot_description: text, .. } =
+            FrameParameters::declare(p)?;
+        let rows = RowParameters::declare(p)?;
+        let joints = joints.names()?;
         let description = match text.is_empty() {
             true => None,
             false => Some((described::read(&text, "robot_description", &base_frame, &tool_frame)?, text)),
         };
         Ok(Self {
-            realtime_priority,
-            simulated_time,
-            base_frame,
-            tool_frame,
-            period,
             chain: match &description {
-                None => rows?,
+                None => rows.chain(joints.len())?,
                 Some((described, _)) => described::chain(described, &joints)?,
             },
-            joints: joints.items().to_vec(),
+            realtime_priority: cycle.priority(),
+            simulated_time: cycle.use_sim_time,
+            period: cycle.period(),
+            joints,
+            base_frame,
+            tool_frame,
             description,
         })
     }
 }
 
-/// Of every node.
-pub(super) fn simulated_time(p: &mut Declarer) -> bool {
-    p.boolean("use_sim_time", false).fixed(
-        "",
-        "stamps follow /clock; timeouts and the cycle keep to the system's monotonic clock, whatever it does",
-    )
+/// Fails where a list has neither `count` items nor none.
+///
+/// # Errors
+/// [`ParameterError::Invalid`].
+pub(super) fn exactly_or_none(name: &'static str, list: &[f64], count: usize) -> Result<(), ParameterError> {
+    if list.is_empty() { Ok(()) } else { exactly(name, list, count) }
 }
 
-/// The period of the cycle of servo and plant. The guard has it too, so that one file can set all.
-pub(super) fn update_rate(p: &mut Declarer) -> Duration {
-    let rate =
-        p.integer("update_rate", 500, 1..=2000).fixed("Hz", "rate of the cycle of servo and simulated arm");
-    Duration::from_secs_f64(1.0 / rate.max(1) as f64)
+/// Fails where an angle is larger than a turn: then the table is in degrees.
+fn check_radians(name: &'static str, angles: &[f64]) -> Result<(), ParameterError> {
+    let expected = "radians, -2π to 2π (are these degrees?)";
+    let large = angles.iter().find(|angle| angle.abs() > TAU);
+    large.map_or(Ok(()), |angle| Err(ParameterError::invalid(name, angle, expected)))
 }
 
-/// Of every node that has a cycle.
-pub(super) fn realtime_priority(p: &mut Declarer) -> u8 {
-    let priority = p.integer("realtime_priority", 0, 0..=99).fixed(
-        "",
-        "SCHED_FIFO priority of the cycle's thread, that of the DDS threads is one less, with the node's memory locked; the system must allow both. 0: threads like others",
-    );
-    u8::try_from(priority).unwrap_or(0)
-}
+/// The numbers of a pose: x y z \[m\], then qx qy qz qw.
+pub(super) type PoseNumbers = [f64; 7];
 
-fn joints(p: &mut Declarer) -> List<String> {
-    p.strings("joints").required().fixed("", "joint names, base first")
-}
+/// The numbers of the identity.
+pub(super) const NO_POSE: PoseNumbers = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0];
 
-/// The joint names of an arm of which nothing else is needed.
-pub(super) fn joint_names(p: &mut Declarer) -> Result<Vec<String>, ParameterError> {
-    let joints = joints(p);
-    check_names(&joints)?;
-    Ok(joints.items().to_vec())
-}
-
-/// The arm of the Denavit-Hartenberg rows.
-fn chain(p: &mut Declarer, joints: &List<String>) -> Result<Chain, ParameterError> {
-    let convention = p
-        .one_of("arm.convention", &["modified_dh", "standard_dh"], "modified_dh".to_owned())
-        .required()
-        .fixed("", "Denavit-Hartenberg convention of the rows");
-    let alpha = p.doubles("arm.alpha", &[]).required().fixed("rad", "link twists, one a joint");
-    let a = p.doubles("arm.a", &[]).required().fixed("m", "link lengths, one a joint");
-    let d = p.doubles("arm.d", &[]).required().fixed("m", "link offsets, one a joint");
-    let theta_offset = p
-        .doubles("arm.theta_offset", &[])
-        .fixed("rad", "offsets of the joint angles, one a joint; empty: zeros");
-
-    check_names(joints)?;
-    let count = joints.items().len();
-    let convention: Convention = convention.parse().map_err(arm_error)?;
-    let (alphas, a, d) = (alpha.exactly(count)?, a.exactly(count)?, d.exactly(count)?);
-    let offsets = theta_offset.exactly_or_none(count)?;
-    check_radians(&alpha)?;
-    check_radians(&theta_offset)?;
-    let row =
-        |i| DhRow { alpha: alphas[i], a: a[i], d: d[i], theta_offset: offsets.map_or(0.0, |all| all[i]) };
-    Chain::new(convention, &(0..count).map(row).collect::<Vec<_>>()).map_err(arm_error)
-}
-
-/// No table of an arm has an angle of more than a turn, but in degrees.
-fn check_radians(angles: &List<f64>) -> Result<(), ParameterError> {
-    match angles.items().iter().find(|angle| angle.abs() > TAU) {
-        Some(angle) => Err(angles.invalid(angle, "radians, -2π to 2π (are these degrees?)")),
-        None => Ok(()),
-    }
-}
-
-/// The numbers of a pose that moves nothing: x y z \[m\], then qx qy qz qw.
-pub(super) const NO_POSE: [f64; 7] = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0];
-
-/// The numbers of that pose, as [`NO_POSE`] has them.
-pub(super) fn numbers_of(pose: &UnitDualQuaternion) -> [f64; 7] {
+/// The numbers of `pose`.
+pub(super) fn numbers_of(pose: &UnitDualQuaternion) -> PoseNumbers {
     let (t, r) = (pose.translation(), pose.real());
     [t.x, t.y, t.z, r.i, r.j, r.k, r.w]
 }
 
-/// The pose of seven numbers, as [`NO_POSE`] has them.
-pub(super) fn pose(list: &List<f64>) -> Result<UnitDualQuaternion, ParameterError> {
-    let numbers @ [x, y, z, orientation @ ..] = list.array::<7>()?;
-    let invalid = |why| list.invalid(format!("{numbers:?}"), format!("a pose: {why}"));
+/// The pose that the parameter `name` has.
+pub(super) fn pose(name: &'static str, numbers: PoseNumbers) -> Result<UnitDualQuaternion, ParameterError> {
+    let [x, y, z, orientation @ ..] = numbers;
+    let invalid = |why| ParameterError::invalid(name, format!("{numbers:?}"), format!("a pose: {why}"));
     let pose = Goal::new([x, y, z], orientation, "", "").map_err(invalid)?;
     Ok(*pose.base_from_goal())
-}
-
-fn arm_error(error: ArmError) -> ParameterError {
-    ParameterError::Invalid {
-        name: "arm",
-        value: "as given".to_owned(),
-        expected: format!("an arm: {error}"),
-    }
-}
-
-fn check_names(joints: &List<String>) -> Result<(), ParameterError> {
-    let names = joints.items();
-    if names.is_empty() {
-        return Err(joints.invalid("empty", "at least one joint name"));
-    }
-    match names.iter().enumerate().find(|(i, name)| name.is_empty() || names[..*i].contains(name)) {
-        Some((_, name)) => Err(joints.invalid(
-            format!("{names:?}"),
-            format!("names that are not empty nor there twice, as {name:?} is"),
-        )),
-        None => Ok(()),
-    }
 }

@@ -1,14 +1,17 @@
 //! An arm that a robot description gives: what it says takes the place of parameters that nobody gives.
 
 use super::body::{FittedBody, fitted};
-use super::ranges::JOINT_SPEEDS;
+use dq_common::text::cut;
 use dq_common::text_file;
+use dq_core::servo::{JOINT_JERKS, JOINT_SPEEDS, RAMP_TIME, STOP_TIME};
 use dq_kinematics::arm::{
     Chain, DescribedArm, DescribedJoint, Description, DescriptionError, JointLimits, LONGEST_DESCRIPTION,
-    bounds, guess_frames,
+    bounds, guess_frames, oddity,
 };
-use dq_params::{Given, List, ParameterError, Value};
+use dq_params::{Given, ParameterError, Value};
+use std::borrow::Cow;
 use std::io;
+use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
 /// What a robot description gives a node.
@@ -19,6 +22,8 @@ pub(super) struct Described {
     source: String,
     /// The file, if it is one.
     file: Option<PathBuf>,
+    /// What of it was not as it should be but was read all the same.
+    pub odd: Option<String>,
     /// The arm that it has between the frames.
     pub arm: DescribedArm,
     /// Its base and its tool frame.
@@ -36,14 +41,13 @@ impl Described {
     /// # Errors
     /// [`ParameterError::Missing`] where the description is not among them; [`ParameterError::File`] for a description that gives no arm.
     pub fn find(given: &[Given]) -> Result<Option<Self>, ParameterError> {
-        let (text, source, file) = match (text(given, "robot_description"), text(given, "robot_file")) {
-            (Some(text), _) => (text.to_owned(), "robot_description", None),
-            (None, Some(file)) => {
-                let read = text_file::read(Path::new(file), LONGEST_DESCRIPTION as u64);
-                let error =
-                    |why: io::Error| ParameterError::File { file: file.to_owned(), why: why.to_string() };
-                (read.map_err(error)?, file, Some(PathBuf::from(file)))
-            }
+        let (text, source, file) = match (
+            self::text(given, "robot_description"),
+            self::text(given, "robot_file"),
+        ) {
+            (Some(text), _) if !text.contains('<') => return Err(no_description(text)),
+            (Some(text), _) => (Cow::Borrowed(text.as_bytes()), "robot_description", None),
+            (None, Some(file)) => (Cow::Owned(read_file(file)?), file, Some(PathBuf::from(file))),
             (None, None) if is_awaited(given) => {
                 return Err(ParameterError::Missing {
                     what: "the arm between base_frame and tool_frame",
@@ -53,11 +57,13 @@ impl Described {
             }
             (None, None) => return Ok(None),
         };
+        let (text, odd) = decoded(text);
         let named = ["base_frame", "tool_frame"].map(|name| self::text(given, name));
         let frames = guess_frames(&text, named).map_err(|why| error(source, &why))?;
         let arm = read(&text, source, &frames[0], &frames[1])?.arm;
         let guessed = named.contains(&None);
-        Ok(Some(Self { source: source.to_owned(), file, text, arm, frames, guessed }))
+        let odd = odd.or_else(|| oddity(&text)).map(|odd| format!("{source}: {odd}"));
+        Ok(Some(Self { source: source.to_owned(), file, text, odd, arm, frames, guessed }))
     }
 
     /// What was guessed of it, if anything was.
@@ -83,15 +89,20 @@ impl Described {
             ("initial_positions", Value::DoubleArray(limits.iter().enumerate().map(start).collect())),
         ];
         if let Some(velocity) = given.velocity.clone().or(described) {
-            let most = *JOINT_SPEEDS.end();
-            let acceleration = |(of, velocity): (&JointLimits, &f64)| {
-                let described = of.acceleration.filter(|limit| JOINT_SPEEDS.contains(limit));
-                described.unwrap_or(most.min(velocity / TIME_TO_FULL_SPEED))
+            let of = |((joint, limits), velocity): ((usize, &JointLimits), &f64)| {
+                Dynamics::of(&given.of(joint, limits), *velocity)
             };
-            let acceleration = limits.iter().zip(&velocity).map(acceleration).collect();
+            let dynamics: Vec<_> = limits.iter().enumerate().zip(&velocity).map(of).collect();
+            let each = |of: fn(&Dynamics) -> f64| Value::DoubleArray(dynamics.iter().map(of).collect());
             // First, so that a velocity that somebody gives wrongly is what is refused, not what follows from it.
             values.push(("limits.joint_velocity", Value::DoubleArray(velocity)));
-            values.push(("limits.joint_acceleration", Value::DoubleArray(acceleration)));
+            values.push(("limits.joint_acceleration", each(|one| one.acceleration)));
+            if limits.iter().any(|limits| limits.deceleration.is_some()) {
+                values.push(("limits.joint_deceleration", each(|one| one.deceleration)));
+            }
+            if limits.iter().any(|limits| limits.jerk.is_some()) {
+                values.push(("limits.jerk", each(|one| one.jerk)));
+            }
         }
         if limits.iter().any(|limits| limits.range().is_some()) {
             // Beyond this no position is taken: it is no limit.
@@ -101,6 +112,27 @@ impl Described {
             values.push(("limits.joint_position_upper", Value::DoubleArray(upper)));
         }
         values.into_iter().map(|(name, value)| (name.to_owned(), value)).collect()
+    }
+
+    /// What to say where the description lets a joint stop more slowly than a servo does.
+    pub fn slow_stop(&self, given: &GivenLimits) -> Option<String> {
+        let is_less =
+            |described: Option<f64>, taken: f64| described.is_some_and(|described| described < taken);
+        let mut slow = self.arm.moving().enumerate().filter(|(joint, DescribedJoint { limits, .. })| {
+            let in_force = given.of(*joint, limits);
+            let taken = speed(&in_force).map(|velocity| Dynamics::of(&in_force, velocity));
+            taken.is_some_and(|taken| {
+                // What somebody gives is refused where it is taken.
+                let is_given = given.deceleration.is_some();
+                is_less(limits.deceleration.filter(|_| !is_given), taken.deceleration)
+                    || is_less(limits.jerk, taken.jerk)
+            })
+        });
+        let name = &slow.next()?.1.name;
+        Some(format!(
+            "{}: the deceleration or the jerk of joint {name:?} does not stop it in time: it is taken to have what does, in {STOP_TIME} s with {RAMP_TIME} s to come to it",
+            self.source
+        ))
     }
 
     /// The arm's body by the shapes of its links.
@@ -150,6 +182,57 @@ impl Described {
     }
 }
 
+fn read_file(file: &str) -> Result<Vec<u8>, ParameterError> {
+    let error = |why: io::Error| ParameterError::File { file: file.to_owned(), why: why.to_string() };
+    text_file::bytes(Path::new(file), LONGEST_DESCRIPTION as u64).map_err(error)
+}
+
+/// The text, and what to say where it is no UTF-8. It is Latin-1 then, of which every byte is a character.
+fn decoded(bytes: Cow<[u8]>) -> (String, Option<String>) {
+    match str::from_utf8(&bytes) {
+        Ok(text) => (text.to_owned(), None),
+        Err(why) => {
+            let line = 1 + bytes[..why.valid_up_to()].iter().filter(|byte| **byte == b'\n').count();
+            let text = bytes.iter().copied().map(char::from).collect();
+            (text, Some(format!("line {line} is no UTF-8: the description is read as Latin-1")))
+        }
+    }
+}
+
+/// What is wrong with a description that has no element.
+fn no_description(text: &str) -> ParameterError {
+    let why = match text.contains('/') || text.contains(".urdf") {
+        true => "is a path and no URDF: give a file as robot_file",
+        false => "is no URDF",
+    };
+    let why = format!("{:?} {why}", cut(text.trim()));
+    ParameterError::File { file: "robot_description".to_owned(), why }
+}
+
+/// What a joint has beside its speed, by what the description says of it.
+struct Dynamics {
+    acceleration: f64,
+    deceleration: f64,
+    jerk: f64,
+}
+
+impl Dynamics {
+    /// Of a joint with these limits at most, whose speed limit is `velocity`. What is not given is, as in URDF, the acceleration where it is
+    /// a deceleration, and no limit where it is a jerk. None is less than what stops the joint in time.
+    fn of(limits: &JointLimits, velocity: f64) -> Self {
+        let given =
+            |limit: Option<f64>, range: RangeInclusive<f64>| limit.filter(|limit| range.contains(limit));
+        let most = *JOINT_SPEEDS.end();
+        let acceleration = given(limits.acceleration, JOINT_SPEEDS);
+        let acceleration = acceleration.unwrap_or(most.min(velocity / TIME_TO_FULL_SPEED));
+        let deceleration = given(limits.deceleration, JOINT_SPEEDS).unwrap_or(acceleration);
+        let deceleration = deceleration.max(velocity / STOP_TIME);
+        let least = acceleration.max(deceleration) / RAMP_TIME;
+        let jerk = given(limits.jerk, JOINT_JERKS).unwrap_or(*JOINT_JERKS.end()).max(least);
+        Self { acceleration, deceleration, jerk }
+    }
+}
+
 /// The speed limit of a joint, if it is one.
 fn speed(limits: &JointLimits) -> Option<f64> {
     limits.velocity.filter(|limit| JOINT_SPEEDS.contains(limit))
@@ -158,6 +241,8 @@ fn speed(limits: &JointLimits) -> Option<f64> {
 /// The limits of joints that somebody gives as parameters.
 pub(super) struct GivenLimits {
     velocity: Option<Vec<f64>>,
+    acceleration: Option<Vec<f64>>,
+    deceleration: Option<Vec<f64>>,
     lower: Option<Vec<f64>>,
     upper: Option<Vec<f64>>,
 }
@@ -175,6 +260,8 @@ impl GivenLimits {
         };
         Self {
             velocity: list("limits.joint_velocity"),
+            acceleration: list("limits.joint_acceleration"),
+            deceleration: list("limits.joint_deceleration"),
             lower: list("limits.joint_position_lower"),
             upper: list("limits.joint_position_upper"),
         }
@@ -184,11 +271,18 @@ impl GivenLimits {
         self.lower.is_some() && self.upper.is_some()
     }
 
-    /// The position limits in force of the joint of that number, counted from 0, whose described ones are `limits`.
+    /// The limits in force of the joint of that number, counted from 0, whose described ones are `limits`.
     fn of(&self, joint: usize, limits: &JointLimits) -> JointLimits {
         let given = |list: &Option<Vec<f64>>| list.as_ref().and_then(|list| list.get(joint).copied());
         let (lower, upper) = limits.range().unzip();
-        JointLimits { lower: given(&self.lower).or(lower), upper: given(&self.upper).or(upper), ..*limits }
+        JointLimits {
+            lower: given(&self.lower).or(lower),
+            upper: given(&self.upper).or(upper),
+            velocity: given(&self.velocity).or(limits.velocity),
+            acceleration: given(&self.acceleration).or(limits.acceleration),
+            deceleration: given(&self.deceleration).or(limits.deceleration),
+            ..*limits
+        }
     }
 }
 
@@ -207,12 +301,12 @@ pub(super) fn read(text: &str, source: &str, base: &str, tool: &str) -> Result<D
 }
 
 /// The kinematics of a described arm, whose joints are to have these names.
-pub(super) fn chain(described: &Description, joints: &List<String>) -> Result<Chain, ParameterError> {
+pub(super) fn chain(described: &Description, joints: &[String]) -> Result<Chain, ParameterError> {
     let names = names(&described.arm);
-    if joints.items() != names {
+    if joints != names {
         let expected =
             format!("{names:?}, as the robot description has them between base_frame and tool_frame");
-        return Err(joints.invalid(format!("{:?}", joints.items()), expected));
+        return Err(ParameterError::invalid("joints", format!("{joints:?}"), expected));
     }
     described.arm.chain().map_err(|why| error("robot_description", &why))
 }

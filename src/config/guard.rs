@@ -1,11 +1,10 @@
 //! The guard's parameters.
 
 use super::NodeParameters;
-use super::common::{joint_names, realtime_priority, simulated_time, update_rate};
-use super::cycle::{command_interface, command_period};
+use super::common::{CycleParameters, JointParameters, TrajectoryParameters};
 use dq_core::check::GUARDED_PERIODS as PERIODS;
 use dq_core::servo::{Interface, JointOrder};
-use dq_params::{Declarer, ParameterError};
+use dq_params::{Declarer, ParameterError, Parameters};
 use std::time::Duration;
 
 /// The guard's parameters, typed and checked as a whole.
@@ -17,36 +16,43 @@ pub struct GuardParameters {
     pub interface: Interface,
     /// Commands have ceased after so long without one.
     pub command_timeout: Duration,
-    /// Of SCHED_FIFO for the guard's thread; 0 for none.
+    /// The SCHED_FIFO priority of the guard's thread; 0 for none.
     pub realtime_priority: u8,
+}
+
+/// The parameters as they are declared.
+#[derive(Parameters)]
+struct Given {
+    // The guard stamps nothing, but every ROS 2 node has use_sim_time.
+    #[parameter(group)]
+    cycle: CycleParameters,
+    #[parameter(group)]
+    joints: JointParameters,
+    #[parameter(group)]
+    interface: Interface,
+    #[parameter(group)]
+    trajectory: TrajectoryParameters,
+    /// time without a command after which an arm that was in motion is stopped; at least three of the servo's periods \[s\]
+    #[parameter(default = 0.1, range = 0.02..=10.0)]
+    command_timeout: Duration,
 }
 
 impl NodeParameters for GuardParameters {
     const NODE_NAME: &'static str = "dq_servo_guard";
+}
 
+impl Parameters for GuardParameters {
     fn declare(p: &mut Declarer) -> Result<Self, ParameterError> {
-        // Every ROS 2 node has it; this one stamps nothing.
-        simulated_time(p);
-        let realtime_priority = realtime_priority(p);
-        let joints = JointOrder::new(joint_names(p)?);
-        let interface = command_interface(p);
-        let update_period = update_rate(p);
-        let period = command_period(p, interface, update_period);
-        let seconds = p
-            .double("command_timeout", 0.1, 0.02..=10.0)
-            .live("s", "time without a command after which an arm that was in motion is stopped; at least three of the servo's periods");
-        let command_timeout = Duration::from_secs_f64(seconds);
-        if command_timeout < PERIODS * period {
+        let Given { cycle, joints, interface, trajectory, command_timeout } = Given::declare(p)?;
+        let least = PERIODS * trajectory.period(interface, cycle.period());
+        if command_timeout < least {
             let expected = format!(
                 "at least three of the servo's periods, {} s (update_rate, or trajectory_rate where command_interface is trajectory)",
-                (PERIODS * period).as_secs_f64()
+                least.as_secs_f64()
             );
-            return Err(ParameterError::Invalid {
-                name: "command_timeout",
-                value: seconds.to_string(),
-                expected,
-            });
+            return Err(ParameterError::invalid("command_timeout", command_timeout.as_secs_f64(), expected));
         }
-        Ok(Self { joints, interface, command_timeout, realtime_priority })
+        let joints = JointOrder::new(joints.names()?);
+        Ok(Self { joints, interface, command_timeout, realtime_priority: cycle.priority() })
     }
 }

@@ -1,4 +1,4 @@
-//! What our parameters mean: each is declared where it is read into a typed setting, with unit, range, default and description.
+//! The parameters of our nodes: each is declared by the field that has it, with unit, range, default and description.
 //!
 //! From the name of a built-in arm, or from a robot description, there is one step to its servo: [`Servo::for_arm`](dq_core::servo::Servo::for_arm),
 //! [`Servo::from_urdf`](dq_core::servo::Servo::from_urdf). Whoever wants other limits, another law, other gains, another cycle or an arm of
@@ -59,20 +59,28 @@ mod readme {}
 
 mod arms;
 mod body;
+mod collada_file;
 mod common;
 mod cycle;
 mod described;
 mod docs;
 mod dual;
 mod guard;
+#[cfg(test)]
+mod lenient_tests;
+mod limits;
 pub mod mesh_file;
+#[cfg(test)]
+mod mesh_tests;
 mod plant;
-mod ranges;
 mod scene;
 mod servo;
 mod setup;
+mod stl_file;
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod urdf_1_2_tests;
 
 pub use arms::{ARMS, arm_file};
 pub use common::ArmParameters;
@@ -87,22 +95,18 @@ pub use setup::{ForArm, SetupError};
 use body::FittedBody;
 use described::{Described, GivenLimits};
 use dq_kinematics::arm::DescribedArm;
-use dq_params::{Declaration, Declarer, Given, ParameterError, ParameterStore, Value, parameters_for};
+use dq_params::{
+    Declaration, Declarer, Given, ParameterError, ParameterStore, Parameters, Value, parameters_for,
+};
 use std::sync::LazyLock;
 
 /// The parameter file that is built in: the PUMA 560 of the reference work.
 pub const BUILTIN_FILE: &str = include_str!("msg_config/puma560.yaml");
 
 /// The parameters of one kind of node.
-pub trait NodeParameters: Sized {
+pub trait NodeParameters: Parameters {
     /// The node's default name.
     const NODE_NAME: &'static str;
-
-    /// Declares each parameter and reads it. Values that fit each other never change what is declared.
-    ///
-    /// # Errors
-    /// [`ParameterError`] where values do not fit each other.
-    fn declare(p: &mut Declarer) -> Result<Self, ParameterError>;
 
     /// Each parameter, declared.
     ///
@@ -127,8 +131,7 @@ pub trait NodeParameters: Sized {
     /// # Errors
     /// [`ParameterError`] where values do not fit each other.
     fn from_store(store: &ParameterStore) -> Result<Self, ParameterError> {
-        let values = store.values();
-        Self::declare(&mut Declarer::new(values))
+        store.read()
     }
 
     /// The typed parameters of a node that starts with these `values`, which are from `source`. What they have for other nodes is ignored.
@@ -183,7 +186,10 @@ pub trait NodeParameters: Sized {
                 let is_used = store.get("constraints") == Some(&Value::Bool(true));
                 warnings.extend(warning.filter(|_| is_used));
             }
+            warnings
+                .extend(described.slow_stop(&limits).filter(|_| store.declaration("limits.jerk").is_some()));
             warnings.extend(described.guess());
+            warnings.extend(described.odd);
             let in_force = Self::description_in_force(described.text, &described.arm);
             store.override_initial("robot_description", Value::String(in_force))?;
             return Ok((store, warnings));

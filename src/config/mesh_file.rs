@@ -1,11 +1,12 @@
 //! The mesh files that a robot description names.
 
+use super::{collada_file, stl_file};
 use dq_common::text::cut;
-use mesh_loader::Scene;
+use mesh_loader::{Loader, Scene};
 use std::fs::File;
 use std::io::{self, Read};
 use std::panic::catch_unwind;
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 /// The largest mesh file that is read \[bytes\].
 const LARGEST: u64 = 64 << 20;
@@ -13,18 +14,47 @@ const LARGEST: u64 = 64 << 20;
 /// The files that are read at all.
 const KINDS: [&str; 3] = ["stl", "dae", "obj"];
 
-/// The mesh `file`. `description` is the robot description's own file, if it came from one.
+/// The mesh `file`, in metres. `description` is the robot description's own file, if it came from one.
 ///
 /// # Errors
 /// Why there is none.
 pub fn load(file: &str, description: Option<&Path>) -> Result<Scene, String> {
     let of_ros = |variable: &str| std::env::var(variable).unwrap_or_default();
     let folders = ["AMENT_PREFIX_PATH", "ROS_PACKAGE_PATH"].map(of_ros);
-    let path = find(file, description, &folders).ok_or_else(|| format!("{} is not there", cut(file)))?;
-    let load = || mesh_loader::Loader::default().custom_reader(read).load(&path);
+    let path = find(file, description, &folders).ok_or_else(|| missing(file))?;
+    let load = || {
+        let bytes = read(&path).map_err(|why| why.to_string())?;
+        match kind(file).as_deref() {
+            Some("stl") => stl_file::read(&bytes),
+            Some("dae") => collada_file::read(&bytes, &path),
+            _ => {
+                let read = Loader::default().custom_reader(read).load_from_slice(&bytes, &path);
+                read.map_err(|why| why.to_string())
+            }
+        }
+    };
     // What is wrong in a file must not end who reads it.
     let scene = catch_unwind(load).map_err(|_| format!("{} is no mesh", path.display()))?;
-    scene.map_err(|why| format!("{}: {why}", path.display()))
+    let scene: Scene = scene.map_err(|why| format!("{}: {why}", path.display()))?;
+    let is_number = |corner: &[f32; 3]| corner.iter().all(|number| number.is_finite());
+    match scene.meshes.iter().flat_map(|mesh| &mesh.vertices).all(is_number) {
+        true => Ok(scene),
+        false => Err(format!("{} has corners that are no numbers", path.display())),
+    }
+}
+
+fn missing(file: &str) -> String {
+    let file = cut(file);
+    match file.starts_with("package://") {
+        true => format!("{file} is not there"),
+        false => {
+            format!("{file} is not there, or neither in a package of ROS nor beside the description's file")
+        }
+    }
+}
+
+fn kind(file: &str) -> Option<String> {
+    Some(Path::new(file).extension()?.to_str()?.to_lowercase())
 }
 
 fn read(path: &Path) -> io::Result<Vec<u8>> {
@@ -39,29 +69,53 @@ fn read(path: &Path) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// Where the file is: a `package://` in an installed prefix, in a folder of packages, or in a folder above the description's own file.
-fn find(file: &str, description: Option<&Path>, [prefixes, packages]: &[String; 2]) -> Option<PathBuf> {
-    let kind = Path::new(file).extension()?.to_str()?.to_lowercase();
-    if !KINDS.contains(&kind.as_str()) {
-        return None;
-    }
-    let Some((package, inside)) = file.strip_prefix("package://").and_then(|rest| rest.split_once('/'))
-    else {
-        let path = Path::new(file.strip_prefix("file://").unwrap_or(file));
-        let beside = description.and_then(Path::parent).unwrap_or(Path::new(""));
-        return Some(beside.join(path)).filter(|path| path.is_file());
-    };
-    let each =
-        |list: &str| list.split(':').filter(|part| !part.is_empty()).map(PathBuf::from).collect::<Vec<_>>();
-    let shares = each(prefixes).into_iter().map(|prefix| prefix.join("share"));
+/// Where the file is. A `package://` is in an installed prefix, in a folder of packages, or in a folder above the description's own file;
+/// any other name is of a file in one of these packages, or beside the description's own file, or in a folder beside that one's. A
+/// description that came over the network has no file: it cannot have any other file read.
+fn find(file: &str, description: Option<&Path>, folders: &[String; 2]) -> Option<PathBuf> {
+    kind(file).filter(|kind| KINDS.contains(&kind.as_str()))?;
     let above = description.into_iter().flat_map(Path::ancestors).skip(1).map(Path::to_path_buf);
-    let folders = shares.chain(each(packages)).chain(above);
-    let of_folder = |folder: PathBuf| {
-        let is_package = folder.file_name().is_some_and(|name| name == package);
-        let own = is_package.then(|| folder.join(inside));
-        [Some(folder.join(package).join(inside)), own].into_iter().flatten().find(|path| path.is_file())
+    let in_packages = packages(folders).chain(above);
+    if let Some((package, inside)) = file.strip_prefix("package://").and_then(|rest| rest.split_once('/')) {
+        let inside = inside_of(Path::new(inside)).filter(|_| ![".", "..", ""].contains(&package))?;
+        let of_folder = |folder: PathBuf| {
+            let is_package = folder.file_name().is_some_and(|name| name == package);
+            let own = is_package.then(|| folder.join(&inside));
+            [Some(folder.join(package).join(&inside)), own].into_iter().flatten().find(|path| path.is_file())
+        };
+        return in_packages.into_iter().find_map(of_folder);
+    }
+    let named = Path::new(file.strip_prefix("file://").unwrap_or(file));
+    let beside = description.map(|description| description.parent().unwrap_or(Path::new("")));
+    let path = beside.map_or_else(|| named.to_path_buf(), |beside| beside.join(named));
+    let is_beside = || match (named.is_absolute(), beside) {
+        (_, None) => false,
+        (true, Some(beside)) => path.strip_prefix(beside).is_ok_and(|rest| inside_of(rest).is_some()),
+        (false, Some(_)) => inside_of(named.strip_prefix("..").unwrap_or(named)).is_some(),
     };
-    folders.into_iter().find_map(of_folder)
+    // A package is one folder deep in these: what is in the folder itself is nobody's.
+    let is_packaged = || {
+        packages(folders).any(|folder| {
+            path.strip_prefix(&folder)
+                .is_ok_and(|rest| inside_of(rest).is_some_and(|inside| inside.components().count() > 1))
+        })
+    };
+    Some(&path).filter(|path| (is_beside() || is_packaged()) && path.is_file()).cloned()
+}
+
+/// The folders of packages that ROS names: `share` of each prefix of the first list, and those of the second.
+fn packages([prefixes, packages]: &[String; 2]) -> impl Iterator<Item = PathBuf> {
+    let each = |list: &'_ str| {
+        list.split(':').filter(|part| !part.is_empty()).map(PathBuf::from).collect::<Vec<_>>()
+    };
+    let shares = each(prefixes).into_iter().map(|prefix| prefix.join("share"));
+    shares.chain(each(packages))
+}
+
+/// The path, where it leads nowhere but down.
+fn inside_of(path: &Path) -> Option<PathBuf> {
+    let only_down = path.components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir));
+    only_down.then(|| path.to_path_buf())
 }
 
 #[cfg(test)]
@@ -90,9 +144,49 @@ mod tests {
         ] {
             assert_eq!(find(named, None, &folders), Some(mesh.clone()), "{folders:?}");
         }
-        assert_eq!(find(&format!("file://{}", text(&mesh)), None, &nowhere()), Some(mesh.clone()));
         let beside = find("../meshes/link.STL", Some(&inside), &nowhere());
         assert_eq!(beside.unwrap().canonicalize().unwrap(), mesh.canonicalize().unwrap());
-        assert_eq!(find("/etc/passwd", None, &nowhere()), None);
+    }
+
+    #[test]
+    fn a_description_names_no_other_files_of_the_host() {
+        let root = tempfile::tempdir().unwrap();
+        let place = |name: &str| {
+            let path = root.path().join(name);
+            std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+            std::fs::write(&path, CORNER).unwrap();
+            path
+        };
+        let secret = place("secret.stl");
+        let packaged = place("share/arm/meshes/link.stl");
+        let beside = place("home/robot/meshes/link.stl");
+        let own = root.path().join("home/robot/arm.urdf");
+        let folders = [root.path().to_str().unwrap().to_owned(), String::new()];
+        let absolute =
+            |path: &Path| [path.to_str().unwrap().to_owned(), format!("file://{}", path.display())];
+        for from in [None, Some(own.as_path())] {
+            for name in absolute(&packaged) {
+                assert_eq!(find(&name, from, &folders), Some(packaged.clone()), "{name}");
+            }
+            let outside = [
+                "package://../secret.stl",
+                "package://arm/../../secret.stl",
+                "package://arm/../../../secret.stl",
+                "package:///secret.stl",
+                "../../secret.stl",
+                "meshes/../../../secret.stl",
+                "file://../../secret.stl",
+            ];
+            let through = format!("{}/share/arm/../../secret.stl", root.path().display());
+            for name in outside.map(str::to_owned).into_iter().chain(absolute(&secret)).chain([through]) {
+                assert_eq!(find(&name, from, &folders), None, "{name}");
+            }
+        }
+        // What lies beside it counts for a file alone.
+        for name in ["meshes/link.stl".to_owned()].into_iter().chain(absolute(&beside)) {
+            assert_eq!(find(&name, Some(&own), &folders), Some(beside.clone()), "{name}");
+            assert_eq!(find(&name, None, &folders), None, "{name}");
+        }
+        assert_eq!(find("/etc/passwd", Some(&own), &folders), None);
     }
 }

@@ -1,12 +1,12 @@
 //! The plant's parameters.
 
-use super::cycle::{check_range, command_interface};
-use super::ranges::JOINT_SPEEDS;
+use super::common::exactly_or_none;
+use super::limits::check_ranges;
 use super::{ArmParameters, NodeParameters};
 use dq_core::plant::Realism;
-use dq_core::servo::Interface;
+use dq_core::servo::{Interface, JOINT_SPEEDS};
 use dq_kinematics::arm::{DescribedArm, JointKind, JointLimits, bounds};
-use dq_params::{Declarer, List, ParameterError};
+use dq_params::{Declarer, ParameterError, Parameters, exactly};
 use std::time::Duration;
 
 /// What a simulated arm is called where nobody names it: the built-in one, and any other.
@@ -31,6 +31,64 @@ pub struct PlantParameters {
     pub frame_prefix: String,
 }
 
+/// The parameters that the plant has besides those of the arm.
+#[derive(Parameters)]
+struct Given {
+    /// joint positions at the start and after ~/reset, one a joint \[rad, m\]
+    #[parameter(range = -bounds::JOINT_ANGLE..=bounds::JOINT_ANGLE, required, fixed)]
+    initial_positions: Vec<f64>,
+    #[parameter(group)]
+    limits: LimitParameters,
+    #[parameter(group)]
+    interface: Interface,
+    // These can be set while the plant runs, so that a law can be watched while its robot gets worse.
+    #[parameter(group)]
+    realism: Realism,
+    /// rate of the joint states, no more than update_rate; 0: update_rate \[Hz\]
+    #[parameter(range = 0.0..=2000.0)]
+    state_rate: f64,
+    /// put before every frame name on /tf, so that two arms are told apart
+    #[parameter(fixed)]
+    frame_prefix: String,
+    /// age at which a command counts as zero: the arm stops by itself \[s\]
+    #[parameter(default = 0.1, range = 0.001..=10.0)]
+    command_timeout: Duration,
+}
+
+/// The servo's limits, of the same parameter file: the plant only writes them into its robot_description.
+#[derive(Parameters)]
+#[parameters(prefix = "limits.joint_")]
+struct LimitParameters {
+    /// smallest joint positions that the robot_description of DH rows has, one a joint; empty: none \[rad, m\]
+    #[parameter(range = -bounds::JOINT_ANGLE..=bounds::JOINT_ANGLE, fixed)]
+    position_lower: Vec<f64>,
+    /// largest joint positions that the robot_description of DH rows has, one a joint; empty: none \[rad, m\]
+    #[parameter(range = -bounds::JOINT_ANGLE..=bounds::JOINT_ANGLE, fixed)]
+    position_upper: Vec<f64>,
+    /// largest joint speeds that the robot_description of DH rows has, one a joint; empty: none [rad/s, m/s]
+    #[parameter(range = JOINT_SPEEDS, fixed)]
+    velocity: Vec<f64>,
+}
+
+impl LimitParameters {
+    /// The limits of each of these joints.
+    fn each(&self, joints: &[JointKind]) -> Result<Vec<JointLimits>, ParameterError> {
+        let Self { position_lower: lower, position_upper: upper, velocity } = self;
+        exactly_or_none("limits.joint_position_lower", lower, joints.len())?;
+        exactly_or_none("limits.joint_position_upper", upper, joints.len())?;
+        exactly_or_none("limits.joint_velocity", velocity, joints.len())?;
+        check_ranges(lower.iter().copied().zip(upper.iter().copied()), joints)?;
+        let of = |list: &[f64], joint: usize| list.get(joint).copied();
+        let limits = |i| JointLimits {
+            lower: of(lower, i),
+            upper: of(upper, i),
+            velocity: of(velocity, i),
+            ..JointLimits::default()
+        };
+        Ok((0..joints.len()).map(limits).collect())
+    }
+}
+
 impl NodeParameters for PlantParameters {
     const NODE_NAME: &'static str = PLANT_NAMES[0];
 
@@ -38,29 +96,26 @@ impl NodeParameters for PlantParameters {
     fn description_in_force(text: String, _arm: &DescribedArm) -> String {
         text
     }
+}
 
+impl Parameters for PlantParameters {
     fn declare(p: &mut Declarer) -> Result<Self, ParameterError> {
         let arm = ArmParameters::declare(p)?;
-        let initial_positions = p
-            .doubles("initial_positions", &[])
-            .within(-bounds::JOINT_ANGLE..=bounds::JOINT_ANGLE)
-            .required()
-            .fixed("rad, m", "joint positions at the start and after ~/reset, one a joint");
-        let limits = limits(p, arm.chain.kinds());
-        Ok(Self {
-            limits: limits?,
-            interface: command_interface(p),
-            realism: realism(p),
-            frame_prefix: p
-                .string("frame_prefix")
-                .fixed("", "put before every frame name on /tf, so that two arms are told apart"),
-            command_timeout: Duration::from_secs_f64(
-                p.double("command_timeout", 0.1, 0.001..=10.0)
-                    .live("s", "age at which a command counts as zero: the arm stops by itself"),
-            ),
-            initial_positions: initial_positions.exactly(arm.joints.len())?.to_vec(),
-            arm,
-        })
+        let Given {
+            initial_positions,
+            limits,
+            interface,
+            mut realism,
+            state_rate,
+            frame_prefix,
+            command_timeout,
+        } = Given::declare(p)?;
+        exactly("initial_positions", &initial_positions, arm.joints.len())?;
+        if state_rate > 0.0 {
+            realism.state_interval = Duration::from_secs_f64(1.0 / state_rate.max(1e-3));
+        }
+        let limits = limits.each(arm.chain.kinds())?;
+        Ok(Self { arm, initial_positions, limits, command_timeout, realism, interface, frame_prefix })
     }
 }
 
@@ -83,72 +138,5 @@ impl PlantParameters {
         (!beyond.is_empty()).then(|| {
             format!("initial_positions are beyond the position limits: {beyond}: a servo with these limits moves such a joint only back")
         })
-    }
-}
-
-/// For who looks at the robot_description: the servo's limits, of the same parameter file.
-fn limits(p: &mut Declarer, joints: &[JointKind]) -> Result<Vec<JointLimits>, ParameterError> {
-    let mut list =
-        |name, range, unit, description| p.doubles(name, &[]).within(range).fixed(unit, description);
-    let angle = -bounds::JOINT_ANGLE..=bounds::JOINT_ANGLE;
-    let lower = list(
-        "limits.joint_position_lower",
-        angle.clone(),
-        "rad, m",
-        "smallest joint positions that the robot_description of DH rows has, one a joint; empty: none",
-    );
-    let upper = list(
-        "limits.joint_position_upper",
-        angle,
-        "rad, m",
-        "largest joint positions that the robot_description of DH rows has, one a joint; empty: none",
-    );
-    let velocity = list(
-        "limits.joint_velocity",
-        JOINT_SPEEDS,
-        "rad/s, m/s",
-        "largest joint speeds that the robot_description of DH rows has, one a joint; empty: none",
-    );
-    let each = |list: &List<f64>| list.exactly_or_none(joints.len()).map(|given| given.map(<[f64]>::to_vec));
-    let [lowest, highest, fastest] = [each(&lower)?, each(&upper)?, each(&velocity)?];
-    let of = |list: &Option<Vec<f64>>, joint: usize| list.as_ref().map(|list| list[joint]);
-    let limits = |(joint, kind): (usize, &JointKind)| {
-        let (lower, highest) = (of(&lowest, joint), of(&highest, joint));
-        check_range(&upper, lower.zip(highest), kind.unit())?;
-        Ok(JointLimits { lower, upper: highest, velocity: of(&fastest, joint), acceleration: None })
-    };
-    joints.iter().enumerate().map(limits).collect()
-}
-
-/// All live, so that a law can be watched while its robot gets worse.
-fn realism(p: &mut Declarer) -> Realism {
-    let mut time = |name, most, description| {
-        Duration::from_secs_f64(p.double(name, 0.0, 0.0..=most).live("s", description))
-    };
-    let command_latency = time("command_latency", 1.0, "a command takes effect so much after it came");
-    let state_latency = time("state_latency", 1.0, "a joint state comes out so much after it was measured");
-    let velocity_time_constant = time(
-        "velocity_time_constant",
-        10.0,
-        "a joint goes after a velocity command as a system of first order with it",
-    );
-    let state_rate = p
-        .double("state_rate", 0.0, 0.0..=2000.0)
-        .live("Hz", "rate of the joint states, no more than update_rate; 0: update_rate");
-    Realism {
-        command_latency,
-        state_latency,
-        velocity_time_constant,
-        position_noise: p
-            .double("position_noise", 0.0, 0.0..=1.0)
-            .live("rad, m", "each measured position is off by up to this either way"),
-        encoder_resolution: p
-            .double("encoder_resolution", 0.0, 0.0..=1.0)
-            .live("rad, m", "what one count of the encoders is; 0: they do not count"),
-        state_interval: if state_rate > 0.0 {
-            Duration::from_secs_f64(1.0 / state_rate.max(1e-3))
-        } else {
-            Duration::ZERO
-        },
     }
 }

@@ -12,20 +12,20 @@ use thiserror::Error;
 /// Why there is no such arm, or no servo for it.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum SetupError {
-    /// No arm of the box.
-    #[error("no arm of the box is called {0:?}: expected one of {names}", names = ARMS.map(|(name, _)| name).join(", "))]
+    /// There is no built-in arm of this name.
+    #[error("no built-in arm is called {0:?}: expected one of {names}", names = ARMS.map(|(name, _)| name).join(", "))]
     UnknownArm(String),
-    /// What describes the arm.
+    /// What describes the arm is wrong.
     #[error(transparent)]
     Parameters(#[from] ParameterError),
-    /// Settings that do not fit the arm.
+    /// The settings do not fit the arm.
     #[error(transparent)]
     Settings(#[from] SettingsError),
 }
 
 /// What a built-in arm has, by the arm's name in [`ARMS`].
 pub trait ForArm: Sized {
-    /// That of the arm with this name, under the settings that its parameter file has.
+    /// Makes it of the arm with this name, with the settings of that arm's parameter file.
     ///
     /// # Errors
     /// [`SetupError::UnknownArm`].
@@ -51,7 +51,7 @@ impl ForArm for Servo {
 }
 
 impl ServoParameters {
-    /// Two arms of the box with that name, the right one's base in the left one's base frame. What is controlled is the right tool as
+    /// Two of the built-in arm with that name, the right one's base in the left one's base frame. What is controlled is the right tool as
     /// seen from the left one.
     ///
     /// # Errors
@@ -123,7 +123,7 @@ impl ServoParameters {
     }
 }
 
-/// What the parameter file of that arm of the box gives a node.
+/// What the parameter file of that built-in arm gives a node.
 fn values<P: NodeParameters>(name: &str) -> Result<Vec<(String, Value)>, SetupError> {
     let (_, text) = arm_file(name).ok_or_else(|| SetupError::UnknownArm(name.to_owned()))?;
     Ok(parameters_for(text, name, &format!("/{}", P::NODE_NAME))?)

@@ -237,12 +237,13 @@ impl From<&Declaration> for ParameterDescriptor {
     fn from(declared: &Declaration) -> Self {
         let unit = if declared.unit.is_empty() { String::new() } else { format!(" [{}]", declared.unit) };
         let (mut floating_point_range, mut integer_range) = (Vec::new(), Vec::new());
-        match declared.constraint {
-            Constraint::Range { min, max } => {
-                floating_point_range.push(FloatingPointRange { from_value: min, to_value: max, step: 0.0 });
+        match (declared.constraint, &declared.default) {
+            (Constraint::Range { min, max }, Value::Integer(_)) => {
+                let [from_value, to_value] = [min, max].map(|bound| bound as i64);
+                integer_range.push(IntegerRange { from_value, to_value, step: 0 });
             }
-            Constraint::IntegerRange { min, max } => {
-                integer_range.push(IntegerRange { from_value: min, to_value: max, step: 0 });
+            (Constraint::Range { min, max }, _) => {
+                floating_point_range.push(FloatingPointRange { from_value: min, to_value: max, step: 0.0 });
             }
             _ => {}
         }
@@ -256,5 +257,38 @@ impl From<&Declaration> for ParameterDescriptor {
             floating_point_range,
             integer_range,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use dq_params::{ParameterStore, Parameters};
+
+    /// rclcpp announces ranges of arrays too, for each of their elements.
+    #[test]
+    fn ranges_are_announced_of_numbers_and_of_arrays() {
+        #[derive(Parameters)]
+        struct Ranges {
+            /// one [1/s]
+            #[parameter(range = 0.0..=2.5)]
+            _number: f64,
+            /// several
+            #[parameter(range = -1.0..=1.0)]
+            _numbers: Vec<f64>,
+            /// a count
+            #[parameter(range = 1..=500)]
+            _count: i64,
+            /// a text
+            #[parameter()]
+            _text: String,
+        }
+        let store = ParameterStore::of::<Ranges>().unwrap();
+        let all: Vec<_> = store.iter().map(|(declared, _)| ParameterDescriptor::from(declared)).collect();
+        let double = |from_value, to_value| vec![FloatingPointRange { from_value, to_value, step: 0.0 }];
+        let ranges: Vec<_> = all.iter().map(|one| one.floating_point_range.clone()).collect();
+        assert_eq!(ranges, [double(0.0, 2.5), double(-1.0, 1.0), Vec::new(), Vec::new()]);
+        assert_eq!(all[2].integer_range, [IntegerRange { from_value: 1, to_value: 500, step: 0 }]);
+        assert_eq!((all[0].description.as_str(), all[1].kind), ("one [1/s]", 8));
     }
 }

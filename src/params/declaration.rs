@@ -8,28 +8,26 @@ use std::ops::RangeInclusive;
 pub enum Constraint {
     /// Nothing.
     None,
-    /// A double, or each of a double array, from `min` to `max`.
+    /// A number, or each of an array, from `min` to `max`.
     Range {
         /// Smallest value.
         min: f64,
         /// Largest value.
         max: f64,
     },
-    /// An integer from `min` to `max`.
-    IntegerRange {
-        /// Smallest value.
-        min: i64,
-        /// Largest value.
-        max: i64,
-    },
     /// One of these strings.
     OneOf(&'static [&'static str]),
 }
 
-impl Constraint {
-    pub(super) fn range(range: RangeInclusive<f64>) -> Self {
-        let (min, max) = range.into_inner();
-        Self::Range { min, max }
+impl From<RangeInclusive<f64>> for Constraint {
+    fn from(range: RangeInclusive<f64>) -> Self {
+        Self::Range { min: *range.start(), max: *range.end() }
+    }
+}
+
+impl From<RangeInclusive<i64>> for Constraint {
+    fn from(range: RangeInclusive<i64>) -> Self {
+        Self::Range { min: *range.start() as f64, max: *range.end() as f64 }
     }
 }
 
@@ -58,47 +56,40 @@ impl Declaration {
     /// # Errors
     /// [`ParameterError::WrongType`], [`ParameterError::Invalid`].
     pub fn check(&self, value: Value) -> Result<Value, ParameterError> {
-        let value = value.convert_like(&self.default).map_err(|value| ParameterError::WrongType {
-            name: self.name,
-            expected: self.default.type_name(),
-            got: value.type_name(),
-            value,
-        })?;
+        let (name, expected) = (self.name, self.default.type_name());
+        let wrong = |value| ParameterError::WrongType { name, expected, value };
+        let value = value.convert_like(&self.default).map_err(wrong)?;
         match self.allows(&value) {
             true => Ok(value),
-            false => Err(ParameterError::Invalid {
-                name: self.name,
-                value: value.to_string(),
-                expected: self.expected(),
-            }),
+            false => Err(ParameterError::invalid(name, value, self.expected())),
         }
     }
 
     fn allows(&self, value: &Value) -> bool {
+        let in_range = |x: &f64| match self.constraint {
+            Constraint::Range { min, max } => (min..=max).contains(x),
+            _ => x.is_finite(),
+        };
         match (self.constraint, value) {
-            (Constraint::Range { min, max }, Value::Double(x)) => (min..=max).contains(x),
-            (Constraint::Range { min, max }, Value::DoubleArray(list)) => {
-                list.iter().all(|x| (min..=max).contains(x))
-            }
-            (Constraint::IntegerRange { min, max }, Value::Integer(i)) => (min..=max).contains(i),
+            (_, Value::Double(x)) => in_range(x),
+            (_, Value::DoubleArray(list)) => list.iter().all(in_range),
+            (_, Value::Integer(i)) => in_range(&(*i as f64)),
             (Constraint::OneOf(names), Value::String(name)) => names.contains(&name.as_str()),
-            (_, Value::Double(x)) => x.is_finite(),
-            (_, Value::DoubleArray(list)) => list.iter().all(|x| x.is_finite()),
             _ => true,
         }
     }
 
     /// The constraint in words; empty for texts that may be any.
     pub fn expected(&self) -> String {
-        let unit = if self.unit.is_empty() { String::new() } else { format!(" {}", self.unit) };
+        let unit = |before: &str| {
+            if self.unit.is_empty() { String::new() } else { format!("{before}{}", self.unit) }
+        };
         match self.constraint {
-            Constraint::None if matches!(self.default, Value::DoubleArray(_)) => match self.unit {
-                "" => "finite numbers".to_owned(),
-                unit => format!("finite numbers in {unit}"),
-            },
+            Constraint::None if matches!(self.default, Value::DoubleArray(_)) => {
+                format!("finite numbers{}", unit(" in "))
+            }
             Constraint::None => String::new(),
-            Constraint::Range { min, max } => format!("{min} to {max}{unit}"),
-            Constraint::IntegerRange { min, max } => format!("{min} to {max}{unit}"),
+            Constraint::Range { min, max } => format!("{min} to {max}{}", unit(" ")),
             Constraint::OneOf(names) => format!("one of {}", names.join(", ")),
         }
     }

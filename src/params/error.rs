@@ -2,6 +2,7 @@
 
 use super::Value;
 use super::value::{article, visible};
+use std::fmt::Display;
 use thiserror::Error;
 
 /// A parameter that cannot be as it was asked for. One line: the value, and what would be right.
@@ -16,14 +17,12 @@ pub enum ParameterError {
         nearest: Option<&'static str>,
     },
     /// Another type.
-    #[error("parameter {name:?} is {} {expected}, got the {got} {}", article(expected), visible(value))]
+    #[error("parameter {name:?} is {} {expected}, got the {} {}", article(expected), value.type_name(), visible(value))]
     WrongType {
         /// The parameter.
         name: &'static str,
         /// Its type.
         expected: &'static str,
-        /// The type of the value.
-        got: &'static str,
         /// The value.
         value: Value,
     },
@@ -66,4 +65,11 @@ pub enum ParameterError {
         /// What is wrong.
         why: String,
     },
+}
+
+impl ParameterError {
+    /// The parameter of that name has `value` where `expected` should be.
+    pub fn invalid(name: &'static str, value: impl Display, expected: impl Into<String>) -> Self {
+        Self::Invalid { name, value: value.to_string(), expected: expected.into() }
+    }
 }

@@ -1,13 +1,27 @@
 //! ROS 2 parameter files.
 
 use super::yaml::Yaml;
-use super::{Given, ParameterError, Value};
+use super::{ParameterError, Value};
 use dq_common::text_file;
 use std::collections::BTreeSet;
 use std::path::Path;
 
-/// The longest file that is read \[bytes\]: one of a whole robot has a hundredth of it.
+/// The length of the longest file that is read \[bytes\]; the file of a whole robot has a hundredth of it.
 const LONGEST: u64 = 16 << 20;
+
+/// A value that somebody gives a parameter before the node starts.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Given {
+    /// The parameter.
+    pub name: String,
+    /// Its value.
+    pub value: Value,
+    /// The file or the argument that gives it.
+    pub source: String,
+    /// Whether it is for this node by name: then the parameter must exist. What is given to every node is ignored where it
+    /// does not, as ROS 2 ignores it, unless it is in a namespace of our parameters: no other node's is.
+    pub by_name: bool,
+}
 
 /// What the text of a ROS 2 parameter file says to one node.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -82,7 +96,7 @@ impl Reader<'_> {
                         self.take_parameters(parameters, "", path)?;
                     }
                 }
-                ("ros__parameters", Yaml::Null) => self.found.sections.push(path.to_owned()),
+                ("ros__parameters", Yaml::Nothing) => self.found.sections.push(path.to_owned()),
                 ("ros__parameters", _) => return Err(format!("ros__parameters of {path:?} is no map")),
                 (_, Yaml::Map(inner)) => {
                     let path = format!("{}/{}", path.trim_end_matches('/'), name.trim_matches('/'));
@@ -103,9 +117,9 @@ impl Reader<'_> {
             let name = if prefix.is_empty() { name } else { format!("{prefix}.{name}") };
             match content {
                 Yaml::Map(inner) => self.take_parameters(inner, &name, path)?,
-                value => {
-                    let value = Value::try_from(value).map_err(|why| format!("parameter {name:?}: {why}"))?;
-                    // The same name in one spelling the parser refuses.
+                Yaml::Nothing => return Err(format!("parameter {name:?}: expected a value, got nothing")),
+                Yaml::Value(value) => {
+                    // The YAML parser refuses a name that is there twice in one spelling, but not in two.
                     if !self.seen.insert((path.to_owned(), name.clone())) {
                         return Err(format!(
                             "parameter {name:?} of {path:?} is given twice, in two spellings"
@@ -134,7 +148,7 @@ fn matches_node(pattern: &str, node: &str) -> bool {
             _ => false,
         }
     }
-    // Each `**` multiplies the ways to match; no real file has more than one.
+    // Each `**` multiplies the work of matching; no real file has more than one.
     let pattern = tokens(pattern);
     pattern.iter().filter(|token| **token == "**").count() <= 3 && matches(&pattern, &tokens(node))
 }
@@ -209,6 +223,23 @@ mod tests {
         let found = FileParameters::read(text, "f.yaml", "/dq_servo").unwrap();
         let expected = [given("a", Value::Integer(1), false), given("b.c", Value::Bool(true), true)];
         assert_eq!(found.given, expected);
+    }
+
+    #[test]
+    fn a_wrong_list_and_a_wrong_tag_are_found_by_the_error() {
+        for (bad, place) in
+            [("[1, x]", "line 3"), ("!!int x", "line 3"), ("!!seq 3", "line 3"), ("[[1]]", "line 3")]
+        {
+            let text = format!("a:\n  ros__parameters:\n    b: {bad}\n    c: 1");
+            let message = parameters_for(&text, "f.yaml", "/a").unwrap_err().to_string();
+            assert!(message.contains(place), "{message}");
+        }
+    }
+
+    /// As other nodes have them: rcl takes any scalar for a name.
+    #[test]
+    fn names_that_look_like_numbers_are_names() {
+        assert_eq!(names("a: {ros__parameters: {1: {true: x}}}", "/a"), ["1.true"]);
     }
 
     #[test]

@@ -3,17 +3,20 @@
 //! A node of one parameter, which starts with what a file gives it:
 //!
 //! ```
-//! use dq_params::{Declarer, FileParameters, ParameterStore, Value};
-//! // One expression declares a parameter and reads its value.
-//! let gain = |p: &mut Declarer| p.double("gain", 0.5, 0.0..=10.0).live("1/s", "how fast the error decays");
-//! let mut declarer = Declarer::new([]);
-//! assert_eq!(gain(&mut declarer), 0.5);
-//! let mut store = ParameterStore::new(declarer.into_declarations(), Vec::new());
+//! use dq_params::{FileParameters, ParameterStore, Parameters, Value};
+//! #[derive(Parameters)]
+//! struct Follower {
+//!     /// how fast the error decays [1/s]
+//!     #[parameter(default = 0.5, range = 0.0..=10.0)]
+//!     gain: f64,
+//! }
+//! let mut store = ParameterStore::of::<Follower>()?;
+//! assert_eq!(store.read::<Follower>()?.gain, 0.5);
 //!
 //! let file = FileParameters::read("/**: {ros__parameters: {gain: 2}}", "robot.yaml", "/robot/follower")?;
 //! let warnings = store.take("/robot/follower", file.given)?;
 //! assert!(warnings.is_empty());
-//! assert_eq!(store.get("gain"), Some(&Value::Double(2.0)));
+//! assert_eq!(store.read::<Follower>()?.gain, 2.0);
 //!
 //! // While it runs: a change is checked as a whole before any of it is made.
 //! let too_much = store.with(&[("gain".to_owned(), Value::Double(11.0))]);
@@ -24,25 +27,24 @@
 // Both panic where nobody reads: results go through cli::print, all else through stderr.
 #![warn(clippy::print_stdout, clippy::print_stderr)]
 
+// What is derived names it so.
+extern crate self as dq_params;
+
 mod declaration;
-mod declarer;
 mod error;
 mod file;
-mod given;
-mod list;
 mod nearest;
-mod parse;
+mod parameters;
 mod store;
 mod value;
 mod yaml;
 
 pub use declaration::{Constraint, Declaration};
-pub use declarer::{Declarer, Row};
+pub use dq_params_derive::Parameters;
 pub use error::ParameterError;
-pub use file::{FileParameters, parameters_for};
-pub use given::Given;
-pub use list::List;
+pub use file::{FileParameters, Given, parameters_for};
 pub use nearest::{is_misspelt, nearest, shares_namespace};
+pub use parameters::{Declarer, ParameterType, Parameters, exactly};
 pub use store::ParameterStore;
 pub use value::Value;
 pub use yaml::one_line;

@@ -1,16 +1,10 @@
 //! The name that was meant.
 
-/// The name among `known` that looks most like `name`, if one does.
+/// The name among `known` that shares most pairs of neighbouring letters with `name`, if it shares enough to be meant.
 pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    // Of two names with the same pairs in common the one with fewer others is nearer.
-    let similarity = |known: &str| 1000 * shared_pairs(known, name) / known.len().max(1);
-    let best = known.into_iter().max_by_key(|known| similarity(known))?;
-    (similarity(best) >= 500).then_some(best)
-}
-
-/// How many pairs of neighbouring characters of `a` are in `b` too.
-fn shared_pairs(a: &str, b: &str) -> usize {
-    a.as_bytes().windows(2).filter(|pair| b.as_bytes().windows(2).any(|other| other == *pair)).count()
+    let scored = known.into_iter().map(|known| (strsim::sorensen_dice(known, name), known));
+    let (score, best) = scored.max_by(|one, other| one.0.total_cmp(&other.0))?;
+    (score >= 0.5).then_some(best)
 }
 
 /// Whether `name` is one of `known` with mistakes, in a quarter of its letters at most.
@@ -18,11 +12,11 @@ pub fn is_misspelt<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> 
     known.into_iter().any(|known| 4 * strsim::damerau_levenshtein(name, known) <= name.len())
 }
 
-/// Whether `name` is in the namespace of one of `known`: `limits.x` is where `limits.y` is known.
+/// Whether `name` is in the namespace of one of `known`, or is it: `limits.x` and `limits` are where `limits.y` is known.
 pub fn shares_namespace<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> bool {
     let namespace = |name: &'a str| name.split_once('.').map(|(namespace, _)| namespace);
-    let own = name.split_once('.').map(|(namespace, _)| namespace);
-    own.is_some() && known.into_iter().any(|known| namespace(known) == own)
+    let own = name.split('.').next();
+    known.into_iter().any(|known| namespace(known) == own)
 }
 
 #[cfg(test)]
@@ -38,7 +32,7 @@ mod tests {
         for name in ["nope", "robot_name", "joint_names", "velocity", ""] {
             assert!(!is_misspelt(name, known), "{name}");
         }
-        assert!(shares_namespace("limits.x", known) && !shares_namespace("limits", known));
+        assert!(shares_namespace("limits.x", known) && shares_namespace("limits", known));
         assert!(!shares_namespace("joints", known) && !shares_namespace("joints.x", known));
     }
 }

@@ -1,6 +1,6 @@
 //! A node's parameters and their values.
 
-use super::{Declaration, ParameterError, Value, nearest};
+use super::{Declaration, Declarer, Given, ParameterError, Parameters, Value, nearest, shares_namespace};
 
 /// Declared parameters with their values, in the order of declaration.
 #[derive(Clone, Debug, PartialEq)]
@@ -9,13 +9,33 @@ pub struct ParameterStore {
     also_known: Vec<&'static str>,
 }
 
+/// How many names of a source are listed in a warning; a file may serve a whole robot.
+const LISTED: usize = 4;
+
 impl ParameterStore {
     /// All parameters at their defaults. Overrides for the names `also_known` are passed over: one file serves several
     /// nodes, and each takes its own.
     pub fn new(declarations: Vec<Declaration>, also_known: Vec<&'static str>) -> Self {
-        let parameters =
-            declarations.into_iter().map(|declared| (declared.clone(), declared.default)).collect();
-        Self { parameters, also_known }
+        let with_default = |declared: Declaration| (declared.clone(), declared.default);
+        Self { parameters: declarations.into_iter().map(with_default).collect(), also_known }
+    }
+
+    /// The parameters of `P` at their defaults.
+    ///
+    /// # Errors
+    /// [`ParameterError`] where the defaults do not fit each other.
+    pub fn of<P: Parameters>() -> Result<Self, ParameterError> {
+        let mut declarer = Declarer::new([]);
+        P::declare(&mut declarer)?;
+        Ok(Self::new(declarer.into_declarations(), Vec::new()))
+    }
+
+    /// The values, typed.
+    ///
+    /// # Errors
+    /// [`ParameterError`] where values do not fit each other.
+    pub fn read<P: Parameters>(&self) -> Result<P, ParameterError> {
+        P::declare(&mut Declarer::new(self.values()))
     }
 
     /// Sets a value before the node starts, which for read-only parameters is the only time.
@@ -29,9 +49,40 @@ impl ParameterStore {
         if ignored && self.get(name).is_none() {
             return Ok(());
         }
-        let slot = self.slot(name)?;
-        slot.1 = slot.0.check(value)?;
+        let (declared, slot) = self.slot(name)?;
+        *slot = declared.check(value)?;
         Ok(())
+    }
+
+    /// Takes the values with which `node` (fully qualified) starts, later ones over earlier ones, and returns what to warn of, a line a
+    /// source.
+    ///
+    /// # Errors
+    /// What [`override_initial`](Self::override_initial) says of a value.
+    pub fn take(&mut self, node: &str, given: Vec<Given>) -> Result<Vec<String>, ParameterError> {
+        let mut ignored: Vec<(String, Vec<String>)> = Vec::new();
+        for Given { name, value, source, by_name } in given {
+            match self.override_initial(&name, value) {
+                Err(ParameterError::Unknown { nearest, .. })
+                    if !by_name && !shares_namespace(&name, self.known()) =>
+                {
+                    let hint = nearest.map(|near| format!(" (did you mean {near:?}?)")).unwrap_or_default();
+                    let text = format!("{name:?}{hint}");
+                    match ignored.iter_mut().find(|(file, _)| *file == source) {
+                        Some((_, names)) => names.push(text),
+                        None => ignored.push((source, vec![text])),
+                    }
+                }
+                other => other?,
+            }
+        }
+        let warning = |(source, names): (String, Vec<String>)| {
+            let more = names.len().saturating_sub(LISTED);
+            let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+            let listed = names[..names.len().min(LISTED)].join(", ");
+            format!("{source}: {node} has no parameter {listed}{more}: ignored")
+        };
+        Ok(ignored.into_iter().map(warning).collect())
     }
 
     /// A copy with all of `changes` made.
@@ -41,23 +92,23 @@ impl ParameterStore {
     pub fn with(&self, changes: &[(String, Value)]) -> Result<Self, ParameterError> {
         let mut candidate = self.clone();
         for (name, value) in changes {
-            let slot = candidate.slot(name)?;
-            if slot.0.read_only {
-                return Err(ParameterError::ReadOnly(slot.0.name));
+            let (declared, slot) = candidate.slot(name)?;
+            if declared.read_only {
+                return Err(ParameterError::ReadOnly(declared.name));
             }
-            slot.1 = slot.0.check(value.clone())?;
+            *slot = declared.check(value.clone())?;
         }
         Ok(candidate)
     }
 
     /// A parameter's value.
     pub fn get(&self, name: &str) -> Option<&Value> {
-        self.parameters.iter().find(|(declared, _)| declared.name == name).map(|(_, value)| value)
+        self.iter().find(|(declared, _)| declared.name == name).map(|(_, value)| value)
     }
 
     /// A parameter's declaration.
     pub fn declaration(&self, name: &str) -> Option<&Declaration> {
-        self.parameters.iter().find(|(declared, _)| declared.name == name).map(|(declared, _)| declared)
+        self.iter().find(|(declared, _)| declared.name == name).map(|(declared, _)| declared)
     }
 
     /// Each parameter's name and value.
@@ -71,15 +122,13 @@ impl ParameterStore {
     }
 
     /// The names of all parameters that this node or another one of the program has.
-    pub(super) fn known(&self) -> impl Iterator<Item = &'static str> {
+    fn known(&self) -> impl Iterator<Item = &'static str> {
         self.parameters.iter().map(|(declared, _)| declared.name).chain(self.also_known.iter().copied())
     }
 
-    fn slot(&mut self, name: &str) -> Result<&mut (Declaration, Value), ParameterError> {
-        let nearest = nearest(name, self.known());
-        self.parameters
-            .iter_mut()
-            .find(|(declared, _)| declared.name == name)
-            .ok_or_else(|| ParameterError::Unknown { name: name.to_owned(), nearest })
+    fn slot(&mut self, name: &str) -> Result<(&Declaration, &mut Value), ParameterError> {
+        let unknown = ParameterError::Unknown { name: name.to_owned(), nearest: nearest(name, self.known()) };
+        let slot = self.parameters.iter_mut().find(|(declared, _)| declared.name == name);
+        slot.map(|(declared, value)| (&*declared, value)).ok_or(unknown)
     }
 }

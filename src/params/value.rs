@@ -1,7 +1,7 @@
 //! Values of ROS 2 parameters.
 
-use super::yaml::Yaml;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Serialize, Serializer};
+use serde_saphyr::{DoubleQuoted, FlowSeq};
 use std::fmt;
 
 /// One of the nine types that a ROS 2 parameter can have.
@@ -51,76 +51,47 @@ impl Value {
             (Self::IntegerArray(list), Self::DoubleArray(_)) => {
                 Ok(Self::DoubleArray(list.into_iter().map(|i| i as f64).collect()))
             }
-            (value, like) if value.is_empty_array() && like.is_array() => Ok(like.cleared()),
             (value, like) if std::mem::discriminant(&value) == std::mem::discriminant(like) => Ok(value),
-            (value, _) => Err(value),
+            (value, like) => match like.emptied() {
+                Some(empty) if value.emptied().as_ref() == Some(&value) => Ok(empty),
+                _ => Err(value),
+            },
         }
     }
 
-    fn is_array(&self) -> bool {
-        !matches!(self, Self::Bool(_) | Self::Integer(_) | Self::Double(_) | Self::String(_))
-    }
-
-    fn is_empty_array(&self) -> bool {
-        self.is_array() && *self == self.cleared()
-    }
-
-    /// An empty array of the same type; a scalar as it is.
-    fn cleared(&self) -> Self {
+    /// An empty array of the same type; none of a scalar.
+    fn emptied(&self) -> Option<Self> {
         match self {
-            Self::ByteArray(_) => Self::ByteArray(Vec::new()),
-            Self::BoolArray(_) => Self::BoolArray(Vec::new()),
-            Self::IntegerArray(_) => Self::IntegerArray(Vec::new()),
-            Self::DoubleArray(_) => Self::DoubleArray(Vec::new()),
-            Self::StringArray(_) => Self::StringArray(Vec::new()),
-            scalar => scalar.clone(),
+            Self::ByteArray(_) => Some(Self::ByteArray(Vec::new())),
+            Self::BoolArray(_) => Some(Self::BoolArray(Vec::new())),
+            Self::IntegerArray(_) => Some(Self::IntegerArray(Vec::new())),
+            Self::DoubleArray(_) => Some(Self::DoubleArray(Vec::new())),
+            Self::StringArray(_) => Some(Self::StringArray(Vec::new())),
+            Self::Bool(_) | Self::Integer(_) | Self::Double(_) | Self::String(_) => None,
         }
     }
 }
 
-fn joined<T>(list: &[T], print: impl Fn(&T) -> String) -> String {
-    list.iter().map(print).collect::<Vec<_>>().join(", ")
+/// In a line of YAML 1.1, as PyYAML reads it: exponents have a point before them, and a sign.
+fn yaml(value: impl Serialize) -> Result<String, fmt::Error> {
+    let text = serde_saphyr::to_string(&value).map_err(|_| fmt::Error)?;
+    Ok(text.trim_end_matches('\n').to_owned())
 }
 
-/// An exponent has its sign, and a point before it: without them YAML 1.1, as PyYAML reads it, has a text there.
-fn yaml_double(value: f64) -> String {
-    let digits = format!("{value:?}");
-    match digits.split_once('e') {
-        _ if value.is_nan() => ".nan".to_owned(),
-        _ if value.is_infinite() => if value > 0.0 { ".inf" } else { "-.inf" }.to_owned(),
-        None => digits,
-        Some((mantissa, exponent)) => {
-            let point = if mantissa.contains('.') { "" } else { ".0" };
-            let sign = if exponent.starts_with('-') { "" } else { "+" };
-            format!("{mantissa}{point}e{sign}{exponent}")
-        }
-    }
-}
+/// A text that stands without quotes where every tool of ROS 2 reads it as a text.
+struct Text<'a>(&'a String);
 
-/// The text bare where YAML reads it so, in a list too; else in double quotes.
-fn yaml_string(text: &str) -> String {
-    // ROS 2 reads these as booleans, as YAML 1.1 did, or as numbers, as C does.
-    const OTHERS: [&str; 9] = ["y", "n", "yes", "no", "on", "off", "inf", "infinity", "nan"];
-    let bare = |byte: u8| byte.is_ascii_alphanumeric() || b"_./".contains(&byte);
-    let read = Yaml::read(text).ok();
-    let begins_as_a_word = text.starts_with(|c: char| c.is_ascii_alphabetic() || c == '/');
-    let is_other = OTHERS.iter().any(|word| text.eq_ignore_ascii_case(word));
-    if begins_as_a_word && !is_other && text.bytes().all(bare) && read == Some(Yaml::String(text.to_owned()))
-    {
-        return text.to_owned();
-    }
-    let mut quoted = String::from('"');
-    for character in text.chars() {
-        match character {
-            '"' | '\\' => quoted.extend(['\\', character]),
-            ' ' => quoted.push(character),
-            _ if character.is_control() || character.is_whitespace() || character == '\u{feff}' => {
-                quoted.push_str(&format!("\\U{:08x}", u32::from(character)));
-            }
-            _ => quoted.push(character),
+impl Serialize for Text<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let Self(text) = self;
+        let is_word = text.bytes().all(|byte| byte.is_ascii_alphanumeric() || b"_./".contains(&byte))
+            && text.starts_with(|first: char| first.is_ascii_alphabetic() || first == '/');
+        // rcl takes this one for a number, as C does; other words that are none are known to the serializer.
+        match is_word && !text.eq_ignore_ascii_case("infinity") {
+            true => serializer.serialize_str(text),
+            false => DoubleQuoted(text.as_str()).serialize(serializer),
         }
     }
-    quoted + "\""
 }
 
 /// "a" or "an", as it stands before `noun`.
@@ -131,21 +102,22 @@ pub(super) fn article(noun: &str) -> &'static str {
 /// As YAML that reads back as the same value; but bytes, which YAML does not have, read back as integers.
 impl fmt::Display for Value {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Bool(value) => write!(f, "{value}"),
-            Self::Integer(value) => write!(f, "{value}"),
-            Self::Double(value) => f.write_str(&yaml_double(*value)),
-            Self::String(value) => f.write_str(&yaml_string(value)),
-            Self::ByteArray(list) => write!(f, "{list:?}"),
-            Self::BoolArray(list) => write!(f, "{list:?}"),
-            Self::IntegerArray(list) => write!(f, "{list:?}"),
-            Self::DoubleArray(list) => write!(f, "[{}]", joined(list, |value| yaml_double(*value))),
-            Self::StringArray(list) => write!(f, "[{}]", joined(list, |value| yaml_string(value))),
-        }
+        let text = match self {
+            Self::Bool(value) => yaml(value),
+            Self::Integer(value) => yaml(value),
+            Self::Double(value) => yaml(value),
+            Self::String(text) => yaml(Text(text)),
+            Self::ByteArray(list) => yaml(FlowSeq(list)),
+            Self::BoolArray(list) => yaml(FlowSeq(list)),
+            Self::IntegerArray(list) => yaml(FlowSeq(list)),
+            Self::DoubleArray(list) => yaml(FlowSeq(list)),
+            Self::StringArray(list) => yaml(FlowSeq(list.iter().map(Text).collect::<Vec<_>>())),
+        };
+        f.write_str(&text?)
     }
 }
 
-/// What is printed, with line ends and other control characters as escapes.
+/// The value in one line, with control characters as escapes.
 pub(super) fn visible(value: &impl fmt::Display) -> String {
     let mut text = String::new();
     for character in value.to_string().chars() {
@@ -175,11 +147,34 @@ mod tests {
             ("[1, 2.5]", Value::DoubleArray(vec![1.0, 2.5])),
             ("[a, b]", Value::StringArray(vec!["a".into(), "b".into()])),
             ("[true, false]", Value::BoolArray(vec![true, false])),
+            // The tags of YAML, which ROS 2 takes from Lyrical on.
+            ("!!float 10", Value::Double(10.0)),
+            ("!!float .inf", Value::Double(f64::INFINITY)),
+            ("!!str true", Value::String("true".into())),
+            ("!!str", Value::String("".into())),
+            ("!!int 0", Value::Integer(0)),
+            ("!!int '-7'", Value::Integer(-7)),
+            ("!!bool yes", Value::Bool(true)),
+            ("!!bool 'off'", Value::Bool(false)),
+            ("!!seq [1, 2]", Value::IntegerArray(vec![1, 2])),
+            ("[!!float 1, 2]", Value::DoubleArray(vec![1.0, 2.0])),
+            ("[!!str 1, a]", Value::StringArray(vec!["1".into(), "a".into()])),
         ];
         for (text, expected) in cases {
             assert_eq!(Value::from_yaml(text), Ok(expected), "{text}");
         }
-        for text in ["", "[1, a]", "{a: 1}", "[", "99999999999999999999999"] {
+        for text in [
+            "",
+            "[1, a]",
+            "{a: 1}",
+            "[",
+            "99999999999999999999999",
+            "!!int x",
+            "!!float x",
+            "[[1]]",
+            "[~]",
+            "!!bool 3",
+        ] {
             let result = Value::from_yaml(text);
             assert!(!matches!(result, Ok(Value::Integer(_))), "{text} gave {result:?}");
         }

@@ -1,19 +1,44 @@
-//! A YAML document.
+//! Values, and maps of them, from YAML.
 
-use serde::de::{Deserialize, Deserializer, MapAccess, SeqAccess, Visitor};
+use super::{ParameterError, Value};
+use serde::de::value::SeqAccessDeserializer;
+use serde::de::{MapAccess, SeqAccess, Visitor};
+use serde::{Deserialize, Deserializer};
 use serde_saphyr::{NonFiniteFloatPolicy, Options};
 use std::fmt;
 
-/// Any YAML node, with maps in the order of the document.
+/// A YAML node, with maps in the order of the document.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Yaml {
-    Null,
-    Bool(bool),
-    Integer(i64),
-    Double(f64),
-    String(String),
-    List(Vec<Yaml>),
+    Nothing,
+    Value(Value),
     Map(Vec<(String, Yaml)>),
+}
+
+/// The types of lists, in the order in which they are tried: integers among doubles count as doubles.
+#[derive(Deserialize)]
+#[expect(clippy::enum_variant_names, reason = "they are those of Value")]
+#[serde(remote = "Value", untagged, expecting = "expected all elements of a list to have one type")]
+enum List {
+    StringArray(Vec<String>),
+    BoolArray(Vec<bool>),
+    IntegerArray(Vec<i64>),
+    DoubleArray(Vec<f64>),
+}
+
+impl Value {
+    /// The value that `text` has in YAML, as `ros2 param set` and `-p name:=text` read it.
+    ///
+    /// # Errors
+    /// [`ParameterError::NotAValue`].
+    pub fn from_yaml(text: &str) -> Result<Self, ParameterError> {
+        let error = |why| ParameterError::NotAValue { text: text.to_owned(), why };
+        match Yaml::read(text).map_err(error)? {
+            Yaml::Value(value) => Ok(value),
+            Yaml::Nothing => Err(error("expected a value, got nothing".to_owned())),
+            Yaml::Map(_) => Err(error("expected a value or a list, got a map".to_owned())),
+        }
+    }
 }
 
 impl Yaml {
@@ -25,21 +50,6 @@ impl Yaml {
         let mut options = Options::default();
         options.non_finite_float_policy = NonFiniteFloatPolicy::PassThrough;
         serde_saphyr::from_str_with_options(text, options).map_err(|why| one_line(&why))
-    }
-
-    pub fn integer(&self) -> Option<i64> {
-        if let Self::Integer(value) = self { Some(*value) } else { None }
-    }
-
-    pub fn double(&self) -> Option<f64> {
-        match self {
-            Self::Double(value) => Some(*value),
-            other => other.integer().map(|value| value as f64),
-        }
-    }
-
-    pub fn string(&self) -> Option<String> {
-        if let Self::String(value) = self { Some(value.clone()) } else { None }
     }
 }
 
@@ -60,36 +70,27 @@ impl<'de> Deserialize<'de> for Yaml {
                 f.write_str("YAML")
             }
             fn visit_unit<E>(self) -> Result<Yaml, E> {
-                Ok(Yaml::Null)
-            }
-            fn visit_none<E>(self) -> Result<Yaml, E> {
-                Ok(Yaml::Null)
-            }
-            fn visit_some<D: Deserializer<'de>>(self, deserializer: D) -> Result<Yaml, D::Error> {
-                Yaml::deserialize(deserializer)
+                Ok(Yaml::Nothing)
             }
             fn visit_bool<E>(self, value: bool) -> Result<Yaml, E> {
-                Ok(Yaml::Bool(value))
+                Ok(Yaml::Value(Value::Bool(value)))
             }
             fn visit_i64<E>(self, value: i64) -> Result<Yaml, E> {
-                Ok(Yaml::Integer(value))
+                Ok(Yaml::Value(Value::Integer(value)))
             }
-            /// A double, as one below the least integer is.
+            /// A double where it is larger than any integer, as one below the least integer is.
             fn visit_u64<E>(self, value: u64) -> Result<Yaml, E> {
-                Ok(i64::try_from(value).map_or(Yaml::Double(value as f64), Yaml::Integer))
+                let integer = i64::try_from(value).map(Value::Integer);
+                Ok(Yaml::Value(integer.unwrap_or(Value::Double(value as f64))))
             }
             fn visit_f64<E>(self, value: f64) -> Result<Yaml, E> {
-                Ok(Yaml::Double(value))
+                Ok(Yaml::Value(Value::Double(value)))
             }
             fn visit_str<E>(self, value: &str) -> Result<Yaml, E> {
-                Ok(Yaml::String(value.to_owned()))
+                Ok(Yaml::Value(Value::String(value.to_owned())))
             }
-            fn visit_seq<A: SeqAccess<'de>>(self, mut items: A) -> Result<Yaml, A::Error> {
-                let mut list = Vec::new();
-                while let Some(item) = items.next_element()? {
-                    list.push(item);
-                }
-                Ok(Yaml::List(list))
+            fn visit_seq<A: SeqAccess<'de>>(self, items: A) -> Result<Yaml, A::Error> {
+                List::deserialize(SeqAccessDeserializer::new(items)).map(Yaml::Value)
             }
             fn visit_map<A: MapAccess<'de>>(self, mut entries: A) -> Result<Yaml, A::Error> {
                 let mut map = Vec::new();

@@ -97,7 +97,7 @@ impl Run {
     }
 }
 
-/// The runs of a bag; where the bag does not say with which parameters, they are those of that arm of the box.
+/// The runs of a bag; where the bag does not say with which parameters, they are those of that built-in arm.
 #[pyfunction]
 #[pyo3(signature = (path, arm = "puma560"))]
 pub(super) fn recorded(py: Python<'_>, path: PathBuf, arm: &str) -> PyResult<Vec<Run>> {

@@ -110,16 +110,31 @@ impl AnnouncedParameters {
     /// The store with which the node started.
     pub fn initial(&self, kind: ServoKind) -> Result<ParameterStore, RunError> {
         let mut store = kind.store()?;
-        for (name, value) in values(self.initial.clone())? {
+        for (name, value) in known(self.initial.clone(), &store)? {
             store.override_initial(&name, value)?;
         }
         Ok(store)
     }
+
+    /// What it announced of parameters that such a node does not have: another version of it has.
+    pub fn unknown<'a>(&'a self, store: &'a ParameterStore) -> impl Iterator<Item = &'a str> {
+        let names = self.initial.iter().map(|parameter| parameter.name.as_str());
+        names.filter(|name| store.declaration(name).is_none())
+    }
 }
 
-/// What a change has set.
-pub(super) fn changed(event: ParameterEvent) -> Result<Vec<(String, Value)>, RunError> {
-    values(event.changed_parameters)
+/// What a change has set in that store.
+pub(super) fn changed(
+    event: ParameterEvent,
+    store: &ParameterStore,
+) -> Result<Vec<(String, Value)>, RunError> {
+    known(event.changed_parameters, store)
+}
+
+/// The values of those that the store has.
+fn known(mut parameters: Vec<Parameter>, store: &ParameterStore) -> Result<Vec<(String, Value)>, RunError> {
+    parameters.retain(|parameter| store.declaration(&parameter.name).is_some());
+    values(parameters)
 }
 
 /// Arms of more joints are not explained: what a bag says of itself is not trusted with time and memory.

@@ -26,6 +26,9 @@ const LAWS: usize = 1 << 9;
 /// A stamp that is no more than this before the time at which its message was recorded says when that was measured \[s\].
 const LATE: f64 = 1.0;
 
+/// A motion begins no longer than this before the first joint state of its run \[s\].
+const LONGEST_START: f64 = 60.0;
+
 /// Errors that are farther apart are of two times with a goal \[s\].
 const GAP: f64 = 0.5;
 
@@ -108,6 +111,8 @@ impl RunReader {
             damping_thresholds: vec![(f64::NEG_INFINITY, settings.controller.damping.threshold)],
             tolerance: settings.goal_tolerance,
             parameters_known: node.is_some(),
+            shown: 0.0..0.0,
+            notes: Vec::new(),
         };
         run.add_scene(settings.scene.as_deref());
         let arms = parameters.joints.len();
@@ -139,11 +144,18 @@ impl RunReader {
     pub fn announce(&mut self, lives: &[AnnouncedParameters]) -> Result<(), RunError> {
         for (number, life) in lives.iter().enumerate() {
             let mut store = life.initial(self.kind)?;
+            let unknown = life.unknown(&store).map(|name| shown(name, NAME)).collect::<Vec<_>>().join(", ");
+            if number == 0 && !unknown.is_empty() {
+                let name = &self.run.name;
+                self.run
+                    .notes
+                    .push(format!("{name}: its servo was of another version: {unknown} is passed over"));
+            }
             if number > 0 {
                 self.announced.push((life.since, self.kind.from_store(&store)?));
             }
             for change in &life.changes {
-                store = store.with(&changed(change.clone())?)?;
+                store = store.with(&changed(change.clone(), &store)?)?;
                 self.announced.push((change.stamp.nanoseconds(), self.kind.from_store(&store)?));
             }
         }
@@ -382,8 +394,16 @@ impl Reader for RunReader {
             ));
         }
         self.run.motions = self.motions.finish();
-        let first = self.run.motions.iter().map(|motion| motion.start_s).reduce(f64::min);
-        let zero = first.unwrap_or_else(|| self.run.samples[0].time);
+        self.run.show_most();
+        let shown = self.run.shown.clone();
+        // What begins it may have been said before its first joint state, but not in another part.
+        let begins = self
+            .run
+            .motions
+            .iter()
+            .map(|motion| motion.start_s)
+            .filter(|start| (shown.start - LONGEST_START..=shown.end).contains(start));
+        let zero = begins.reduce(f64::min).unwrap_or(shown.start);
         self.run.begin_at(zero);
         Ok(self.run)
     }

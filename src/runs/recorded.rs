@@ -63,7 +63,10 @@ pub fn recorded(path: &Path, name: &str, fallback: &ServoParameters) -> Result<R
     let (mut runs, mut warnings) = (Vec::new(), Vec::new());
     for reader in readers {
         match reader.finish() {
-            Ok(run) => runs.push(run),
+            Ok(run) => {
+                warnings.extend(run.notes.iter().cloned());
+                runs.push(run);
+            }
             Err(why) => warnings.push(why),
         }
     }

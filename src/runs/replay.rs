@@ -6,7 +6,7 @@ use super::motion_rows::MotionRows;
 use super::{MotionRow, RunError};
 use crate::config::ServoParameters;
 use crate::params::ParameterStore;
-use crate::record::Bag;
+use crate::record::{Bag, Topic};
 use crate::servo::{Event, Motion, Servo, Settings};
 use crate::space::KeepOut;
 use crate::text::{NAME, shown};
@@ -54,7 +54,10 @@ pub fn replay(bag: &mut Bag) -> Result<Vec<Replayed>, RunError> {
     const MOST: usize = 64;
     let mut servos = BTreeMap::<_, Replica>::new();
     bag.give_only(&[UInt8MultiArray::TYPE]);
-    for message in bag {
+    let is_record = |topic: &Topic| topic.name.ends_with("/events") && topic.message == UInt8MultiArray::TYPE;
+    // What the bag says of its topics is enough to refuse it.
+    let messages = if bag.topics().iter().any(is_record) { Some(bag) } else { None };
+    for message in messages.into_iter().flatten() {
         let Some(node) = message.topic.strip_suffix("/events") else { continue };
         if servos.contains_key(&message.topic) || servos.len() < MOST {
             let servo = servos.entry(message.topic.clone()).or_insert_with(|| Replica::new(node));

@@ -7,6 +7,7 @@ use crate::servo::{Figures, GoalError, Limits, Tolerance, Violation};
 use crate::space::{KeepOut, MOST_KEEP_OUTS, Scene};
 use crate::wire::PoseNumbers;
 use serde::Serialize;
+use std::ops::Range;
 
 /// One servo's run, or that of an arm whose servo is not known. Times are from the first motion on \[s\], from the run's beginning where it
 /// has none.
@@ -51,6 +52,32 @@ pub struct RecordedRun {
     pub tolerance: Tolerance,
     /// Whether the servo's parameters are in the bag; else they are presumed.
     pub parameters_known: bool,
+    /// From when to when figures show it: what lies far from most of it is left out.
+    pub shown: Range<f64>,
+    /// What is not shown of it, a line each.
+    pub notes: Vec<String>,
+}
+
+/// Joint states with more time between them \[s\] are of two parts of a run.
+const APART: f64 = 60.0;
+
+/// Parts with more time between them than so many times as long as all of them are far from each other.
+const FAR: f64 = 10.0;
+
+/// The times \[s\] from the first to the last state of each part of a run that is far from the others, and how many states it has.
+fn parts(times: impl Iterator<Item = f64> + Clone) -> Vec<(Range<f64>, usize)> {
+    let steps = times.clone().zip(times.clone().skip(1)).map(|(one, next)| next - one);
+    let recorded: f64 = steps.filter(|step| *step <= APART).sum();
+    let mut parts: Vec<(Range<f64>, usize)> = Vec::new();
+    for time in times {
+        match parts.last_mut() {
+            Some((part, count)) if time - part.end <= APART.max(FAR * recorded) => {
+                (part.end, *count) = (time, *count + 1);
+            }
+            _ => parts.push((time..time, 1)),
+        }
+    }
+    parts
 }
 
 /// What one arm was sent, with the times; of a long run the largest velocities of some at a time.
@@ -91,8 +118,30 @@ impl RecordedRun {
         }
     }
 
+    /// Shows the part of it that has most joint states, and says what is far from that.
+    pub(super) fn show_most(&mut self) {
+        let parts = parts(self.samples.iter().map(|sample| sample.time));
+        let Some((shown, _)) = parts.iter().max_by_key(|(_, count)| *count).cloned() else { return };
+        let line = |(part, count): &(Range<f64>, usize)| {
+            let (away, side) = match part.start < shown.start {
+                true => (shown.start - part.end, "before"),
+                false => (part.start - shown.end, "after"),
+            };
+            let states = if *count == 1 {
+                "a joint state".to_owned()
+            } else {
+                format!("{count} joint states or more")
+            };
+            format!("{}: {states} {away:.0} s {side} the rest: left out of the figures", self.name)
+        };
+        let left_out: Vec<_> = parts.iter().filter(|(part, _)| *part != shown).map(line).collect();
+        self.notes.extend(left_out);
+        self.shown = shown;
+    }
+
     /// Counts all times from `zero` \[s\].
     pub(super) fn begin_at(&mut self, zero: f64) {
+        self.shown = self.shown.start - zero..self.shown.end - zero;
         self.samples.iter_mut().for_each(|sample| sample.time -= zero);
         for arm in &mut self.commands {
             arm.velocities.iter_mut().chain(arm.positions.iter_mut()).for_each(|(time, _)| *time -= zero);
@@ -177,4 +226,26 @@ pub struct MotionRow {
     pub figures: Figures,
     /// Of each joint its largest commanded speed as a part of its limit.
     pub peak_joint_speeds_of_limits: Vec<f64>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_far_from_the_rest_is_another_part() {
+        let run = |from: f64| (0..100).map(move |step| from + 0.1 * f64::from(step));
+        let ends = |times: Vec<f64>| {
+            let parts = parts(times.into_iter());
+            parts.iter().map(|(part, count)| (part.start, *count)).collect::<Vec<_>>()
+        };
+        let year = 3.2e7;
+        assert_eq!(ends(run(0.0).chain(run(60.0)).collect()), [(0.0, 200)], "a pause");
+        assert_eq!(ends([0.0].into_iter().chain(run(1.8e9)).collect()), [(0.0, 1), (1.8e9, 100)]);
+        assert_eq!(ends(run(5.0).chain([year]).collect()), [(5.0, 100), (year, 1)]);
+        assert_eq!(ends(run(0.0).chain(run(2.0 * 86_400.0)).collect()), [(0.0, 100), (2.0 * 86_400.0, 100)]);
+        assert_eq!(ends(vec![7.0]), [(7.0, 1)]);
+        // A recording of an hour with a state each minute is one.
+        assert_eq!(ends((0..60).map(|minute| 60.0 * f64::from(minute)).collect()), [(0.0, 60)]);
+    }
 }

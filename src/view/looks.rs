@@ -1,7 +1,8 @@
 //! What the arm looks like by its robot description: the visual shapes of all links, as triangles that move with the joints.
 
 use super::surface::{Surface, Triangle, mesh, moved, triangles};
-use dq_kinematics::arm::{Chain, Description, Place, Rgb, Shape, Visual, visuals};
+use dq_common::text_file;
+use dq_kinematics::arm::{Chain, Description, LONGEST_DESCRIPTION, Place, Rgb, Shape, Visual, visuals};
 use nalgebra::{Point3, Vector3};
 use serde_json::json;
 use std::path::{Path, PathBuf};
@@ -32,7 +33,7 @@ pub(super) struct Model {
     pub frames: [String; 2],
     /// The arm, as the page shows it.
     pub chain: Chain,
-    /// The file that has the text, if it came from one.
+    /// The file that the servo has read.
     pub file: Option<PathBuf>,
 }
 
@@ -42,6 +43,9 @@ impl Looks {
         let Model { text, frames: [base, tool], chain, file } = model;
         let description = Description::read(text, base, tool).ok()?;
         let links = description.places(chain).ok()?;
+        // A text that is not the file's own came from elsewhere, and names no files beside it.
+        let read = |file: &&PathBuf| text_file::read(file, LONGEST_DESCRIPTION as u64);
+        let file = file.as_ref().filter(|file| read(file).is_ok_and(|own| own == *text));
         let cell = CELL * chain.reach(std::iter::repeat((0.0, 0.0))).max(1e-3);
         let mut looks = Self { surfaces: Vec::new(), missing: Vec::new() };
         looks.surfaces.resize_with(chain.joint_count() + 1, Surface::default);
@@ -51,7 +55,7 @@ impl Looks {
                 continue;
             };
             let place = (*carrier_from_link * visual.link_from_shape).frame();
-            let (shape, color) = (looks.triangles(&visual, file.as_deref()), visual.color);
+            let (shape, color) = (looks.triangles(&visual, file.map(PathBuf::as_path)), visual.color);
             for (triangle, own) in shape.into_iter().take(left) {
                 left -= 1;
                 looks.surfaces[*carrier].add(&moved(&triangle, &place), own.or(color).unwrap_or(GREY), cell);
@@ -174,5 +178,18 @@ mod tests {
         );
         let plain = ROBOT.replace("visual", "collision");
         assert!(Looks::of(&model(&plain)).is_none());
+    }
+
+    #[test]
+    fn what_lies_beside_a_file_is_drawn_where_the_text_is_that_file_s_own() {
+        let folder = tempfile::tempdir().unwrap();
+        let beside = ROBOT.replace("package://nowhere/fore.stl", "fore.obj");
+        std::fs::write(folder.path().join("fore.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+        let file = folder.path().join("robot.urdf");
+        std::fs::write(&file, &beside).unwrap();
+        let missing =
+            |text: &str| Looks::of(&Model { file: Some(file.clone()), ..model(text) }).unwrap().missing;
+        assert_eq!(missing(&beside), [""; 0]);
+        assert!(missing(&format!("{beside}\n"))[0].contains("fore.obj"), "it came from elsewhere");
     }
 }

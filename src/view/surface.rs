@@ -71,14 +71,20 @@ pub(super) fn triangles(shape: &Shape) -> Vec<Triangle> {
             ];
             turned(&profile)
         }
-        Shape::Sphere(radius) => {
-            let at = |step: usize| {
-                let (sin, cos) = (TAU * (step as f64 / SIDES as f64 - 0.25)).sin_cos();
-                (radius * sin, radius * cos, (sin, cos))
-            };
-            turned(&(0..=SIDES / 2).map(at).collect::<Vec<_>>())
-        }
+        Shape::Capsule { radius, length } => ball(radius, length),
+        Shape::Sphere(radius) => ball(radius, 0.0),
     }
+}
+
+/// A ball whose halves are so far apart along z, with a cylinder between them.
+fn ball(radius: f64, length: f64) -> Vec<Triangle> {
+    let at = |step: usize, middle: f64| {
+        let (sin, cos) = (TAU * (step as f64 / SIDES as f64 - 0.25)).sin_cos();
+        (middle + radius * sin, radius * cos, (sin, cos))
+    };
+    let lower = (0..=SIDES / 4).map(|step| at(step, -0.5 * length));
+    let upper = (SIDES / 4..=SIDES / 2).map(|step| at(step, 0.5 * length));
+    turned(&lower.chain(upper).collect::<Vec<_>>())
 }
 
 /// The triangles of the mesh `file`, as it is, and their colours where it has some. `description` is the robot description's own file,
@@ -171,6 +177,7 @@ mod tests {
         let shapes = [
             (Shape::Box(Vector3::new(1.0, 2.0, 3.0)), 22.0),
             (Shape::Cylinder { radius: 0.5, length: 2.0 }, TAU * 0.5 * (0.5 + 2.0)),
+            (Shape::Capsule { radius: 0.5, length: 2.0 }, TAU * 0.5 * 3.0),
             (Shape::Sphere(0.5), TAU * 0.5),
         ];
         for (shape, expected) in shapes {
@@ -196,20 +203,18 @@ mod tests {
     fn meshes_are_read_and_what_is_none_has_a_reason() {
         let corner = "solid s\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid s\n";
         let folder = tempfile::tempdir().unwrap();
-        let write = |name: &str, content: &[u8]| {
-            let path = folder.path().join(name);
-            std::fs::write(&path, content).unwrap();
-            path.to_str().unwrap().to_owned()
+        let own = folder.path().join("robot.urdf");
+        let read = |name: &str, content: &str| {
+            std::fs::write(folder.path().join(name), content).unwrap();
+            mesh(name, Some(&own))
         };
-        let [(triangle, color)] = mesh(&write("a.stl", corner.as_bytes()), None).unwrap()[..] else {
-            panic!()
-        };
+        let [(triangle, color)] = read("a.stl", corner).unwrap()[..] else { panic!() };
         assert_eq!((triangle[1].0, triangle[0].1, color), (Point3::new(1.0, 0.0, 0.0), Vector3::z(), None));
         let square = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n";
-        assert_eq!(mesh(&write("b.obj", square.as_bytes()), None).unwrap().len(), 2);
+        assert_eq!(read("b.obj", square).unwrap().len(), 2);
         for damaged in ["solid s\nfacet normal", "v 0 0\nf 1 2 9", "<COLLADA></COLLADA", ""] {
             for kind in ["stl", "obj", "dae"] {
-                let read = mesh(&write(&format!("c.{kind}"), damaged.as_bytes()), None);
+                let read = read(&format!("c.{kind}"), damaged);
                 assert!(read.is_err() || read.is_ok_and(|read| read.is_empty()), "{kind}: {damaged}");
             }
         }

@@ -93,17 +93,14 @@ def jparse(jacobian, error):
     return JParseCore(gamma=0.1).compute(jacobian, position_dimensions=3, angular_dimensions=3) @ error
 
 
-def logc(inverse):
+def logc(inverse, arm, goal, limits, gain):
     """Our law by another's logarithm and Jacobian."""
 
-    def law(arm, goal, limits, gain):
-        def velocity(theta, before):
-            error = pinocchio.log6(goal.actInv(arm.pose(theta))).vector
-            return -gain * inverse(arm.jacobian(theta), error)
+    def velocity(theta, before):
+        error = pinocchio.log6(goal.actInv(arm.pose(theta))).vector
+        return -gain * inverse(arm.jacobian(theta), error)
 
-        return velocity
-
-    return law
+    return velocity
 
 
 def least_singular_value(jacobian):
@@ -226,8 +223,8 @@ def six_digits(value):
 DAMPED, JPARSE = "logc_by_pinocchio", "logc_by_jparse"
 # Pinocchio by itself has no limits.
 PEERS = [
-    (DAMPED, False, logc(damped)),
-    (JPARSE, False, logc(jparse)),
+    (DAMPED, False, functools.partial(logc, damped)),
+    (JPARSE, False, functools.partial(logc, jparse)),
     ("dq_robotics", False, dq_robotics),
     ("dq_robotics", True, dq_robotics),
     ("pink", False, pink_frame_task),

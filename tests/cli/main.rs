@@ -1,5 +1,6 @@
 //! The command line without DDS: what it prints, and how it answers bad input.
 
+mod cases;
 mod examples;
 mod input;
 mod links;

@@ -49,13 +49,10 @@ fn a_guard_waits_for_the_description_too_and_takes_its_joints_from_it() {
     assert!(!std::fs::read_to_string(&log).unwrap().contains("watching"));
     host.start("plant", &of_tiago("arm", &["-p", TIAGO]));
     wait_for_text(&log, "watching /forward_velocity_controller/commands");
-    let lost = host.file("lost.log", "");
-    let elsewhere = of_tiago("guard", &["-r", "__node:=lost", "-p", "tool_frame:=nowhere"]);
-    host.start_logging_to("lost", &elsewhere, File::create(&lost).unwrap());
-    wait_for_text(
-        &lost,
-        "what came on /robot_description does not describe it: robot_description: tool_frame is \"nowhere\"",
-    );
+    let lost = host.run(&of_tiago("guard", &["-r", "__node:=lost", "-p", "tool_frame:=nowhere"]));
+    let why = String::from_utf8_lossy(&lost.stderr);
+    let expected = "error: what came on /robot_description does not describe the arm: robot_description: tool_frame is \"nowhere\"";
+    assert!(lost.status.code() == Some(1) && why.contains(expected), "{why}");
     let joints = host.run(&["param", "get", "dq_servo_guard", "joints"]);
     assert_success(&joints);
     assert!(String::from_utf8_lossy(&joints.stdout).contains("torso_lift_joint"));
@@ -132,4 +129,97 @@ fn the_servo_waits_for_the_description_and_moves_the_arm_that_it_has() {
     host.start("other", &other);
     logged("the description on /robot_description is not taken");
     assert!(host.run(&["param", "get", "joints"]).stdout.windows(5).any(|part| part == b"torso"));
+}
+
+/// Names with quotes, blanks, slashes, commas and characters that are not ASCII, of links and of joints.
+const NAMES: [&str; 8] = [
+    "base \"link\", 0",
+    "joint 1",
+    "l\u{e9}ft/arm, 'a'",
+    "joint\u{a0}2 # not: a comment",
+    "[fore] {arm}; \\n",
+    "\u{5173}\u{8282} 0.5 3",
+    "hand & <tool>",
+    "base",
+];
+
+#[test]
+fn names_of_any_characters_are_names_over_dds_in_bags_and_in_figures() {
+    let [base, one, upper, two, fore, three, hand, other] =
+        NAMES.map(|name| name.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;"));
+    let joint = |(name, parent, child, origin): (&str, &str, &str, &str)| {
+        format!(
+            "<joint name=\"{name}\" type=\"revolute\"><parent link=\"{parent}\"/><child link=\"{child}\"/><origin xyz=\"{origin}\"/>\
+             <axis xyz=\"0 1 0\"/><limit lower=\"-2\" upper=\"2\" effort=\"1\" velocity=\"1\"/></joint>"
+        )
+    };
+    let joints = [
+        (&*one, &*base, &*upper, "0 0 0.2"),
+        (&*two, &*upper, &*fore, "0.3 0 0"),
+        (&*three, &*fore, &*hand, "0.3 0 0"),
+        (&*other, &*base, &*other, "0 0 -1"),
+    ];
+    let shape = "<collision><geometry><box size=\"0.1 0.05 0.05\"/></geometry></collision>";
+    let links =
+        [&base, &upper, &fore, &hand, &other].map(|name| format!("<link name=\"{name}\">{shape}</link>"));
+    let text =
+        format!("<robot name=\"a 'b' &amp; c\">{}{}</robot>", links.concat(), joints.map(joint).concat());
+    let mut host = Host::new();
+    let file = host.file("robot.urdf", &text);
+    let yaml = |text: &str| Value::String(text.to_owned()).to_string();
+    let frames = format!(
+        "/**:\n  ros__parameters:\n    base_frame: {}\n    tool_frame: {}\n    constraints: true\n    events: true\n",
+        yaml(NAMES[0]),
+        yaml(NAMES[6])
+    );
+    let frames = host.file("frames.yaml", &frames);
+    let log = host.file("servo.log", "");
+    // The servo has the description from the topic.
+    host.start_logging_to(
+        "servo",
+        &["servo", "--ros-args", "--params-file", &frames],
+        File::create(&log).unwrap(),
+    );
+    wait_for_text(&log, "nothing on /robot_description describes it yet");
+    let described = format!("robot_file:={file}");
+    let start = "initial_positions:=[0.1, 0.5, 0.3]";
+    host.start("plant", &["arm", "--ros-args", "--params-file", &frames, "-p", &described, "-p", start]);
+    wait_for_text(&log, "waiting_for_state -> holding");
+    let param = |name: &str| {
+        let output = host.run(&["param", "get", name]);
+        assert_success(&output);
+        Value::from_yaml(String::from_utf8_lossy(&output.stdout).trim()).unwrap()
+    };
+    let joints = [NAMES[1], NAMES[3], NAMES[5]];
+    assert_eq!(param("joints"), Value::StringArray(joints.map(str::to_owned).to_vec()));
+    let Value::StringArray(body) = param("body") else { panic!() };
+    // A shape on each link of the arm, none of whose joints is called base.
+    for name in joints.into_iter().chain(["base"]) {
+        assert!(body.iter().any(|text| text.starts_with(&format!("{name} "))), "{name:?} in {body:?}");
+    }
+    let (_directory, bag) = place();
+    let bag = bag.to_str().unwrap();
+    let pose = host.run(&[
+        "pose",
+        "0.3",
+        "0.4",
+        "0.4",
+        "--json",
+        "--ros-args",
+        "--params-file",
+        &frames,
+        "-p",
+        &described,
+    ]);
+    assert_success(&pose);
+    let pose: serde_json::Value = serde_json::from_slice(&pose.stdout).unwrap();
+    let numbers = ["position", "orientation_xyzw"].map(|key| pose[key].as_array().unwrap().clone()).concat();
+    let numbers: Vec<_> = numbers.iter().map(ToString::to_string).collect();
+    let goal = [vec!["goal"], numbers.iter().map(String::as_str).collect(), vec!["--record", bag]].concat();
+    assert_success(&host.run(&goal));
+    assert!(assert_replays(bag.as_ref()) > 50);
+    let plots = format!("{bag}_plots");
+    assert_success(&host.run(&["plot", bag, "--out", &plots]));
+    let figure = std::fs::read_to_string(format!("{plots}/joint_positions.svg")).unwrap();
+    assert!(figure.contains(NAMES[1]) && figure.contains(NAMES[3]), "the titles of its panels");
 }

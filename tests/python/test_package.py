@@ -327,7 +327,7 @@ class TheServo(unittest.TestCase):
             (lambda: dq.Servo("ur5e", {"command_interface": "torque"}), "torque"),
             (lambda: dq.Servo("ur5e", {"kontroller": "logc"}), "controller"),
             (lambda: dq.Servo(None, {"joints": ["one"]}), "an arm"),
-            (lambda: dq.Servo("ur6e"), "no arm of the box"),
+            (lambda: dq.Servo("ur6e"), "no built-in arm"),
         ]:
             with self.assertRaisesRegex(ValueError, words):
                 call()

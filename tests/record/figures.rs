@@ -1,11 +1,11 @@
 //! The figures of recorded runs.
 
-use crate::bags::{alter, jazzy, read, write};
-use crate::runs::{DEMO, only_run};
+use crate::bags::{Sample, alter, jazzy, read, write};
+use crate::runs::{DEMO, only_run, puma560};
 use assert_cmd::Command;
-use dq_servo::draw::Width;
+use dq_servo::draw::{Figure, Width};
 use dq_servo::record::WriterOptions;
-use dq_servo::runs::{RecordedRun, plot};
+use dq_servo::runs::{RecordedRun, plot, recorded};
 use dq_servo::wire::messages::DiagnosticStatus;
 use std::path::Path;
 
@@ -49,6 +49,49 @@ fn a_law_under_which_nothing_moved_has_no_curve_of_its_own() {
     let set_between = only_run(&bag);
     assert!(set_between.laws.iter().any(|(_, law)| law == "lq"), "{:?}", set_between.laws);
     assert_eq!(legend(&set_between), legend(&run));
+}
+
+/// A message stamped 0, one a year ahead, and a run of another day: the axis has the rest, and what is not on it is named.
+#[test]
+fn what_is_far_from_the_rest_of_a_run_is_left_out_of_its_figures_and_named() {
+    const DAY: i64 = 86_400_000_000_000;
+    let original = read(Path::new(DEMO));
+    let states = |of: &Sample| of.topic.ends_with("joint_states");
+    let state = original.iter().find(|message| states(message)).unwrap().clone();
+    let moved = |message: &Sample, time: i64| Sample { time, ..message.clone() };
+    let first = original.iter().filter(|message| states(message)).take(100);
+    let cases = [
+        (vec![moved(&state, 0)], "a joint state "),
+        (vec![moved(&state, state.time + 365 * DAY)], "a joint state 3153"),
+        (
+            first.map(|message| moved(message, message.time - 2 * DAY)).collect(),
+            "100 joint states or more 1727",
+        ),
+    ];
+    let times = |figures: &[Figure]| {
+        let all = figures.iter().filter(|figure| figure.name != "path").flat_map(|figure| {
+            let panels = figure.data["panels"].as_array().unwrap();
+            let series = panels.iter().flat_map(|panel| panel["series"].as_array().unwrap());
+            series.flat_map(|series| {
+                series["points"].as_array().unwrap().iter().map(|point| point[0].as_f64().unwrap())
+            })
+        });
+        all.fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), time| (least.min(time), most.max(time)))
+    };
+    let (begin, end) = times(&plot(&[only_run(Path::new(DEMO))]));
+    for (more, named) in cases {
+        let directory = tempfile::tempdir().unwrap();
+        let bag = directory.path().join("bag");
+        let mut messages: Vec<_> =
+            original.iter().map(|message| moved(message, message.time)).chain(more).collect();
+        messages.sort_by_key(|message| message.time);
+        write(&bag, WriterOptions::default(), &messages);
+        let read = recorded(&bag, "bag", &puma560()).unwrap();
+        let [warning] = &read.warnings[..] else { panic!("{:?}", read.warnings) };
+        assert!(warning.contains(named) && warning.contains("left out of the figures"), "{warning}");
+        let (from, to) = times(&plot(&read.runs));
+        assert!((from - begin).abs() < 1e-3 && (to - end).abs() < 1e-3, "{from} to {to}, {begin} to {end}");
+    }
 }
 
 /// A limit is drawn as it was at each time, one of position where the joint comes near to it.

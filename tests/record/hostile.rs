@@ -1,6 +1,8 @@
 //! Bags that are damaged, or made to do harm: what is whole is read, what is lost is said, in bounded memory and time.
 
-use crate::bags::{Sample, alter, alter_record, data_file, jazzy, read, read_through, samples, write};
+use crate::bags::{
+    Sample, alter, alter_record, data_file, encode, jazzy, read, read_through, samples, write,
+};
 use crate::measured;
 use crate::reading::mcap_file;
 use crate::runs::{DEMO, EVENTS, puma560};
@@ -9,7 +11,7 @@ use dq_servo::draw::Width;
 use dq_servo::params::Value;
 use dq_servo::record::{Bag, BagError, WriterOptions};
 use dq_servo::runs::{plot, recorded, replay};
-use dq_servo::wire::messages::{JointState, Message};
+use dq_servo::wire::messages::{JointState, Message, UInt8MultiArray};
 use dq_servo::wire::{CycleRecord, ParameterEvent, Recorded};
 use mcap::WriteOptions;
 use std::collections::BTreeSet;
@@ -198,6 +200,54 @@ fn chunks_that_unpack_to_24_gb_end_in_bounded_memory() {
     assert!(losses.len() > 1, "{losses:?}");
 }
 
+/// A bag with one message of so many bytes on the topic of a servo's record: a cycle that was stopped millions of times.
+fn record_of_stops(path: &Path, bytes: usize) {
+    let stop = postcard_of(&Recorded::Stop);
+    let mut record = Vec::new();
+    CycleRecord::begin(0, Duration::ZERO, &mut record);
+    record.extend(stop.repeat(bytes / stop.len()));
+    CycleRecord::end(None, &mut record);
+    let cdr = encode(&UInt8MultiArray { data: record, ..UInt8MultiArray::default() });
+    let sample = Sample { topic: EVENTS.to_owned(), message: UInt8MultiArray::TYPE.to_owned(), time: 1, cdr };
+    write(path, WriterOptions::default(), &[sample]);
+}
+
+fn postcard_of(event: &Recorded) -> Vec<u8> {
+    let mut record = Vec::new();
+    event.write(&mut record);
+    record
+}
+
+#[test]
+fn a_record_of_27_mb_that_is_no_cycle_s_is_refused_in_bounded_memory() {
+    let (_directory, path) = place("bag");
+    record_of_stops(&path, 27 << 20);
+    let (refused, memory) = measured(|| replay(&mut Bag::open(&path).unwrap()));
+    assert!(refused.unwrap_err().to_string().contains("does not begin in it"));
+    assert!(memory < 200 << 20, "{memory} bytes");
+    // A shorter one too.
+    let (_directory, path) = place("bag");
+    record_of_stops(&path, 4 << 20);
+    let (refused, memory) = measured(|| replay(&mut Bag::open(&path).unwrap()));
+    assert!(refused.is_err() && memory < 100 << 20, "{memory} bytes");
+}
+
+#[test]
+fn a_bag_without_a_record_is_refused_before_it_is_read() {
+    let (_directory, path) = place("bag");
+    let image = Sample {
+        cdr: vec![0; 100 << 20],
+        message: UInt8MultiArray::TYPE.to_owned(),
+        topic: "/image".to_owned(),
+        time: 1,
+    };
+    write(&path, WriterOptions::default(), &[image]);
+    let mut bag = Bag::open(&path).unwrap();
+    let (refused, memory) = measured(|| replay(&mut bag));
+    assert!(refused.unwrap_err().to_string().contains("no record of what came to a servo"));
+    assert!(memory < 1 << 20, "{memory} bytes");
+}
+
 #[test]
 fn a_compressed_file_that_unpacks_to_gigabytes_ends_in_bounded_memory() {
     let (_directory, path) = place("bomb.mcap.zstd");
@@ -245,7 +295,7 @@ fn reading_a_bag_in_wal_mode_changes_nothing_beside_it() {
     let before = around();
     assert_eq!(read(&file).len(), 2401);
     assert_eq!(around(), before);
-    // A recorder that was killed leaves messages beside the file, which only its own SQLite may bring in.
+    // What a recorder that was killed leaves beside the file is named, also where nothing of it can be read.
     std::fs::write(format!("{}-wal", file.display()), "something").unwrap();
     let (read, _, losses) = read_through(&file).unwrap();
     assert!(read.len() == 2401 && losses.len() == 1 && losses[0].contains("-wal"), "{losses:?}");

@@ -55,7 +55,7 @@ async function frames() {
   await mkdir(folder, { recursive: true });
   const { child, link } = await started("script", ["--quiet", "--flush", "--return", "--command", `${PROGRAM} demo`, "/dev/null"]);
   let over = false;
-  child.stdout.on("data", (text) => (over ||= String(text).includes("jitter")));
+  child.stdout.on("data", (text) => (over ||= String(text).includes("woke late")));
   const browser = await launch();
   const page = await browser.newPage({ viewport: { width: 1120, height: 630 } });
   await page.goto(link);

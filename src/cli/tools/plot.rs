@@ -5,9 +5,7 @@ use crate::arm::{Chain, JointKind};
 use crate::cli::Usage;
 use crate::cli::arm::ArmChoice;
 use crate::cli::print::print_line;
-use crate::config::ServoParameters;
 use crate::draw::{self, DrawError, Figure, Width};
-use crate::nodes::Prepared;
 use crate::ros::RosArgs;
 use crate::runs::{MotionRow, Recorded, RecordedRun, csv, plot, recorded};
 use crate::stderr;
@@ -118,8 +116,7 @@ impl Plot {
 /// The runs of all bags, after what could not be read of them has been listed on stderr; where one does not have its parameters, they are
 /// those with which a servo of these ROS arguments would start.
 fn read_all(bags: &[PathBuf], ros_args: &RosArgs) -> anyhow::Result<Vec<RecordedRun>> {
-    let servo = Prepared::<ServoParameters>::new(ros_args)?;
-    crate::cli::warn(servo.warnings());
+    let servo = crate::cli::offline(ros_args.clone())?;
     let mut runs = Vec::new();
     for bag in bags {
         let Recorded { runs: more, warnings, losses } = recorded(bag, &name(bag, bags), servo.parameters())?;

@@ -7,7 +7,7 @@ use crate::servo::{Interface, Measured, State};
 use std::time::Duration;
 
 /// A motion that takes longer is too slow to be looked at.
-const PATIENCE: Duration = Duration::from_secs(12);
+const PATIENCE: Duration = Duration::from_secs(20);
 
 /// Parts of the way aside of the start, of which the first is taken that each law goes there and back.
 const PARTS: [f64; 5] = [1.0, 0.5, 0.25, 0.125, 0.0625];

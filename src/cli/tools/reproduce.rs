@@ -3,9 +3,7 @@
 use super::table::{self, seconds};
 use crate::cli::arm::ArmChoice;
 use crate::cli::print::{StdoutError, print_line};
-use crate::config::ServoParameters;
 use crate::draw;
-use crate::nodes::Prepared;
 use crate::paper::{Experiment, Laboratory, Reproduction, Row, reproduce};
 use crate::ros::RosArgs;
 use anyhow::Context;
@@ -27,8 +25,7 @@ pub(in crate::cli) struct Reproduce {
 
 impl Reproduce {
     pub(super) fn run(&self, ros_args: &RosArgs) -> anyhow::Result<()> {
-        let prepared = Prepared::<ServoParameters>::new(&self.arm.and(ros_args))?;
-        crate::cli::warn(prepared.warnings());
+        let prepared = crate::cli::offline(self.arm.and(ros_args))?;
         let parameters = prepared.parameters();
         let experiment = match &self.experiment {
             Some(file) => Experiment::from_file(file)?,

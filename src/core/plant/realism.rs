@@ -1,20 +1,26 @@
 //! What real robots add between a command and the joint state that shows it.
 
+use dq_params::Parameters;
 use std::collections::VecDeque;
 use std::time::Duration;
 
 /// What the robot is like; all zero, as by default, is an arm that follows each command at once, and reports at once where it is.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Parameters)]
 pub struct Realism {
-    /// A command takes effect so much after it came.
+    /// a command takes effect so much after it came \[s\]
+    #[parameter(range = 0.0..=1.0)]
     pub command_latency: Duration,
-    /// A joint state comes out so much after it was measured.
+    /// a joint state comes out so much after it was measured \[s\]
+    #[parameter(range = 0.0..=1.0)]
     pub state_latency: Duration,
-    /// A joint goes after a velocity command as a system of first order with this time constant.
+    /// a joint goes after a velocity command as a system of first order with it \[s\]
+    #[parameter(range = 0.0..=10.0)]
     pub velocity_time_constant: Duration,
-    /// Each measured position is off by up to this angle either way \[rad\].
+    /// each measured position is off by up to this either way \[rad, m\]
+    #[parameter(range = 0.0..=1.0)]
     pub position_noise: f64,
-    /// The angle of one count of the encoders \[rad\].
+    /// what one count of the encoders is; 0: they do not count \[rad, m\]
+    #[parameter(range = 0.0..=1.0)]
     pub encoder_resolution: f64,
     /// From one joint state to the next; zero: one each step.
     pub state_interval: Duration,

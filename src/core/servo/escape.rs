@@ -1,4 +1,4 @@
-//! The escape from a singularity at which a law stands still although a way to its goal begins there.
+//! The escape from a singularity at which a law stands still although its error can be reduced from there.
 //!
 //! Where the error `e` lies along a direction that the joints have lost, `Jᵀ e = 0`: a law that feeds back the error stands, and a
 //! hair's breadth beside it takes long to get going. Such a configuration is a critical point of `½|e|²`. At a saddle, as a folded
@@ -26,7 +26,7 @@ const SQUARINGS: usize = 20;
 
 /// What there is of an escape.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Way {
+pub(super) enum FoundEscape {
     /// One that can be taken.
     Open,
     /// One that this joint, counted from 0, cannot take in either direction, as it is at a position limit.
@@ -42,19 +42,19 @@ impl EscapeDirection {
     /// Raises the speed of `theta_dot` [rad/s] along the direction to the least that it has there.
     pub fn lead(&self, theta_dot: &mut [f64]) {
         let missing = (SPEED - self.along(theta_dot)).max(0.0);
-        theta_dot.iter_mut().zip(&self.0).for_each(|(speed, way)| *speed += missing * way);
+        theta_dot.iter_mut().zip(&self.0).for_each(|(speed, part)| *speed += missing * part);
     }
 
     /// The part of `values`, one a joint, that is along the direction: of joint velocities the speed [rad/s].
     pub fn along(&self, values: &[f64]) -> f64 {
-        self.0.iter().zip(values).map(|(way, value)| way * value).sum()
+        self.0.iter().zip(values).map(|(part, value)| part * value).sum()
     }
 
     /// The first joint with a large part in the direction that has a position limit there.
     fn bar(&self, theta: &[f64], limits: &PositionLimits) -> Option<usize> {
         let mut joints = self.0.iter().zip(theta).enumerate();
-        joints.find_map(|(joint, (way, angle))| {
-            (way.abs() > 0.1 && limits.is_near_towards(joint, *angle, *way)).then_some(joint)
+        joints.find_map(|(joint, (part, angle))| {
+            (part.abs() > 0.1 && limits.is_near_towards(joint, *angle, *part)).then_some(joint)
         })
     }
 }
@@ -108,7 +108,7 @@ impl Escape {
         goal: &UnitDualQuaternion,
         theta: &[f64],
         limits: &PositionLimits,
-    ) -> Way {
+    ) -> FoundEscape {
         let Self { direction, trial, search, descent } = self;
         let curvature = search.steepest_bend(trial, controller, goal, theta, &mut direction.0);
         trial.evaluate(theta);
@@ -116,9 +116,9 @@ impl Escape {
         // A curvature that is no number is none.
         let is_open = curvature > 0.0 && curvature >= LEAST_CURVATURE * error * error;
         if !is_open {
-            return Way::None;
+            return FoundEscape::None;
         }
-        // To both sides the way is the same to second order; what the law does already decides, be it ever so little.
+        // Both sides are the same to second order; what the law does already decides, be it ever so little.
         let slope = direction.along(descent);
         let largest = direction.0[direction.0.icamax()];
         if slope < 0.0 || (slope == 0.0 && largest < 0.0) {
@@ -127,7 +127,7 @@ impl Escape {
         if direction.bar(theta, limits).is_some() {
             direction.0.neg_mut();
         }
-        direction.bar(theta, limits).map_or(Way::Open, Way::Barred)
+        direction.bar(theta, limits).map_or(FoundEscape::Open, FoundEscape::Barred)
     }
 }
 
@@ -192,15 +192,15 @@ impl Search {
                 self.power.copy_from(&self.square);
                 self.power /= scale;
             } else {
-                // The error bends as little, or as much the other way, in every direction: each is as steep as the others.
+                // The error bends as little, or as much to the other side, in every direction: each is as steep as the others.
                 self.power.fill_with_identity();
             }
         }
         direction.copy_from(&self.power.column(self.strongest_column()));
         direction.normalize_mut();
         let mut value = 0.0;
-        for (column, way) in self.bend.column_iter().zip(&*direction) {
-            value += way * column.dot(&*direction);
+        for (column, part) in self.bend.column_iter().zip(&*direction) {
+            value += part * column.dot(&*direction);
         }
         value
     }
@@ -239,11 +239,11 @@ mod tests {
         ] {
             let (found, along) = largest(rows);
             assert!((found - value).abs() <= 1e-12 * value.abs(), "{rows:?}: {found}");
-            for (row, way) in rows.chunks(along.len()).zip(&along) {
-                let turned: f64 = row.iter().zip(&along).map(|(number, way)| number * way).sum();
-                assert!((turned - value * way).abs() <= 1e-9 * value.abs(), "{rows:?}: {along:?}");
+            for (row, part) in rows.chunks(along.len()).zip(&along) {
+                let turned: f64 = row.iter().zip(&along).map(|(number, part)| number * part).sum();
+                assert!((turned - value * part).abs() <= 1e-9 * value.abs(), "{rows:?}: {along:?}");
             }
-            let length = along.iter().map(|way| way * way).sum::<f64>().sqrt();
+            let length = along.iter().map(|part| part * part).sum::<f64>().sqrt();
             assert!((length - 1.0).abs() < 1e-12, "{rows:?}: {along:?}");
         }
     }

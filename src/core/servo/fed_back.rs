@@ -2,7 +2,7 @@
 //!
 //! Visual servoing, hand guiding or "1 cm lower than now" publish the pose that was measured a moment ago with an offset. The velocity of
 //! such a goal is the tool's own of a moment ago. To feed it forward would add it to the law's, which makes the goal faster still: the arm
-//! would run away. A goal that moves by itself is seen at once from a tool that stands, or goes another way. So a goal's motion counts as
+//! would run away. A goal that moves by itself is seen at once from a tool that stands, or goes elsewhere. So a goal's motion counts as
 //! its own only once no offset and no lag explains it by the tool's.
 
 use dq_algebra::UnitDualQuaternion;
@@ -15,9 +15,9 @@ const STEP: Duration = Duration::from_millis(10);
 const LAGS: usize = 31;
 
 /// A goal must have gone so far [m, rad] before its motion is judged, which is more than noise of a measured pose ...
-const WAY: [f64; 2] = [5e-3, 2e-2];
+const TRAVEL: [f64; 2] = [5e-3, 2e-2];
 
-/// ... and is no motion of the tool's if it differs from each of those by this part of that way, and by what the tool goes in a step.
+/// ... and is no motion of the tool's if it differs from each of those by this part of that travel, and by what the tool goes in a step.
 const OWN: f64 = 0.3;
 
 /// Where the tool was at a time.
@@ -34,7 +34,7 @@ pub(super) struct FedBack {
     /// The first goal of the stream, and where the tool was then, a lag after the other.
     first: Option<(UnitDualQuaternion, [UnitDualQuaternion; LAGS])>,
     /// How far the goal went at most \[m, rad\], and how far from there each lag would have taken it at most.
-    way: [f64; 2],
+    travel: [f64; 2],
     off: [[f64; 2]; LAGS],
     /// How far the tool went in a step at most \[m, rad\].
     step: [f64; 2],
@@ -46,7 +46,7 @@ impl Default for FedBack {
         Self {
             tool: VecDeque::with_capacity(LAGS + 1),
             first: None,
-            way: [0.0; 2],
+            travel: [0.0; 2],
             off: [[0.0; 2]; LAGS],
             step: [0.0; 2],
             moves_by_itself: false,
@@ -57,7 +57,7 @@ impl Default for FedBack {
 impl FedBack {
     /// Begins anew with the next goal.
     pub fn restart(&mut self) {
-        (self.first, self.way, self.off) = (None, [0.0; 2], [[0.0; 2]; LAGS]);
+        (self.first, self.travel, self.off) = (None, [0.0; 2], [[0.0; 2]; LAGS]);
         (self.step, self.moves_by_itself) = ([0.0; 2], false);
     }
 
@@ -91,7 +91,7 @@ impl FedBack {
         });
         let (first_goal, first_tool) = *self.first.get_or_insert((*goal, tool));
         let larger = |one: [f64; 2], other: [f64; 2]| std::array::from_fn(|part| one[part].max(other[part]));
-        self.way = larger(self.way, first_goal.distances(goal));
+        self.travel = larger(self.travel, first_goal.distances(goal));
         for pair in tool.windows(2) {
             self.step = larger(self.step, pair[0].distances(&pair[1]));
         }
@@ -100,7 +100,7 @@ impl FedBack {
         }
         self.moves_by_itself = (0..2).any(|part| {
             let least = self.off.iter().map(|off| off[part]).fold(f64::INFINITY, f64::min);
-            self.way[part] >= WAY[part] && least >= OWN * self.way[part] + self.step[part]
+            self.travel[part] >= TRAVEL[part] && least >= OWN * self.travel[part] + self.step[part]
         });
     }
 
@@ -117,8 +117,8 @@ fn difference(
     (goal_before, goal): (&UnitDualQuaternion, &UnitDualQuaternion),
 ) -> [f64; 2] {
     let by_tool = (tool_before.conjugate() * *goal_before).distances(&(tool.conjugate() * *goal));
-    let way = |from: &UnitDualQuaternion, to: &UnitDualQuaternion| to.translation() - from.translation();
-    let by_base = (way(goal_before, goal) - way(tool_before, tool)).norm();
+    let step = |from: &UnitDualQuaternion, to: &UnitDualQuaternion| to.translation() - from.translation();
+    let by_base = (step(goal_before, goal) - step(tool_before, tool)).norm();
     let turned =
         |from: &UnitDualQuaternion, to: &UnitDualQuaternion| to.rotation() * from.rotation().inverse();
     let turned_by_base = turned(goal_before, goal).angle_to(&turned(tool_before, tool));

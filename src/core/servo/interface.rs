@@ -1,6 +1,7 @@
 //! What kind of commands the robot's controller takes.
 
 use dq_common::named;
+use dq_params::{Declarer, ParameterError, Parameters};
 
 named! {
     /// What kind of commands the robot's controller takes.
@@ -18,5 +19,18 @@ impl Interface {
     /// Whether positions are sent.
     pub fn takes_positions(self) -> bool {
         self != Self::Velocity
+    }
+}
+
+/// Of servo, plant and guard alike, so that one file can set all.
+impl Parameters for Interface {
+    fn declare(p: &mut Declarer) -> Result<Self, ParameterError> {
+        #[derive(Parameters)]
+        struct Command {
+            /// what the robot's controller takes: joint velocities, joint positions, or trajectories of one point each
+            #[parameter(one_of = Interface::NAMES, default = Interface::Velocity, fixed)]
+            command_interface: Interface,
+        }
+        Command::declare(p).map(|command| command.command_interface)
     }
 }

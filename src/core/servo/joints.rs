@@ -22,9 +22,9 @@ impl JointOrder {
         &self.names
     }
 
-    /// Whether all of the arm's joints are among `names`: what a message without them says is of something else.
-    pub fn are_among(&self, names: &[String]) -> bool {
-        self.names.iter().all(|joint| names.contains(joint))
+    /// Whether one of the arm's joints is among `names`: what a message without them says is of something else.
+    pub fn has_any_of(&self, names: &[String]) -> bool {
+        self.names.iter().any(|joint| names.contains(joint))
     }
 
     /// Finds the arm's joints in a message, by name; other joints are ignored. `places`, one a joint, are where they were in the
@@ -65,7 +65,7 @@ impl JointOrder {
     }
 }
 
-fn check(joint: &str, value: f64) -> Result<(), Rejection> {
+pub(super) fn check(joint: &str, value: f64) -> Result<(), Rejection> {
     let (field, bound) = (|| format!("position of {joint:?}"), bounds::JOINT_ANGLE);
     match value {
         value if value.abs() <= bound => Ok(()),
@@ -76,7 +76,7 @@ fn check(joint: &str, value: f64) -> Result<(), Rejection> {
     }
 }
 
-fn missing(joint: &str, names: &[String]) -> Rejection {
+pub(super) fn missing(joint: &str, names: &[String]) -> Rejection {
     let names = names.iter().take(8).map(|name| cut(name).into_owned()).collect();
     Rejection::MissingJoint { joint: joint.to_owned(), names }
 }

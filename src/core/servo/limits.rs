@@ -1,12 +1,14 @@
 //! Speed, acceleration and position limits: what the command of a driven arm keeps.
 
 use super::PositionLimits;
+use dq_params::Parameters;
+use std::ops::RangeInclusive;
 
 /// From its largest speed a joint comes to rest within this time \[s\], whatever the limits on its acceleration are.
 pub const STOP_TIME: f64 = 1.0;
 
 /// A limit on jerk lets a joint come to its acceleration within this time \[s\], so that a stop takes no more than twice this longer.
-pub const RAMP_TIME: f64 = 0.1;
+pub const RAMP_TIME: f64 = 0.2;
 
 /// An approach to a limit takes at least this many cycles to come e times nearer, however narrow the margin is: a joint state is
 /// some cycles old, and the joint must not be past the limit by then.
@@ -19,24 +21,45 @@ const APPROACH_DELAYS: f64 = 5.0;
 /// The part of the deceleration that braking before a limit counts on; the rest is for joint states that are some cycles old.
 const BRAKING_SHARE: f64 = 0.5;
 
-/// What the commands never exceed.
-#[derive(Clone, Debug, PartialEq)]
+/// The least gain, limit and tolerance that a parameter can be, in its unit.
+pub const POSITIVE: f64 = 1e-6;
+
+/// The range of limits of joints' speeds and accelerations [rad/s, rad/s², prismatic: m/s, m/s²].
+pub const JOINT_SPEEDS: RangeInclusive<f64> = POSITIVE..=1e4;
+
+/// The range of limits of joints' jerks [rad/s³, prismatic: m/s³].
+pub const JOINT_JERKS: RangeInclusive<f64> = POSITIVE..=1e6;
+
+/// What the commands never exceed. A servo's lists have a number for each joint of all its arms; as parameters they are of one arm, and
+/// may be shorter.
+#[derive(Clone, Debug, PartialEq, Parameters)]
+#[parameters(prefix = "limits.")]
 pub struct Limits {
-    /// Joint speeds [rad/s, prismatic: m/s], one a joint.
+    /// largest joint speeds, one a joint [rad/s, m/s]
+    #[parameter(range = JOINT_SPEEDS, required)]
     pub joint_velocity: Vec<f64>,
-    /// Joint accelerations [rad/s², prismatic: m/s²] of an arm that is driven, one a joint.
+    /// largest joint accelerations, one a joint [rad/s^2, m/s^2]
+    // Of an arm that is driven.
+    #[parameter(range = JOINT_SPEEDS, required)]
     pub joint_acceleration: Vec<f64>,
-    /// Joint decelerations [rad/s², prismatic: m/s²] in a stop and before a position limit, one a joint; less than
-    /// [`deceleration`](Self::deceleration) is not taken.
+    /// joint decelerations in a stop and before a position limit, one a joint; empty: the accelerations, or what stops in 1 s where that
+    /// is more [rad/s^2, m/s^2]
+    // Less than `deceleration` is not taken.
+    #[parameter(range = JOINT_SPEEDS)]
     pub joint_deceleration: Vec<f64>,
-    /// How fast the acceleration of a joint may change [rad/s³, prismatic: m/s³], one a joint; infinite for no limit, and less than
-    /// [`jerk`](Self::jerk) is not taken.
+    /// how fast joint accelerations may change, stops included: one number for all joints or one a joint; empty: at once
+    /// [rad/s^3, m/s^3]
+    // Infinite for no limit; less than `jerk` is not taken.
+    #[parameter(name = "limits.jerk", range = JOINT_JERKS)]
     pub joint_jerk: Vec<f64>,
-    /// Speed of the tool point [m/s] of an arm that is driven.
+    /// largest speed of a tool point [m/s]
+    #[parameter(default = 2.0, range = POSITIVE..=100.0)]
     pub linear_speed: f64,
-    /// Angular speed of the tool [rad/s] of an arm that is driven.
+    /// largest angular speed of a tool [rad/s]
+    #[parameter(default = 6.0, range = POSITIVE..=100.0)]
     pub angular_speed: f64,
     /// Joint positions.
+    #[parameter(group)]
     pub position: PositionLimits,
 }
 

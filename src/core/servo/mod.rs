@@ -81,7 +81,7 @@ pub use goal::{Goal, is_own_frame};
 pub use goal_error::GoalError;
 pub use interface::Interface;
 pub use joints::JointOrder;
-pub use limits::{Limits, RAMP_TIME, STOP_TIME};
+pub use limits::{JOINT_JERKS, JOINT_SPEEDS, Limits, POSITIVE, RAMP_TIME, STOP_TIME};
 pub use link::{ArmFigures, Contact, JointReading, longest_way, stamp_age, way};
 pub use motion::{Figures, MotionMeter, Settling};
 use motion_record::MotionLog;

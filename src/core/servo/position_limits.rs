@@ -1,18 +1,25 @@
 //! Joint position limits.
 
-use dq_kinematics::arm::JointKind;
+use dq_kinematics::arm::{JointKind, bounds};
+use dq_params::Parameters;
 
 /// Between which positions each joint may be, and where it slows down.
 ///
 /// Only the joint that is near a limit is slowed, and only outward: to scale the whole velocity, as the speed limits do, would
 /// hold the whole arm as soon as one joint is at its limit. The others go on, and the law sees each cycle where that has led.
-#[derive(Clone, Debug, PartialEq)]
+///
+/// A servo's lists have a number for each joint, which is infinite for a joint without limit.
+#[derive(Clone, Debug, PartialEq, Parameters)]
+#[parameters(prefix = "limits.joint_position_")]
 pub struct PositionLimits {
-    /// Smallest joint positions \[rad, prismatic: m\], one a joint; −∞ for a joint without.
+    /// smallest joint positions, one a joint; empty: none \[rad, m\]
+    #[parameter(range = -bounds::JOINT_ANGLE..=bounds::JOINT_ANGLE)]
     pub lower: Vec<f64>,
-    /// Largest joint positions \[rad, prismatic: m\], one a joint; ∞ for a joint without.
+    /// largest joint positions, one a joint; empty: none \[rad, m\]
+    #[parameter(range = -bounds::JOINT_ANGLE..=bounds::JOINT_ANGLE)]
     pub upper: Vec<f64>,
-    /// Distance from a limit \[rad, prismatic: m\] inside which the joint is slowed.
+    /// distance from a position limit inside which the joint is slowed \[rad, m\]
+    #[parameter(name = "limits.position_margin", default = 0.1, range = 0.0..=3.0)]
     pub margin: f64,
 }
 

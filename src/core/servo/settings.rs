@@ -1,20 +1,25 @@
 //! What may change while the servo runs.
 
 use dq_common::named;
+use dq_kinematics::arm::bounds;
 use dq_kinematics::control::Controller;
+use dq_params::Parameters;
 
-use super::{Interface, Limits, Reconfigure};
+use super::{Interface, Limits, POSITIVE, Reconfigure};
 use dq_algebra::UnitDualQuaternion;
 use dq_space::space::{KeepOut, Scene, SceneError};
 use std::sync::Arc;
 use std::time::Duration;
 
 /// How near counts as arrived.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Parameters)]
+#[parameters(prefix = "goal_tolerance.")]
 pub struct Tolerance {
-    /// Distance of the tool from the goal \[m\].
+    /// distance to the goal that counts as arrived \[m\]
+    #[parameter(default = 0.001, range = POSITIVE..=1.0)]
     pub linear: f64,
-    /// Angle between tool and goal \[rad\].
+    /// angle to the goal that counts as arrived \[rad\]
+    #[parameter(default = 0.01, range = POSITIVE..=3.0)]
     pub angular: f64,
 }
 
@@ -39,12 +44,14 @@ named! {
 }
 
 /// How goals in frames of TF are taken.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Parameters)]
 pub struct GoalFrames {
-    /// What becomes of them.
-    pub mode: GoalFrameMode,
-    /// How long a goal waits for its transform, and how long a frame that is followed may be silent.
+    /// how long a goal in a frame of TF waits for its transform, and how long a frame that is followed may be silent \[s\]
+    #[parameter(default = GoalFrames::default().transform_timeout.as_secs_f64(), range = 0.0..=2.0)]
     pub transform_timeout: Duration,
+    /// what becomes of the next goal in a frame of TF: latch, it stays where it was at its stamp; follow, it moves with its frame
+    #[parameter(name = "goal_frame_mode", one_of = GoalFrameMode::NAMES, default = GoalFrames::default().mode)]
+    pub mode: GoalFrameMode,
 }
 
 impl Default for GoalFrames {
@@ -54,16 +61,20 @@ impl Default for GoalFrames {
 }
 
 /// Where the joints go, as far as the tool leaves them free; by default nowhere.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Parameters)]
+#[parameters(prefix = "posture.")]
 pub struct Posture {
-    /// Joint positions \[rad, prismatic: m\], one a joint; empty: nowhere.
+    /// where the joints of an arm of more than the task needs go as far as the tool leaves them free, one a joint; empty: nowhere
+    /// \[rad, m\]
+    #[parameter(range = -bounds::JOINT_ANGLE..=bounds::JOINT_ANGLE)]
     pub positions: Vec<f64>,
-    /// How fast they go there [1/s]; 0: not at all.
+    /// how fast they go there; 0: not at all [1/s]
+    #[parameter(range = 0.0..=10.0)]
     pub gain: f64,
 }
 
-/// The servo's live settings.
-#[derive(Clone, Debug, PartialEq)]
+/// The servo's live settings. Its parameters are those of every servo; law, tool, frames, scene and posture come of others.
+#[derive(Clone, Debug, PartialEq, Parameters)]
 pub struct Settings {
     /// The law and its gains.
     pub controller: Controller,
@@ -71,40 +82,58 @@ pub struct Settings {
     pub tool_offset: UnitDualQuaternion,
     /// How goals in frames of TF are taken, where they are.
     pub goal_frames: GoalFrames,
-    /// What becomes of a goal that the arm cannot reach.
+    /// what becomes of a goal that the arm cannot reach: reject, or approach, by which the arm goes as near as it can
+    #[parameter(name = "goal_beyond_reach", one_of = BeyondReach::NAMES, default = BeyondReach::Reject)]
     pub beyond_reach: BeyondReach,
-    /// Whether the motion of a goal that moves is added to the law's.
+    /// the motion of a goal that moves is added to the law's, so that the tool does not lag behind
+    #[parameter(default = true)]
     pub feed_forward: bool,
-    /// δ of the double-cover rule.
+    /// how far past a half turn the sign of the goal is kept
+    // δ of the double-cover rule.
+    #[parameter(default = 0.1, range = 0.0..=0.9)]
     pub sign_hysteresis: f64,
     /// Speed, acceleration and position limits.
+    #[parameter(group)]
     pub limits: Limits,
     /// What the arm must keep out of, and its body; none where it need not.
     pub scene: Option<Arc<Scene>>,
     /// What an arm of more joints than the tool needs does with the rest.
     pub posture: Posture,
     /// How near counts as arrived.
+    #[parameter(group)]
     pub goal_tolerance: Tolerance,
-    /// Age by receipt at which a joint state is stale.
+    /// age at which a joint state is stale: the arm decelerates \[s\]
+    #[parameter(default = 0.1, range = 0.001..=10.0)]
     pub state_timeout: Duration,
-    /// A robot that was away for longer must be asked for anew, a goal that was under way for longer is rejected, and a stick of which
-    /// nothing was heard for longer was let go of.
+    /// a robot that was away for longer is driven again only by a new goal or ~/pause (false); a goal that was under way for longer is
+    /// rejected; a stick silent for longer was let go of \[s\]
+    #[parameter(default = 1.0, range = 0.1..=3600.0)]
     pub rearm_timeout: Duration,
-    /// From a command to the joint state that shows it; none: estimated.
+    /// time from a command to the joint state that shows it; 0: estimated from stamps and motion \[s\]
+    #[parameter(range = 0.0..=0.5)]
     pub latency: Option<Duration>,
-    /// The rate at which what pulls at the joints of an arm that takes velocities is balanced [1/s]; 0: not at all.
+    /// rate at which a payload, or gravity that the robot does not compensate, is balanced, and the joints are held against it; of an arm that
+    /// takes velocities; 0: not at all [1/s]
+    #[parameter(range = 0.0..=10.0)]
     pub integral: f64,
-    /// Age by receipt at which a goal is stale; none: goals are latched.
+    /// age at which a goal is stale; 0: goals are latched \[s\]
+    #[parameter(range = 0.0..=3600.0)]
     pub goal_timeout: Option<Duration>,
-    /// Age by receipt at which a twist is stale.
+    /// age at which a twist is stale: the arm decelerates, and holds \[s\]
+    #[parameter(default = 0.1, range = 0.01..=1.0)]
     pub twist_timeout: Duration,
-    /// Time without progress after which a motion is given up; none: never.
+    /// time without progress after which a motion is given up: the arm holds; 0: never \[s\]
+    #[parameter(default = 5.0, range = 0.0..=3600.0)]
     pub progress_timeout: Option<Duration>,
-    /// Whether an arm that has stalled goes to another configuration in which the goal can be reached.
+    /// whether an arm that has stalled goes to another configuration in which the goal can be reached, along a straight line in joint
+    /// space: never, where ~/reconfigure asks for it, or always
+    #[parameter(one_of = Reconfigure::NAMES, default = Reconfigure::Ask)]
     pub reconfigure: Reconfigure,
     /// What kind of commands the robot takes; it stays as it is while the servo runs.
+    #[parameter(group)]
     pub interface: Interface,
-    /// How far a joint that takes positions may be from where it was sent and should be \[rad, prismatic: m\].
+    /// how far a joint that takes positions may be from where it was sent and should be: beyond, the arm holds \[rad, m\]
+    #[parameter(default = 0.2, range = 0.001..=3.0)]
     pub following_error: f64,
 }
 

@@ -1,4 +1,4 @@
-//! The search for another configuration, on every arm of the box and on two arms.
+//! The search for another configuration, on every built-in arm and on two arms.
 
 use crate::arms::{anywhere, servo};
 use crate::reference::{dual_parameters, parameters};

@@ -68,9 +68,7 @@ fn every_arm_of_the_box_has_its_servo_by_its_name_and_another_name_is_refused_wi
     let refused = Chain::for_arm("ur6e").unwrap_err();
     assert_eq!(refused, SetupError::UnknownArm("ur6e".to_owned()));
     assert!(
-        refused
-            .to_string()
-            .starts_with("no arm of the box is called \"ur6e\": expected one of puma560, ur3e")
+        refused.to_string().starts_with("no built-in arm is called \"ur6e\": expected one of puma560, ur3e")
     );
     assert!(Servo::for_arm("").is_err());
 }

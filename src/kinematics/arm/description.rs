@@ -33,6 +33,9 @@ pub enum DescriptionError {
         /// Where, counted from 1.
         line: u32,
     },
+    /// A robot of nothing.
+    #[error("the robot description defines no link: is it a macro file that was run through xacro?")]
+    NoLink,
     /// An element without something that it must have, or with something that makes no sense.
     #[error("{kind} {name:?} of the robot description: {why}")]
     Element {
@@ -118,6 +121,10 @@ pub struct JointLimits {
     pub velocity: Option<f64>,
     /// Largest acceleration, where URDF 1.2 gives it.
     pub acceleration: Option<f64>,
+    /// Largest deceleration, where URDF 1.2 gives it.
+    pub deceleration: Option<f64>,
+    /// Largest jerk \[rad/s³, m/s³\], where URDF 1.2 gives it.
+    pub jerk: Option<f64>,
 }
 
 impl JointLimits {
@@ -160,6 +167,17 @@ pub struct DescribedJoint {
 /// The pose that URDF gives by a position \[m\] and angles of roll, pitch and yaw about fixed axes \[rad\].
 pub(super) fn pose([x, y, z]: [f64; 3], [roll, pitch, yaw]: [f64; 3]) -> UnitDualQuaternion {
     UnitDualQuaternion::from_parts(UnitQuaternion::from_euler_angles(roll, pitch, yaw), Vector3::new(x, y, z))
+}
+
+/// The angles of roll, pitch and yaw of a rotation \[rad\], exact also where the pitch is a right angle: roll is found with yaw given, after
+/// Herter and Lott, *Algorithms for decomposing 3-D orthogonal matrices into primitive rotations* (1993).
+pub(super) fn angles(rotation: &UnitQuaternion<f64>) -> [f64; 3] {
+    let r = rotation.to_rotation_matrix();
+    let yaw = r[(1, 0)].atan2(r[(0, 0)]);
+    let (sin, cos) = yaw.sin_cos();
+    let pitch = (-r[(2, 0)]).atan2(cos * r[(0, 0)] + sin * r[(1, 0)]);
+    let roll = (sin * r[(0, 2)] - cos * r[(1, 2)]).atan2(cos * r[(1, 1)] - sin * r[(0, 1)]);
+    [roll, pitch, yaw]
 }
 
 impl DescribedJoint {

@@ -1,6 +1,6 @@
 //! A chain as a URDF document, so that RViz and other tools can show it, and a described arm as a short one.
 
-use super::description::{DescribedArm, DescribedJoint, JointLimits, Motion};
+use super::description::{DescribedArm, DescribedJoint, JointLimits, Motion, angles};
 use super::{ArmError, Chain, JointKind};
 use dq_algebra::UnitDualQuaternion;
 use dq_common::text::escaped;
@@ -87,14 +87,13 @@ fn described(
     [parent, child]: [&str; 2],
     origin: UnitDualQuaternion,
 ) -> DescribedJoint {
-    let (roll, pitch, yaw) = origin.rotation().euler_angles();
     DescribedJoint {
         name: name.to_owned(),
         motion,
         parent: parent.to_owned(),
         child: child.to_owned(),
         xyz: origin.translation().into(),
-        rpy: [roll, pitch, yaw],
+        rpy: angles(&origin.rotation()),
         // URDF's default, for one that has none.
         axis: if motion == Motion::Fixed { [1.0, 0.0, 0.0] } else { [0.0, 0.0, 1.0] },
         limits: JointLimits::default(),
@@ -126,6 +125,8 @@ fn push_joint(text: &mut String, joint: &DescribedJoint) {
             ("upper", limits.upper),
             ("velocity", limits.velocity),
             ("acceleration", limits.acceleration),
+            ("deceleration", limits.deceleration),
+            ("jerk", limits.jerk),
         ];
         let given = named.into_iter().filter_map(|(name, limit)| Some(format!(" {name}=\"{}\"", limit?)));
         // URDF wants an effort; nobody here does.
@@ -136,7 +137,7 @@ fn push_joint(text: &mut String, joint: &DescribedJoint) {
 
 /// `<origin xyz rpy>`: URDF's roll-pitch-yaw is Rz(yaw) Ry(pitch) Rx(roll), as nalgebra's Euler angles are.
 fn origin_element(transform: &UnitDualQuaternion) -> String {
-    let (t, (roll, pitch, yaw)) = (transform.translation(), transform.rotation().euler_angles());
+    let (t, [roll, pitch, yaw]) = (transform.translation(), angles(&transform.rotation()));
     format!("<origin xyz=\"{} {} {}\" rpy=\"{roll} {pitch} {yaw}\"/>", t.x, t.y, t.z)
 }
 

@@ -1,10 +1,11 @@
 //! From the text of a URDF document to the arm between two of its links.
 
 use super::bounds::JOINT_ANGLE;
-use super::description::{DescribedArm, DescribedJoint, DescriptionError, JointLimits, Motion};
-use super::urdf_tree::{Tree, child_of, document, linked, name_of, wrong};
+use super::description::{DescribedArm, DescribedJoint, DescriptionError, JointLimits, Motion, angles};
+use super::urdf_tree::{Tree, child_of, linked, name_of, with_document, wrong};
 use dq_common::text::cut;
-use roxmltree::Node;
+use nalgebra::{Quaternion, UnitQuaternion};
+use roxmltree::{Document, Node};
 
 /// What a description says, as far as somebody asked.
 #[derive(Clone, Debug, PartialEq)]
@@ -23,7 +24,10 @@ impl Description {
     /// # Errors
     /// [`DescriptionError`].
     pub fn read(text: &str, base: &str, tool: &str) -> Result<Self, DescriptionError> {
-        let document = document(text)?;
+        with_document(text, |document| Self::of(document, base, tool))
+    }
+
+    fn of(document: &Document, base: &str, tool: &str) -> Result<Self, DescriptionError> {
         let robot = document.root_element();
         let tree = Tree::new(robot)?;
         tree.check_link("base_frame", base)?;
@@ -51,13 +55,14 @@ pub fn guess_frames(text: &str, [base, tool]: [Option<&str>; 2]) -> Result<[Stri
     if let (Some(base), Some(tool)) = (base, tool) {
         return Ok([base, tool].map(str::to_owned));
     }
-    let document = document(text)?;
-    let tree = Tree::new(document.root_element())?;
-    let root = tree.root().unwrap_or_default();
-    let arm = tree.arm(base.unwrap_or(root));
-    let from = base.or_else(|| arm.iter().copied().find(|link| *link == "base_link")).unwrap_or(root);
-    let to = tool.or_else(|| arm.last().copied()).unwrap_or(root);
-    Ok([from.to_owned(), to.to_owned()])
+    with_document(text, |document| {
+        let tree = Tree::new(document.root_element())?;
+        let root = tree.root().unwrap_or_default();
+        let arm = tree.arm(base.unwrap_or(root));
+        let from = base.or_else(|| arm.iter().copied().find(|link| *link == "base_link")).unwrap_or(root);
+        let to = tool.or_else(|| arm.last().copied()).unwrap_or(root);
+        Ok([from.to_owned(), to.to_owned()])
+    })
 }
 
 /// A joint of the chain.
@@ -97,9 +102,7 @@ fn read_beside(joint: Node) -> Option<DescribedJoint> {
 
 fn read_as(joint: Node, motion: Motion) -> Result<DescribedJoint, DescriptionError> {
     let origin = child_of(joint, "origin");
-    if origin.is_some_and(|origin| origin.has_attribute("quat_xyzw")) {
-        return Err(wrong(joint, "its origin has quat_xyzw: expected rpy"));
-    }
+    let wrong_origin = |why| wrong(joint, format!("the quat_xyzw of its origin {why}"));
     let axis = child_of(joint, "axis").filter(|_| motion != Motion::Fixed);
     let described = DescribedJoint {
         name: name_of(joint).to_owned(),
@@ -107,7 +110,10 @@ fn read_as(joint: Node, motion: Motion) -> Result<DescribedJoint, DescriptionErr
         parent: linked(joint, "parent")?.to_owned(),
         child: linked(joint, "child")?.to_owned(),
         xyz: three(joint, origin, "xyz", [0.0; 3])?,
-        rpy: three(joint, origin, "rpy", [0.0; 3])?,
+        rpy: match origin.and_then(quaternion).transpose().map_err(wrong_origin)? {
+            Some(rotation) => angles(&rotation),
+            None => three(joint, origin, "rpy", [0.0; 3])?,
+        },
         axis: three(joint, axis, "xyz", [1.0, 0.0, 0.0])?,
         limits: limits(joint, motion)?,
     };
@@ -115,6 +121,28 @@ fn read_as(joint: Node, motion: Motion) -> Result<DescribedJoint, DescriptionErr
         true => Ok(described),
         false => Err(wrong(joint, format!("its axis is {:?}: expected a direction", described.axis))),
     }
+}
+
+/// The rotation of an origin of URDF 1.1 and later, if it has one.
+///
+/// # Errors
+/// What is wrong with it, after its name.
+pub(super) fn quaternion(origin: Node) -> Option<Result<UnitQuaternion<f64>, String>> {
+    let text = origin.attribute("quat_xyzw")?;
+    let version = origin.document().root_element().attribute("version").unwrap_or("1.0");
+    // There ROS 2's own reader leaves it out, which is another robot.
+    if version.trim() == "1.0" {
+        return Some(Err("needs <robot version=\"1.2\">".to_owned()));
+    }
+    if origin.has_attribute("rpy") {
+        return Some(Err("is there beside rpy: expected one of them".to_owned()));
+    }
+    let numbers: Option<Vec<f64>> = text.split_whitespace().take(5).map(number).collect();
+    let rotation = match numbers.as_deref() {
+        Some(&[x, y, z, w]) => UnitQuaternion::try_new(Quaternion::new(w, x, y, z), SHORTEST_AXIS),
+        _ => None,
+    };
+    Some(rotation.ok_or_else(|| format!("is {:?}: expected a quaternion x y z w", cut(text))))
 }
 
 /// An axis whose numbers are all smaller is none.
@@ -167,6 +195,8 @@ fn limits(joint: Node, motion: Motion) -> Result<JointLimits, DescriptionError> 
             upper: bound("upper", "soft_upper_limit", f64::min)?,
             velocity: read("limit", "velocity")?,
             acceleration: read("limit", "acceleration")?,
+            deceleration: read("limit", "deceleration")?,
+            jerk: read("limit", "jerk")?,
         },
     })
 }

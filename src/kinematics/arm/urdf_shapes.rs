@@ -1,7 +1,8 @@
 //! The shapes of the links of a URDF document: what they look like, and what they run into others with.
 
 use super::description::{DescriptionError, pose};
-use super::urdf_tree::{child_of, document, name_of};
+use super::urdf_reader::quaternion;
+use super::urdf_tree::{child_of, name_of, with_document};
 use dq_algebra::UnitDualQuaternion;
 use nalgebra::Vector3;
 use roxmltree::Node;
@@ -51,6 +52,13 @@ pub enum Shape {
         /// Its length.
         length: f64,
     },
+    /// A capsule along z, of URDF 1.1 and later.
+    Capsule {
+        /// Its radius.
+        radius: f64,
+        /// The length of its cylinder, without the round ends.
+        length: f64,
+    },
     /// A ball of that radius.
     Sphere(f64),
 }
@@ -60,21 +68,18 @@ pub enum Shape {
 /// # Errors
 /// [`DescriptionError`] for a text that is no URDF document.
 pub fn visuals(text: &str) -> Result<Vec<Visual>, DescriptionError> {
-    let document = document(text)?;
-    let robot = document.root_element();
-    let materials = robot.children().filter(|node| node.has_tag_name("material"));
-    let materials: HashMap<_, _> =
-        materials.filter_map(|node| Some((name_of(node).to_owned(), color(node)?))).collect();
-    let links = robot.children().filter(|node| node.has_tag_name("link"));
-    let shown = links.flat_map(|link| {
-        let visuals = link.children().filter(|node| node.has_tag_name("visual"));
-        visuals.filter_map(move |node| visual(link, node))
-    });
-    let named = |mut visual: Visual, material: Option<String>| {
-        visual.color = visual.color.or_else(|| materials.get(&material?).copied());
-        visual
-    };
-    Ok(shown.map(|(visual, material)| named(visual, material)).collect())
+    with_document(text, |document| {
+        let robot = document.root_element();
+        let materials = robot.children().filter(|node| node.has_tag_name("material"));
+        let materials: HashMap<_, _> =
+            materials.filter_map(|node| Some((name_of(node).to_owned(), color(node)?))).collect();
+        let shown = shapes(robot, "visual").filter_map(|(link, node)| visual(link, node));
+        let named = |mut visual: Visual, material: Option<String>| {
+            visual.color = visual.color.or_else(|| materials.get(&material?).copied());
+            visual
+        };
+        Ok(shown.map(|(visual, material)| named(visual, material)).collect())
+    })
 }
 
 /// Every shape of the URDF document `text` by which links run into others, also where it cannot be read.
@@ -82,13 +87,20 @@ pub fn visuals(text: &str) -> Result<Vec<Visual>, DescriptionError> {
 /// # Errors
 /// [`DescriptionError`] for a text that is no URDF document.
 pub fn collisions(text: &str) -> Result<Vec<Collision>, DescriptionError> {
-    let document = document(text)?;
-    let links = document.root_element().children().filter(|node| node.has_tag_name("link"));
-    let all = links.flat_map(|link| {
-        let collisions = link.children().filter(|node| node.has_tag_name("collision"));
-        collisions.map(move |node| Collision { link: name_of(link).to_owned(), shape: placed(node) })
-    });
-    Ok(all.collect())
+    with_document(text, |document| {
+        let all = shapes(document.root_element(), "collision");
+        let read = |(link, node)| Collision { link: name_of(link).to_owned(), shape: placed(node) };
+        Ok(all.map(read).collect())
+    })
+}
+
+/// The links, each with one of its elements of that kind.
+fn shapes<'a>(robot: Node<'a, 'a>, kind: &'static str) -> impl Iterator<Item = (Node<'a, 'a>, Node<'a, 'a>)> {
+    let links = robot.children().filter(|node| node.has_tag_name("link"));
+    links.flat_map(move |link| {
+        let all = link.children().filter(move |node| node.has_tag_name(kind));
+        all.map(move |node| (link, node))
+    })
 }
 
 /// The shape, and the name of its material.
@@ -107,7 +119,10 @@ fn placed(node: Node) -> Option<(UnitDualQuaternion, Shape)> {
         Some(text) => vector(text),
         None => Some(Vector3::zeros()),
     };
-    let link_from_shape = pose(three("xyz")?.into(), three("rpy")?.into());
+    let link_from_shape = match origin.and_then(quaternion) {
+        Some(rotation) => UnitDualQuaternion::from_parts(rotation.ok()?, three("xyz")?),
+        None => pose(three("xyz")?.into(), three("rpy")?.into()),
+    };
     Some((link_from_shape, shape(child_of(node, "geometry")?)?))
 }
 
@@ -121,6 +136,7 @@ fn shape(geometry: Node) -> Option<Shape> {
         }
         "box" => Some(Shape::Box(vector(node.attribute("size")?)?)),
         "cylinder" => Some(Shape::Cylinder { radius: size("radius")?, length: size("length")? }),
+        "capsule" => Some(Shape::Capsule { radius: size("radius")?, length: size("length")? }),
         "sphere" => Some(Shape::Sphere(size("radius")?)),
         _ => None,
     }

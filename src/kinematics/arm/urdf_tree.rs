@@ -1,9 +1,11 @@
 //! The links and joints of a URDF document, and what hangs from what.
 //!
 //! Read by roxmltree and not by urdf-rs (0.10): that reads every element of the robot where we need those of one chain, ends the process
-//! by a stack overflow on deeply nested text, does not name the element in which a number is wrong, and reads a missing limit as zeros.
+//! by a stack overflow on deeply nested text, does not name the element in which a number is wrong, and reads a missing limit as zeros. What is
+//! no XML is made one first, by [`as_xml`].
 
 use super::description::DescriptionError;
+use super::urdf_lenient::as_xml;
 use dq_common::text::{self, cut};
 use roxmltree::{Document, Node, ParsingOptions};
 use std::collections::{HashMap, HashSet};
@@ -17,41 +19,100 @@ const MOST_JOINTS: usize = 64;
 /// The most XML nodes that a description may have.
 const MOST_NODES: u32 = 200_000;
 
-/// The robot's document.
-pub(super) fn document(text: &str) -> Result<Document<'_>, DescriptionError> {
+/// What `read` makes of the robot's document. A text that is no XML is read as ROS 2's own reader reads it, if that takes it.
+pub(super) fn with_document<T>(
+    text: &str,
+    read: impl FnOnce(&Document) -> Result<T, DescriptionError>,
+) -> Result<T, DescriptionError> {
+    match strict(text) {
+        Ok(document) => read(&document),
+        Err(NotStrict::Refused(why)) => Err(why),
+        Err(NotStrict::Odd { .. }) => {
+            let xml = as_xml(text)?;
+            let document = strict(&xml).map_err(NotStrict::why)?;
+            read(&document)
+        }
+    }
+}
+
+/// What to warn of where the text is no XML but is read all the same.
+pub fn oddity(text: &str) -> Option<String> {
+    match strict(text) {
+        Err(NotStrict::Odd { why, line }) => {
+            Some(format!("{why}: line {line} and what is like it are read as ROS 2's own reader reads them"))
+        }
+        _ => None,
+    }
+}
+
+/// Why a text is no document for the strict reader.
+enum NotStrict {
+    /// Nobody reads it.
+    Refused(DescriptionError),
+    /// The lenient one may.
+    Odd { why: DescriptionError, line: u32 },
+}
+
+impl NotStrict {
+    fn why(self) -> DescriptionError {
+        match self {
+            Self::Refused(why) | Self::Odd { why, .. } => why,
+        }
+    }
+}
+
+fn strict(text: &str) -> Result<Document<'_>, NotStrict> {
+    let refused = |why| Err(NotStrict::Refused(why));
     if text.len() > LONGEST_DESCRIPTION {
-        return Err(DescriptionError::TooLong { size: text.len(), most: LONGEST_DESCRIPTION });
+        return refused(DescriptionError::TooLong { size: text.len(), most: LONGEST_DESCRIPTION });
     }
     let options = ParsingOptions { nodes_limit: MOST_NODES, ..ParsingOptions::default() };
-    let document = Document::parse_with_options(text, options).map_err(|why| not_xml(&why))?;
+    let document = match Document::parse_with_options(text, options) {
+        Ok(document) => document,
+        Err(roxmltree::Error::NodesLimitReached) => {
+            let why = format!("it has more than {MOST_NODES} elements and attributes");
+            return refused(DescriptionError::NotXml(why));
+        }
+        Err(why) => {
+            let doctype = text.find("<!DOCTYPE").filter(|_| matches!(why, roxmltree::Error::DtdDetected));
+            let line = doctype.map_or(why.pos().row, |at| line(text, at));
+            let why = DescriptionError::NotXml(cut(&why.to_string()).into_owned());
+            return Err(NotStrict::Odd { why, line });
+        }
+    };
     let robot = document.root_element();
     if robot.tag_name().name() != "robot" {
-        return Err(DescriptionError::NotUrdf(cut(robot.tag_name().name()).into_owned()));
+        return refused(DescriptionError::NotUrdf(cut(robot.tag_name().name()).into_owned()));
     }
-    check_expanded(&document)?;
-    Ok(document)
-}
-
-/// Why a text is no XML: macros whose prefix nobody has declared are xacro all the same.
-fn not_xml(why: &roxmltree::Error) -> DescriptionError {
-    match why {
-        roxmltree::Error::UnknownNamespace(prefix, at) if prefix == "xacro" => {
-            DescriptionError::Xacro { element: format!("{prefix}:..."), line: at.row }
+    match of_xacro(&document) {
+        None => Ok(document),
+        Some((element, line)) if element.contains(':') => refused(DescriptionError::Xacro { element, line }),
+        // A prefix was left out: no element is a macro's.
+        Some((element, line)) => {
+            let why = DescriptionError::NotXml(format!("<{element}> is in xacro's namespace"));
+            Err(NotStrict::Odd { why, line })
         }
-        why => DescriptionError::NotXml(cut(&why.to_string()).into_owned()),
     }
 }
 
-/// Whether no macro of xacro is left.
-fn check_expanded(document: &Document) -> Result<(), DescriptionError> {
+/// The line of what begins so many bytes after the text's beginning, counted from 1.
+pub(super) fn line(text: &str, at: usize) -> u32 {
+    let before = text.as_bytes().iter().take(at).filter(|byte| **byte == b'\n').count();
+    u32::try_from(before + 1).unwrap_or(u32::MAX)
+}
+
+/// The first element in the namespace of macros, as it is written, and its line.
+fn of_xacro(document: &Document) -> Option<(String, u32)> {
     let is_macro = |node: &Node| node.tag_name().namespace().is_some_and(|uri| uri.contains("xacro"));
-    match document.descendants().find(is_macro) {
-        None => Ok(()),
-        Some(node) => Err(DescriptionError::Xacro {
-            element: format!("xacro:{}", cut(node.tag_name().name())),
-            line: document.text_pos_at(node.range().start).row,
-        }),
-    }
+    let mut of_xacro = document.descendants().filter(is_macro);
+    let written = |node: &Node| {
+        let text = document.input_text()[node.range()].trim_start_matches('<');
+        text.split([' ', '\t', '\r', '\n', '/', '>']).next().unwrap_or_default().to_owned()
+    };
+    let first = of_xacro.next()?;
+    let shown = of_xacro.find(|node| written(node).contains(':')).filter(|_| !written(&first).contains(':'));
+    let shown = shown.unwrap_or(first);
+    Some((cut(&written(&shown)).into_owned(), document.text_pos_at(shown.range().start).row))
 }
 
 /// The names in a description, and what hangs from what.
@@ -66,6 +127,9 @@ impl<'a> Tree<'a> {
     pub fn new(robot: Node<'a, 'a>) -> Result<Self, DescriptionError> {
         let elements = |kind: &'static str| robot.children().filter(move |node| node.has_tag_name(kind));
         let links = named("link", elements("link"))?;
+        if links.is_empty() {
+            return Err(DescriptionError::NoLink);
+        }
         let joints: Vec<_> = elements("joint").collect();
         named("joint", joints.iter().copied())?;
         let by_name: HashMap<&str, ()> = links.iter().map(|name| (*name, ())).collect();

@@ -1,7 +1,7 @@
 //! What nodes say of themselves.
 
 use super::{Header, Message, Time, message};
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 
 message! {
     /// A line of a node's log.
@@ -23,10 +23,18 @@ message! {
     }
 }
 message! {
-    /// UTF-8 text.
+    /// UTF-8 text; what comes and is none is Latin-1, of which every byte is a character.
     StringMessage = "std_msgs/msg/String" {
+        #[serde(deserialize_with = "any_text")]
         data: String,
     }
+}
+
+/// In CDR a string is a sequence of bytes, the last of which is 0.
+fn any_text<'de, D: Deserializer<'de>>(deserializer: D) -> Result<String, D::Error> {
+    let mut bytes = Vec::<u8>::deserialize(deserializer)?;
+    bytes.pop_if(|last| *last == 0);
+    Ok(String::from_utf8(bytes).unwrap_or_else(|why| why.into_bytes().into_iter().map(char::from).collect()))
 }
 message! {
     /// A figure of a status: name and value.

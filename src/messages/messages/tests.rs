@@ -49,6 +49,15 @@ fn check_value(expected: &serde_json::Value, ours: &serde_json::Value) {
 }
 
 #[test]
+fn a_text_that_is_no_utf_8_is_latin_1() {
+    for (bytes, text) in [(&b"m\xfcller\0"[..], "m\u{fc}ller"), (b"\xc3\xbc\0", "\u{fc}"), (b"\0", "")] {
+        let length = u32::try_from(bytes.len()).unwrap().to_le_bytes();
+        let cdr = [&[0, 1, 0, 0][..], &length, bytes].concat();
+        assert_eq!(crate::decode::<StringMessage>(&cdr).unwrap().data, text);
+    }
+}
+
+#[test]
 fn messages_encode_to_the_bytes_of_a_real_ros_2() {
     assert_eq!(check::<PoseStamped>(), 1);
     assert_eq!(check::<JointState>(), 2);

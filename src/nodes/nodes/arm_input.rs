@@ -80,7 +80,7 @@ impl ArmInput {
         let real = (!clock.is_simulated()).then(|| Time::now().nanoseconds());
         let mut malformed = joint_states.each_over(state, |state, origin| {
             // Whoever gives no state of this arm, as one of many grippers, takes no number from whoever does.
-            let is_arm = joints.are_among(&state.name);
+            let is_arm = joints.has_any_of(&state.name);
             let source = if is_arm { publishers.number(origin.publisher) } else { 0 };
             // A rejection is counted by the servo, and logged by the report.
             let taken = record.take(servo, Event::JointState(arm, joint_reading(state, source, real)));

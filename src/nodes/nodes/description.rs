@@ -17,32 +17,26 @@ const TOPIC: &str = "robot_description";
 const REMINDER: Duration = Duration::from_secs(5);
 
 impl<P: NodeParameters> Prepared<P> {
-    /// The node that the command line asks for, once a robot description has come to `session` that has an arm between its frames. One
-    /// that has none is logged, and the next one waited for.
+    /// The node that the command line asks for, once a robot description has come to `session`.
     ///
     /// # Errors
-    /// [`NodeError`] for names that are not right, and where the network refuses.
+    /// [`NodeError`] for names that are not right, for a description that has no arm between the frames, and where the network refuses.
     pub async fn when_described(session: &Session, args: &RosArgs) -> Result<Self, NodeError> {
         let names = Resolver::new(P::NODE_NAME, args).map_err(RosError::from)?;
         let mut node = session.node(names, Logging::new(args, LogLevel::Info))?;
         let descriptions = node.subscription::<StringMessage>(&Contract::builtin()?.servo, TOPIC)?;
-        let (mut reminder, mut refused) = (interval(REMINDER), None);
+        let mut reminder = interval(REMINDER);
         loop {
-            let remind = tokio::select! {
-                description = descriptions.next() => match Self::described(args, description.data) {
-                    Ok(prepared) => return Ok(prepared),
-                    // The first one is reported at once, others with the reminder.
-                    Err(why) => refused.replace(why).is_none(),
-                },
-                _ = reminder.tick() => true,
-            };
-            if remind {
-                let topic = descriptions.topic();
-                let waiting = match &refused {
-                    None => format!("nothing on {topic} describes it yet"),
-                    Some(why) => format!("what came on {topic} does not describe it: {why}"),
-                };
-                node.log().warn(&format!("waiting for the arm: {waiting}"));
+            tokio::select! {
+                description = descriptions.next() => {
+                    let topic = descriptions.topic().to_owned();
+                    let refused = |why| NodeError::Description { topic, why: Box::new(why) };
+                    return Self::described(args, description.data).map_err(refused);
+                }
+                _ = reminder.tick() => {
+                    let topic = descriptions.topic();
+                    node.log().warn(&format!("waiting for the arm: nothing on {topic} describes it yet"));
+                }
             }
         }
     }

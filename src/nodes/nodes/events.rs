@@ -9,6 +9,7 @@ use dq_config::ServoParameters;
 use dq_core::servo::{Event, JointOrder, Rejection, Servo, Settings, SettingsError, State};
 use dq_params::{ParameterStore, Value};
 use dq_ros::ros::{Node, Publisher, RosError};
+use dq_space::space::KeepOut;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
@@ -52,19 +53,36 @@ impl NewServo {
     /// With the parameters of a store, which are these, and what is drawn.
     pub fn new(
         kind: ServoKind,
-        (store, drawn): (&ParameterStore, &[String]),
+        store: &ParameterStore,
+        drawn: &[KeepOut],
         parameters: &ServoParameters,
     ) -> Result<Box<Self>, SettingsError> {
         let values = store.values();
-        let all = RecordedParameters { values: values.collect(), drawn: drawn.to_vec() };
+        let all = RecordedParameters { values: values.collect(), drawn: texts(drawn) };
         Ok(Box::new(Self { servo: parameters.build()?, event: encoded(&Recorded::New(kind, all)) }))
     }
+}
+
+/// As the record has them, which a replay reads to the last bit.
+fn texts(drawn: &[KeepOut]) -> Vec<String> {
+    drawn.iter().map(ToString::to_string).collect()
 }
 
 fn encoded(event: &Recorded) -> Vec<u8> {
     let mut bytes = Vec::new();
     event.write(&mut bytes);
     bytes
+}
+
+/// A change of the parameters, or of what is drawn.
+#[derive(Clone, Copy)]
+pub(super) struct Change<'a> {
+    /// All parameters after it.
+    pub store: &'a ParameterStore,
+    /// Those that were set.
+    pub changes: &'a [(String, Value)],
+    /// All that is drawn after it.
+    pub drawn: &'a [KeepOut],
 }
 
 /// What a change of the parameters is to the record.
@@ -85,15 +103,14 @@ pub(super) struct RecordChanges {
 }
 
 impl RecordChanges {
-    /// What these `changes` are, which led to this `store` and, with what is drawn, to these settings. One of `events` itself lets the record
+    /// What a change is that has led to these settings. One of `events` itself lets the record
     /// begin anew, and so does any as long as it has not begun.
     ///
     /// # Errors
     /// Why there is no servo to begin with.
     pub fn of(
         &self,
-        (changes, drawn): (&[(String, Value)], &[String]),
-        store: &ParameterStore,
+        Change { store, changes, drawn }: Change<'_>,
         settings: &Settings,
     ) -> Result<RecordChange, String> {
         if !matches!(store.get(EVENTS), Some(Value::Bool(true))) {
@@ -104,10 +121,10 @@ impl RecordChanges {
             self.has_begun.store(false, Ordering::Relaxed);
             let mut parameters = self.kind.from_store(store).map_err(|why| why.to_string())?;
             parameters.settings.clone_from(settings);
-            let next = NewServo::new(self.kind, (store, drawn), &parameters);
+            let next = NewServo::new(self.kind, store, drawn, &parameters);
             return Ok(RecordChange::Begin(next.map_err(|why| why.to_string())?));
         }
-        let changed = RecordedParameters { values: changes.to_vec(), drawn: drawn.to_vec() };
+        let changed = RecordedParameters { values: changes.to_vec(), drawn: texts(drawn) };
         Ok(RecordChange::Goes(encoded(&Recorded::Parameters(changed))))
     }
 }

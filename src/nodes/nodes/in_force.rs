@@ -1,7 +1,7 @@
-//! What the cycle goes by: the parameters, and what is drawn on `~/keep_out`. Nobody else gives it settings, and all of them are made here,
-//! outside of its thread.
+//! The settings in force: by the parameters, and by what is drawn on `~/keep_out`. Only this module gives the cycle settings, and it makes
+//! them outside of the cycle's thread.
 
-use super::events::RecordChanges;
+use super::events::{Change, RecordChanges};
 use super::parameters::CYCLE_ENDED;
 use super::ros_inputs::Request;
 use dq_config::ServoParameters;
@@ -12,7 +12,7 @@ use std::sync::mpsc::Sender;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-/// What the cycle goes by.
+/// The settings by which the cycle goes.
 pub(super) struct InForce {
     now: Mutex<Now>,
     requests: Sender<Request>,
@@ -26,8 +26,6 @@ struct Now {
     idle: usize,
     store: ParameterStore,
     drawn: Vec<KeepOut>,
-    /// The same as texts.
-    texts: Vec<String>,
     /// What of what is drawn is not obeyed, or not as it should be.
     refused: Option<String>,
     /// Scenes that the cycle may have: what it takes no more is dropped here.
@@ -44,15 +42,17 @@ pub(super) struct NotObeyed {
 }
 
 impl InForce {
-    /// These parameters, which the cycle has, and nothing drawn. What is else is asked for by `requests`, and noted in the record.
+    /// The settings of these parameters, which the cycle has, with so many `idle` keep-outs, and nothing drawn. Other settings are asked for
+    /// by `requests`, and noted in the record.
     pub fn new(
-        (settings, idle): (Settings, usize),
+        settings: Settings,
+        idle: usize,
         store: ParameterStore,
-        (requests, record): (Sender<Request>, RecordChanges),
+        requests: Sender<Request>,
+        record: RecordChanges,
     ) -> Self {
         let scenes = settings.scene.iter().cloned().collect();
-        let (drawn, texts) = (Vec::new(), Vec::new());
-        let now = Now { settings, idle, store, drawn, texts, refused: None, scenes };
+        let now = Now { settings, idle, store, drawn: Vec::new(), refused: None, scenes };
         Self { now: Mutex::new(now), requests, record }
     }
 
@@ -72,39 +72,39 @@ impl InForce {
             settings.scene.clone_from(&now.settings.scene);
         }
         let asked = settings.keeping_out_of(&now.drawn).map_err(|why| why.to_string())?;
-        self.ask(&mut now.scenes, asked, (store, changes, &now.texts))?;
+        self.ask(&mut now.scenes, asked, Change { store, changes, drawn: &now.drawn })?;
         now.store.clone_from(store);
         (now.settings, now.idle) = (settings, idle_keep_outs);
         Ok(())
     }
 
     /// Whether these are what is drawn.
-    pub fn is_drawn(&self, texts: &[String]) -> bool {
-        self.lock().texts == texts
+    pub fn is_drawn(&self, drawn: &[KeepOut]) -> bool {
+        self.lock().drawn == drawn
     }
 
     /// Puts these into force in place of all that was drawn before.
     ///
     /// # Errors
     /// Why they are not taken.
-    pub fn draw(&self, drawn: Vec<KeepOut>, texts: &[String]) -> Result<(), String> {
+    pub fn draw(&self, drawn: Vec<KeepOut>) -> Result<(), String> {
         let now = &mut *self.lock();
         let settings = now.settings.keeping_out_of(&drawn).map_err(|why| why.to_string())?;
         if settings.scene.is_some() {
-            self.ask(&mut now.scenes, settings, (&now.store, &[], texts))?;
+            self.ask(&mut now.scenes, settings, Change { store: &now.store, changes: &[], drawn: &drawn })?;
         }
-        (now.drawn, now.texts) = (drawn, texts.to_vec());
+        now.drawn = drawn;
         Ok(())
     }
 
-    /// Asks the cycle to go by these settings, which come of a store, to which these changes have led, and of what is drawn.
+    /// Asks the cycle to go by these settings, to which the change has led.
     fn ask(
         &self,
         scenes: &mut Vec<Arc<Scene>>,
         settings: Settings,
-        (store, changes, drawn): (&ParameterStore, &[(String, Value)], &[String]),
+        change: Change<'_>,
     ) -> Result<(), String> {
-        let change = self.record.of((changes, drawn), store, &settings)?;
+        let change = self.record.of(change, &settings)?;
         scenes.retain(|scene| Arc::strong_count(scene) > 1);
         scenes.extend(settings.scene.clone());
         let request = Request::Configure(Box::new(settings), change);
@@ -177,7 +177,7 @@ mod tests {
         let (requests, inbox) = channel();
         let ServoParameters { settings, idle_keep_outs, .. } = ServoParameters::from_store(&store()).unwrap();
         let record = RecordChanges { kind: ServoKind::OneArm, has_begun: Arc::default() };
-        (InForce::new((settings, idle_keep_outs), store(), (requests, record)), inbox)
+        (InForce::new(settings, idle_keep_outs, store(), requests, record), inbox)
     }
 
     fn set(in_force: &InForce, changes: &[(&str, Value)]) -> Result<(), String> {
@@ -190,7 +190,7 @@ mod tests {
     #[test]
     fn what_is_drawn_stays_whatever_parameters_are_set() {
         let (in_force, inbox) = new();
-        in_force.draw(drawn(2), &[]).unwrap();
+        in_force.draw(drawn(2)).unwrap();
         let all = ["table", "crate/0", "crate/1"];
         assert_eq!(asked(&inbox).unwrap(), all);
         // As `param load` of a dump that was made before sets all parameters.
@@ -200,7 +200,7 @@ mod tests {
         set(&in_force, &dump).unwrap();
         assert_eq!(asked(&inbox).unwrap(), all);
         assert!(!store().iter().any(|(declared, _)| declared.name == "drawn"));
-        in_force.draw(Vec::new(), &[]).unwrap();
+        in_force.draw(Vec::new()).unwrap();
         assert_eq!(asked(&inbox).unwrap(), all[..1]);
     }
 
@@ -208,8 +208,8 @@ mod tests {
     fn what_is_too_much_is_refused_by_name_and_what_is_idle_is_said() {
         let (in_force, inbox) = new();
         assert_eq!((in_force.room(), in_force.not_obeyed()), (63, NotObeyed::default()));
-        assert!(in_force.draw(drawn(64), &[]).unwrap_err().ends_with("no room for crate/63"));
-        in_force.draw(drawn(63), &[]).unwrap();
+        assert!(in_force.draw(drawn(64)).unwrap_err().ends_with("no room for crate/63"));
+        in_force.draw(drawn(63)).unwrap();
         let more = ["a sphere 2 2 2 0.1", "b sphere 2 2 2 0.1"].map(str::to_owned).to_vec();
         let why = set(&in_force, &[("keep_out", Value::StringArray(more))]).unwrap_err();
         assert!(why.ends_with("no room for crate/62"), "{why}");
@@ -218,7 +218,7 @@ mod tests {
         assert_eq!(asked(&inbox), None);
         let idle = in_force.not_obeyed().idle.unwrap();
         assert!(idle.contains("constraints is false") && idle.contains("64"), "{idle}");
-        in_force.draw(drawn(1), &[]).unwrap();
+        in_force.draw(drawn(1)).unwrap();
         assert!(inbox.try_recv().is_err(), "the cycle has no part in it");
         set(&in_force, &[]).unwrap();
         assert_eq!(asked(&inbox).unwrap(), ["table", "crate/0"]);
@@ -229,7 +229,7 @@ mod tests {
         let (in_force, inbox) = new();
         let mut cycle = None;
         for count in 1..20 {
-            in_force.draw(drawn(count), &[]).unwrap();
+            in_force.draw(drawn(count)).unwrap();
             let Request::Configure(settings, _) = inbox.recv().unwrap() else { panic!() };
             if let Some(before) = std::mem::replace(&mut cycle, settings.scene) {
                 assert!(Arc::strong_count(&before) > 1, "the cycle would free it");

@@ -10,6 +10,8 @@ use dq_common::text::{NAME, cut, shown};
 use dq_core::servo::Goal;
 use dq_ros::ros::{Logger, Node, RosError, Subscription};
 use dq_space::frames::{FramedKeepOut, FramedKeepOuts, KeepOutKey, KeepOutRefused};
+use dq_space::space::{NO_TURN, Solid};
+use nalgebra::Vector3;
 use std::sync::Arc;
 use std::time::Duration;
 use tokio::time::Instant;
@@ -25,7 +27,8 @@ const WARNING_INTERVAL: Duration = Duration::from_secs(1);
 pub(super) fn obey(
     node: &mut Node,
     contract: &NodeContract,
-    (tree, base): (Tree, &str),
+    tree: Tree,
+    base: &str,
     in_force: Arc<InForce>,
 ) -> Result<(), RosError> {
     let markers = node.adapting_subscription(contract, "~/keep_out")?;
@@ -83,9 +86,9 @@ impl Drawn {
     fn take(&mut self, message: &MarkerArray) {
         let (most, now) = (self.in_force.room(), self.began.elapsed());
         for marker in &message.markers {
-            let key = (marker.ns.clone(), marker.id);
+            let key = key(marker);
             let taken = match marker.action {
-                Marker::ADD => solid(marker, now).and_then(|solid| self.keep_outs.put(solid, most)),
+                Marker::ADD => framed(marker, now).and_then(|one| self.keep_outs.put(one, most)),
                 Marker::DELETE => {
                     self.keep_outs.remove(&key);
                     self.unsaid.retain(|(of, _)| *of != key);
@@ -113,13 +116,13 @@ impl Drawn {
             let why = said(&key, &why);
             (key, why)
         }));
-        let texts = self.keep_outs.texts();
-        let mut is_in_force = self.in_force.is_drawn(&texts);
+        let drawn = self.keep_outs.in_base();
+        let mut is_in_force = self.in_force.is_drawn(&drawn);
         // What was refused last is said first.
         let refused = self.keep_outs.refused().iter().rev();
         let mut refused: Vec<_> = refused.map(|(key, why)| said(key, why)).collect();
         if !is_in_force {
-            match self.in_force.draw(self.keep_outs.solids(), &texts) {
+            match self.in_force.draw(drawn) {
                 Ok(()) => is_in_force = true,
                 Err(why) => {
                     refused.insert(0, format!("what is drawn on ~/keep_out now is not obeyed: {why}"))
@@ -138,7 +141,7 @@ impl Drawn {
 }
 
 /// Why one is not obeyed, or not as it should be.
-fn said((namespace, id): &KeepOutKey, why: &KeepOutRefused) -> String {
+fn said(KeepOutKey { namespace, id }: &KeepOutKey, why: &KeepOutRefused) -> String {
     let how = if matches!(why, KeepOutRefused::Silent(_)) { "does not move" } else { "is not obeyed" };
     cut(&format!("{:?} {id} of ~/keep_out {how}: {why}", shown(namespace, NAME))).into_owned()
 }
@@ -150,71 +153,76 @@ fn together(all: &[String]) -> Option<String> {
 }
 
 /// What the arm must keep out of, where a marker that came at `came` is a solid.
-fn solid(marker: &Marker, came: Duration) -> Result<FramedKeepOut, KeepOutRefused> {
-    let none = KeepOutRefused::NoSolid;
-    let scale = &marker.scale;
-    let is_round = scale.x == scale.y;
-    let (shape, sizes) = match marker.kind {
-        Marker::CUBE => ("box", vec![scale.x, scale.y, scale.z]),
-        Marker::SPHERE if is_round && scale.x == scale.z => ("sphere", vec![0.5 * scale.x]),
-        Marker::CYLINDER if is_round => ("cylinder", vec![0.5 * scale.x, scale.z]),
-        Marker::SPHERE | Marker::CYLINDER => {
-            return Err(none("its scale is not that of a circle".to_owned()));
-        }
-        Marker::TRIANGLE_LIST => ("hull", corners(marker)),
-        other => {
-            return Err(none(format!(
-                "its type is {other}: expected CUBE (1), SPHERE (2), CYLINDER (3) or TRIANGLE_LIST (11)"
-            )));
-        }
-    };
-    let (at, turn) = (&marker.pose.position, &marker.pose.orientation);
-    let turn = match [turn.x, turn.y, turn.z, turn.w] {
-        // As RViz draws what nobody has turned.
-        [0.0, 0.0, 0.0, 0.0] => [0.0, 0.0, 0.0, 1.0],
-        turn => turn,
-    };
-    let pose = Goal::new([at.x, at.y, at.z], turn, "", "").map_err(|why| none(why.to_string()))?;
+fn framed(marker: &Marker, came: Duration) -> Result<FramedKeepOut, KeepOutRefused> {
     Ok(FramedKeepOut {
-        key: (marker.ns.clone(), marker.id),
-        shape,
-        sizes,
+        key: key(marker),
+        solid: solid(marker).map_err(KeepOutRefused::NoSolid)?,
         frame: marker.header.frame_id.clone(),
         stamp: marker.header.stamp.nanoseconds(),
-        frame_from_shape: *pose.base_from_goal(),
         is_carried: marker.frame_locked,
         came,
         lifetime: (&marker.lifetime).into(),
     })
 }
 
-/// The coordinates of the points of a marker, each point once: triangles beside each other share corners.
-fn corners(marker: &Marker) -> Vec<f64> {
+fn key(marker: &Marker) -> KeepOutKey {
+    KeepOutKey { namespace: marker.ns.clone(), id: marker.id }
+}
+
+/// The solid that a marker is, in the marker's frame; else what is wrong with it.
+fn solid(marker: &Marker) -> Result<Solid, String> {
+    let scale = &marker.scale;
+    let (is_round, center, turn) = (scale.x == scale.y, Vector3::zeros(), NO_TURN);
+    let solid = match marker.kind {
+        Marker::CUBE => Solid::Box { center, turn, lengths: Vector3::new(scale.x, scale.y, scale.z) },
+        Marker::SPHERE if is_round && scale.x == scale.z => Solid::Sphere { center, radius: 0.5 * scale.x },
+        Marker::CYLINDER if is_round => {
+            Solid::Cylinder { center, turn, radius: 0.5 * scale.x, length: scale.z }
+        }
+        Marker::SPHERE | Marker::CYLINDER => return Err("its scale is not that of a circle".to_owned()),
+        Marker::TRIANGLE_LIST => Solid::Hull { points: corners(marker) },
+        other => {
+            return Err(format!(
+                "its type is {other}: expected CUBE (1), SPHERE (2), CYLINDER (3) or TRIANGLE_LIST (11)"
+            ));
+        }
+    };
+    let (at, turn) = (&marker.pose.position, &marker.pose.orientation);
+    let turn = match [turn.x, turn.y, turn.z, turn.w] {
+        // As RViz draws what nobody has turned.
+        [0.0, 0.0, 0.0, 0.0] => NO_TURN,
+        turn => turn,
+    };
+    let pose = Goal::new([at.x, at.y, at.z], turn, "", "").map_err(|why| why.to_string())?;
+    Ok(solid.moved(&pose.base_from_goal().frame()))
+}
+
+/// The points of a marker, each point once: triangles beside each other share corners.
+fn corners(marker: &Marker) -> Vec<Vector3<f64>> {
     let scale = &marker.scale;
     let scaled = |point: &Point| [scale.x * point.x, scale.y * point.y, scale.z * point.z];
     let mut points: Vec<_> = marker.points.iter().map(scaled).collect();
     points.sort_by_key(|point| point.map(f64::to_bits));
     points.dedup();
-    points.concat()
+    points.into_iter().map(Vector3::from).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::wire::messages::Vector3;
+    use crate::wire::messages;
 
     #[test]
     fn triangles_are_the_hull_of_their_points_each_once_as_large_as_they_are_drawn() {
         let [a, b, c, d] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
         let points = [a, c, b, a, b, d, a, d, c, b, c, d].map(|[x, y, z]| Point { x, y, z });
-        let scale = Vector3 { x: 2.0, y: 3.0, z: 4.0 };
+        let scale = messages::Vector3 { x: 2.0, y: 3.0, z: 4.0 };
         let marker =
             Marker { kind: Marker::TRIANGLE_LIST, scale, points: points.to_vec(), ..Marker::default() };
-        let tent = solid(&marker, Duration::ZERO).unwrap();
-        let sizes = [[0.0, 0.0, 0.0], [0.0, 0.0, 4.0], [0.0, 3.0, 0.0], [2.0, 0.0, 0.0]].concat();
-        assert_eq!((tent.shape, tent.sizes), ("hull", sizes));
+        let tent = solid(&marker).unwrap();
+        assert_eq!(tent.to_string(), "hull 0 0 0 0 0 4 0 3 0 2 0 0");
         let mut all = FramedKeepOuts::default();
-        let empty = solid(&Marker { points: Vec::new(), ..marker }, Duration::ZERO).unwrap();
+        let empty = framed(&Marker { points: Vec::new(), ..marker }, Duration::ZERO).unwrap();
         all.put(empty, 1).unwrap();
         let lost = all.look(&dq_space::frames::FrameTree::default(), "base", Duration::ZERO, Duration::ZERO);
         assert_eq!(lost[0].1.to_string(), "expected finite numbers after hull: x y z of 4 to 100 points");

@@ -45,6 +45,14 @@ pub enum NodeError {
     /// Its parameters.
     #[error(transparent)]
     Config(#[from] ParameterError),
+    /// A robot description that came by topic.
+    #[error("what came on {topic} does not describe the arm: {why}")]
+    Description {
+        /// The topic.
+        topic: String,
+        /// What is wrong with it.
+        why: Box<NodeError>,
+    },
     /// Its place in the graph.
     #[error(transparent)]
     Ros(#[from] RosError),

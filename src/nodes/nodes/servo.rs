@@ -74,7 +74,7 @@ impl Assembled {
         let Prepared { names, store, parameters, logging, warnings } = prepared;
         let servo = parameters.build()?;
         let kind = ServoKind::of(&parameters.arms);
-        let next = parameters.events.then(|| NewServo::new(kind, (&store, &[]), &parameters)).transpose()?;
+        let next = parameters.events.then(|| NewServo::new(kind, &store, &[], &parameters)).transpose()?;
         let ServoParameters {
             arms: controlled,
             joints,
@@ -100,8 +100,10 @@ impl Assembled {
         let kinds = controlled.joint_kinds();
         let topic = EventsTopic::new(&mut node, &contract)?;
         let record = EventsRecord::new(topic.clone(), joints.clone(), next);
-        let changes = (requests.clone(), record.changes(kind));
-        let in_force = Arc::new(InForce::new((settings.clone(), idle_keep_outs), store.clone(), changes));
+        let changes = record.changes(kind);
+        let in_force =
+            InForce::new(settings.clone(), idle_keep_outs, store.clone(), requests.clone(), changes);
+        let in_force = Arc::new(in_force);
         let searcher = Searcher::spawn(controlled)?;
         let clock = Clock::new(&mut node, &contract, simulated_time)?;
         let arms = arm_input::subscribe(&mut node, (kind, &contract), joints, (joint_states, &clock))?;
@@ -251,11 +253,11 @@ fn easel(node: &mut Node, contract: &NodeContract, goal: (&str, &str)) -> Easel 
 fn obey_keep_outs(
     node: &mut Node,
     (kind, contract): (ServoKind, &NodeContract),
-    base_in_tree: (Tree, &str),
+    (tree, base): (Tree, &str),
     in_force: Arc<InForce>,
 ) {
     if kind.takes_frames() {
-        let obeyed = keep_outs::obey(node, contract, base_in_tree, in_force);
+        let obeyed = keep_outs::obey(node, contract, tree, base, in_force);
         obeyed.unwrap_or_else(|why| node.log().warn(&format!("no ~/keep_out: {why}")));
     }
 }

@@ -4,6 +4,7 @@
 //! `Some`, a `None`, and what was sent. So the cycle writes each thing as it comes, without knowing how many there will be.
 
 use super::ServoKind;
+use dq_common::text::MOST;
 use dq_core::servo::{Event, Found, GoalMotion, GoalReading, JointOrder, JointReading, Sent, TwistReading};
 use dq_params::Value;
 use serde::{Deserialize, Serialize};
@@ -12,6 +13,9 @@ use std::time::Duration;
 
 /// The name of the topic in its node's own namespace, and of the parameter that turns it on.
 pub const EVENTS: &str = "events";
+
+/// The longest record that is read \[bytes\], eight times one of all parameters: in memory it takes up to fifty times as much.
+const LONGEST: usize = 4 << 20;
 
 /// One cycle of a servo.
 #[derive(Clone, Debug, PartialEq)]
@@ -193,11 +197,17 @@ impl<'a> CycleRecord<'a> {
         put(&(None::<()>, output), record);
     }
 
-    /// Reads a record; none where it is damaged, or of another version.
+    /// Reads a record; none where it is damaged, of another version, or more than any cycle's.
     pub fn read(mut record: &'a [u8]) -> Option<Self> {
+        if record.len() > LONGEST {
+            return None;
+        }
         let (number, now) = take::<(u64, u64)>(&mut record)?;
         let mut events = Vec::new();
         while let Some(event) = take(&mut record)? {
+            if events.len() == MOST {
+                return None;
+            }
             events.push(event);
         }
         let output = take(&mut record)?;

@@ -3,7 +3,7 @@
 
 use dq_messages::NodeContract;
 use dq_messages::messages::{StringMessage, SuccessResponse, Trigger};
-use dq_params::{Declarer, ParameterStore};
+use dq_params::{ParameterStore, Parameters};
 use dq_ros::ros::{Environment, LogLevel, Logging, ParameterServer, Resolver, Session, args};
 use std::error::Error;
 use std::sync::Arc;
@@ -15,8 +15,11 @@ count: {direction: out, type: std_msgs/msg/String, reliability: reliable, durabi
 ~/parameters: {direction: out, type: rcl_interfaces/msg/ParameterEvent, reliability: reliable, durability: transient_local, depth: 1, rate: on change}
 ";
 
-fn step(parameters: &mut Declarer) -> i64 {
-    parameters.integer("step", 1, -10..=10).live("", "by how much the count grows each second")
+#[derive(Parameters)]
+struct Counter {
+    /// by how much the count grows each second
+    #[parameter(default = 1, range = -10..=10)]
+    step: i64,
 }
 
 #[tokio::main]
@@ -27,12 +30,12 @@ async fn main() -> Result<(), Box<dyn Error>> {
     let topics: NodeContract = serde_saphyr::from_str(TOPICS)?;
     let counts = node.publisher::<StringMessage>(&topics, "count")?;
 
-    let mut declarer = Declarer::new([]);
-    let growth = Arc::new(AtomicI64::new(step(&mut declarer)));
-    let store = ParameterStore::new(declarer.into_declarations(), Vec::new());
+    let store = ParameterStore::of::<Counter>()?;
+    let growth = Arc::new(AtomicI64::new(store.read::<Counter>()?.step));
     let changed = growth.clone();
     let apply = move |store: &ParameterStore, _: &_| {
-        changed.store(step(&mut Declarer::new(store.values())), Relaxed);
+        let counter: Counter = store.read().map_err(|why| why.to_string())?;
+        changed.store(counter.step, Relaxed);
         Ok(())
     };
     ParameterServer::start(&mut node, &topics, store, Box::new(apply))?;

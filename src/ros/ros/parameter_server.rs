@@ -256,4 +256,37 @@ mod tests {
         let next = tokio::time::timeout(PATIENCE, states.next()).await.unwrap();
         assert_eq!(next.changed_parameters.len(), 1, "{:?}", next.stamp);
     }
+
+    /// As `ros2 param get` and `set` of several names ask, and as GetParameters.srv answers: one value a name, in the order of the names.
+    #[tokio::test(flavor = "multi_thread")]
+    async fn several_names_in_one_call_have_an_answer_each() {
+        if outside("ros::parameter_server::tests::several_names_in_one_call_have_an_answer_each") {
+            return;
+        }
+        let ((_one, mut server), (_other, mut user)) = (node("puma560"), node("user"));
+        let (store, _) = PlantParameters::start("/puma560", Vec::new()).unwrap();
+        ParameterServer::start(&mut server, &plant(), store, Box::new(|_, _| Ok(()))).unwrap();
+        let names = ["state_latency", "nothing", "frame_prefix", "state_rate"].map(str::to_owned).to_vec();
+
+        let set = user.client::<SetParameters>("/puma560/set_parameters", PATIENCE).await.unwrap();
+        let parameters = names.iter().map(|name| parameter(name, &Value::Double(0.5))).collect();
+        let results = set.call(Changes { parameters }).await.unwrap().results;
+        let successful: Vec<_> = results.iter().map(|result| result.successful).collect();
+        assert_eq!(successful, [true, false, false, true]);
+        assert!(results[1].reason.contains("unknown parameter \"nothing\""), "{results:?}");
+        assert!(results[2].reason.contains("frame_prefix"), "{results:?}");
+
+        let get = user.client::<GetParameters>("/puma560/get_parameters", PATIENCE).await.unwrap();
+        let values = get.call(Names { names: names.clone() }).await.unwrap().values;
+        let values: Vec<_> = values.into_iter().map(ParameterValue::into_value).collect();
+        let half = Some(Value::Double(0.5));
+        assert_eq!(values, [half.clone(), None, Some(Value::String(String::new())), half]);
+
+        let atomic = "/puma560/set_parameters_atomically";
+        let atomic = user.client::<SetParametersAtomically>(atomic, PATIENCE).await.unwrap();
+        let parameters = names.iter().map(|name| parameter(name, &Value::Double(0.25))).collect();
+        assert!(!atomic.call(Changes { parameters }).await.unwrap().result.successful);
+        let values = get.call(Names { names: names[..1].to_vec() }).await.unwrap().values;
+        assert_eq!(values[0].double_value, 0.5, "nothing of it was set");
+    }
 }

@@ -5,9 +5,10 @@ use crate::arm::{Chain, JointKind};
 use crate::draw::{Axis, Color, Figure, INK, LIMIT, Line, Mark, Panel, Series, chart, over_time};
 use crate::runs::{ArmCommands, Change, RecordedRun, Sample, Thinned, What};
 use crate::servo::{CLEARANCE, GoalError, Limits, PositionLimits, Tolerance};
+use std::f64::consts::PI;
 
 fn time_axis(runs: &[Drawn]) -> Axis {
-    let times = runs.iter().flat_map(|drawn| drawn.run.samples.iter().map(|sample| sample.time));
+    let times = runs.iter().flat_map(|drawn| [drawn.run.shown.start, drawn.run.shown.end]);
     let (start, end) =
         times.fold((f64::INFINITY, f64::NEG_INFINITY), |(start, end), time| (start.min(time), end.max(time)));
     let zero = match runs.iter().filter(|drawn| !drawn.run.motions.is_empty()).count() {
@@ -224,11 +225,31 @@ pub(super) fn joint_positions(runs: &[Drawn]) -> Figure {
         JointKind::Prismatic => "position [m]",
     };
     each_joint("joint_positions", "Joint positions", label, runs, |joint| {
-        let mut series = all_curves(runs, |sample| sample.positions.get(joint).copied());
-        series.extend(runs.iter().filter_map(|drawn| commanded(drawn, |arm| &arm.positions, joint, runs)));
-        series.extend(position_limits(runs, joint));
-        series
+        let mut all = Vec::new();
+        for drawn in runs {
+            let kind = drawn.run.arms.iter().flat_map(Chain::kinds).nth(joint);
+            let curves = curves(drawn, |sample| sample.positions.get(joint).copied());
+            let mut of_run =
+                [curves, commanded(drawn, |arm| &arm.positions, joint, runs).into_iter().collect()].concat();
+            if kind == Some(&JointKind::Revolute) {
+                of_run.iter_mut().for_each(|curve| curve.points = unwound(&curve.points));
+            }
+            all.extend(of_run);
+        }
+        all.extend(position_limits(runs, joint));
+        all
     })
+}
+
+/// The curve of an angle \[rad\], which breaks where the angle begins anew after a turn.
+fn unwound(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
+    let mut before = f64::NAN;
+    let broken = points.iter().flat_map(|&(time, angle)| {
+        let begins_anew = (angle - before).abs() > PI;
+        before = angle;
+        begins_anew.then_some((time, f64::NAN)).into_iter().chain([(time, angle)])
+    });
+    broken.collect()
 }
 
 /// What a joint was sent, if it was sent anything of that kind.
@@ -331,6 +352,16 @@ pub(super) fn cycle_jitter(runs: &[Drawn]) -> Figure {
 mod tests {
     use super::*;
     use crate::dq::UnitDualQuaternion;
+
+    #[test]
+    fn an_angle_that_wraps_breaks_its_curve() {
+        let drawn = unwound(&[(0.0, 3.0), (1.0, 3.1), (2.0, -3.1), (3.0, -3.0), (4.0, 0.0), (5.0, 3.0)]);
+        let shown: Vec<_> = drawn.iter().map(|(time, angle)| (*time, angle.is_finite())).collect();
+        assert_eq!(
+            shown,
+            [(0.0, true), (1.0, true), (2.0, false), (2.0, true), (3.0, true), (4.0, true), (5.0, true)]
+        );
+    }
 
     #[test]
     fn a_curve_breaks_where_there_is_no_number_and_at_jumps() {

@@ -88,7 +88,7 @@ fn tube(core: &Segment, radius: f64) -> Vec<Vec<Vector3<f64>>> {
     let frame = core.frame();
     let along = [Vector3::x(), Vector3::y(), -Vector3::x(), -Vector3::y()]
         .map(|out| straight(&Segment { ends: core.ends.map(|end| end + radius * (frame * out)) }));
-    let ends = core.ends.iter().map(|end| circle(&Segment::about(end, &core.way()), radius));
+    let ends = core.ends.iter().map(|end| circle(&Segment::about(end, &core.vector()), radius));
     ends.chain(along).collect()
 }
 
@@ -101,7 +101,7 @@ fn circle(axis: &Segment, radius: f64) -> Vec<Vector3<f64>> {
 
 /// Points of a line, so near each other that it can be cut anywhere.
 fn straight(line: &Segment) -> Vec<Vector3<f64>> {
-    let count = (line.way().norm() / STEP).ceil().clamp(1.0, 1e4);
+    let count = (line.vector().norm() / STEP).ceil().clamp(1.0, 1e4);
     (0..=count as u32).map(|i| line.at(f64::from(i) / count)).collect()
 }
 

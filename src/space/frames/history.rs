@@ -10,7 +10,7 @@ const LONGEST: i64 = 10_000_000_000;
 /// ... but so many of a frame at most: 10 s at 200 Hz, 2 s at 1 kHz.
 pub(super) const MOST: usize = 2000;
 
-/// Quaternions that are further apart than this from a half turn have a shortest way between them.
+/// Quaternions that are further apart than this from a half turn have a shortest arc between them.
 const HALF_TURN: f64 = 1e-9;
 
 /// Where the frame was at a time.
@@ -26,7 +26,7 @@ impl Place {
         UnitDualQuaternion::from_parts(self.rotation, self.translation)
     }
 
-    /// At the share `s` of the way to `next`.
+    /// At the share `s` of the motion to `next`.
     fn towards(&self, next: &Self, s: f64) -> UnitDualQuaternion {
         let nearer = if s < 0.5 { self.rotation } else { next.rotation };
         let rotation = self.rotation.try_slerp(&next.rotation, s, HALF_TURN).unwrap_or(nearer);

@@ -1,27 +1,22 @@
 //! What is to be kept out of in frames of TF: where it is in the base frame, until it is removed or its time is up.
 
 use super::{FrameError, FrameTree};
-use crate::space::{KeepOut, KeepOutError, LONGEST_NAME, MOST_KEEP_OUTS};
+use crate::space::{KeepOut, KeepOutError, LONGEST_NAME, MOST_KEEP_OUTS, Solid};
 use dq_algebra::UnitDualQuaternion;
-use nalgebra::Vector3;
 use std::time::Duration;
 use thiserror::Error;
 
-/// A [`KeepOut`] in a frame of TF.
+/// A solid in a frame of TF that the arm must keep out of.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FramedKeepOut {
-    /// Whose it is: one more of the same takes its place.
+    /// Its key: another one with the same key takes its place.
     pub key: KeepOutKey,
-    /// The shape as [`KeepOut`] writes it, and its sizes \[m\].
-    pub shape: &'static str,
-    /// As many as the shape has; of a hull the coordinates of its points.
-    pub sizes: Vec<f64>,
-    /// The frame of its pose.
+    /// The solid, in that frame.
+    pub solid: Solid,
+    /// The frame; empty for the base frame.
     pub frame: String,
-    /// When the pose holds \[ns\]; 0: at the newest time there is.
+    /// When the solid was there \[ns\]; 0: at the newest time there is.
     pub stamp: i64,
-    /// Its middle, and its axes.
-    pub frame_from_shape: UnitDualQuaternion,
     /// Whether it moves with its frame from then on.
     pub is_carried: bool,
     /// When it came.
@@ -30,22 +25,28 @@ pub struct FramedKeepOut {
     pub lifetime: Duration,
 }
 
-/// Whose a keep-out is: its namespace and its number there.
-pub type KeepOutKey = (String, i32);
+/// By what a keep-out is known.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct KeepOutKey {
+    /// The namespace of the publisher's markers.
+    pub namespace: String,
+    /// Its number there.
+    pub id: i32,
+}
 
 /// Why a keep-out is not obeyed, or not as it should be.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum KeepOutRefused {
-    /// It is none.
+    /// The solid cannot be a keep-out.
     #[error(transparent)]
     NoKeepOut(#[from] KeepOutError),
-    /// What was drawn is no solid.
+    /// The marker is no solid.
     #[error("{0}")]
     NoSolid(String),
-    /// Nobody says where its frame is.
+    /// TF does not say where its frame is.
     #[error(transparent)]
     Frame(#[from] FrameError),
-    /// There are as many as there may be.
+    /// There are as many keep-outs as there may be.
     #[error(
         "there is no room for it: there may be {MOST_KEEP_OUTS}, those of keep_out and keep_in among them"
     )]
@@ -58,23 +59,23 @@ pub enum KeepOutRefused {
     Silent(String),
 }
 
-/// A frame that moves by less moves nothing \[m, rad\].
+/// A keep-out follows its frame where that has moved by more than this \[m, rad\].
 const STILL: f64 = 1e-3;
 
 /// Keep-outs in frames of TF.
 #[derive(Clone, Debug, Default)]
 pub struct FramedKeepOuts {
     all: Vec<Entry>,
-    /// Those that are not obeyed, so many of them.
+    /// Those that are not obeyed, [`MOST_REFUSED`] at most.
     refused: Vec<(KeepOutKey, KeepOutRefused)>,
 }
 
 #[derive(Clone, Debug)]
 struct Entry {
     key: KeepOutKey,
-    /// What is in force.
+    /// The keep-out in force.
     current: Option<Placed>,
-    /// What came last, until it is found where it should be.
+    /// The one that came last, until it is found where it should be.
     next: Option<FramedKeepOut>,
 }
 
@@ -91,18 +92,25 @@ struct Look<'a> {
 struct Placed {
     keep_out: FramedKeepOut,
     base_from_frame: UnitDualQuaternion,
-    /// As [`KeepOut`] reads it, and what that reads.
-    text: String,
-    solid: KeepOut,
-    /// The stamp of what was heard of its frame last, and when it was heard.
-    heard: (Option<i64>, Duration),
+    /// It in the base frame.
+    in_base: KeepOut,
+    heard: Heard,
     is_silent: bool,
 }
 
+/// What was heard of a frame last.
+#[derive(Clone, Copy, Debug)]
+struct Heard {
+    /// The stamp of its transform \[ns\]; none where it never moves.
+    stamp: Option<i64>,
+    /// When that was heard.
+    at: Duration,
+}
+
 impl FramedKeepOut {
-    /// Its name in reasons.
+    /// Its name in reasons: its namespace, shortened, and its number.
     fn name(&self) -> String {
-        let (namespace, id) = &self.key;
+        let KeepOutKey { namespace, id } = &self.key;
         let id = format!("/{id}");
         let known = |letter: char| if letter.is_ascii_alphanumeric() { letter } else { '_' };
         let namespace = if namespace.is_empty() { "marker" } else { namespace };
@@ -118,22 +126,6 @@ impl FramedKeepOut {
         !self.lifetime.is_zero() && now.saturating_sub(self.came) >= self.lifetime
     }
 
-    /// What [`KeepOut`] reads, with its frame there.
-    fn text(&self, base_from_frame: &UnitDualQuaternion) -> String {
-        let pose = *base_from_frame * self.frame_from_shape;
-        let (at, turn) = (pose.translation(), pose.rotation());
-        let numbers: Vec<f64> = match self.shape {
-            "hull" => {
-                let points = self.sizes.chunks_exact(3).map(Vector3::from_column_slice);
-                points.flat_map(|point| <[f64; 3]>::from(turn * point + at)).collect()
-            }
-            "sphere" => at.iter().chain(&self.sizes).copied().collect(),
-            _ => at.iter().chain(&self.sizes).chain(&turn.coords).copied().collect(),
-        };
-        let numbers: String = numbers.iter().map(|number| format!(" {number}")).collect();
-        format!("{} {}{numbers}", self.name(), self.shape)
-    }
-
     /// It with its frame there, at `now`; what is the same as `before` is not made again.
     fn placed(
         &self,
@@ -141,13 +133,14 @@ impl FramedKeepOut {
         before: Option<&Placed>,
         now: Duration,
     ) -> Result<Placed, KeepOutError> {
-        let text = self.text(&base_from_frame);
-        let solid = match before.filter(|before| before.text == text) {
-            Some(before) => before.solid.clone(),
-            None => text.parse()?,
+        let solid = self.solid.moved(&base_from_frame.frame());
+        let in_base = match before.filter(|before| *before.in_base.solid() == solid) {
+            Some(before) => before.in_base.clone(),
+            None => KeepOut::new(self.name().parse()?, solid)?,
         };
-        let (keep_out, heard) = (self.clone(), before.map_or((None, now), |before| before.heard));
-        Ok(Placed { keep_out, base_from_frame, text, solid, heard, is_silent: false })
+        let (keep_out, heard) =
+            (self.clone(), before.map_or(Heard { stamp: None, at: now }, |before| before.heard));
+        Ok(Placed { keep_out, base_from_frame, in_base, heard, is_silent: false })
     }
 }
 
@@ -158,15 +151,15 @@ impl Placed {
         let frame = self.keep_out.frame(base);
         let newest = tree.newest(base, frame);
         // What never moves is not silent.
-        if newest.as_ref().is_ok_and(|stamp| stamp.is_none() || *stamp != self.heard.0) {
-            self.heard = (newest.unwrap_or_default(), now);
+        if newest.as_ref().is_ok_and(|stamp| stamp.is_none() || *stamp != self.heard.stamp) {
+            self.heard = Heard { stamp: newest.unwrap_or_default(), at: now };
         }
-        let was_silent = std::mem::replace(&mut self.is_silent, now.saturating_sub(self.heard.1) > patience);
+        let was_silent = std::mem::replace(&mut self.is_silent, now.saturating_sub(self.heard.at) > patience);
         if self.is_silent {
             return (!was_silent).then(|| KeepOutRefused::Silent(frame.to_owned()));
         }
         let found = tree.lookup(base, frame, 0).ok()?;
-        if found.distances(&self.base_from_frame).iter().all(|way| *way < STILL) {
+        if found.distances(&self.base_from_frame).iter().all(|distance| *distance < STILL) {
             return None;
         }
         match self.keep_out.placed(found, Some(self), now) {
@@ -294,14 +287,9 @@ impl FramedKeepOuts {
         refused
     }
 
-    /// What [`KeepOut`] reads of each that was found.
-    pub fn texts(&self) -> Vec<String> {
-        self.found().map(|placed| placed.text.clone()).collect()
-    }
-
-    /// Each that was found.
-    pub fn solids(&self) -> Vec<KeepOut> {
-        self.found().map(|placed| placed.solid.clone()).collect()
+    /// Each that was found, in the base frame.
+    pub fn in_base(&self) -> Vec<KeepOut> {
+        self.found().map(|placed| placed.in_base.clone()).collect()
     }
 
     fn found(&self) -> impl Iterator<Item = &Placed> {
@@ -314,25 +302,35 @@ impl FramedKeepOuts {
     }
 }
 
-/// So many that are refused are remembered, and said.
+/// How many refused ones are remembered, and said.
 const MOST_REFUSED: usize = 64;
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::frames::Transform;
-    use nalgebra::UnitQuaternion;
+    use nalgebra::Vector3;
 
     const PATIENCE: Duration = Duration::from_secs(1);
 
+    fn key(namespace: &str, id: i32) -> KeepOutKey {
+        KeepOutKey { namespace: namespace.to_owned(), id }
+    }
+
+    fn sphere(radius: f64) -> Solid {
+        Solid::Sphere { center: Vector3::x(), radius }
+    }
+
+    fn texts(all: &FramedKeepOuts) -> Vec<String> {
+        all.in_base().iter().map(ToString::to_string).collect()
+    }
+
     fn ball(id: i32, frame: &str) -> FramedKeepOut {
         FramedKeepOut {
-            key: ("a ball".to_owned(), id),
-            shape: "sphere",
-            sizes: vec![0.1],
+            key: key("a ball", id),
+            solid: sphere(0.1),
             frame: frame.to_owned(),
             stamp: 5,
-            frame_from_shape: UnitDualQuaternion::from_parts(Default::default(), [1.0, 0.0, 0.0].into()),
             is_carried: false,
             came: Duration::ZERO,
             lifetime: Duration::ZERO,
@@ -355,47 +353,41 @@ mod tests {
             |all: &mut FramedKeepOuts, tree: &FrameTree| all.look(tree, "base", Duration::ZERO, PATIENCE);
         look(&mut all, &tree);
         assert_eq!(all.refused(), []);
-        assert_eq!(all.texts(), ["a_ball/1 sphere 1 0 0 0.1"], "others wait for their frame");
+        assert_eq!(texts(&all), ["a_ball/1 sphere 1 0 0 0.1"], "others wait for their frame");
         table_at(&mut tree, 4, 0.0);
         look(&mut all, &tree);
-        assert_eq!(all.texts()[1], "a_ball/2 sphere 1 0 0 0.1", "as far as is known");
+        assert_eq!(texts(&all)[1], "a_ball/2 sphere 1 0 0 0.1", "as far as is known");
         table_at(&mut tree, 6, 2.0);
         look(&mut all, &tree);
         let expected =
             ["a_ball/1 sphere 1 0 0 0.1", "a_ball/2 sphere 2 0 0 0.1", "a_ball/3 sphere 3 0 0 0.1"];
-        assert_eq!(all.texts(), expected);
+        assert_eq!(texts(&all), expected);
         table_at(&mut tree, 7, 2.0005);
         look(&mut all, &tree);
-        assert_eq!(all.texts(), expected, "that is noise");
+        assert_eq!(texts(&all), expected, "that is noise");
         table_at(&mut tree, 8, 3.0);
         look(&mut all, &tree);
-        assert_eq!(all.texts()[1..], ["a_ball/2 sphere 2 0 0 0.1", "a_ball/3 sphere 4 0 0 0.1"]);
-        all.remove(&("a ball".to_owned(), 2));
-        assert_eq!(all.texts().len(), 2);
+        assert_eq!(texts(&all)[1..], ["a_ball/2 sphere 2 0 0 0.1", "a_ball/3 sphere 4 0 0 0.1"]);
+        all.remove(&key("a ball", 2));
+        assert_eq!(texts(&all).len(), 2);
         all.clear();
-        assert!(all.texts().is_empty() && !all.may_change());
+        assert!(texts(&all).is_empty() && !all.may_change());
     }
 
     #[test]
-    fn the_points_of_a_hull_are_in_the_base_frame() {
+    fn a_hull_that_is_flat_leaves_the_one_before_in_its_place() {
         let mut all = FramedKeepOuts::default();
-        let sizes = vec![0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
-        let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), std::f64::consts::FRAC_PI_2);
-        let frame_from_shape = UnitDualQuaternion::from_parts(turn, [1.0, 0.0, 0.0].into());
-        let tent = FramedKeepOut { shape: "hull", sizes, frame_from_shape, ..ball(1, "") };
-        all.put(tent.clone(), 1).unwrap();
+        let tent: Solid = "hull 0 0 0 1 0 0 0 1 0 0 0 1".parse().unwrap();
+        all.put(FramedKeepOut { solid: tent, ..ball(1, "") }, 1).unwrap();
         all.look(&FrameTree::default(), "base", Duration::ZERO, PATIENCE);
-        let hull = all.solids().remove(0);
-        assert_eq!(all.texts()[0].parse(), Ok(hull.clone()));
-        // What was along x is along y.
-        let (above, _) = hull.shape.distance(&Vector3::new(1.0, 1.2, 0.0));
-        assert!((above - 0.2).abs() < 1e-12, "{above}");
-        let flat = FramedKeepOut { sizes: [0.0, 0.0, 1.0].repeat(4), ..tent };
+        let hull = all.in_base();
+        assert_eq!(texts(&all), ["a_ball/1 hull 0 0 0 1 0 0 0 1 0 0 0 1"]);
+        let flat = FramedKeepOut { solid: Solid::Hull { points: vec![Vector3::z(); 4] }, ..ball(1, "") };
         all.put(flat, 1).unwrap();
         all.look(&FrameTree::default(), "base", Duration::ZERO, PATIENCE);
         let [(_, why)] = all.refused() else { panic!("{:?}", all.refused()) };
         assert!(matches!(why, KeepOutRefused::NoKeepOut(KeepOutError::Flat)), "{why}");
-        assert_eq!(all.solids(), [hull], "the one before stays");
+        assert_eq!(all.in_base(), hull);
     }
 
     #[test]
@@ -407,12 +399,12 @@ mod tests {
         all.put(ball(1, ""), 2).unwrap();
         look(&mut all, Duration::ZERO);
         for size in [f64::NAN, -1.0, 0.0, f64::INFINITY] {
-            all.put(FramedKeepOut { sizes: vec![size], ..ball(1, "") }, 2).unwrap();
+            all.put(FramedKeepOut { solid: sphere(size), ..ball(1, "") }, 2).unwrap();
             assert_eq!(look(&mut all, Duration::ZERO).len(), 1);
             assert!(matches!(says(&all)[..], [KeepOutRefused::NoKeepOut(_)]), "{:?}", says(&all));
-            assert_eq!(all.texts(), ["a_ball/1 sphere 1 0 0 0.1"]);
+            assert_eq!(texts(&all), ["a_ball/1 sphere 1 0 0 0.1"]);
         }
-        let namesake = FramedKeepOut { key: ("a_ball".to_owned(), 1), ..ball(1, "") };
+        let namesake = FramedKeepOut { key: key("a_ball", 1), ..ball(1, "") };
         assert!(matches!(all.put(namesake, 2), Err(KeepOutRefused::Namesake(_))));
         // In the place of the first, but in a frame that there is not.
         all.put(ball(1, "nowhere"), 2).unwrap();
@@ -424,14 +416,14 @@ mod tests {
         look(&mut all, PATIENCE);
         use KeepOutRefused::Frame;
         assert!(matches!(says(&all)[2..], [Frame(_), Frame(_)]), "{:?}", says(&all));
-        assert_eq!(all.texts(), ["a_ball/1 sphere 1 0 0 0.1"]);
+        assert_eq!(texts(&all), ["a_ball/1 sphere 1 0 0 0.1"]);
         look(&mut all, PATIENCE);
         assert!(!all.may_change() && all.refused().len() == 4);
         all.put(ball(3, ""), 2).unwrap();
-        all.remove(&("a ball".to_owned(), 2));
+        all.remove(&key("a ball", 2));
         assert!(matches!(says(&all)[..], [KeepOutRefused::Namesake(_), Frame(_)]), "{:?}", says(&all));
         all.clear();
-        assert!(all.refused().is_empty() && all.texts().is_empty());
+        assert!(all.refused().is_empty() && texts(&all).is_empty());
     }
 
     #[test]
@@ -449,7 +441,7 @@ mod tests {
         assert_eq!(all.refused()[0].1, KeepOutRefused::Silent("table".to_owned()));
         table_at(&mut tree, 5, 0.5);
         assert_eq!(count(&mut all, &tree, 3601.0), 0);
-        assert_eq!(all.texts()[0], "a_ball/1 sphere 1.5 0 0 0.1");
+        assert_eq!(texts(&all)[0], "a_ball/1 sphere 1.5 0 0 0.1");
     }
 
     #[test]
@@ -462,7 +454,7 @@ mod tests {
         };
         let count = |all: &mut FramedKeepOuts, now: u64| {
             all.look(&tree, "base", Duration::from_secs(now), PATIENCE);
-            all.texts().len()
+            texts(all).len()
         };
         all.put(at(0), 1).unwrap();
         assert_eq!(count(&mut all, 1), 1);

@@ -104,76 +104,69 @@ impl FrameTree {
         self.places = self.edges.values().map(|edge| edge.history.len()).sum();
     }
 
-    /// Where `frame` was in `base` at `stamp` \[ns\]; at 0 at the newest time at which all of its way is known.
+    /// Where `frame` was in `base` at `stamp` \[ns\]; at 0 at the newest time at which all frames between them are known.
     ///
     /// # Errors
     /// [`FrameError`]. Nothing is extrapolated.
     pub fn lookup(&self, base: &str, frame: &str, stamp: i64) -> Result<UnitDualQuaternion, FrameError> {
-        let (up, down) = self.way(name(base), name(frame))?;
+        let path = self.path(name(base), name(frame))?;
         let stamp = match stamp {
-            0 => newest(up.iter().chain(&down)).unwrap_or(0),
+            0 => path.newest().unwrap_or(0),
             stamp => stamp,
         };
-        let of = |way: &[(&str, &Edge)]| {
-            let poses = way.iter().map(|(child, edge)| at(child, edge, stamp));
+        let of = |edges: &[Named]| {
+            let poses = edges.iter().map(|(child, edge)| at(child, edge, stamp));
             poses.into_iter().try_fold(UnitDualQuaternion::identity(), |pose, next| Ok(next? * pose))
         };
-        Ok(of(&down)?.conjugate() * of(&up)?)
+        Ok(of(&path.down)?.conjugate() * of(&path.up)?)
     }
 
-    /// The newest time \[ns\] at which all of the way from `frame` to `base` is known; none where nothing on it moves.
+    /// The newest time \[ns\] at which all frames between `frame` and `base` are known; none where none of them moves.
     ///
     /// # Errors
-    /// [`FrameError`] where there is no way.
+    /// [`FrameError`] where no frames connect them.
     pub fn newest(&self, base: &str, frame: &str) -> Result<Option<i64>, FrameError> {
-        let (up, down) = self.way(name(base), name(frame))?;
-        Ok(newest(up.iter().chain(&down)))
+        Ok(self.path(name(base), name(frame))?.newest())
     }
 
     /// Whether nothing between the two frames moves.
     pub fn are_rigid(&self, one: &str, other: &str) -> bool {
-        let way = self.way(name(one), name(other));
-        way.is_ok_and(|(up, down)| up.iter().chain(&down).all(|(_, edge)| edge.history.is_static))
+        let path = self.path(name(one), name(other));
+        path.is_ok_and(|path| path.edges().all(|(_, edge)| edge.history.is_static))
     }
 
-    /// The edges from `frame` up to where it meets `base`, and those from `base` up to there.
-    #[allow(clippy::type_complexity, reason = "two lists of the same")]
-    fn way<'a>(
-        &'a self,
-        base: &'a str,
-        frame: &'a str,
-    ) -> Result<(Vec<(&'a str, &'a Edge)>, Vec<(&'a str, &'a Edge)>), FrameError> {
+    /// The path from `frame` to `base`.
+    fn path<'a>(&'a self, base: &'a str, frame: &'a str) -> Result<Path<'a>, FrameError> {
         if base == frame {
-            return Ok((Vec::new(), Vec::new()));
+            return Ok(Path { up: Vec::new(), down: Vec::new() });
         }
         let (mut up, mut down) = (self.ancestry(frame)?, self.ancestry(base)?);
-        // What both have above them is no part of the way.
+        // What both have above them is no part of the path.
         while let (Some((one, _)), Some((other, _))) = (up.last(), down.last())
             && one == other
         {
             up.pop();
             down.pop();
         }
-        let top = |way: &[(&'a str, &'a Edge)], of: &'a str| {
-            way.last().map_or(of, |(_, edge)| edge.parent.as_str())
-        };
+        let top =
+            |edges: &[Named<'a>], of: &'a str| edges.last().map_or(of, |(_, edge)| edge.parent.as_str());
         match top(&up, frame) == top(&down, base) {
-            true => Ok((up, down)),
+            true => Ok(Path { up, down }),
             false => Err(self.unconnected(base, frame)),
         }
     }
 
     /// The frame's edge, its parent's, and so on to the root.
-    fn ancestry<'a>(&'a self, frame: &'a str) -> Result<Vec<(&'a str, &'a Edge)>, FrameError> {
-        let (mut way, mut at) = (Vec::new(), frame);
+    fn ancestry<'a>(&'a self, frame: &'a str) -> Result<Vec<Named<'a>>, FrameError> {
+        let (mut edges, mut at) = (Vec::new(), frame);
         while let Some((child, edge)) = self.edges.get_key_value(at) {
-            way.push((child.as_str(), edge));
+            edges.push((child.as_str(), edge));
             at = &edge.parent;
-            if way.len() > self.edges.len() {
+            if edges.len() > self.edges.len() {
                 return Err(FrameError::Loop(cut(frame).into_owned()));
             }
         }
-        Ok(way)
+        Ok(edges)
     }
 
     fn unconnected(&self, base: &str, frame: &str) -> FrameError {
@@ -188,8 +181,26 @@ impl FrameTree {
     }
 }
 
-fn newest<'a>(way: impl Iterator<Item = &'a (&'a str, &'a Edge)>) -> Option<i64> {
-    way.filter_map(|(_, edge)| edge.history.newest()).min()
+/// An edge with the name of its child.
+type Named<'a> = (&'a str, &'a Edge);
+
+/// How two frames are connected.
+struct Path<'a> {
+    /// The edges from one frame up to where it meets the other.
+    up: Vec<Named<'a>>,
+    /// Those from the other up to there.
+    down: Vec<Named<'a>>,
+}
+
+impl<'a> Path<'a> {
+    fn edges(&self) -> impl Iterator<Item = &Named<'a>> {
+        self.up.iter().chain(&self.down)
+    }
+
+    /// The newest time \[ns\] at which all of it is known; none where nothing on it moves.
+    fn newest(&self) -> Option<i64> {
+        self.edges().filter_map(|(_, edge)| edge.history.newest()).min()
+    }
 }
 
 fn at(child: &str, edge: &Edge, stamp: i64) -> Result<UnitDualQuaternion, FrameError> {

@@ -34,8 +34,7 @@ pub struct Answer {
     pub base_from_goal: Result<UnitDualQuaternion, FrameError>,
 }
 
-/// Goals that wait for a transform which may be on its way, in their order. A goal that is found does away with those before it, as
-/// goals do.
+/// Goals that wait for a transform that may still come, in their order. A goal that is found replaces those before it, as goals do.
 #[derive(Clone, Debug, Default)]
 pub struct WaitingGoals {
     line: VecDeque<(FramedGoal, Duration)>,

@@ -56,7 +56,7 @@ impl Body {
             let links = ends.map(|(i, end)| (i + 1, Segment { ends: [Vector3::zeros(), end] }));
             let foot = origins.first().map(|first| (0, Segment { ends: [chain.base_point(), *first] }));
             for (link, core) in foot.into_iter().chain(links) {
-                if core.way().norm() > SHORTEST {
+                if core.vector().norm() > SHORTEST {
                     capsules.push(Capsule::new(before, link, core, radius));
                 }
             }
@@ -105,17 +105,66 @@ impl Capsule {
     }
 }
 
-/// The link, the core and the radius of a text.
+/// The link, the core and the radius of a text: a joint's name as it is, whatever characters it has, a blank, and seven numbers; or `base`,
+/// or nothing, in place of the name.
 fn parse(text: &str, joints: &[String]) -> Option<(usize, Segment, f64)> {
-    let mut words = text.split_whitespace();
-    let joint = words.next()?;
-    let link = match joints.iter().position(|name| name == joint) {
-        Some(number) => number + 1,
-        None => (joint == "base").then_some(0)?,
+    let named = |text: &str, name: &str| {
+        text.strip_prefix(name).filter(|rest| rest.starts_with(char::is_whitespace)).and_then(numbers)
     };
-    let numbers: Vec<f64> = words.map(str::parse).collect::<Result<_, _>>().ok()?;
-    let [a, b, c, d, e, f, radius] = numbers.try_into().ok()?;
+    // Of names that begin alike the longest is meant; blanks before it may be part of it, or not.
+    let of = |text: &str| {
+        let found = joints
+            .iter()
+            .enumerate()
+            .filter_map(|(number, name)| Some((name.len(), (number + 1, named(text, name)?))));
+        found.max_by_key(|(length, _)| *length).map(|(_, found)| found)
+    };
+    let trimmed = text.trim_start();
+    let base = || named(trimmed, "base").or_else(|| numbers(text)).map(|numbers| (0, numbers));
+    let (link, [a, b, c, d, e, f, radius]) = of(text).or_else(|| of(trimmed)).or_else(base)?;
     let core = Segment { ends: [Vector3::new(a, b, c), Vector3::new(d, e, f)] };
     let is_near = core.ends.iter().all(|end| end.norm() <= LARGEST);
     (is_near && radius > 0.0 && radius <= LARGEST).then_some((link, core, radius))
+}
+
+fn numbers(text: &str) -> Option<[f64; 7]> {
+    let numbers: Vec<f64> = text.split_whitespace().map(str::parse).collect::<Result<_, _>>().ok()?;
+    numbers.try_into().ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    const NUMBERS: &str = "0 0 0 0 0 0.5 0.1";
+
+    fn joint(text: &str, joints: &[&str]) -> Option<usize> {
+        let joints: Vec<_> = joints.iter().map(|name| (*name).to_owned()).collect();
+        let body = Body::parse(&[text.to_owned()], &joints, 1).ok()?;
+        Some(body.capsules[0].joint)
+    }
+
+    #[test]
+    fn a_name_is_taken_as_it_is() {
+        let names = ["a", "a 1", "a ", " a", "1", "base", "a\u{a0}1", "\"a\", 'b'/c"];
+        for (number, name) in (1..).zip(names) {
+            assert_eq!(joint(&format!("{name} {NUMBERS}"), &names), Some(number), "{name:?}");
+        }
+        assert_eq!(joint(NUMBERS, &names), Some(0));
+        assert_eq!(joint(&format!("base {NUMBERS}"), &["a"]), Some(0));
+        assert_eq!(joint(&format!("  a \t {NUMBERS} "), &["a"]), Some(1), "by hand, with blanks");
+        for wrong in ["b 0 0 0 0 0 0.5 0.1", "a 0 0 0 0 0 0.5", "a1 0 0 0 0 0 0.5 0.1", "a0 0 0 0 0 0.5 0.1"]
+        {
+            assert_eq!(joint(wrong, &["a"]), None, "{wrong:?}");
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn names_of_any_characters_stay_apart(one in "[ a1.\u{a0}\"']{1,4}", other in "[ a1.\u{a0}\"']{1,4}") {
+            prop_assume!(one != other);
+            prop_assert_eq!(joint(&format!("{one} {NUMBERS}"), &[&one, &other]), Some(1));
+        }
+    }
 }

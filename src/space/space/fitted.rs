@@ -35,6 +35,12 @@ impl Fitted {
         Self { core: Segment { ends: [*center; 2] }, radius }
     }
 
+    /// The capsule itself along z, with its middle at the origin; `length` is without the round ends.
+    pub fn capsule(radius: f64, length: f64) -> Self {
+        let end = Vector3::new(0.0, 0.0, 0.5 * length);
+        Self { core: Segment { ends: [-end, end] }, radius }
+    }
+
     /// Around a cylinder along z, with its middle at the origin.
     pub fn cylinder(radius: f64, length: f64) -> Self {
         let rim = |along: f64| Ring { along, across: radius, thick: 0.0 };
@@ -61,8 +67,8 @@ impl Fitted {
         let between = ends[0].iter().flat_map(|one| ends[1].iter().map(move |two| (*one, two - one)));
         let longest = between.max_by(|(_, one), (_, two)| one.norm().total_cmp(&two.norm()));
         let axes = [
-            (middles[0], self.core.way()),
-            (middles[1], other.core.way()),
+            (middles[0], self.core.vector()),
+            (middles[1], other.core.vector()),
             (middles[0], middles[1] - middles[0]),
         ];
         // What has one point has no direction: for balls about it any will do.
@@ -82,7 +88,7 @@ impl Fitted {
 
     /// What it takes up \[m³\].
     pub fn volume(&self) -> f64 {
-        volume(self.core.way().norm(), self.radius)
+        volume(self.core.vector().norm(), self.radius)
     }
 }
 
@@ -95,8 +101,8 @@ fn smallest(
     lines: &[(Vector3<f64>, Vector3<f64>)],
     balls: impl Iterator<Item = (Vector3<f64>, f64)> + Clone,
 ) -> Option<Fitted> {
-    let on = |(origin, way): &(Vector3<f64>, Vector3<f64>)| {
-        let direction = way.try_normalize(1e-9)?;
+    let on = |(origin, axis): &(Vector3<f64>, Vector3<f64>)| {
+        let direction = axis.try_normalize(1e-9)?;
         let ring = |(center, thick): (Vector3<f64>, f64)| {
             let offset = center - origin;
             let along = offset.dot(&direction);
@@ -257,10 +263,10 @@ mod tests {
         }
 
         #[test]
-        fn one_around_two_contains_both(one in capsule(), two in capsule(), way in vector(), part in 0.0..1.0f64) {
+        fn one_around_two_contains_both(one in capsule(), two in capsule(), toward in vector(), part in 0.0..1.0f64) {
             let whole = one.with(&two);
             for of in [one, two] {
-                let outermost = of.core.at(part) + of.radius * way.normalize();
+                let outermost = of.core.at(part) + of.radius * toward.normalize();
                 prop_assert!(beyond(&whole, &outermost) < 1e-9, "{}", beyond(&whole, &outermost));
             }
         }
@@ -290,15 +296,15 @@ mod tests {
                 .collect()
         };
         let long = Fitted::points(&corners(0.02, 0.3, 0.03)).unwrap();
-        let way = long.core.way();
-        assert!(way.y.abs() > 0.5 && way.x == 0.0 && way.z == 0.0, "{way}");
+        let along = long.core.vector();
+        assert!(along.y.abs() > 0.5 && along.x == 0.0 && along.z == 0.0, "{along}");
         // Round ends that reach over the corners are thicker, and end sooner.
         let plain = volume(0.6, 0.02_f64.hypot(0.03));
         assert!(long.volume() < plain && long.volume() > 0.9 * plain, "{} {plain}", long.volume());
         // By the derivative: (R² + d²) = 2 (h − d) d + 2 d √(R² + d²), with the ends d before the rims.
         let (radius, half) = (0.1_f64, 0.3);
         let rod = Fitted::cylinder(radius, 2.0 * half);
-        let d = half - 0.5 * rod.core.way().norm();
+        let d = half - 0.5 * rod.core.vector().norm();
         let r = radius.hypot(d);
         assert!(
             (r - rod.radius).abs() < 1e-6 && (r * r - 2.0 * (half - d) * d - 2.0 * d * r).abs() < 1e-5,
@@ -306,7 +312,7 @@ mod tests {
         );
         let disc = Fitted::cylinder(0.3, 0.02);
         assert!(
-            disc.core.way().norm() < 1e-6 && (disc.radius - 0.3_f64.hypot(0.01)).abs() < 1e-6,
+            disc.core.vector().norm() < 1e-6 && (disc.radius - 0.3_f64.hypot(0.01)).abs() < 1e-6,
             "{disc:?}"
         );
     }

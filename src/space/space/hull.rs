@@ -11,8 +11,17 @@ use std::sync::Arc;
 #[derive(Clone, Debug)]
 pub struct Hull {
     faces: Arc<[Face]>,
-    /// The middle of a ball around it, and the ball's radius \[m\].
-    ball: (Vector3<f64>, f64),
+    /// A ball around it.
+    ball: Ball,
+}
+
+/// A ball that holds what is measured, so that most of it need not be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Ball {
+    /// \[m\]
+    center: Vector3<f64>,
+    /// \[m\]
+    radius: f64,
 }
 
 impl PartialEq for Hull {
@@ -27,8 +36,8 @@ struct Face {
     /// The direction out of the hull, and one of the corners \[m\].
     normal: Vector3<f64>,
     corner: Vector3<f64>,
-    /// The middle of a ball around it, and the ball's radius \[m\].
-    ball: (Vector3<f64>, f64),
+    /// A ball around it.
+    ball: Ball,
     /// What it is made of, one at least: the corners of each \[m\], counterclockwise as seen from outside.
     triangles: Vec<[Vector3<f64>; 3]>,
 }
@@ -64,10 +73,10 @@ impl Hull {
                 None => faces.push(Face::of(triangle)),
             }
         }
-        faces.iter_mut().for_each(|face| face.ball = ball(face.triangles.as_flattened()));
+        faces.iter_mut().for_each(|face| face.ball = Ball::around(face.triangles.as_flattened()));
         let is_behind = |face: &Face| points.iter().all(|point| face.above(point) <= near);
         (faces.len() >= 4 && faces.iter().all(is_behind))
-            .then(|| Self { ball: ball(&corners), faces: faces.into() })
+            .then(|| Self { ball: Ball::around(&corners), faces: faces.into() })
     }
 
     /// The triangles that its surface is made of: the corners of each \[m\], counterclockwise as seen from outside.
@@ -93,7 +102,7 @@ impl Hull {
 
     /// What the signed distance of `point` is at least \[m\], which is found at once.
     pub(super) fn at_least(&self, point: &Vector3<f64>) -> f64 {
-        at_least(&self.ball, point)
+        self.ball.at_least(point)
     }
 
     /// The signed distance of `point` \[m\], negative inside, and its gradient.
@@ -112,7 +121,7 @@ impl Hull {
         for face in &*self.faces {
             let above = face.above(point);
             // No point of a face is nearer than its plane, nor than a ball around it.
-            if above > 0.0 && above < nearest.0 && at_least(&face.ball, point) < nearest.0 {
+            if above > 0.0 && above < nearest.0 && face.ball.at_least(point) < nearest.0 {
                 let next = face.distance(point, above);
                 if next.0 < nearest.0 {
                     nearest = next;
@@ -126,7 +135,7 @@ impl Hull {
 impl Face {
     fn of(triangle: [Vector3<f64>; 3]) -> Self {
         let normal = across(&triangle).normalize();
-        Self { normal, corner: triangle[0], ball: ball(&triangle), triangles: vec![triangle] }
+        Self { normal, corner: triangle[0], ball: Ball::around(&triangle), triangles: vec![triangle] }
     }
 
     fn above(&self, point: &Vector3<f64>) -> f64 {
@@ -138,13 +147,13 @@ impl Face {
         let mut nearest = (f64::INFINITY, self.normal);
         for [a, b, c] in &self.triangles {
             let triangle = Triangle::new(foreign(a), foreign(b), foreign(c));
-            let way = point - own(triangle.project_local_point(foreign(point), true).point);
-            let distance = way.norm();
+            let offset = point - own(triangle.project_local_point(foreign(point), true).point);
+            let distance = offset.norm();
             if distance <= above + TOGETHER {
                 return (above, self.normal);
             }
             if distance < nearest.0 {
-                nearest = (distance, way / distance);
+                nearest = (distance, offset / distance);
             }
         }
         nearest
@@ -155,31 +164,33 @@ impl Face {
 fn spread(points: &[Vector3<f64>]) -> Option<(f64, Matrix3<f64>)> {
     let first = points.first()?;
     let farthest = |far: &dyn Fn(&Vector3<f64>) -> f64| {
-        let ways = points.iter().map(|point| point - first);
-        ways.max_by(|one, other| far(one).total_cmp(&far(other)))
+        let offsets = points.iter().map(|point| point - first);
+        offsets.max_by(|one, other| far(one).total_cmp(&far(other)))
     };
-    let along = farthest(&|way| way.norm())?;
-    let normal = along.cross(&farthest(&|way| along.cross(way).norm())?).try_normalize(0.0)?;
+    let along = farthest(&|offset| offset.norm())?;
+    let normal = along.cross(&farthest(&|offset| along.cross(offset).norm())?).try_normalize(0.0)?;
     let aside = normal.cross(&along).normalize();
-    let [wide, thick] =
-        [aside, normal].map(|axis| farthest(&|way| axis.dot(way).abs()).map(|way| axis.dot(&way).abs()));
+    let [wide, thick] = [aside, normal]
+        .map(|axis| farthest(&|offset| axis.dot(offset).abs()).map(|offset| axis.dot(&offset).abs()));
     let (length, wide, thick) = (along.norm(), wide?, thick?);
     let evenly = Matrix3::from_columns(&[along / length.powi(2), aside / wide, normal / thick]).transpose();
     (thick > FLAT * length.max(1.0)).then_some((length, evenly))
 }
 
-/// How far a point is from a ball \[m\].
-fn at_least((middle, radius): &(Vector3<f64>, f64), point: &Vector3<f64>) -> f64 {
-    (point - middle).norm() - radius
-}
+impl Ball {
+    /// The ball around these points whose centre is that of their bounds.
+    fn around(points: &[Vector3<f64>]) -> Self {
+        let bound = |of: fn(&Vector3<f64>, &Vector3<f64>) -> Vector3<f64>| {
+            points.iter().copied().reduce(|a, b| of(&a, &b)).unwrap_or_default()
+        };
+        let center = 0.5 * (bound(Vector3::inf) + bound(Vector3::sup));
+        Self { center, radius: points.iter().map(|point| (point - center).norm()).fold(0.0, f64::max) }
+    }
 
-/// The ball around these points whose middle is that of their bounds.
-fn ball(points: &[Vector3<f64>]) -> (Vector3<f64>, f64) {
-    let bound = |of: fn(&Vector3<f64>, &Vector3<f64>) -> Vector3<f64>| {
-        points.iter().copied().reduce(|a, b| of(&a, &b))
-    };
-    let middle = 0.5 * (bound(Vector3::inf).unwrap_or_default() + bound(Vector3::sup).unwrap_or_default());
-    (middle, points.iter().map(|point| (point - middle).norm()).fold(0.0, f64::max))
+    /// What the distance of a point from anything inside is at least \[m\].
+    fn at_least(&self, point: &Vector3<f64>) -> f64 {
+        (point - self.center).norm() - self.radius
+    }
 }
 
 /// Square to a triangle, and as long as it is large, twice \[m²\].
@@ -234,17 +245,17 @@ mod tests {
     proptest! {
         #[test]
         fn a_hull_is_as_far_away_as_no_plane_before_its_points_denies(
-            points in cloud(), ways in prop::collection::vec(prop::array::uniform3(-1.0..1.0f64).prop_map(Vector3::from), 1..20)
+            points in cloud(), directions in prop::collection::vec(prop::array::uniform3(-1.0..1.0f64).prop_map(Vector3::from), 1..20)
         ) {
             // What lies in a plane has none.
             let Some(hull) = Hull::of(&points) else { return Ok(()) };
             let (length, _) = spread(&points).unwrap();
             let middle = points.iter().sum::<Vector3<f64>>() / points.len() as f64;
-            let reach = |way: &Vector3<f64>, from: &Vector3<f64>| {
-                points.iter().map(|point| way.dot(&(point - from))).fold(f64::NEG_INFINITY, f64::max)
+            let reach = |direction: &Vector3<f64>, from: &Vector3<f64>| {
+                points.iter().map(|point| direction.dot(&(point - from))).fold(f64::NEG_INFINITY, f64::max)
             };
-            for way in &ways {
-                let point = middle + length * way;
+            for direction in &directions {
+                let point = middle + length * direction;
                 let (distance, gradient) = hull.distance(&point);
                 prop_assert!((gradient.norm() - 1.0).abs() < 1e-9);
                 // All is behind the plane that is so far away: outside nothing is nearer.
@@ -253,7 +264,7 @@ mod tests {
                 // Where it says that its surface is, it is: inside nothing is nearer.
                 let (at_it, _) = hull.distance(&(point - distance * gradient));
                 prop_assert!(at_it.abs() <= slack, "{distance} {at_it}");
-                for other in ways.iter().filter_map(|other| other.try_normalize(1e-3)) {
+                for other in directions.iter().filter_map(|other| other.try_normalize(1e-3)) {
                     prop_assert!(reach(&other, &point) >= -distance - slack || distance > 0.0);
                 }
             }

@@ -1,28 +1,27 @@
-//! What the arm must keep out of, or its tool stay in, and how it is written.
+//! What the arm must keep out of, or its tool stay in.
 
 use super::hull::FLAT;
-use super::{Hull, Name, NameError, Segment, Shape};
+use super::{Hull, Name, NameError, Segment, Shape, Solid};
 use dq_algebra::{Line, Plane, unit_rotation};
-use nalgebra::{Isometry3, Translation3, Unit, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Translation3, Unit, Vector3};
 use std::fmt;
+use std::ops::RangeInclusive;
 use std::str::FromStr;
 use thiserror::Error;
 
-/// A solid that the arm must keep out of, or that its tool must stay in.
+/// A solid that the arm must keep out of, or that its tool must stay in, with a name.
 ///
-/// It is written as a name, a shape and its numbers, in the base frame, metres: `table half_space 0 0 1 0.02` is all that is below 2 cm,
-/// by the normal and the offset along it; `ball sphere x y z radius`; `crate box x y z`, then the three lengths; `pipe cylinder x y z radius
-/// length` along z; `beam capsule x y z radius length` along z, without its round ends; after these three an orientation may follow,
-/// `qx qy qz qw`; `wedge hull x y z x y z ...` is the convex hull of 4 to 100 points.
+/// As a text it is its name, then what [`Solid`] is written as: `table half_space 0 0 1 0.02`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct KeepOut {
     /// What it is called.
     pub name: Name,
     /// Where it is and how large.
     pub shape: Shape,
+    solid: Solid,
 }
 
-/// Why a text is no [`KeepOut`].
+/// Why something is no [`KeepOut`].
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum KeepOutError {
     /// A name that cannot be one.
@@ -52,7 +51,10 @@ impl KeepOutError {
         match self {
             Self::Name(why) => why.expected(),
             Self::Shape => {
-                format!("a name, then {}, then its numbers", SHAPES.map(|(shape, ..)| shape).join(" or "))
+                format!(
+                    "a name, then {}, then its numbers",
+                    Solid::SHAPES.map(|(shape, _)| shape).join(" or ")
+                )
             }
             Self::Numbers { shape, numbers } => format!("finite numbers after {shape}: {numbers}"),
             Self::Length(length) => format!("lengths of more than 0 m, {FARTHEST} m at most, not {length}"),
@@ -74,97 +76,96 @@ impl fmt::Display for KeepOutError {
 /// No place is farther away, and nothing longer \[m\].
 const FARTHEST: f64 = 1000.0;
 
-/// A hull is made of so many points at most: it has less than twice as many faces, and all of them may bound a velocity at once.
-const MOST_POINTS: usize = 100;
+/// Of how many points a hull is made: it has less than twice as many faces, and all of them may bound a velocity at once.
+const POINTS: RangeInclusive<usize> = 4..=100;
 
-/// The shapes by their names, with their numbers.
-const SHAPES: [(&str, usize, &str); 6] = [
-    ("half_space", 4, "normal x y z, offset along it"),
-    ("sphere", 4, "x y z radius"),
-    ("box", 6, "x y z, three lengths, and an orientation qx qy qz qw or none"),
-    ("cylinder", 5, "x y z radius length, and an orientation qx qy qz qw or none"),
-    ("capsule", 5, "x y z radius length, and an orientation qx qy qz qw or none"),
-    ("hull", 12, "x y z of 4 to 100 points"),
-];
+impl KeepOut {
+    /// That solid in the base frame, by that name.
+    ///
+    /// # Errors
+    /// [`KeepOutError`] for a solid that cannot be one.
+    pub fn new(name: Name, solid: Solid) -> Result<Self, KeepOutError> {
+        let shape = shape(&solid)?;
+        Ok(Self { name, shape, solid })
+    }
+
+    /// What it is made of.
+    pub fn solid(&self) -> &Solid {
+        &self.solid
+    }
+}
 
 impl FromStr for KeepOut {
     type Err = KeepOutError;
 
     fn from_str(text: &str) -> Result<Self, KeepOutError> {
-        let mut words = text.split_whitespace();
-        let name = words.next().unwrap_or_default().parse()?;
-        let kind = words.next().unwrap_or_default();
-        let known = SHAPES.iter().find(|(name, ..)| *name == kind);
-        let (shape, count, expected) = known.ok_or(KeepOutError::Shape)?;
-        let wrong = || KeepOutError::Numbers { shape, numbers: expected };
-        let numbers: Result<Vec<f64>, _> = words.map(str::parse).collect();
-        let numbers = numbers.map_err(|_| wrong())?;
-        let is_right = match (*shape, numbers.len()) {
-            ("hull", given) => given >= *count && given <= 3 * MOST_POINTS && given.is_multiple_of(3),
-            (_, given) => given == *count || (*count > 4 && given == count + 4),
-        };
-        if !is_right || numbers.iter().any(|number| !number.is_finite()) {
-            return Err(wrong());
+        let (name, solid) = text.trim_start().split_once(char::is_whitespace).unwrap_or((text.trim(), ""));
+        Self::new(name.parse()?, solid.parse()?)
+    }
+}
+
+/// As it is read: the same numbers.
+impl fmt::Display for KeepOut {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} {}", self.name, self.solid)
+    }
+}
+
+/// The shape of a solid that can be one.
+fn shape(solid: &Solid) -> Result<Shape, KeepOutError> {
+    match solid {
+        Solid::HalfSpace { normal, offset } => {
+            let normal = Unit::try_new(*normal, f64::MIN_POSITIVE).ok_or(KeepOutError::Direction)?;
+            check_place(*offset)?;
+            Ok(Shape::HalfSpace(Plane::new(&normal, &(*offset * normal.into_inner()))))
         }
-        let shape = if *shape == "hull" {
-            hull(&numbers)?
-        } else {
-            let (numbers, turn) = numbers.split_at(*count);
-            self::shape(shape, numbers, turn)?
-        };
-        Ok(Self { name, shape })
+        Solid::Sphere { center, radius } => {
+            center.iter().try_for_each(|place| check_place(*place))?;
+            check_length(*radius)?;
+            Ok(Shape::Sphere { center: *center, radius: *radius })
+        }
+        Solid::Box { center, turn, lengths } => {
+            let base_from_box = frame(center, turn)?;
+            lengths.iter().try_for_each(|length| check_length(*length))?;
+            Ok(Shape::Box { base_from_box, half: 0.5 * lengths })
+        }
+        Solid::Cylinder { center, turn, radius, length } => {
+            let axis = axis(center, turn, [*radius, *length])?;
+            let (center, line) = (*center, Line::new(&Unit::new_normalize(axis), center));
+            Ok(Shape::Cylinder { axis: line, center, radius: *radius, half_length: 0.5 * length })
+        }
+        Solid::Capsule { center, turn, radius, length } => {
+            let half = 0.5 * *length * axis(center, turn, [*radius, *length])?;
+            Ok(Shape::Capsule { core: Segment::about(center, &half), radius: *radius })
+        }
+        Solid::Hull { points } => {
+            if !POINTS.contains(&points.len()) {
+                return Err(solid.wrong_numbers());
+            }
+            points.iter().flatten().try_for_each(|place| check_place(*place))?;
+            Hull::of(points).map(Shape::Hull).ok_or(KeepOutError::Flat)
+        }
     }
 }
 
-/// The hull of the points that have these coordinates.
-fn hull(numbers: &[f64]) -> Result<Shape, KeepOutError> {
-    numbers.iter().try_for_each(|number| place(*number))?;
-    let points: Vec<_> = numbers.chunks_exact(3).map(Vector3::from_column_slice).collect();
-    Hull::of(&points).map(Shape::Hull).ok_or(KeepOutError::Flat)
+/// The frame in the middle of a solid.
+fn frame(center: &Vector3<f64>, turn: &[f64; 4]) -> Result<Isometry3<f64>, KeepOutError> {
+    center.iter().try_for_each(|place| check_place(*place))?;
+    let rotation = unit_rotation(*turn).map_err(|_| KeepOutError::Direction)?;
+    Ok(Isometry3::from_parts(Translation3::from(*center), rotation))
 }
 
-/// The shape of that name, but no hull, with as many numbers as it has.
-fn shape(kind: &str, numbers: &[f64], turn: &[f64]) -> Result<Shape, KeepOutError> {
-    let at = Vector3::new(numbers[0], numbers[1], numbers[2]);
-    if kind == "half_space" {
-        let normal = Unit::try_new(at, f64::MIN_POSITIVE).ok_or(KeepOutError::Direction)?;
-        place(numbers[3])?;
-        return Ok(Shape::HalfSpace(Plane::new(&normal, &(numbers[3] * normal.into_inner()))));
-    }
-    at.iter().try_for_each(|number| place(*number))?;
-    let sizes = &numbers[3..];
-    if let Some(wrong) = sizes.iter().find(|size| !(**size > 0.0 && **size <= FARTHEST)) {
-        return Err(KeepOutError::Length(*wrong));
-    }
-    let rotation = match turn {
-        [x, y, z, w] => unit_rotation([*x, *y, *z, *w]).map_err(|_| KeepOutError::Direction)?,
-        _ => UnitQuaternion::identity(),
-    };
-    Ok(Shape::at(kind, &Isometry3::from_parts(Translation3::from(at), rotation), sizes))
+/// The direction of the axis of a round solid.
+fn axis(center: &Vector3<f64>, turn: &[f64; 4], sizes: [f64; 2]) -> Result<Vector3<f64>, KeepOutError> {
+    let frame = frame(center, turn)?;
+    sizes.into_iter().try_for_each(check_length)?;
+    Ok(frame.rotation * Vector3::z())
 }
 
-fn place(number: f64) -> Result<(), KeepOutError> {
+fn check_place(number: f64) -> Result<(), KeepOutError> {
     if number.abs() <= FARTHEST { Ok(()) } else { Err(KeepOutError::Far(number)) }
 }
 
-impl Shape {
-    /// The shape of that name, but no half-space and no hull, with its middle and its axes in `frame` and as many sizes as it has \[m\].
-    fn at(kind: &str, frame: &Isometry3<f64>, sizes: &[f64]) -> Self {
-        let center = frame.translation.vector;
-        let axis = frame.rotation * Vector3::z();
-        match (kind, sizes) {
-            ("box", [x, y, z]) => Self::Box { base_from_box: *frame, half: 0.5 * Vector3::new(*x, *y, *z) },
-            ("cylinder", [radius, length]) => Self::Cylinder {
-                axis: Line::new(&Unit::new_normalize(axis), &center),
-                center,
-                radius: *radius,
-                half_length: 0.5 * length,
-            },
-            ("capsule", [radius, length]) => {
-                let half = 0.5 * *length * axis;
-                Self::Capsule { core: Segment::about(&center, &half), radius: *radius }
-            }
-            _ => Self::Sphere { center, radius: sizes[0] },
-        }
-    }
+fn check_length(length: f64) -> Result<(), KeepOutError> {
+    if length > 0.0 && length <= FARTHEST { Ok(()) } else { Err(KeepOutError::Length(length)) }
 }

@@ -6,7 +6,7 @@ use super::{Body, Capsule, KeepOut, MOST_CAPSULES, MOST_KEEP_OUTS, Scene, SceneE
 use dq_kinematics::arm::{Chain, JointKind};
 use std::f64::consts::PI;
 
-/// So many configurations are looked at to find pairs that always touch.
+/// The number of configurations in which pairs are sought that always touch.
 const SAMPLES: u32 = 200;
 
 /// What is apart in so many of them at most, 5 %, has nothing to do with how the arm moves (as MoveIt's setup assistant
@@ -17,7 +17,7 @@ const SELDOM: u32 = SAMPLES / 20;
 const SLIDE: f64 = 3.0;
 
 impl Scene {
-    /// For these arms, whose joints move within these ranges \[rad, prismatic: m\], arm after arm. Two parts of the body that always touch
+    /// The scene of these arms, whose joints move within these ranges \[rad, prismatic: m\], arm after arm. Two parts of the body that always touch
     /// are left out.
     ///
     /// # Errors
@@ -113,7 +113,7 @@ impl Scene {
         Ok(())
     }
 
-    /// Each two capsules.
+    /// Adds each pair of capsules.
     fn meet_itself(&mut self) {
         let capsules = &self.body.capsules;
         for (capsule, of) in capsules.iter().enumerate() {

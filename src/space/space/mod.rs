@@ -29,6 +29,7 @@ mod placed;
 mod scene;
 mod segment;
 mod shape;
+mod solid;
 
 pub use body::{Body, Capsule, CapsuleError};
 pub use fitted::{Fitted, merged};
@@ -43,3 +44,4 @@ pub use placed::{Near, Placed};
 pub use scene::{LeftOut, MOST_CAPSULES, MOST_KEEP_OUTS, MOST_PAIRS, Pair, Scene, SceneError, Tool, Why};
 pub use segment::Segment;
 pub use shape::Shape;
+pub use solid::{NO_TURN, Solid};

@@ -74,7 +74,7 @@ impl Placed {
             list.clear();
             list.extend(of);
         }
-        let half = |core: &Segment| 0.5 * core.way().norm();
+        let half = |core: &Segment| 0.5 * core.vector().norm();
         put(&mut self.cores, scene.parts().map(|part| part.core));
         put(&mut self.balls, scene.parts().map(|part| (part.core.at(0.5), half(&part.core))));
         let axis = (Vector3::z(), Vector3::zeros(), JointKind::Revolute);
@@ -106,18 +106,18 @@ impl Placed {
         }
     }
 
-    /// Writes to `near` the pairs of `scene` whose gap is less than `within` of how far the two come nearer at most while each joint goes so
-    /// far as `ways` say \[rad, prismatic: m\] \[m\], in their order, as many as there is room for. Measures only what may be as near.
+    /// Writes to `near` the pairs of `scene`, in their order, whose gap \[m\] is less than `within` of their [`travel`](Scene::travel) while
+    /// each joint moves by `moves` \[rad, prismatic: m\]; as many as `near` has room for. Only pairs that may be so near are measured.
     pub fn near(
         &mut self,
         scene: &Scene,
-        ways: impl Iterator<Item = f64> + Clone,
+        moves: impl Iterator<Item = f64> + Clone,
         within: impl Fn(f64) -> f64,
         near: &mut Vec<Near>,
     ) {
         near.clear();
         self.travels.clear();
-        self.travels.extend(scene.levers.iter().map(|levers| within(travel(levers, ways.clone()))));
+        self.travels.extend(scene.levers.iter().map(|levers| within(travel(levers, moves.clone()))));
         for (pair, meeting) in scene.meetings.iter().enumerate() {
             let within = self.travels[meeting.levers];
             if self.at_least(scene, pair) < within && near.len() < near.capacity() {
@@ -323,19 +323,19 @@ mod tests {
 
         #[test]
         fn no_gap_closes_by_more_than_the_joints_may_take_it(
-            theta in prop::array::uniform6(-1.5..1.5f64), way in prop::array::uniform6(-0.5..0.5f64)
+            theta in prop::array::uniform6(-1.5..1.5f64), moves in prop::array::uniform6(-0.5..0.5f64)
         ) {
             let chains = chains();
             let scene = scene(&chains);
             let mut placed = Placed::of(&scene);
             let mut gaps = |part: f64| {
-                let theta: Vec<_> = theta.iter().zip(way).map(|(theta, way)| theta + part * way).collect();
+                let theta: Vec<_> = theta.iter().zip(moves).map(|(theta, moves)| theta + part * moves).collect();
                 placed.place(&scene, &chains, &theta);
                 (0..scene.pair_count()).map(|pair| placed.gap_of(&scene, pair).distance).collect::<Vec<_>>()
             };
             let (before, after) = (gaps(0.0), gaps(1.0));
             for pair in 0..scene.pair_count() {
-                let travel = scene.travel(pair, way.into_iter());
+                let travel = scene.travel(pair, moves.into_iter());
                 prop_assert!((after[pair] - before[pair]).abs() <= travel + 1e-9, "{:?}", scene.pair(pair));
             }
         }

@@ -3,20 +3,20 @@
 use super::{Body, Capsule, KeepOut, Name};
 use thiserror::Error;
 
-/// So many capsules a body has at most.
+/// The most capsules that a body may have.
 pub const MOST_CAPSULES: usize = 32;
-/// So many things there are at most to be kept out of, those that tools are to stay in among them.
+/// The most keep-outs and keep-ins together that a scene may have.
 pub const MOST_KEEP_OUTS: usize = 64;
-/// So many pairs are looked at at most: each two capsules, and each capsule with each keep-out.
+/// The most pairs that a scene may have: each two capsules, and each capsule with each keep-out.
 pub const MOST_PAIRS: usize = MOST_CAPSULES * (MOST_CAPSULES - 1) / 2 + MOST_CAPSULES * MOST_KEEP_OUTS;
 
-/// What is too much for a scene.
+/// Why there is no such scene.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum SceneError {
-    /// More capsules than there may be.
+    /// There are more capsules than there may be.
     #[error("a body of {0} capsules: there may be {MOST_CAPSULES}")]
     Capsules(usize),
-    /// More keep-outs than there may be, and those for which there is no room.
+    /// There are more keep-outs than there may be; these have no room.
     #[error("there may be {MOST_KEEP_OUTS} keep-outs, keep-ins among them: no room for {}", names(.0))]
     KeepOuts(Vec<Name>),
 }
@@ -25,16 +25,16 @@ fn names(of: &[Name]) -> String {
     of.iter().map(Name::as_str).collect::<Vec<_>>().join(", ")
 }
 
-/// What a capsule may meet, by numbers counted from 0.
+/// The other part of a pair, by its number, counted from 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Against {
     Capsule(usize),
     KeepOut(usize),
-    /// From inside: this is of a tool.
+    /// A keep-in, which a tool meets from inside.
     KeepIn(usize),
 }
 
-/// Two that may meet.
+/// A pair that may meet.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Meeting {
     /// A capsule of the body or, counted on, a tool.
@@ -46,7 +46,7 @@ pub(super) struct Meeting {
     pub radius: f64,
 }
 
-/// Two that may meet, in a word each.
+/// The names of a pair that may meet.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Pair {
     /// Two parts of the body, by the joints that move them, counted from 1, arm after arm; 0 for a base.
@@ -57,7 +57,7 @@ pub enum Pair {
     KeepIn(Tool, Name),
 }
 
-/// Whose tool.
+/// Which tool of a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Tool {
     /// Of an arm alone.
@@ -219,12 +219,12 @@ impl Scene {
         self.body.capsules.get(number).unwrap_or_else(|| &self.tools[number - self.body.capsules.len()])
     }
 
-    /// How far a pair comes nearer at most while each joint goes so far \[rad, prismatic: m\], whichever way \[m\].
-    pub fn travel(&self, number: usize, ways: impl Iterator<Item = f64>) -> f64 {
-        travel(&self.levers[self.meetings[number].levers], ways)
+    /// By how much \[m\] the gap of a pair shrinks at most while each joint moves by so much \[rad, prismatic: m\], to either side.
+    pub fn travel(&self, number: usize, moves: impl Iterator<Item = f64>) -> f64 {
+        travel(&self.levers[self.meetings[number].levers], moves)
     }
 
-    /// Whether the pair is a tool and what it must stay in: on a straight way the gap is nowhere less than at both ends, as the shape is
+    /// Whether the pair is a tool and what it must stay in: along a straight line the gap is nowhere less than at both ends, as the shape is
     /// convex.
     pub fn is_inside(&self, number: usize) -> bool {
         matches!(self.meetings[number].against, Against::KeepIn(_))
@@ -236,7 +236,7 @@ impl Scene {
     }
 }
 
-/// How far what has these levers goes at most while each joint goes so far \[rad, prismatic: m\] \[m\].
-pub(super) fn travel(levers: &[f64], ways: impl Iterator<Item = f64>) -> f64 {
-    levers.iter().zip(ways).map(|(lever, way)| lever * way.abs()).sum()
+/// How far \[m\] what has these levers moves at most while each joint moves by so much \[rad, prismatic: m\].
+pub(super) fn travel(levers: &[f64], moves: impl Iterator<Item = f64>) -> f64 {
+    levers.iter().zip(moves).map(|(lever, by)| lever * by.abs()).sum()
 }

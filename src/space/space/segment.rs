@@ -28,28 +28,28 @@ impl Segment {
         Self { ends: [center - half, center + half] }
     }
 
-    /// The point at this part of the way from the first end to the second.
+    /// The point at this part of the segment, from the first end to the second.
     pub fn at(&self, part: f64) -> Vector3<f64> {
-        self.ends[0] + part * self.way()
+        self.ends[0] + part * self.vector()
     }
 
     /// From the first end to the second.
-    pub fn way(&self) -> Vector3<f64> {
+    pub fn vector(&self) -> Vector3<f64> {
         self.ends[1] - self.ends[0]
     }
 
     /// A frame in its middle whose z axis points from the first end to the second.
     pub fn frame(&self) -> Isometry3<f64> {
         let about_x = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI);
-        let turn = UnitQuaternion::rotation_between(&Vector3::z(), &self.way()).unwrap_or(about_x);
+        let turn = UnitQuaternion::rotation_between(&Vector3::z(), &self.vector()).unwrap_or(about_x);
         Isometry3::from_parts(self.at(0.5).into(), turn)
     }
 
-    /// Which part of the way is nearest to `point`.
+    /// Which part of the segment is nearest to `point`.
     fn part_near(&self, point: &Vector3<f64>) -> f64 {
-        let way = self.way();
-        let length = way.norm_squared();
-        if length > 0.0 { ((point - self.ends[0]).dot(&way) / length).clamp(0.0, 1.0) } else { 0.0 }
+        let along = self.vector();
+        let length = along.norm_squared();
+        if length > 0.0 { ((point - self.ends[0]).dot(&along) / length).clamp(0.0, 1.0) } else { 0.0 }
     }
 
     /// The gap from this segment's nearest point to `point`.
@@ -59,7 +59,7 @@ impl Segment {
 
     /// The gap between the nearest points of this segment and another (Ericson, Real-Time Collision Detection, 2005, §5.1.9).
     pub fn gap_to(&self, other: &Self) -> Gap {
-        let (one, two, apart) = (self.way(), other.way(), self.ends[0] - other.ends[0]);
+        let (one, two, apart) = (self.vector(), other.vector(), self.ends[0] - other.ends[0]);
         let (a, e, b) = (one.norm_squared(), two.norm_squared(), one.dot(&two));
         let square = a * e - b * b;
         let part = if square > f64::EPSILON * a * e {
@@ -77,9 +77,9 @@ impl Segment {
 
 /// The gap between two points.
 fn between(point: &Vector3<f64>, other: &Vector3<f64>) -> Gap {
-    let way = point - other;
-    let distance = way.norm();
-    let normal = if distance > TOGETHER { way / distance } else { Vector3::z() };
+    let offset = point - other;
+    let distance = offset.norm();
+    let normal = if distance > TOGETHER { offset / distance } else { Vector3::z() };
     Gap { distance, normal, point: *point, other: *other }
 }
 

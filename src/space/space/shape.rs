@@ -113,10 +113,10 @@ impl Shape {
 
     /// The lowest distance along a segment, where tangents of a convex function meet above which it is nowhere lower (Kelley 1960).
     fn lowest(&self, segment: &Segment) -> Gap {
-        let way = segment.way();
+        let along = segment.vector();
         let at = |part: f64| {
             let gap = self.gap_at(&segment.at(part));
-            (part, gap, gap.normal.dot(&way))
+            (part, gap, gap.normal.dot(&along))
         };
         let (mut falling, mut rising) = (at(0.0), at(1.0));
         if falling.2 >= 0.0 {
@@ -178,12 +178,12 @@ mod tests {
         let points = prop::collection::vec(vector(), 4..30);
         (0..6usize, vector(), vector(), (vector(), points), sizes).prop_filter_map(
             "flat",
-            |(kind, at, way, (turn, points), [a, b, c])| {
-                let direction = Unit::new_normalize(way + Vector3::new(0.0, 0.0, 1.1));
+            |(kind, at, along, (turn, points), [a, b, c])| {
+                let direction = Unit::new_normalize(along + Vector3::new(0.0, 0.0, 1.1));
                 Some(match kind {
                     0 => Shape::HalfSpace(Plane::new(&direction, &at)),
                     1 => Shape::Sphere { center: at, radius: a },
-                    2 => Shape::Capsule { core: Segment { ends: [at, at + way] }, radius: a },
+                    2 => Shape::Capsule { core: Segment { ends: [at, at + along] }, radius: a },
                     3 => Shape::Box {
                         base_from_box: Isometry3::from_parts(
                             Translation3::from(at),
@@ -205,15 +205,15 @@ mod tests {
 
     proptest! {
         #[test]
-        fn the_gradient_is_the_slope_of_the_distance(shape in shape(), point in vector(), way in vector()) {
+        fn the_gradient_is_the_slope_of_the_distance(shape in shape(), point in vector(), along in vector()) {
             let (_, gradient) = shape.distance(&point);
             prop_assert!((gradient.norm() - 1.0).abs() < 1e-9);
             let step = 1e-6;
-            let at = |side: f64| shape.distance(&(point + side * step * way));
+            let at = |side: f64| shape.distance(&(point + side * step * along));
             let slope = (at(1.0).0 - at(-1.0).0) / (2.0 * step);
             // Beside an edge inside a box or a hull the gradient turns within the step.
             prop_assume!((at(1.0).1 - at(-1.0).1).norm() < 1e-3);
-            prop_assert!((slope - gradient.dot(&way)).abs() < 1e-5, "{slope} {}", gradient.dot(&way));
+            prop_assert!((slope - gradient.dot(&along)).abs() < 1e-5, "{slope} {}", gradient.dot(&along));
         }
 
         #[test]

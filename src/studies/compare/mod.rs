@@ -78,7 +78,7 @@ pub enum CompareError {
     #[error("two arms are called {0:?}: expected files with different names")]
     SameName(String),
     /// A name that is neither.
-    #[error("{name}: no arm of the box ({}), nor a parameter file: {why}", ARMS.map(|(name, _)| name).join(", "))]
+    #[error("{name}: no built-in arm ({}), nor a parameter file: {why}", ARMS.map(|(name, _)| name).join(", "))]
     NoArm {
         /// What was asked for.
         name: String,

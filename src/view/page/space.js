@@ -85,7 +85,7 @@ export class Camera {
   frame(points, reach, stays = false) {
     const [low, high] = [Math.min, Math.max].map((of) => [0, 1, 2].map((i) => of(...points.map((point) => point[i]))));
     this.target = scaled(0.5, add(low, high));
-    this.radius = Math.max(0.55 * reach, 0.5 * distance(low, high) + 0.2 * reach);
+    this.radius = Math.max(0.45 * reach, 0.5 * distance(low, high) + 0.1 * reach);
     const away = add(this.target, scaled(-1, points[0]));
     if (!stays && Math.hypot(away[0], away[1]) > 0.02 * reach) this.azimuth = Math.atan2(away[1], away[0]) - 0.7;
   }

@@ -2,7 +2,7 @@
 
 use super::Servo;
 use crate::servo::Stall;
-use crate::servo::escape::{Freedom, Way};
+use crate::servo::escape::{FoundEscape, Freedom};
 use crate::servo::escape_phase::{EscapePhase, Phase};
 use dq_algebra::UnitDualQuaternion;
 use std::time::Duration;
@@ -41,7 +41,7 @@ impl Servo {
                 Phase::Free | Phase::Stuck { .. } if freedom.part >= STUCK => Phase::Free,
                 Phase::Free => Phase::Stuck { since: now },
                 Phase::Stuck { since } if now.saturating_sub(since) >= PATIENCE => {
-                    let escapes = self.find_escape(goal) == Way::Open && self.leave(freedom.error);
+                    let escapes = self.find_escape(goal) == FoundEscape::Open && self.leave(freedom.error);
                     if escapes { Phase::Escaping { travelled: 0.0 } } else { Phase::Closed }
                 }
                 Phase::Escaping { travelled } => Phase::escaping(
@@ -73,7 +73,7 @@ impl Servo {
         nearer
     }
 
-    fn find_escape(&mut self, goal: &UnitDualQuaternion) -> Way {
+    fn find_escape(&mut self, goal: &UnitDualQuaternion) -> FoundEscape {
         let (theta, limits) = (self.robot.link.measured(), &self.settings.limits.position);
         self.escape.find(&self.settings.controller, goal, theta, limits)
     }
@@ -92,7 +92,7 @@ impl Servo {
         (speed.abs() >= PULLED && is_lost).then_some(Stall::Sagging { joint: joint + 1, speed, kind, error })
     }
 
-    /// Why the motion to `goal` makes no progress; none where it was held up by a singularity and is on its way now.
+    /// Why the motion to `goal` makes no progress; none where it was held up by a singularity and goes on now.
     pub(super) fn stall(&mut self, goal: &UnitDualQuaternion) -> Option<Stall> {
         if let Some(reach) = self.beyond_reach(&goal.translation()) {
             return Some(Stall::BeyondReach(reach));
@@ -108,10 +108,10 @@ impl Servo {
             return Some(self.sag().unwrap_or(Stall::NoProgress));
         }
         match self.find_escape(goal) {
-            Way::None => Some(Stall::Unreachable),
-            Way::Barred(joint) => Some(Stall::AtLimit { joint: joint + 1 }),
-            Way::Open if self.leave(freedom.error) => None,
-            Way::Open => Some(Stall::Singular { sigma: self.smallest_singular_value() }),
+            FoundEscape::None => Some(Stall::Unreachable),
+            FoundEscape::Barred(joint) => Some(Stall::AtLimit { joint: joint + 1 }),
+            FoundEscape::Open if self.leave(freedom.error) => None,
+            FoundEscape::Open => Some(Stall::Singular { sigma: self.smallest_singular_value() }),
         }
     }
 }

@@ -1,6 +1,6 @@
 //! What is sent to the robot: the command, and where an arm that takes positions is sent by it.
 
-use crate::servo::filters::{Filters, HeldLimits};
+use crate::servo::filters::{Filters, LatchedLimits};
 use crate::servo::setpoint::Setpoint;
 use crate::servo::{Arms, ClosePair, Interface, Limits, Settings};
 use std::time::Duration;
@@ -14,7 +14,7 @@ pub(super) struct Output {
     /// The same with what holds the joints against what pulls at them.
     sent: Vec<f64>,
     pub filters: Filters,
-    pub held_limits: HeldLimits,
+    pub latched_limits: LatchedLimits,
     pub setpoint: Setpoint,
     /// What keeps the arm from what is wanted, in the last cycle.
     pub held: HeldBack,
@@ -53,7 +53,7 @@ impl Output {
             command: vec![0.0; joints],
             sent: vec![0.0; joints],
             filters,
-            held_limits: HeldLimits::new(&settings.limits),
+            latched_limits: LatchedLimits::new(&settings.limits),
             setpoint: Setpoint::new(arms.joint_kinds()),
             held: HeldBack::default(),
             interface: settings.interface,

@@ -102,7 +102,7 @@ impl Servo {
             }
             Reconfiguration::Underway(_)
                 if tracking.record.settled
-                    || self.elsewhere.ways(self.robot.link.measured(), limits).all(is_near) =>
+                    || self.elsewhere.displacements(self.robot.link.measured(), limits).all(is_near) =>
             {
                 tracking.try_again();
                 tracking.watch.reconfiguration = Reconfiguration::Taken;
@@ -114,7 +114,7 @@ impl Servo {
     /// Wants the velocity along the straight line in joint space to the other configuration.
     pub(super) fn go_elsewhere(&mut self) {
         let limits = &self.settings.limits;
-        let [_, jerks, steps] = self.output.held_limits.each();
+        let [_, jerks, steps] = self.output.latched_limits.each();
         let braking = self.robot.link.braking([&limits.joint_acceleration, jerks, steps], self.clock.period);
         let from = self.robot.link.predicted();
         self.elsewhere.velocity(from, limits, &braking, &mut self.output.velocity);

@@ -88,7 +88,7 @@ impl Servo {
             // Unlike clamp this takes any numbers.
             let speed = if coasts { speed.max(-limit).min(limit) } else { 0.0 };
             self.output.command[joint] = speed;
-            self.output.held_limits.begin(joint, speed);
+            self.output.latched_limits.begin(joint, speed);
         }
     }
 

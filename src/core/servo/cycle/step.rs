@@ -65,7 +65,7 @@ impl Servo {
 
     /// Makes the next command of what is wanted where the arm is `driven`; else the arm comes to rest.
     fn set_command(&mut self, driven: bool, tracked: Option<&Tracked>) {
-        self.output.held_limits.update(&self.settings.limits, &self.output.command);
+        self.output.latched_limits.update(&self.settings.limits, &self.output.command);
         let pursuit = self.mode.pursuit().filter(|pursuit| !pursuit.is_reconfiguring());
         let escapes = pursuit.is_some_and(|pursuit| pursuit.watch.escape.is_escaping());
         let stable_rate = self.stable_rate();
@@ -87,7 +87,7 @@ impl Servo {
             },
             link: &self.robot.link,
             before: &self.output.command,
-            braking: self.robot.link.braking(self.output.held_limits.each(), self.clock.period),
+            braking: self.robot.link.braking(self.output.latched_limits.each(), self.clock.period),
             period: self.clock.period,
         };
         self.output.held = HeldBack::default();

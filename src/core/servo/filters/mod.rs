@@ -40,7 +40,7 @@ use demanded_acceleration::DemandedAcceleration;
 use dq_algebra::UnitDualQuaternion;
 use dq_kinematics::control::Approach;
 use dq_space::space::Scene;
-pub(super) use envelope::HeldLimits;
+pub(super) use envelope::LatchedLimits;
 use envelope::{Envelope, Span};
 use stop::Stop;
 use stoppable::Stoppable;

@@ -11,26 +11,26 @@ use dq_space::space::{Gap, MOST_PAIRS, Near, Placed, Scene};
 const LEAST: f64 = 0.002;
 const ROUNDING: f64 = 1e-9;
 
-/// So many places on the way of a stop are looked at, at most.
+/// So many places along a stop are looked at, at most.
 const MOST_PLACES: u32 = 40;
 
 /// A stop may take so many cycles more than its longest time, as each of its parts is rounded up.
 const MORE_CYCLES: usize = 10;
 
-/// A way is halved so often, at most.
+/// A path is halved so often, at most.
 const DEPTH: usize = 10;
 
 /// Lets a velocity pass if the arm can be stopped after it, each joint by its own deceleration, without closing any gap; else slows down
-/// along the way that it is on, or stops.
+/// along the path that it is on, or stops.
 ///
 /// It was let pass before only what could be stopped: so a stop never closes a gap, whenever it comes, even if one command more holds for
-/// two cycles than did in the last seconds. The way of the stop is looked at where the arm would be after so many cycles of it, and of
+/// two cycles than did in the last seconds. The stop is looked at where the arm would be after so many cycles of it, and of
 /// gaps that say too little there of those between, half way too (Schwarzer, Saha & Latombe 2005).
 pub(super) struct Stoppable {
     pub(super) placed: Placed,
     near: Vec<Near>,
-    stop: StopWay,
-    /// The pairs of which not enough is known on both halves of the ways that are looked at, for each time these were halved.
+    stop: StoppingPath,
+    /// The pairs of which not enough is known on both halves of the paths that are looked at, for each time these were halved.
     open: Vec<[Vec<Open>; 2]>,
     positions: Vec<f64>,
     slope: Vec<f64>,
@@ -40,11 +40,11 @@ pub(super) struct Stoppable {
     pub held_by: Option<ClosePair>,
 }
 
-/// The way of a stop.
+/// The path of a stop: how each joint comes to rest.
 #[derive(Default)]
-struct StopWay {
+struct StoppingPath {
     /// Of each joint, how far it has come after each cycle, the first of them at the whole speed.
-    joints: Vec<Vec<Way>>,
+    joints: Vec<Vec<Travel>>,
     /// What each joint loses in a cycle at most [rad/s].
     losses: Vec<f64>,
     /// How long a cycle should take and takes on average \[s\].
@@ -56,7 +56,7 @@ struct StopWay {
 
 /// How far one joint has come.
 #[derive(Clone, Copy)]
-struct Way {
+struct Travel {
     /// From where it was \[rad\].
     gone: f64,
     /// The same with what it went back \[rad\].
@@ -66,7 +66,7 @@ struct Way {
     fastest: f64,
 }
 
-impl StopWay {
+impl StoppingPath {
     fn begin(&mut self, given: &Given, velocity: &[f64]) {
         (self.period, self.cycle, self.cycles) = (given.period, given.braking.cycle, 0);
         for (joint, speed) in velocity.iter().enumerate() {
@@ -78,30 +78,30 @@ impl StopWay {
     fn follow(&mut self, given: &Given, joint: usize, speed: f64) {
         let (most, jerk) = (given.braking.decelerations[joint] * self.period, given.braking.jerk_step(joint));
         let mut pace = Pace { speed, step: speed - given.before[joint] };
-        let mut way = Way { gone: 0.0, length: 0.0, slowest: speed, fastest: speed };
+        let mut travel = Travel { gone: 0.0, length: 0.0, slowest: speed, fastest: speed };
         let first = if jerk.is_finite() { pace.step.abs() } else { 0.0 };
-        let ways = &mut self.joints[joint];
-        ways.clear();
-        ways.push(way);
+        let travels = &mut self.joints[joint];
+        travels.clear();
+        travels.push(travel);
         let mut step = pace.towards(0.0, most, jerk);
-        while (pace.speed, step) != (0.0, 0.0) && ways.len() < ways.capacity() {
-            way = Way {
-                gone: way.gone + self.cycle * pace.speed,
-                length: way.length + self.cycle * pace.speed.abs(),
-                slowest: way.slowest.min(pace.speed),
-                fastest: way.fastest.max(pace.speed),
+        while (pace.speed, step) != (0.0, 0.0) && travels.len() < travels.capacity() {
+            travel = Travel {
+                gone: travel.gone + self.cycle * pace.speed,
+                length: travel.length + self.cycle * pace.speed.abs(),
+                slowest: travel.slowest.min(pace.speed),
+                fastest: travel.fastest.max(pace.speed),
             };
-            ways.push(way);
+            travels.push(travel);
             pace = Pace { speed: pace.speed + step, step };
             step = pace.towards(0.0, most, jerk);
         }
-        self.losses[joint] = if ways.len() > 1 { most.max(first) } else { 0.0 };
-        self.cycles = self.cycles.max(ways.len() - 1);
+        self.losses[joint] = if travels.len() > 1 { most.max(first) } else { 0.0 };
+        self.cycles = self.cycles.max(travels.len() - 1);
     }
 
     /// How far each joint has come after so many cycles.
-    fn after(&self, cycles: usize) -> impl Iterator<Item = &Way> + Clone {
-        self.joints.iter().filter_map(move |ways| ways.get(cycles.min(ways.len() - 1)))
+    fn after(&self, cycles: usize) -> impl Iterator<Item = &Travel> + Clone {
+        self.joints.iter().filter_map(move |travels| travels.get(cycles.min(travels.len() - 1)))
     }
 
     /// How far each joint goes from that many cycles to this many, back and forth \[rad\].
@@ -109,17 +109,17 @@ impl StopWay {
         self.after(from).zip(self.after(to)).map(|(begin, end)| end.length - begin.length)
     }
 
-    /// How far beside the way each joint may be after so many cycles, from and to \[rad\]: one of them may have held for twice its time,
+    /// How far beside the path each joint may be after so many cycles, from and to \[rad\]: one of them may have held for twice its time,
     /// and what cycles took longer on average it may have gone at first or not at all.
     fn beside(&self, cycles: usize) -> impl Iterator<Item = (f64, f64)> + Clone {
         let late = 1.0 - self.period / self.cycle;
-        self.after(cycles).map(move |way| {
-            let spread = late * way.length;
-            (self.period * way.slowest - spread, self.period * way.fastest + spread)
+        self.after(cycles).map(move |travel| {
+            let spread = late * travel.length;
+            (self.period * travel.slowest - spread, self.period * travel.fastest + spread)
         })
     }
 
-    /// By how much a gap may be smaller after so many cycles than on the way there, if it changes by `slope` with the joints \[m\].
+    /// By how much a gap may be smaller after so many cycles than on the path there, if it changes by `slope` with the joints \[m\].
     fn spare(&self, cycles: usize, slope: &[f64]) -> f64 {
         let joints = self.beside(cycles).zip(slope);
         let closed = joints.map(|((least, most), slope)| (-least * slope).max(-most * slope));
@@ -127,7 +127,7 @@ impl StopWay {
     }
 }
 
-/// A pair of which too little is known on a part of the way.
+/// A pair of which too little is known on a part of the path.
 #[derive(Clone, Copy)]
 struct Open {
     /// Its number in `near`.
@@ -146,10 +146,10 @@ impl Stoppable {
         Self {
             placed: Placed::with_room(joints),
             near: Vec::with_capacity(MOST_PAIRS),
-            stop: StopWay {
+            stop: StoppingPath {
                 joints: zeros.iter().map(|_| Vec::with_capacity(cycles)).collect(),
                 losses: zeros.clone(),
-                ..StopWay::default()
+                ..StoppingPath::default()
             },
             open: (0..=DEPTH).map(|_| [list(), list()]).collect(),
             positions: zeros.clone(),
@@ -173,9 +173,9 @@ impl Stoppable {
         let end = stop.cycles;
         placed.place(scene, given.arms.chains(), given.positions);
         let beside = stop.beside(end).map(|(least, most)| most.max(-least));
-        let ways = stop.lengths(0, end).zip(beside).map(|(length, beside)| length + beside);
-        let within = |way: f64| if way > 0.0 { LEAST + way } else { f64::NEG_INFINITY };
-        placed.near(scene, ways, within, near);
+        let travels = stop.lengths(0, end).zip(beside).map(|(length, beside)| length + beside);
+        let within = |travel: f64| if travel > 0.0 { LEAST + travel } else { f64::NEG_INFINITY };
+        placed.near(scene, travels, within, near);
         let Some(([open, _], room)) = self.open.split_first_mut().filter(|_| !near.is_empty()) else {
             return true;
         };
@@ -185,12 +185,12 @@ impl Stoppable {
     }
 }
 
-/// One look at the way of a stop.
+/// One look at the path of a stop.
 struct Look<'a> {
     given: &'a Given<'a>,
     scene: &'a Scene,
     placed: &'a mut Placed,
-    stop: &'a StopWay,
+    stop: &'a StoppingPath,
     near: &'a [Near],
     positions: &'a mut [f64],
     slope: &'a mut [f64],
@@ -198,7 +198,7 @@ struct Look<'a> {
     held_by: &'a mut Option<ClosePair>,
 }
 
-/// What the gap of a pair that is `near` must stay above on the way: one that is smaller already may not close further.
+/// What the gap of a pair that is `near` must stay above on the path: one that is smaller already may not close further.
 fn least(near: &Near) -> f64 {
     LEAST.min(near.gap.distance) - ROUNDING
 }
@@ -207,8 +207,11 @@ impl Look<'_> {
     /// Places the arm where it is after so many cycles of the stop.
     fn place(&mut self, cycles: usize) {
         *self.places += 1;
-        let ways = self.stop.after(cycles).zip(self.given.positions);
-        self.positions.iter_mut().zip(ways).for_each(|(place, (way, position))| *place = position + way.gone);
+        let travels = self.stop.after(cycles).zip(self.given.positions);
+        self.positions
+            .iter_mut()
+            .zip(travels)
+            .for_each(|(place, (travel, position))| *place = position + travel.gone);
         self.placed.place(self.scene, self.given.arms.chains(), self.positions);
     }
 
@@ -218,7 +221,7 @@ impl Look<'_> {
         gap.distance - self.stop.spare(cycles, self.slope)
     }
 
-    /// The same of a pair: what is known at once where that is enough for both parts of the way there, else by what is measured. None
+    /// The same of a pair: what is known at once where that is enough for both parts of the path there, else by what is measured. None
     /// where it is too little.
     fn look(&mut self, cycles: usize, near: &Near, is_enough: impl Fn(&Self, f64) -> bool) -> Option<f64> {
         let at_least = self.placed.gap_at_least(self.scene, near);
@@ -267,15 +270,15 @@ impl Look<'_> {
         true
     }
 
-    /// By how much a gap may be smaller on the way between two places than at both, where it is `gap` at least and the two may move by
-    /// `way` against each other \[m\].
+    /// By how much a gap may be smaller between two places than at both, where it is `gap` at least and the two may move by
+    /// `travel` against each other \[m\].
     ///
     /// Who goes straight by w past something convex and is D from it at both ends is nowhere nearer than `√(D² − w²/4)`, and who stays
-    /// in it nowhere nearer than at the ends. That the way of a point is not straight, but bends with the joints by φ, takes it `φ w/8`
-    /// aside at most; and that they brake differently, what the bend of their own ways moves it.
-    fn dip(&self, pair: usize, (from, to): (usize, usize), gap: f64, way: f64) -> f64 {
+    /// in it nowhere nearer than at the ends. That the path of a point is not straight, but bends with the joints by φ, takes it `φ w/8`
+    /// aside at most; and that they brake differently, what the bend of their own paths moves it.
+    fn dip(&self, pair: usize, (from, to): (usize, usize), gap: f64, travel: f64) -> f64 {
         let apart = gap + self.scene.radius(pair);
-        let square = apart * apart - 0.25 * way * way;
+        let square = apart * apart - 0.25 * travel * travel;
         let straight = match self.scene.is_inside(pair) {
             true => 0.0,
             false if square <= 0.0 => return f64::INFINITY,
@@ -285,17 +288,17 @@ impl Look<'_> {
         let cycles = (to - from) as f64;
         let braked = if to - from > 1 { 0.125 * cycles * cycles * self.stop.cycle } else { 0.0 };
         let bends = self.stop.losses.iter().map(|loss| braked * loss);
-        straight + 0.125 * turn * way + self.scene.travel(pair, bends)
+        straight + 0.125 * turn * travel + self.scene.travel(pair, bends)
     }
 
     /// Whether a gap of which so much is left here and there stays large enough between, from so many cycles of the stop to so many.
     fn knows(&self, near: &Near, (from, to): (usize, usize), [here, there]: [f64; 2]) -> bool {
-        let way = self.scene.travel(near.pair, self.stop.lengths(from, to));
+        let travel = self.scene.travel(near.pair, self.stop.lengths(from, to));
         // Of a closed gap it is enough that it grows from place to place, and half of an open one is room for what is not known.
         let least = 0.5 * least(near);
         least <= 0.0
-            || 0.5 * (here + there - way) >= least
-            || here.min(there) - self.dip(near.pair, (from, to), here.min(there), way) >= least
+            || 0.5 * (here + there - travel) >= least
+            || here.min(there) - self.dip(near.pair, (from, to), here.min(there), travel) >= least
     }
 
     /// Whether the gaps that are `open` from so many cycles of the stop to so many stay large enough.
@@ -330,7 +333,7 @@ impl Look<'_> {
     }
 }
 
-/// Makes of what is `slowed` the slowest along the way that the arm is on; half way to a stop where accelerations may not step.
+/// Makes of what is `slowed` the slowest along the path that the arm is on; half way to a stop where accelerations may not step.
 fn slow(given: &Given, velocity: &[f64], slowed: &mut [f64]) {
     if given.braking.limits_jerk() {
         Stop.apply(given, slowed);

@@ -3,12 +3,14 @@
 use super::command_history::CommandHistory;
 use super::latency::Latency;
 use super::lateness::{Cycles, Lateness};
+use super::parts::Parts;
 use super::presence::{Return, Step};
 use super::sag::{Hold, Room, Sag, observed_at};
 use super::samples::Samples;
 use super::tracking_monitor::TrackingMonitor;
 use super::{ArmFigures, Contact, JointReading, LinkSettings, seconds, way};
 use crate::servo::arbiter::Arbiter;
+use crate::servo::joints::missing;
 use crate::servo::{JointOrder, Limits, PositionLimits, Rejection};
 use dq_kinematics::arm::JointKind;
 use std::ops::Range;
@@ -32,6 +34,7 @@ pub(super) struct ArmLink {
     pub joints: Range<usize>,
     kinds: Vec<JointKind>,
     pub sources: Arbiter,
+    parts: Parts,
     /// What came since the last cycle.
     newest: Option<Newest>,
     positions: Vec<f64>,
@@ -83,6 +86,7 @@ impl ArmLink {
         Self {
             order,
             sources: Arbiter::default(),
+            parts: Parts::default(),
             newest: None,
             positions: zeros.clone(),
             way: zeros.clone(),
@@ -119,7 +123,13 @@ impl ArmLink {
         silence: Duration,
     ) -> Result<bool, Rejection> {
         // A message that is no state of this arm says nothing of who else is there.
-        self.order.locate(reading.names, reading.positions, &mut self.places)?;
+        match self.order.locate(reading.names, reading.positions, &mut self.places) {
+            Err(Rejection::MissingJoint { .. }) if self.order.has_any_of(reading.names) => {
+                return self.take_part(reading, now, silence);
+            }
+            located => located?,
+        }
+        self.parts.clear();
         if !self.sources.hear(reading.source, now, silence) {
             return Ok(false);
         }
@@ -130,6 +140,37 @@ impl ArmLink {
         }
         let has_velocities = has_velocities && self.velocities.iter().all(|speed| speed.is_finite());
         self.newest = Some(Newest { now, has_velocities, stamp_age: reading.stamp_age });
+        Ok(true)
+    }
+
+    /// Takes a message with some of the arm's joints: the state is whole once each joint came, the newest of each within `silence`.
+    fn take_part(
+        &mut self,
+        reading: &JointReading,
+        now: Duration,
+        silence: Duration,
+    ) -> Result<bool, Rejection> {
+        if self.parts.is_of_another(&self.order, reading, now, silence) {
+            return Ok(self.sources.hear(reading.source, now, silence));
+        }
+        self.parts.take(&self.order, reading, now)?;
+        if let Some(joint) = self.parts.missing(now, silence) {
+            return Err(missing(&self.order.names()[joint], reading.names));
+        }
+        let Some(parts) = self.parts.whole() else { return Ok(true) };
+        // Together they are one publisher, by whoever has the first joint.
+        if let Some(first) = parts.clone().next()
+            && !self.sources.hear(first.source, now, silence)
+        {
+            return Ok(false);
+        }
+        let has_velocities = parts.clone().all(|part| part.velocity.is_some());
+        let stamp_age =
+            parts.clone().try_fold(Duration::ZERO, |oldest, part| Some(oldest.max(part.age(now)?)));
+        for ((position, velocity), part) in self.positions.iter_mut().zip(&mut self.velocities).zip(parts) {
+            (*position, *velocity) = (part.position, part.velocity.unwrap_or(0.0));
+        }
+        self.newest = Some(Newest { now, has_velocities, stamp_age });
         Ok(true)
     }
 

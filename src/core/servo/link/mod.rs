@@ -4,6 +4,7 @@ mod arm;
 mod command_history;
 mod latency;
 mod lateness;
+mod parts;
 mod presence;
 mod sag;
 mod samples;

@@ -22,6 +22,7 @@ mod link;
 mod measured_gaps;
 mod motions;
 mod moving;
+mod parts;
 mod position_limits;
 mod reconfigure;
 mod sag;

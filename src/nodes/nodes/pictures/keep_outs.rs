@@ -17,19 +17,14 @@ const IN: ColorRGBA = ColorRGBA { r: 0.1, g: 0.6, b: 0.3, a: 0.15 };
 /// has how many there are.
 pub(super) fn solids(header: &Header, scene: Option<&Scene>, before: &mut [usize; 2]) -> Vec<Marker> {
     let [out, inside] = [Scene::keep_outs, Scene::keep_ins].map(|of| scene.map(of).unwrap_or_default());
-    let out = markers(header, ("keep_out", OUT), out, before[0]);
-    let inside = markers(header, ("keep_in", IN), inside, before[1]);
+    let out = markers(header, "keep_out", OUT, out, before[0]);
+    let inside = markers(header, "keep_in", IN, inside, before[1]);
     *before = [out.len(), inside.len()];
     [out, inside].concat()
 }
 
 /// A marker for each shape, but three for a capsule, and markers that remove those of `before` besides.
-fn markers(
-    header: &Header,
-    (ns, color): (&str, ColorRGBA),
-    shapes: &[KeepOut],
-    before: usize,
-) -> Vec<Marker> {
+fn markers(header: &Header, ns: &str, color: ColorRGBA, shapes: &[KeepOut], before: usize) -> Vec<Marker> {
     let marker = |(id, solid): (usize, Option<Solid>)| {
         let action = if solid.is_some() { Marker::ADD } else { Marker::DELETE };
         let Solid { kind, frame, size: [x, y, z], points } = solid.unwrap_or_default();
@@ -68,7 +63,7 @@ fn drawn(shape: &Shape) -> Vec<Solid> {
         solid(Marker::SPHERE, Translation3::from(*center).into(), [2.0 * radius; 3])
     };
     let cylinder = |core: &Segment, radius: f64| {
-        solid(Marker::CYLINDER, core.frame(), [2.0 * radius, 2.0 * radius, core.way().norm()])
+        solid(Marker::CYLINDER, core.frame(), [2.0 * radius, 2.0 * radius, core.vector().norm()])
     };
     match shape {
         Shape::HalfSpace(plane) => {

@@ -3,12 +3,12 @@
 //! They are those from which a stop still keeps the limits on speed, acceleration, jerk and position, with the delay of the robot and the
 //! cycles that come late in it ([`Span`]). The next speed of a stop is one of them whatever the limits are, so that there always is one.
 
-mod held_limits;
+mod latched_limits;
 mod span;
 #[cfg(test)]
 mod tests;
 
-pub(in crate::servo) use held_limits::HeldLimits;
+pub(in crate::servo) use latched_limits::LatchedLimits;
 pub(super) use span::Span;
 
 use super::{Given, keep_speed_limits, tool_share};

@@ -67,25 +67,25 @@ impl Span {
         between(speed, self.positions.0, self.positions.1)
     }
 
-    /// The next speed on the way to `wanted` of a joint that goes there by itself.
+    /// The next speed towards `wanted` of a joint that goes there by itself.
     pub fn towards(&self, wanted: f64) -> f64 {
         self.hold(self.pace.speed + self.pace.towards(wanted, f64::INFINITY, self.jerk))
     }
 
-    /// The part of the way to the speed `wanted` that the acceleration limit allows in a cycle.
+    /// The part of the change to the speed `wanted` that the acceleration limit allows in a cycle.
     pub fn part_of_way(&self, wanted: f64) -> f64 {
-        let way = (wanted - self.pace.speed).abs();
-        ratio(self.faster.min(eased(way, self.jerk)), way)
+        let change = (wanted - self.pace.speed).abs();
+        ratio(self.faster.min(eased(change, self.jerk)), change)
     }
 
-    /// The next speed after that part of the way to `wanted`.
+    /// The next speed after that part of the change to `wanted`.
     pub fn along(&self, wanted: f64, part: f64) -> f64 {
-        // The sum would be rounded where all of the way is gone.
+        // The sum would be rounded where all of the change is made.
         let along = if part < 1.0 { self.pace.speed + part * (wanted - self.pace.speed) } else { wanted };
         self.hold(along)
     }
 
-    /// What of the way to `wanted` is slowing down, if any is.
+    /// What of the change to `wanted` is slowing down, if any is.
     pub fn slower_than_last(&self, wanted: f64) -> Option<f64> {
         let last = self.pace.speed;
         let slower = between(wanted, last.min(0.0), last.max(0.0));

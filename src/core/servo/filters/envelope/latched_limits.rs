@@ -5,7 +5,7 @@ use crate::servo::Limits;
 /// The limits on deceleration and jerk that each joint keeps: what the parameters say, but never less than they have said since it last stood.
 /// What a joint counted on when it set off, before a position limit or for a stop, no change of parameters takes from it.
 #[derive(Clone, Debug, PartialEq)]
-pub(in crate::servo) struct HeldLimits {
+pub(in crate::servo) struct LatchedLimits {
     /// [rad/s², prismatic: m/s²].
     decelerations: Vec<f64>,
     /// [rad/s³, prismatic: m/s³].
@@ -15,7 +15,7 @@ pub(in crate::servo) struct HeldLimits {
     steps: Vec<f64>,
 }
 
-impl HeldLimits {
+impl LatchedLimits {
     /// Those of joints that stand.
     pub fn new(limits: &Limits) -> Self {
         let zeros = vec![0.0; limits.joint_velocity.len()];

@@ -1,0 +1,112 @@
+//! What URDF 1.2 adds: rotations as quaternions, capsules, limits of acceleration, deceleration and jerk.
+
+use crate::{NodeParameters, ServoParameters};
+use dq_kinematics::arm::Description;
+use dq_params::{Given, ParameterStore, Value};
+use nalgebra::Vector3;
+
+const ARM: &str = include_str!("../../tests/data/cases/urdf/urdf_1_2.urdf");
+
+fn start(text: &str, more: &[(&str, Value)]) -> (ParameterStore, Vec<String>) {
+    let texts = [("robot_description", text), ("base_frame", "base"), ("tool_frame", "l6")];
+    let texts = texts.map(|(name, text)| (name, Value::String(text.to_owned())));
+    let given = texts.iter().chain(more).map(|(name, value)| Given {
+        name: (*name).to_owned(),
+        value: value.clone(),
+        source: "test".to_owned(),
+        by_name: false,
+    });
+    ServoParameters::start("/dq_servo", given.collect()).unwrap()
+}
+
+fn numbers(store: &ParameterStore, name: &str) -> Vec<f64> {
+    let Some(Value::DoubleArray(numbers)) = store.get(name) else { panic!("{:?}", store.get(name)) };
+    numbers.clone()
+}
+
+fn with_rotation(rotation: &str) -> String {
+    ARM.replace("quat_xyzw=\"0 0.7071068 0 0.7071068\"", rotation)
+}
+
+#[test]
+fn a_quaternion_is_the_rotation_that_angles_would_be() {
+    let read = |text: &str| Description::read(text, "base", "l6").unwrap().arm.chain().unwrap();
+    let place = |text: &str| read(text).forward_kinematics(&[0.1, 0.2, 0.3, 0.4, 0.5, 0.6]).unwrap();
+    // (0, y, 0, w) is a turn about y, of any length; and two turns one after the other, of which pin (4.1.0) has the matrix.
+    let same = [
+        ("quat_xyzw=\"0 0.7071068 0 0.7071068\"", "rpy=\"0 1.5707963267948966 0\""),
+        ("quat_xyzw=\"0 2 0 2\"", "rpy=\"0 1.5707963267948966 0\""),
+        ("quat_xyzw=\"0.5 0.5 0.5 0.5\"", "rpy=\"1.5707963267948966 0 1.5707963267948966\""),
+        ("quat_xyzw=\"-0.5 0.5 0.5 0.5\"", "rpy=\"0 1.5707963267948966 1.5707963267948966\""),
+    ];
+    for (quaternion, angles) in same {
+        let [one, other] = [quaternion, angles].map(|rotation| place(&with_rotation(rotation)));
+        assert!((one.translation() - other.translation()).norm() < 1e-12, "{quaternion}");
+        assert!((one.rotation() * Vector3::x() - other.rotation() * Vector3::x()).norm() < 1e-12);
+    }
+}
+
+#[test]
+fn a_quaternion_that_is_none_or_that_ros_2_would_leave_out_is_refused() {
+    for (text, why) in [
+        (with_rotation("rpy=\"0 0 0\" quat_xyzw=\"0 0 0 1\""), "is there beside rpy"),
+        (with_rotation("quat_xyzw=\"0 0 0\""), "\"0 0 0\": expected a quaternion x y z w"),
+        (with_rotation("quat_xyzw=\"0 0 0 0\""), "expected a quaternion x y z w"),
+        (with_rotation("quat_xyzw=\"0 0 0 nan\""), "expected a quaternion x y z w"),
+        (ARM.replace(" version=\"1.2\"", ""), "needs <robot version=\"1.2\">"),
+    ] {
+        let refused = Description::read(&text, "base", "l6").unwrap_err().to_string();
+        assert!(refused.starts_with("joint \"j2\"") && refused.contains(why), "{refused}");
+    }
+}
+
+#[test]
+fn accelerations_decelerations_and_jerks_are_defaults() {
+    let (store, warnings) = start(ARM, &[]);
+    assert_eq!(warnings, Vec::<String>::new());
+    assert_eq!(numbers(&store, "limits.joint_acceleration"), [10.0, 10.0, 10.0, 4.0, 4.0, 4.0]);
+    // Without a deceleration it is the acceleration's, and without a jerk as good as none.
+    assert_eq!(numbers(&store, "limits.joint_deceleration"), [5.0, 5.0, 5.0, 4.0, 4.0, 4.0]);
+    assert_eq!(numbers(&store, "limits.jerk"), [50.0, 50.0, 50.0, 1e6, 1e6, 1e6]);
+    assert!(ServoParameters::from_store(&store).is_ok());
+    let own = Value::DoubleArray(vec![2.0; 6]);
+    let (store, _) = start(ARM, &[("limits.joint_deceleration", own.clone())]);
+    assert_eq!(numbers(&store, "limits.joint_deceleration"), [2.0; 6], "parameters come first");
+    // Where a parameter gives more acceleration, the jerk must bring it in time.
+    let (store, warnings) = start(ARM, &[("limits.joint_acceleration", Value::DoubleArray(vec![40.0; 6]))]);
+    assert_eq!(numbers(&store, "limits.jerk")[0], 200.0);
+    assert!(
+        warnings[0].contains("joint \"j1\"") && ServoParameters::from_store(&store).is_ok(),
+        "{warnings:?}"
+    );
+}
+
+#[test]
+fn a_stop_comes_in_time_whatever_the_description_says() {
+    for (limit, name, taken) in
+        [("deceleration=\"5.0\"", "limits.joint_deceleration", 2.0), ("jerk=\"50.0\"", "limits.jerk", 50.0)]
+    {
+        let slow = format!("{}=\"0.01\"", limit.split_once('=').unwrap().0);
+        let (store, warnings) = start(&ARM.replace(limit, &slow), &[]);
+        assert_eq!(numbers(&store, name)[0], taken);
+        assert!(warnings.len() == 1 && warnings[0].contains("does not stop it in time"), "{warnings:?}");
+        assert!(ServoParameters::from_store(&store).is_ok());
+    }
+    let (plain, _) = start(&ARM.replace(" deceleration=\"5.0\" jerk=\"50.0\"", ""), &[]);
+    assert_eq!(numbers(&plain, "limits.joint_deceleration"), Vec::<f64>::new());
+    assert_eq!(numbers(&plain, "limits.jerk"), Vec::<f64>::new());
+}
+
+#[test]
+fn a_capsule_is_the_capsule_of_the_body() {
+    let (store, warnings) = start(ARM, &[("constraints", Value::Bool(true))]);
+    assert_eq!(warnings, Vec::<String>::new());
+    let scene = ServoParameters::from_store(&store).unwrap().settings.scene.unwrap();
+    let [first, second, ..] = &scene.body().capsules[..] else { panic!() };
+    assert_eq!((first.joint, second.joint), (0, 1));
+    // 0.25 m about the origin that is 0.25 m above the joint; its own radius, but for the tenth of a millimetre that the parameter rounds.
+    let mut ends = second.core.ends.map(|end| end.z);
+    ends.sort_by(f64::total_cmp);
+    assert_eq!(ends, [0.0, 0.5]);
+    assert!((0.1..0.1002).contains(&second.radius), "{second:?}");
+}

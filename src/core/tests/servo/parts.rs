@@ -1,0 +1,77 @@
+//! An arm whose joint states come in several messages: on one topic, from one driver or from two.
+
+use crate::rig::Rig;
+use dq_core::servo::{JointReading, Rejection, State};
+
+/// Gives the servo the joints from `first` to before `end`, as `source` sends them.
+fn part(rig: &mut Rig, (first, end): (usize, usize), source: u32) -> Result<bool, Rejection> {
+    let names = rig.names[first..end].to_vec();
+    let positions = rig.positions()[first..end].to_vec();
+    let reading =
+        JointReading { names: &names, positions: &positions, velocities: &[], source, stamp_age: None };
+    rig.servo.take_joint_state(0, &reading, rig.now)
+}
+
+/// A rig whose plant is heard only by what the test says.
+fn rig() -> Rig {
+    let mut rig = Rig::new();
+    rig.connect(false);
+    rig
+}
+
+#[test]
+fn rule_2_the_newest_of_each_joint_counts_and_the_arm_arrives() {
+    let mut rig = rig();
+    for cycle in 0..6000 {
+        let _ = part(&mut rig, (0, 2), 1);
+        // The arm's driver is slower.
+        if cycle % 4 == 0 {
+            let _ = part(&mut rig, (2, 6), 2);
+        }
+        if cycle == 100 {
+            rig.goal("theta_desired");
+        }
+        rig.cycle();
+    }
+    assert_eq!(rig.state(), State::Settled);
+}
+
+#[test]
+fn rule_2_a_joint_that_never_comes_is_named() {
+    let mut rig = rig();
+    for _ in 0..200 {
+        let taken = part(&mut rig, (0, 5), 1);
+        assert!(matches!(taken, Err(Rejection::MissingJoint { ref joint, .. }) if joint == "joint6"));
+        rig.cycle();
+    }
+    assert_eq!(rig.state(), State::WaitingForState);
+}
+
+#[test]
+fn rule_2_a_part_that_falls_silent_is_a_robot_that_is_not_heard() {
+    let mut rig = rig();
+    for cycle in 0..400 {
+        let taken = part(&mut rig, (2, 6), 2);
+        if cycle < 200 {
+            let _ = part(&mut rig, (0, 2), 1);
+        }
+        rig.cycle();
+        if cycle > 300 {
+            assert!(matches!(taken, Err(Rejection::MissingJoint { ref joint, .. }) if joint == "joint1"));
+        }
+    }
+    assert_eq!(rig.state(), State::StaleState);
+}
+
+#[test]
+fn rule_16_two_publishers_of_one_joint_are_rivals_in_parts_too() {
+    let mut rig = rig();
+    for _ in 0..300 {
+        for (joints, source) in [((0, 2), 1), ((2, 6), 2), ((1, 2), 3)] {
+            let _ = part(&mut rig, joints, source);
+        }
+        rig.cycle();
+    }
+    assert_eq!(rig.state(), State::Holding);
+    assert!(rig.servo.status().reason.is_some());
+}

@@ -1,0 +1,202 @@
+//! Robot descriptions that are no XML, but that ROS 2's own reader takes: urdfdom, by tinyxml2. They are written as XML, line by line, for
+//! the strict reader.
+//!
+//! The grammar is tinyxml2's (11.0). quick-xml (0.42) refuses a tenth of what that takes: blanks after a `<`, other `<!…>` than DOCTYPE.
+
+use super::description::DescriptionError;
+use super::urdf_tree::line;
+use dq_common::text::cut;
+
+/// What is no element, by how it begins and ends. What is a mark comes before what begins alike.
+const MARKS: [(&str, &str); 4] = [("?", "?>"), ("!--", "-->"), (CDATA, "]]>"), ("!", ">")];
+const CDATA: &str = "![CDATA[";
+
+/// The first `<robot>` of `text` as XML, with each element in the line where it was.
+///
+/// # Errors
+/// [`DescriptionError::NotXml`] for what tinyxml2 refuses too, [`DescriptionError::Xacro`] for a macro.
+pub(super) fn as_xml(text: &str) -> Result<String, DescriptionError> {
+    // A text of C ends there.
+    let all = text.split('\0').next().unwrap_or_default();
+    let (mut rest, mut xml) = (all, Xml::default());
+    while let Some((before, from)) = rest.split_once('<') {
+        let line = line(all, all.len() - from.len());
+        let missing = |what: &str| DescriptionError::NotXml(format!("expected {what} in line {line}"));
+        xml.put(before, &escaped(before));
+        let mark = MARKS.iter().find_map(|(open, close)| Some((*open, *close, from.strip_prefix(open)?)));
+        rest = match mark {
+            Some((open, close, inside)) => {
+                let (inside, after) = inside.split_once(close).ok_or_else(|| missing(close))?;
+                let data = if open == CDATA { inside.replace('&', "&amp;") } else { String::new() };
+                xml.put(inside, &escaped(&data));
+                after
+            }
+            None => {
+                let (tag, after) = Tag::read(from).map_err(missing)?;
+                if tag.name.starts_with("xacro:") {
+                    return Err(DescriptionError::Xacro { element: cut(tag.name).into_owned(), line });
+                }
+                xml.element(&from[..from.len() - after.len()], &tag);
+                after
+            }
+        };
+    }
+    Ok(xml.out)
+}
+
+/// What begins with `<` and is an element's beginning, its end, or both.
+struct Tag<'a> {
+    name: &'a str,
+    attributes: Vec<(&'a str, &'a str)>,
+    /// Whether it ends what another one began.
+    is_end: bool,
+    /// Whether it ends itself.
+    is_whole: bool,
+}
+
+impl<'a> Tag<'a> {
+    /// The tag that follows a `<`, and what is after it.
+    ///
+    /// # Errors
+    /// What is missing.
+    fn read(text: &'a str) -> Result<(Self, &'a str), &'static str> {
+        let text = text.trim_ascii_start();
+        let (is_end, text) = text.strip_prefix('/').map_or((false, text), |text| (true, text));
+        let (name, mut rest) = name(text).ok_or("the name of an element after <")?;
+        let mut attributes = Vec::new();
+        loop {
+            rest = rest.trim_ascii_start();
+            if let Some((is_whole, after)) = ending(rest) {
+                return Ok((Self { name, attributes, is_end, is_whole }, after));
+            }
+            let (key, after) = self::name(rest).ok_or("an attribute, > or />")?;
+            let value = after.trim_ascii_start().strip_prefix('=').ok_or("= after an attribute's name")?;
+            let value = value.trim_ascii_start();
+            let quote = value.chars().next().filter(|quote| ['"', '\''].contains(quote));
+            let (value, after) = quote
+                .and_then(|quote| value[1..].split_once(quote))
+                .ok_or("the value of an attribute in quotes")?;
+            attributes.push((key, value));
+            rest = after;
+        }
+    }
+}
+
+/// Whether a tag that ends here is whole, and what is after it.
+fn ending(text: &str) -> Option<(bool, &str)> {
+    let whole = text.strip_prefix("/>").map(|after| (true, after));
+    whole.or_else(|| text.strip_prefix('>').map(|after| (false, after)))
+}
+
+/// The name that begins here, and what is after it.
+fn name(text: &str) -> Option<(&str, &str)> {
+    let is_first = |c: char| c.is_ascii_alphabetic() || !c.is_ascii() || [':', '_'].contains(&c);
+    let is_more = |c: char| is_first(c) || c.is_ascii_digit() || ['.', '-'].contains(&c);
+    text.starts_with(is_first).then(|| text.split_at(text.find(|c| !is_more(c)).unwrap_or(text.len())))
+}
+
+/// What is written.
+#[derive(Default)]
+struct Xml {
+    out: String,
+    depth: usize,
+    /// Whether what comes is in the robot, and whether it has ended.
+    is_robot: bool,
+    is_after: bool,
+}
+
+impl Xml {
+    /// Writes what was read, in the robot as this text, and beside it as no more than its line ends.
+    fn put(&mut self, read: &str, text: &str) {
+        let text = if self.is_robot { text } else { "" };
+        let lines = [read, text].map(|text| text.matches('\n').count());
+        self.out.push_str(text);
+        self.out.extend(std::iter::repeat_n('\n', lines[0].saturating_sub(lines[1])));
+    }
+
+    fn element(&mut self, read: &str, tag: &Tag) {
+        if self.depth == 0 && !tag.is_end {
+            self.is_robot = tag.name == "robot" && !self.is_after;
+        }
+        let name = plain(tag.name);
+        let mut text = if tag.is_end { format!("</{name}>") } else { format!("<{name}") };
+        if !tag.is_end {
+            let attributes = tag.attributes.iter();
+            let attributes = attributes.filter(|(key, _)| *key != "xmlns" && !key.starts_with("xmlns:"));
+            attributes.for_each(|(key, value)| {
+                text.push_str(&format!(" {}=\"{}\"", plain(key), escaped(value)));
+            });
+            text.push_str(if tag.is_whole { "/>" } else { ">" });
+        }
+        self.put(read, &text);
+        match (tag.is_end, tag.is_whole) {
+            (false, false) => self.depth += 1,
+            (true, _) => self.depth = self.depth.saturating_sub(1),
+            (false, true) => {}
+        }
+        if self.depth == 0 && self.is_robot {
+            (self.is_robot, self.is_after) = (false, true);
+        }
+    }
+}
+
+/// A name without the prefixes of namespaces, which tinyxml2 does not know: `a:b` is not `b`.
+fn plain(name: &str) -> String {
+    name.replace(':', "_")
+}
+
+/// The text with its entities as they are, and all else that cannot stand in XML escaped.
+fn escaped(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    for (at, character) in text.char_indices() {
+        match character {
+            '<' => out.push_str("&lt;"),
+            '>' => out.push_str("&gt;"),
+            '"' => out.push_str("&quot;"),
+            '&' if !is_entity(&text[at + 1..]) => out.push_str("&amp;"),
+            '\n' | '\t' | '\r' => out.push(character),
+            control if control.is_control() => out.push(char::REPLACEMENT_CHARACTER),
+            other => out.push(other),
+        }
+    }
+    out
+}
+
+/// Whether what follows an ampersand makes it an entity of XML.
+fn is_entity(rest: &str) -> bool {
+    let Some((name, _)) = rest.split_once(';') else { return false };
+    let number = name.strip_prefix("#x").map(|hex| u32::from_str_radix(hex, 16));
+    let number = number.or_else(|| name.strip_prefix('#').map(str::parse));
+    match number {
+        Some(number) => number.ok().and_then(char::from_u32).is_some_and(|character| !character.is_control()),
+        None => ["amp", "lt", "gt", "quot", "apos"].contains(&name),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn elements_keep_their_lines_and_names_their_prefixes() {
+        let text = "\n<?xml version=1.0?>\n<!-- a -- b\n-->\n<other/><robot name='a \"b\" < c & d &amp; e'\n xmlns:p=\"q\">\n\
+                    <p:link/> <![CDATA[<&]]></robot>\n<robot name=\"second\"/>";
+        let expected = "\n\n\n\n<robot name=\"a &quot;b&quot; &lt; c &amp; d &amp; e\">\n\n<p_link/> &lt;&amp;</robot>\n";
+        assert_eq!(as_xml(text).unwrap(), expected);
+    }
+
+    #[test]
+    fn what_is_missing_is_named_with_its_line() {
+        let why = |text: &str| as_xml(text).unwrap_err().to_string();
+        for (text, what) in [
+            ("<robot>\n<!-- a", "--> in line 2"),
+            ("<robot name=a>", "the value of an attribute in quotes in line 1"),
+            ("\n\n<robot name>", "= after an attribute's name in line 3"),
+            ("<robot", "an attribute, > or /> in line 1"),
+            ("<1/>", "the name of an element after < in line 1"),
+        ] {
+            assert_eq!(why(text), format!("the robot description is no XML: expected {what}"));
+        }
+        assert!(why("<robot>\n<xacro:macro/>").starts_with("<xacro:macro> in line 2"));
+    }
+}

@@ -1,0 +1,242 @@
+//! Solids by their sizes, as people and messages give them.
+
+use super::KeepOutError;
+use nalgebra::{Isometry3, UnitQuaternion, Vector3};
+use std::fmt;
+use std::str::FromStr;
+
+/// The turn of a solid that is not turned: qx qy qz qw.
+pub const NO_TURN: [f64; 4] = [0.0, 0.0, 0.0, 1.0];
+
+/// A solid as somebody gives it, metres, in a frame that goes with it.
+///
+/// It is written as its shape and its numbers: `half_space 0 0 1 0.02` is all that is below 2 cm, by the normal and the offset along it;
+/// `sphere x y z radius`; `box x y z`, then the three lengths; `cylinder x y z radius length` along z; `capsule x y z radius length` along
+/// z, without its round ends; after these three an orientation may follow, `qx qy qz qw`; `hull x y z x y z ...` is the convex hull of 4 to
+/// 100 points.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Solid {
+    /// All that is behind a plane.
+    HalfSpace {
+        /// Out of the solid, of any length.
+        normal: Vector3<f64>,
+        /// How far the plane is from the origin along the normal \[m\].
+        offset: f64,
+    },
+    /// A ball.
+    Sphere {
+        /// Its centre \[m\].
+        center: Vector3<f64>,
+        /// Its radius \[m\].
+        radius: f64,
+    },
+    /// A box.
+    Box {
+        /// Its middle \[m\].
+        center: Vector3<f64>,
+        /// The orientation of its edges, qx qy qz qw.
+        turn: [f64; 4],
+        /// How long its edges are \[m\].
+        lengths: Vector3<f64>,
+    },
+    /// A cylinder along its z axis.
+    Cylinder {
+        /// Its middle \[m\].
+        center: Vector3<f64>,
+        /// Its orientation, qx qy qz qw.
+        turn: [f64; 4],
+        /// Its radius \[m\].
+        radius: f64,
+        /// Its length \[m\].
+        length: f64,
+    },
+    /// All that is near a segment along its z axis.
+    Capsule {
+        /// The middle of the segment \[m\].
+        center: Vector3<f64>,
+        /// Its orientation, qx qy qz qw.
+        turn: [f64; 4],
+        /// How near \[m\].
+        radius: f64,
+        /// The length of the segment \[m\].
+        length: f64,
+    },
+    /// The convex hull of some points.
+    Hull {
+        /// The points \[m\].
+        points: Vec<Vector3<f64>>,
+    },
+}
+
+impl Solid {
+    /// The shapes by their names, with what their numbers are.
+    pub(super) const SHAPES: [(&str, &str); 6] = [
+        ("half_space", "normal x y z, offset along it"),
+        ("sphere", "x y z radius"),
+        ("box", "x y z, three lengths, and an orientation qx qy qz qw or none"),
+        ("cylinder", "x y z radius length, and an orientation qx qy qz qw or none"),
+        ("capsule", "x y z radius length, and an orientation qx qy qz qw or none"),
+        ("hull", "x y z of 4 to 100 points"),
+    ];
+
+    /// The name of its shape.
+    pub fn name(&self) -> &'static str {
+        let number = match self {
+            Self::HalfSpace { .. } => 0,
+            Self::Sphere { .. } => 1,
+            Self::Box { .. } => 2,
+            Self::Cylinder { .. } => 3,
+            Self::Capsule { .. } => 4,
+            Self::Hull { .. } => 5,
+        };
+        Self::SHAPES[number].0
+    }
+
+    /// The error of numbers that are not those of its shape.
+    pub(super) fn wrong_numbers(&self) -> KeepOutError {
+        wrong_numbers(self.name())
+    }
+
+    /// It in a frame in which its own frame is there.
+    pub fn moved(&self, by: &Isometry3<f64>) -> Self {
+        let place = |point: &Vector3<f64>| by.rotation * point + by.translation.vector;
+        let mut moved = self.clone();
+        match &mut moved {
+            Self::HalfSpace { normal, offset } => {
+                *normal = by.rotation * *normal;
+                *offset += normal.normalize().dot(&by.translation.vector);
+            }
+            Self::Sphere { center, .. } => *center = place(center),
+            Self::Box { center, turn, .. }
+            | Self::Cylinder { center, turn, .. }
+            | Self::Capsule { center, turn, .. } => {
+                *center = place(center);
+                let own = UnitQuaternion::new_unchecked((*turn).into());
+                *turn = (by.rotation * own).coords.into();
+            }
+            Self::Hull { points } => {
+                points.iter_mut().for_each(|point| *point = place(point));
+            }
+        }
+        moved
+    }
+
+    /// Its numbers, as they are written.
+    fn numbers(&self) -> Vec<f64> {
+        let of =
+            |center: &Vector3<f64>, sizes: &[f64], turn: &[f64]| [center.as_slice(), sizes, turn].concat();
+        match self {
+            Self::HalfSpace { normal, offset } => of(normal, &[*offset], &[]),
+            Self::Sphere { center, radius } => of(center, &[*radius], &[]),
+            Self::Box { center, turn, lengths } => of(center, lengths.as_slice(), turn),
+            Self::Cylinder { center, turn, radius, length }
+            | Self::Capsule { center, turn, radius, length } => of(center, &[*radius, *length], turn),
+            Self::Hull { points } => points.iter().flatten().copied().collect(),
+        }
+    }
+}
+
+fn wrong_numbers(shape: &str) -> KeepOutError {
+    match Solid::SHAPES.into_iter().find(|(name, _)| *name == shape) {
+        Some((shape, numbers)) => KeepOutError::Numbers { shape, numbers },
+        None => KeepOutError::Shape,
+    }
+}
+
+impl FromStr for Solid {
+    type Err = KeepOutError;
+
+    fn from_str(text: &str) -> Result<Self, KeepOutError> {
+        let mut words = text.split_whitespace();
+        let shape = words.next().unwrap_or_default();
+        let numbers = words.map(str::parse).collect::<Result<Vec<f64>, _>>().unwrap_or_default();
+        let turn = |turn: &[f64]| if turn.is_empty() { Some(NO_TURN) } else { turn.try_into().ok() };
+        let solid = || match (shape, &numbers[..]) {
+            ("half_space", &[x, y, z, offset]) => {
+                Some(Self::HalfSpace { normal: Vector3::new(x, y, z), offset })
+            }
+            ("sphere", &[x, y, z, radius]) => Some(Self::Sphere { center: Vector3::new(x, y, z), radius }),
+            ("box", &[x, y, z, a, b, c, ref turned @ ..]) => Some(Self::Box {
+                center: Vector3::new(x, y, z),
+                turn: turn(turned)?,
+                lengths: Vector3::new(a, b, c),
+            }),
+            ("cylinder", &[x, y, z, radius, length, ref turned @ ..]) => {
+                Some(Self::Cylinder { center: Vector3::new(x, y, z), turn: turn(turned)?, radius, length })
+            }
+            ("capsule", &[x, y, z, radius, length, ref turned @ ..]) => {
+                Some(Self::Capsule { center: Vector3::new(x, y, z), turn: turn(turned)?, radius, length })
+            }
+            ("hull", all) if all.len().is_multiple_of(3) => {
+                Some(Self::Hull { points: all.chunks_exact(3).map(Vector3::from_column_slice).collect() })
+            }
+            _ => None,
+        };
+        let is_finite = numbers.iter().all(|number| number.is_finite());
+        solid().filter(|_| is_finite).ok_or_else(|| wrong_numbers(shape))
+    }
+}
+
+impl fmt::Display for Solid {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())?;
+        self.numbers().iter().try_for_each(|number| write!(f, " {number}"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::space::KeepOut;
+    use nalgebra::Point3;
+    use proptest::prelude::*;
+
+    fn numbers() -> impl Strategy<Value = [f64; 10]> {
+        prop::array::uniform10(-9.0..9.0f64)
+    }
+
+    proptest! {
+        /// What is drawn is written to the record of a bag, and read from it: the same to the last bit.
+        #[test]
+        fn what_is_written_is_read_as_it_was(numbers in numbers(), turn in prop::array::uniform4(-1.0..1.0f64)) {
+            let [x, y, z, a, b, c, ..] = numbers;
+            let center = Vector3::new(x, y, z);
+            let turn: [f64; 4] = UnitQuaternion::new_normalize(turn.into()).coords.into();
+            for solid in [
+                Solid::HalfSpace { normal: center, offset: a },
+                Solid::Sphere { center, radius: a },
+                Solid::Box { center, turn, lengths: Vector3::new(a, b, c) },
+                Solid::Cylinder { center, turn, radius: a, length: b },
+                Solid::Capsule { center, turn, radius: a, length: b },
+                Solid::Hull { points: vec![center, Vector3::new(a, b, c), Vector3::x(), Vector3::zeros()] },
+            ] {
+                prop_assert_eq!(solid.to_string().parse(), Ok(solid));
+            }
+        }
+
+        #[test]
+        fn what_is_moved_is_as_far_from_points_that_move_with_it(numbers in numbers(), at in prop::array::uniform3(-3.0..3.0f64)) {
+            let [x, y, z, a, b, c, d, e, f, g] = numbers;
+            let by = Isometry3::new(Vector3::new(a, b, c), Vector3::new(d, e, f));
+            let point = Vector3::from(at);
+            let moved = (by * Point3::from(point)).coords;
+            let size = g.abs() + 0.1;
+            for text in [
+                format!("half_space {x} {y} {z} {g}"),
+                format!("sphere {x} {y} {z} {size}"),
+                format!("box {x} {y} {z} {size} 1 2 0.6 0 0 0.8"),
+                format!("cylinder {x} {y} {z} {size} 1 0.6 0 0 0.8"),
+                format!("capsule {x} {y} {z} {size} 1 0.6 0 0 0.8"),
+                format!("hull {x} {y} {z} 9 0 0 0 {size} 0 0 0 20"),
+            ] {
+                let solid: Solid = text.parse().unwrap();
+                let name = || "it".parse().unwrap();
+                let (Ok(here), Ok(there)) = (KeepOut::new(name(), solid.clone()), KeepOut::new(name(), solid.moved(&by))) else {
+                    continue;
+                };
+                let (before, after) = (here.shape.distance(&point).0, there.shape.distance(&moved).0);
+                prop_assert!((before - after).abs() < 1e-9, "{}: {} {}", text, before, after);
+            }
+        }
+    }
+}

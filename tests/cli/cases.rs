@@ -1,0 +1,107 @@
+//! Robot descriptions, meshes and bags as people have them, in `tests/data/cases` with what is right for each.
+
+use crate::run;
+use std::ffi::OsString;
+use std::path::Path;
+use std::process::Stdio;
+
+/// Runs it with the file between two of its links: the code, stdout and stderr.
+fn pose(file: &str, [base, tool]: [&str; 2], joints: usize) -> (Option<i32>, String, String) {
+    let file = format!("robot_file:={file}");
+    let (base, tool) = (format!("base_frame:={base}"), format!("tool_frame:={tool}"));
+    let ros = ["--ros-args", "-p", &file, "-p", &base, "-p", &tool].map(str::to_owned);
+    let zeros = std::iter::repeat_n("0".to_owned(), joints);
+    let arguments = std::iter::once("pose".to_owned()).chain(zeros).chain(["--json".to_owned()]).chain(ros);
+    let out = tempfile::NamedTempFile::new().unwrap();
+    let arguments: Vec<_> = arguments.map(OsString::from).collect();
+    let arguments: Vec<_> = arguments.iter().map(OsString::as_os_str).collect();
+    let (code, stderr) = run(&arguments, out.reopen().unwrap(), Stdio::piped());
+    (code, std::fs::read_to_string(out.path()).unwrap(), stderr)
+}
+
+fn place(pose: &str) -> Vec<f64> {
+    let pose: serde_json::Value = serde_json::from_str(pose).unwrap();
+    pose["position"].as_array().unwrap().iter().map(|number| number.as_f64().unwrap()).collect()
+}
+
+/// The tool of the made-up arm with all joints at 0, as PyPI's pin has it.
+const TOOL: [f64; 3] = [0.4, 0.0, 0.5];
+
+#[test]
+fn each_description_is_read_as_urdfdom_reads_it() {
+    // What is no XML is named with its line, once.
+    let odd = [
+        ("blank_line_before_decl", 2),
+        ("spaces_before_decl", 1),
+        ("dashes_in_comment", 2),
+        ("undeclared_prefix", 2),
+        ("unquoted_version", 1),
+        ("amp_in_text", 2),
+        ("doctype", 2),
+        ("latin1", 2),
+        ("second_root", 3),
+        ("default_ns_xacro", 2),
+    ];
+    let plain = ["ok", "yaml_comment"].map(|name| (name, 0));
+    for (name, line) in odd.into_iter().chain(plain) {
+        let (code, stdout, stderr) =
+            pose(&format!("tests/data/cases/urdf/{name}.urdf"), ["base_link", "tool0"], 3);
+        assert_eq!(code, Some(0), "{name}: {stderr}");
+        let off: f64 = place(&stdout).iter().zip(TOOL).map(|(one, other)| (one - other).abs()).sum();
+        assert!(off < 1e-9, "{name}: {stdout}");
+        let warnings: Vec<_> = stderr.lines().collect();
+        assert_eq!(warnings.len(), usize::from(line > 0), "{name}: {stderr}");
+        assert!(warnings.iter().all(|one| one.contains(&format!("line {line} "))), "{name}: {stderr}");
+    }
+    let (code, stdout, _) = pose("tests/data/cases/urdf/cont6.urdf", ["base_link", "tool0"], 6);
+    assert_eq!(code, Some(0));
+    let [x, y, z] = place(&stdout)[..] else { panic!() };
+    assert!(
+        (x - 0.81725).abs() < 1e-5 && (y - 0.19145).abs() < 1e-5 && (z + 0.005_491).abs() < 1e-5,
+        "{stdout}"
+    );
+    let (code, _, stderr) = pose("tests/data/cases/urdf/empty_robot.urdf", ["base_link", "tool0"], 3);
+    assert!(code == Some(2) && stderr.contains("defines no link: is it a macro file"), "{stderr}");
+    // By pin, to seven digits as the file has it.
+    let (code, stdout, stderr) = pose("tests/data/cases/urdf/urdf_1_2.urdf", ["base", "l6"], 6);
+    assert!(code == Some(0) && stderr.is_empty(), "{stderr}");
+    let off: f64 = place(&stdout).iter().zip([1.0, 0.0, 0.5]).map(|(one, other)| (one - other).abs()).sum();
+    assert!(off < 1e-6, "{stdout}");
+}
+
+#[test]
+fn a_path_and_a_parameter_that_is_none_are_refused_with_what_to_do() {
+    let refused = |arguments: &str| {
+        let (code, stderr) = run(&crate::words(arguments), Stdio::null(), Stdio::piped());
+        assert_eq!(code, Some(2), "{arguments}: {stderr}");
+        assert_eq!(stderr.lines().count(), 1, "{stderr}");
+        stderr
+    };
+    for (arguments, named) in [
+        ("pose 0 --ros-args -p robot_description:=/my/arm.urdf", "give a file as robot_file"),
+        ("servo --ros-args -p robot_description:=arm.urdf", "give a file as robot_file"),
+        ("pose 0 0 0 0 0 0 --ros-args -p arm:=ur5e", "unknown parameter \"arm\""),
+        ("servo --ros-args -p arm:=ur5e", "unknown parameter \"arm\""),
+        ("pose 0 0 0 0 0 0 --ros-args -p nothing_like_it:=1", "unknown parameter \"nothing_like_it\""),
+        ("plot tests/data/bag_demo --ros-args -p limits:=1", "unknown parameter \"limits\""),
+    ] {
+        let stderr = refused(arguments);
+        assert!(stderr.contains(named), "{arguments}: {stderr}");
+    }
+}
+
+#[test]
+fn a_bag_whose_recorder_was_killed_is_plotted() {
+    let folder = tempfile::tempdir().unwrap();
+    let bag = folder.path().join("bag");
+    std::fs::create_dir(&bag).unwrap();
+    for file in Path::new("tests/data/cases/bags/wal_killed").read_dir().unwrap() {
+        let file = file.unwrap();
+        std::fs::copy(file.path(), bag.join(file.file_name())).unwrap();
+    }
+    let plots = folder.path().join("plots");
+    let arguments = ["plot".as_ref(), bag.as_os_str(), "--out".as_ref(), plots.as_os_str()];
+    let (code, stderr) = run(&arguments, Stdio::null(), Stdio::piped());
+    assert!(code == Some(0) && stderr.contains("its recorder has not ended it"), "{stderr}");
+    assert!(plots.join("joint_positions.svg").is_file());
+}
