@@ -210,7 +210,7 @@ both_arms() { for topic; do topics "$namespace/left" "$topic" && topics "$namesp
 plant_out="joint_states robot_description puma560/parameters arm/parameters"
 servo_out="current_pose pose_error status motions parameters events"
 pictures="markers path goal/update" # for RViz; a goal that is dragged there is sent by the servo
-# Of what the parameter command_interface names.
+# Of what the parameter interface names.
 command="forward_velocity_controller/commands forward_position_controller/commands joint_trajectory_controller/joint_trajectory"
 speed_scaling="speed_scaling_state_broadcaster/speed_scaling"
 guard_out="command_guard dq_servo_guard/parameters"

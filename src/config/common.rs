@@ -59,7 +59,7 @@ impl CycleParameters {
 /// The rate of trajectories, which servo and guard declare.
 #[derive(Parameters)]
 pub(super) struct TrajectoryParameters {
-    /// rate of the servo's cycle, and of its points, where command_interface is trajectory \[Hz\]
+    /// rate of the servo's cycle, and of its points, where interface is trajectory \[Hz\]
     #[parameter(default = 100, range = 1..=500, fixed)]
     trajectory_rate: i64,
 }

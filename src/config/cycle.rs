@@ -11,7 +11,7 @@ use std::time::Duration;
 
 named! {
     /// How reliably joint states are subscribed to.
-    "states_reliability" StatesReliability {
+    "reliability" StatesReliability {
         /// Reliable, until a publisher offers best effort only: then best effort, which hears reliable ones too.
         Auto = "auto",
         /// Lost states are sent again; publishers that offer best effort only are not heard.
@@ -53,7 +53,7 @@ pub struct ServoParameters {
 pub(super) struct CommonParameters {
     /// QoS with which joint states are subscribed; auto: reliable until a publisher offers best effort only
     #[parameter(one_of = StatesReliability::NAMES, default = StatesReliability::Auto, fixed)]
-    states_reliability: StatesReliability,
+    reliability: StatesReliability,
     /// publish what comes to the servo on ~/events, for replay; once somebody subscribes and the arm stands this begins with a servo that
     /// is new, which has no goal until another one is sent, and does so again each time that it is set to true
     #[parameter()]
@@ -113,7 +113,7 @@ impl CommonParameters {
             goal_frame: frames.goal,
             tool_frame: frames.tool,
             idle_keep_outs: scene.idle,
-            joint_states: self.states_reliability,
+            joint_states: self.reliability,
             period: self.trajectory.period(settings.interface, arm.period),
             settings,
             realtime_priority: arm.realtime_priority,

@@ -47,7 +47,7 @@ impl Parameters for GuardParameters {
         let least = PERIODS * trajectory.period(interface, cycle.period());
         if command_timeout < least {
             let expected = format!(
-                "at least three of the servo's periods, {} s (update_rate, or trajectory_rate where command_interface is trajectory)",
+                "at least three of the servo's periods, {} s (update_rate, or trajectory_rate where interface is trajectory)",
                 least.as_secs_f64()
             );
             return Err(ParameterError::invalid("command_timeout", command_timeout.as_secs_f64(), expected));

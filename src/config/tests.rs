@@ -277,7 +277,7 @@ fn a_guard_that_is_less_patient_than_three_periods_of_its_servo_is_refused() {
     assert_eq!(of(&[]), milliseconds(100));
     assert_eq!(of(&[("update_rate", "30")]), milliseconds(100));
     assert_eq!(of(&[("update_rate", "5"), ("command_timeout", "0.6")]), milliseconds(600));
-    let (slow, trajectory) = (("trajectory_rate", "5"), ("command_interface", "trajectory"));
+    let (slow, trajectory) = (("trajectory_rate", "5"), ("interface", "trajectory"));
     assert_eq!(of(&[slow]), milliseconds(100), "not the rate of these commands");
     for values in [&[("update_rate", "5")][..], &[slow, trajectory], &[("update_rate", "29")]] {
         let why = of(values).unwrap_err();

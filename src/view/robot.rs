@@ -187,7 +187,7 @@ pub(super) mod tests {
         let gain = parameter(&shown, "gains.diffc");
         assert_eq!((&gain["value"], &gain["min"], &gain["max"]), (&json!(185.0), &json!(1e-6), &json!(1e4)));
         let law = parameter(&shown, "controller");
-        assert_eq!((&law["value"], law["choices"].as_array().unwrap().len()), (&json!("logc"), 11));
+        assert_eq!((&law["value"], law["choices"].as_array().unwrap().len()), (&json!("logc"), 12));
         assert_eq!(parameter(&shown, "update_rate")["read_only"], true);
         assert_eq!(
             parameter(&shown, "joints")["value"],

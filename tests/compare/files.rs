@@ -2,6 +2,7 @@
 
 use crate::{CONDITIONS, arm, committed, study};
 use dq_servo::compare::{Arm, CompareError, Gain, Part, Study, Summary};
+use dq_servo::control::Law;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -36,7 +37,7 @@ fn parts_put_together_are_the_same_bytes_as_one_run_on_one_core() {
     assert_eq!(fs::read(&whole).unwrap(), together);
     let cells = Summary::read(&study, &whole).unwrap().cells(1.96);
     // Each cell, and each of all arms together.
-    assert_eq!(cells.len(), 2 * 11 * CONDITIONS);
+    assert_eq!(cells.len(), 2 * Law::ALL.len() * CONDITIONS);
     assert_eq!(cells.iter().map(|cell| cell.runs as u64).sum::<u64>(), 2 * study.run_count());
 }
 
@@ -52,7 +53,7 @@ fn parts_are_checked_and_put_together() {
     fs::copy(part(2), part(3)).unwrap();
     assert!(merge().contains("compare-3-of-3.jsonl: line 1 is of another run"), "{}", merge());
     fs::write(part(3), "").unwrap();
-    assert!(merge().contains("compare-3-of-3.jsonl: 0 runs, expected 37"), "{}", merge());
+    assert!(merge().contains("compare-3-of-3.jsonl: 0 runs, expected 56"), "{}", merge());
     assert!(!merged.exists(), "nothing is put together before all are right");
     write(&study, &part(3), 3, 3);
     study.merge(folder.0.path(), 3, &merged).unwrap();
@@ -110,8 +111,8 @@ fn a_file_of_another_study_is_not_gone_on_with() {
     let first = before.iter().position(|byte| *byte == b'\n').unwrap() + 1;
     let last = before[..before.len() - 1].iter().rposition(|byte| *byte == b'\n').unwrap() + 1;
     assert!(summary(&before[first..]).contains("line 1 is of another run"));
-    assert!(summary(&before[..last]).contains("109 runs, expected 110"));
-    assert!(summary(&[&before[..], &before[last..]].concat()).contains("line 111 is of another run"));
+    assert!(summary(&before[..last]).contains("167 runs, expected 168"));
+    assert!(summary(&[&before[..], &before[last..]].concat()).contains("line 169 is of another run"));
 }
 
 /// What disks do: told by its line before any work is done, with what helps.

@@ -13,7 +13,7 @@ use dq_servo::compare::{Arm, Findings, Gain, Matched, Study};
 use dq_servo::control::Law;
 
 /// Four plants without and with limits, and fresh joint states with gains for equal peak speed, without and with limits.
-const CONDITIONS: usize = 2 * 4 + 2;
+const CONDITIONS: usize = 2 * 6 + 2;
 
 /// What the committed page was written from: the `compare.json` of its run.
 pub fn committed() -> Findings {

@@ -45,7 +45,7 @@ fn what_is_drawn_on_keep_out_is_kept_out_of_whatever_parameters_are_set() {
 
 /// An arm whose servo lets a goal wait for 2 s until its frame is known, and a peer that says so long after a goal where its frame is.
 fn with_a_table_after(milliseconds: &str) -> Host {
-    let mut host = Host::with_nodes(&[], &["--ros-args", "-p", "transform_timeout:=2.0"]);
+    let mut host = Host::with_nodes(&[], &["--ros-args", "-p", "tf_timeout:=2.0"]);
     host.start_peer(&["late_table", milliseconds]);
     std::thread::sleep(Duration::from_secs(2));
     host

@@ -67,13 +67,13 @@ fn a_robot_that_publishes_best_effort_is_heard() {
 fn a_goal_passes_on_why_the_robot_is_not_heard() {
     let mut host = Host::new();
     host.start_peer(&["best_effort_robot"]);
-    let reliable = ["servo", "--ros-args", "-p", "states_reliability:=reliable"];
+    let reliable = ["servo", "--ros-args", "-p", "reliability:=reliable"];
     wait_for_line(host.start("servo", &reliable), "/joint_states is not heard from");
     let output = host.run(&FAR);
     let why = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(1));
     assert!(why.contains("offers BEST_EFFORT, this node asks for RELIABLE"), "{why}");
-    assert!(why.contains("set states_reliability to auto"), "{why}");
+    assert!(why.contains("set reliability to auto"), "{why}");
 }
 
 #[test]

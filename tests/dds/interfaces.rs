@@ -10,7 +10,7 @@ use std::path::Path;
 
 /// A motion there, of an arm that takes such commands: how many of them are replayed to the bit.
 fn there(interface: &str) -> u64 {
-    let interface = format!("command_interface:={interface}");
+    let interface = format!("interface:={interface}");
     let interface = ["--ros-args", "-p", &interface];
     let host = Host::with_nodes(&interface, &interface);
     let (_directory, bag) = place();
@@ -69,7 +69,7 @@ fn an_arm_that_takes_trajectories_arrives_and_its_bag_replays_to_the_bit() {
 /// Whenever the arm was taken elsewhere the servo sends nothing until the next goal; what it heard meanwhile has no command.
 #[test]
 fn positions_that_begin_anew_after_a_silence_replay_to_the_bit() {
-    let position = ["--ros-args", "-p", "command_interface:=position"];
+    let position = ["--ros-args", "-p", "interface:=position"];
     let plant = [&position[..], &["-p", "state_rate:=50.0"]].concat();
     let mut host = Host::with_nodes(&plant, &[&position[..], &FAST].concat());
     let (_directory, bag) = place();

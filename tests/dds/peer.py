@@ -315,7 +315,7 @@ def peer_whose_goals_follow_their_frames():
     goals, tf = writer("goal_pose", ros.PoseStamped), writer("tf", ros.TFMessage)
     for entity in goals, tf:
         wait_matched(entity)
-    set_parameter("dq_servo", "goal_frame_mode", "follow")
+    set_parameter("dq_servo", "frame_mode", "follow")
     return statuses, poses, goals, tf
 
 
@@ -364,7 +364,7 @@ def case_waiting_goals():
     """Goals whose frames are found after a stop, or after the robot has jumped, are rejected by name; the one in force goes on with its frame."""
     statuses, poses, goals, tf = peer_whose_goals_follow_their_frames()
     motions = reader("dq_servo/motions", ros.DiagnosticStatus)
-    set_parameter("dq_servo", "transform_timeout", 2.0)
+    set_parameter("dq_servo", "tf_timeout", 2.0)
 
     def follows(y):
         told = lambda: tf.write(transform("cup", 0.0, y, 0.5, as_time(time.time_ns()))) or time.sleep(0.02)

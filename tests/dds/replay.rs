@@ -119,7 +119,7 @@ fn a_demo_among_keep_outs_replays_to_the_bit_and_how_near_it_came_is_drawn() {
 #[test]
 fn the_demo_of_an_arm_that_takes_positions_in_simulated_time_too() {
     let (_directory, bag) = place();
-    let more = ["--ros-args", "-p", "command_interface:=position", "-p", "use_sim_time:=true"];
+    let more = ["--ros-args", "-p", "interface:=position", "-p", "use_sim_time:=true"];
     let (told, plotted) = demo_and_plot(&more, &bag, 6);
     assert!(assert_replays(&bag) > 1000);
     for (told, plotted) in told.iter().zip(&plotted) {

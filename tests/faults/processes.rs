@@ -95,7 +95,7 @@ fn a_servo_whose_log_nobody_reads_any_more_moves_stops_and_ends() {
 /// A plant that goes on at its last velocity for 10 s, as real controllers do for ever, with a servo and these guards.
 fn guarded(guards: &[&str], interface: &str) -> Host {
     let mut host = Host::new();
-    let interface = format!("command_interface:={interface}");
+    let interface = format!("interface:={interface}");
     host.start("plant", &["puma560", "--ros-args", "-p", "command_timeout:=10.0", "-p", &interface]);
     for name in guards {
         let node = format!("__node:={name}");

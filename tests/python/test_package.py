@@ -324,7 +324,7 @@ class TheServo(unittest.TestCase):
             (lambda: servo.cycle(0.1, START[:5]), "has 5 numbers, expected 6"),
             (lambda: servo.cycle(-1.0, START), "now is -1 s"),
             (lambda: dq.Servo("ur5e", {"update_rate": 0}), "update_rate"),
-            (lambda: dq.Servo("ur5e", {"command_interface": "torque"}), "torque"),
+            (lambda: dq.Servo("ur5e", {"interface": "torque"}), "torque"),
             (lambda: dq.Servo("ur5e", {"kontroller": "logc"}), "controller"),
             (lambda: dq.Servo(None, {"joints": ["one"]}), "an arm"),
             (lambda: dq.Servo("ur6e"), "no built-in arm"),

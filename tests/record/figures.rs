@@ -197,7 +197,7 @@ fn plot_writes_its_figures_and_a_table_or_json() {
     let no_table = printed(&other, &directory.path().join("others"), &[]);
     assert!(no_table.starts_with("the bag has no motions"), "{no_table}");
     let table = of_demo(&[]);
-    assert!(table.contains("effort") && table.contains("[rad²"), "{table}");
+    assert!(table.contains("effort") && table.contains("rad²/s"), "{table}");
     assert!(
         table.lines().take_while(|line| !line.is_empty()).all(|line| line.chars().count() <= 80),
         "{table}"

@@ -200,7 +200,7 @@ fn each_life_of_a_servo_has_its_own_parameters() {
         run.samples.iter().filter(|sample| sample.jumped).map(|sample| sample.time).collect();
     assert!(jumped.len() == 1 && (again..again + 0.02).contains(&jumped[0]), "another tool: {jumped:?}");
     // The commands of speeds that are in the bag are none to a robot that takes positions.
-    let run = restarted("positions", &[("command_interface", text("position"))]);
+    let run = restarted("positions", &[("interface", text("position"))]);
     let commands = &run.commands[0].velocities;
     let last = commands.last().unwrap().0;
     assert!(last <= run.motions[1].start_s && commands.len() > 300, "{last}: {:?}", run.motions);

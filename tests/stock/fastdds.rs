@@ -40,7 +40,7 @@ fn a_subscriber_that_joins_a_running_publisher_loses_and_doubles_nothing() {
 #[test]
 fn who_cannot_be_heard_is_named_in_rosout_with_the_remedy() {
     let mut host = Host::new();
-    let reliable = ["servo", "--ros-args", "-p", "states_reliability:=reliable"];
+    let reliable = ["servo", "--ros-args", "-p", "reliability:=reliable"];
     wait_for_line(host.start("servo", &reliable), "waiting for joint states");
     run(&host, &["warned", "-"]);
 }

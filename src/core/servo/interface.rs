@@ -29,8 +29,8 @@ impl Parameters for Interface {
         struct Command {
             /// what the robot's controller takes: joint velocities, joint positions, or trajectories of one point each
             #[parameter(one_of = Interface::NAMES, default = Interface::Velocity, fixed)]
-            command_interface: Interface,
+            interface: Interface,
         }
-        Command::declare(p).map(|command| command.command_interface)
+        Command::declare(p).map(|command| command.interface)
     }
 }

@@ -47,16 +47,16 @@ named! {
 #[derive(Clone, Copy, Debug, PartialEq, Parameters)]
 pub struct GoalFrames {
     /// how long a goal in a frame of TF waits for its transform, and how long a frame that is followed may be silent \[s\]
-    #[parameter(default = GoalFrames::default().transform_timeout.as_secs_f64(), range = 0.0..=2.0)]
-    pub transform_timeout: Duration,
+    #[parameter(default = GoalFrames::default().tf_timeout.as_secs_f64(), range = 0.0..=2.0)]
+    pub tf_timeout: Duration,
     /// what becomes of the next goal in a frame of TF: latch, it stays where it was at its stamp; follow, it moves with its frame
-    #[parameter(name = "goal_frame_mode", one_of = GoalFrameMode::NAMES, default = GoalFrames::default().mode)]
+    #[parameter(name = "frame_mode", one_of = GoalFrameMode::NAMES, default = GoalFrames::default().mode)]
     pub mode: GoalFrameMode,
 }
 
 impl Default for GoalFrames {
     fn default() -> Self {
-        Self { mode: GoalFrameMode::Latch, transform_timeout: Duration::from_millis(500) }
+        Self { mode: GoalFrameMode::Latch, tf_timeout: Duration::from_millis(500) }
     }
 }
 
@@ -91,7 +91,7 @@ pub struct Settings {
     /// how far past a half turn the sign of the goal is kept
     // δ of the double-cover rule.
     #[parameter(default = 0.1, range = 0.0..=0.9)]
-    pub sign_hysteresis: f64,
+    pub hysteresis: f64,
     /// Speed, acceleration and position limits.
     #[parameter(group)]
     pub limits: Limits,

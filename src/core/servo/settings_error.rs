@@ -103,7 +103,7 @@ impl Settings {
         let offset = self.tool_offset.to_vector8();
         let numbers: [(&str, &[f64], Taken); 18] = [
             ("tool_offset", offset.as_slice(), FINITE),
-            ("sign_hysteresis", from_ref(&self.sign_hysteresis), SIZE),
+            ("hysteresis", from_ref(&self.hysteresis), SIZE),
             ("damping.max", from_ref(&damping.max), SIZE),
             ("damping.threshold", from_ref(&damping.threshold), SIZE),
             ("limits.joint_velocity", joint_velocity, SIZE),

@@ -320,7 +320,8 @@ mod tests {
             prop_assert_eq!(inverse.second_is_positive(), smallest > bound);
             if smallest < bound {
                 let found = gram.eigenvalue_below(bound, &inverse).unwrap();
-                prop_assert!((found - smallest).abs() < 1e-9, "{} instead of {}", found, smallest);
+                // Where two eigenvalues meet, half of the digits are left.
+                prop_assert!((found - smallest).abs() < 3e-8, "{} instead of {}", found, smallest);
             }
         }
     }

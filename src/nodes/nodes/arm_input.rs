@@ -114,7 +114,7 @@ impl ArmInput {
 /// Why a publisher of joint states is not heard, and what to do about it.
 pub(super) fn unheard(joint_states: &JointStates) -> Option<String> {
     let why = joint_states.unheard()?;
-    Some(format!("{why}, or set states_reliability to auto"))
+    Some(format!("{why}, or set reliability to auto"))
 }
 
 /// The part of its speed, 0 to 1, at which a robot moves, from what it publishes: a percentage, or that part itself. ur_robot_driver publishes percent

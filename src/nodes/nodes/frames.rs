@@ -183,7 +183,7 @@ impl Warned {
 impl Listener {
     async fn run(mut self) {
         loop {
-            let patience = self.settings.transform_timeout;
+            let patience = self.settings.tf_timeout;
             let followed = self.followed.as_ref().and_then(|followed| followed.deadline(patience));
             let deadline = [self.waiting.deadline(patience), followed].into_iter().flatten().min();
             tokio::select! {
@@ -241,7 +241,7 @@ impl Listener {
     }
 
     fn answer(&mut self) {
-        let (now, patience) = (self.began.elapsed(), self.settings.transform_timeout);
+        let (now, patience) = (self.began.elapsed(), self.settings.tf_timeout);
         let answers = self.waiting.look(&self.tree.lock(), &self.base, now, patience);
         for mut answer in answers {
             if self.settings.mode == GoalFrameMode::Follow && self.is_on_tool(&answer.goal) {

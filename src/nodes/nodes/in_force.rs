@@ -124,7 +124,7 @@ impl InForce {
 
     /// How long the frame of what is drawn may be on its way, as that of a goal.
     pub fn patience(&self) -> Duration {
-        self.lock().settings.goal_frames.transform_timeout
+        self.lock().settings.goal_frames.tf_timeout
     }
 
     /// What is not obeyed.

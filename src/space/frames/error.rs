@@ -20,9 +20,7 @@ pub enum FrameError {
     #[error("the parents of {0:?} in TF go in a circle")]
     Loop(String),
     /// The frame stands still on the tool: a goal that moves with it would be chased for ever.
-    #[error(
-        "{0:?} moves with the tool, so that a goal in it cannot be followed: goal_frame_mode latch takes it"
-    )]
+    #[error("{0:?} moves with the tool, so that a goal in it cannot be followed: frame_mode latch takes it")]
     OnTool(String),
     /// The oldest transform that is kept is younger.
     #[error("the stamp is {seconds:.3} s before the oldest transform of {frame:?} that is kept")]

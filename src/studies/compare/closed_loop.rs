@@ -134,7 +134,7 @@ impl ClosedLoop<'_> {
             let mut arm = parameters.arms.clone();
             arm.evaluate(&task.start);
             let sign = SignMemory::nearest(&task.base_from_goal, &arm.pose());
-            let hysteresis = parameters.settings.sign_hysteresis;
+            let hysteresis = parameters.settings.hysteresis;
             let approach = Approach::new(task.start.len());
             let law = BareLaw { arms: arm, controller: self.controller, approach, sign, hysteresis };
             return Ok(Driver::Law(Box::new(law)));

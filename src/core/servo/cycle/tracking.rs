@@ -116,12 +116,12 @@ impl Servo {
         let pose = self.robot.arms.pose();
         self.fed_back.note(now, pose);
         let pursuit = self.mode.pursuit_mut()?;
-        let Settings { controller, feed_forward, sign_hysteresis, .. } = &self.settings;
+        let Settings { controller, feed_forward, hysteresis, .. } = &self.settings;
         let is_fed_forward = *feed_forward && self.fed_back.moves_by_itself();
         let moving = if is_fed_forward { self.stream.at(now) } else { None };
         let goal = moving.as_ref().map_or(pursuit.goal.base_from_goal(), |moving| &moving.pose);
         let sign = pursuit.sign.get_or_insert_with(|| SignMemory::nearest(goal, &pose));
-        let goal = sign.apply(goal, &pose, *sign_hysteresis);
+        let goal = sign.apply(goal, &pose, *hysteresis);
         let nearest = controller.aim.nearest(&goal, &pose);
         let log = (nearest.conjugate() * pose).screw_log();
         let error = GoalError::of(controller.aim, self.robot.arms.state(), &goal);

@@ -38,7 +38,7 @@ const SPOILT: [(Spoil, &str); 28] = [
         "limits.position.upper",
     ),
     (|settings| settings.tool_offset = not_a_number(), "tool_offset"),
-    (|settings| settings.sign_hysteresis = f64::NAN, "sign_hysteresis"),
+    (|settings| settings.hysteresis = f64::NAN, "hysteresis"),
     (|settings| settings.controller.damping.max = f64::NAN, "damping.max"),
     (|settings| settings.controller.damping.threshold = -1.0, "damping.threshold"),
     (|settings| settings.goal_tolerance.linear = f64::NAN, "goal_tolerance.linear"),
