@@ -17,24 +17,25 @@ pub(super) fn way_back(there: Law) -> Law {
     if there == Law::Diffc { Law::Logc } else { Law::Diffc }
 }
 
-/// Joint positions \[rad, prismatic: m\] a little aside of `from`, to which the servo's law goes, and another comes back from there.
+/// Joint positions \[rad, prismatic: m\] a little aside of `from`, to which the servo's law goes, and another comes back from there; where there are
+/// none, somewhere all the same.
 pub(super) fn aside(parameters: &ServoParameters, from: &[f64]) -> anyhow::Result<Vec<f64>> {
     let chain = parameters.arms.chain();
     let beside = parameters.settings.limits.position.beside(from, chain.kinds());
     let start = chain.forward_kinematics(from)?;
     let law = parameters.settings.controller.law;
-    let mut aside = Vec::new();
     for part in PARTS {
-        aside = from.iter().zip(&beside).map(|(from, beside)| from + part * (beside - from)).collect();
+        let aside: Vec<_> =
+            from.iter().zip(&beside).map(|(from, beside)| from + part * (beside - from)).collect();
         let goal = chain.forward_kinematics(&aside)?;
         let there = end(parameters, law, from, goal)?;
         if let Some(there) = there
             && end(parameters, way_back(law), &there, start)?.is_some()
         {
-            break;
+            return Ok(aside);
         }
     }
-    Ok(aside)
+    Ok(beside)
 }
 
 /// Where an arm that obeys at once has settled at `goal`; none where it does not in time.
