@@ -103,6 +103,10 @@ impl Gram {
         let square = by_bound * (3.0 * secant - 2.0 * slope - slope_bound);
         let cube = by_bound * by_bound * (slope + slope_bound - 2.0 * secant);
         let a = self.trace();
+        // Where two eigenvalues are 0 the slope is, and what is left of it is rounding.
+        if slope.abs() <= ROUNDING * a.powi(5) {
+            return None;
+        }
         let k = 2.0 * bound - a;
         let l = 0.5 * (a * a - self.square()) + bound * (2.0 * k - bound);
         // The coefficients of s², s³, s⁴ and s⁵.
@@ -169,6 +173,9 @@ impl Gram {
 
 /// Steps that are tried: two will do where roots are apart.
 const STEPS: usize = 8;
+
+/// A slope below this part of the fifth power of the eigenvalues' sum is rounding.
+const ROUNDING: f64 = 1e-14;
 
 /// A step of this part of the eigenvalue is the last one: what is left is of the order of its cube.
 const SMALL: f64 = 1e-5;
