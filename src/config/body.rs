@@ -171,12 +171,8 @@ mod tests {
             ("tool_frame", Value::String("flange".to_owned())),
             ("limits.joint_acceleration", Value::DoubleArray(vec![1.0; 2])),
         ];
-        let given = description.iter().chain(given).map(|(name, value)| Given {
-            name: (*name).to_owned(),
-            value: value.clone(),
-            source: "test".to_owned(),
-            by_name: false,
-        });
+        let given =
+            description.iter().chain(given).map(|(name, value)| Given::new(*name, value.clone(), "test"));
         ServoParameters::start("/dq_servo", given.collect()).unwrap()
     }
 

@@ -5,12 +5,7 @@ use dq_params::{Given, ParameterError, ParameterStore, Value};
 
 fn start(file: &str, [base, tool]: [&str; 2]) -> Result<(ParameterStore, Vec<String>), ParameterError> {
     let values = [("robot_file", file), ("base_frame", base), ("tool_frame", tool)];
-    let given = values.map(|(name, value)| Given {
-        name: name.to_owned(),
-        value: Value::String(value.to_owned()),
-        source: "test".to_owned(),
-        by_name: false,
-    });
+    let given = values.map(|(name, value)| Given::new(name, Value::String(value.to_owned()), "test"));
     ServoParameters::start("/dq_servo", given.to_vec())
 }
 

@@ -139,12 +139,7 @@ pub trait NodeParameters: Parameters {
     /// # Errors
     /// As [`start`](Self::start), and [`ParameterError`] where values do not fit each other.
     fn from_values(values: Vec<(String, Value)>, source: &str) -> Result<Self, ParameterError> {
-        let given = values.into_iter().map(|(name, value)| Given {
-            name,
-            value,
-            source: source.to_owned(),
-            by_name: false,
-        });
+        let given = values.into_iter().map(|(name, value)| Given::new(name, value, source));
         let (store, _ignored) = Self::start(&format!("/{}", Self::NODE_NAME), given.collect())?;
         Self::from_store(&store)
     }

@@ -128,12 +128,7 @@ fn fitted(mesh: &[u8], scale: &str) -> (Vec<String>, Vec<String>) {
         ("tool_frame", Value::String("tool0".to_owned())),
         ("constraints", Value::Bool(true)),
     ];
-    let given = given.map(|(name, value)| Given {
-        name: name.to_owned(),
-        value,
-        source: "test".to_owned(),
-        by_name: false,
-    });
+    let given = given.map(|(name, value)| Given::new(name, value, "test"));
     let (store, warnings) = ServoParameters::start("/dq_servo", given.to_vec()).unwrap();
     assert!(ServoParameters::from_store(&store).is_ok());
     let Some(Value::StringArray(body)) = store.get("body") else { panic!() };
@@ -177,12 +172,7 @@ fn way_past_a_post(robot: &Path) -> (f64, f64) {
         ("constraints", Value::Bool(true)),
         ("keep_out", Value::StringArray(vec!["post sphere 0 0.35 0 0.05".to_owned()])),
     ];
-    let given = given.map(|(name, value)| Given {
-        name: name.to_owned(),
-        value,
-        source: "test".to_owned(),
-        by_name: false,
-    });
+    let given = given.map(|(name, value)| Given::new(name, value, "test"));
     let (store, warnings) = ServoParameters::start("/dq_servo", given.to_vec()).unwrap();
     assert_eq!(warnings, Vec::<String>::new());
     let parameters = ServoParameters::from_store(&store).unwrap();

@@ -209,12 +209,7 @@ fn a_change_is_all_or_nothing() {
 }
 
 fn given(yaml: &[(&str, &str)]) -> Vec<Given> {
-    let value = |(name, yaml): &(&str, &str)| Given {
-        name: (*name).to_owned(),
-        value: Value::from_yaml(yaml).unwrap(),
-        source: "arm.yaml".to_owned(),
-        by_name: false,
-    };
+    let value = |(name, yaml): &(&str, &str)| Given::new(*name, Value::from_yaml(yaml).unwrap(), "arm.yaml");
     yaml.iter().map(value).collect()
 }
 

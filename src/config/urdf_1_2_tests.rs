@@ -10,12 +10,7 @@ const ARM: &str = include_str!("../../tests/data/cases/urdf/urdf_1_2.urdf");
 fn start(text: &str, more: &[(&str, Value)]) -> (ParameterStore, Vec<String>) {
     let texts = [("robot_description", text), ("base_frame", "base"), ("tool_frame", "l6")];
     let texts = texts.map(|(name, text)| (name, Value::String(text.to_owned())));
-    let given = texts.iter().chain(more).map(|(name, value)| Given {
-        name: (*name).to_owned(),
-        value: value.clone(),
-        source: "test".to_owned(),
-        by_name: false,
-    });
+    let given = texts.iter().chain(more).map(|(name, value)| Given::new(*name, value.clone(), "test"));
     ServoParameters::start("/dq_servo", given.collect()).unwrap()
 }
 

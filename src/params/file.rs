@@ -32,6 +32,13 @@ pub struct FileParameters {
     pub sections: Vec<String>,
 }
 
+impl Given {
+    /// The value that `source` gives every node.
+    pub fn new(name: impl Into<String>, value: Value, source: impl Into<String>) -> Self {
+        Self { name: name.into(), value, source: source.into(), by_name: false }
+    }
+}
+
 impl FileParameters {
     /// What the file says to the node `node` (fully qualified), see [`read`](Self::read).
     ///

@@ -30,13 +30,13 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-mod approach;
 mod arbiter;
 mod arms;
 mod carried;
 mod close_pair;
 mod consent;
 mod cycle;
+mod error_trend;
 mod escape;
 mod escape_phase;
 mod event;

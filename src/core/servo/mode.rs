@@ -1,7 +1,7 @@
 //! What the servo is about to do: nothing, a goal, or a twist. What a goal needs to be watched lives inside it, and ends with it.
 
-use super::approach::Approach;
 use super::carried::Carried;
+use super::error_trend::ErrorTrend;
 use super::escape_phase::EscapePhase;
 use super::oscillation::Oscillation;
 use super::progress::{BRISK, Progress, SHARE};
@@ -89,7 +89,7 @@ pub(super) struct Record {
     /// What was last recorded of the motion.
     pub outcome: Option<Outcome>,
     /// How the error came to be what it is.
-    pub approach: Approach,
+    pub trend: ErrorTrend,
     /// Whether the arm is within the tolerances of this goal; it may then leave them a little.
     pub settled: bool,
     /// Whether the arm has set out to another configuration.
@@ -230,7 +230,7 @@ impl Pursuit {
         self.record.settled &= self.goal == goal;
         if self.goal != goal {
             self.beyond_reach = None;
-            self.record.approach.restart();
+            self.record.trend.restart();
         }
         (self.goal, self.received) = (goal, now);
         if !self.watch.goes_on_for(&goal, tolerance) {

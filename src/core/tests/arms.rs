@@ -1,4 +1,4 @@
-//! The arms in the box: each moves there and back, and those that come with a robot description are what it says.
+//! The built-in arms: each moves there and back, and those that come with a robot description are what it says.
 
 use crate::rig::Rig;
 use dq_config::{ARMS, NodeParameters, PlantParameters, ServoParameters, arm_file};
@@ -10,7 +10,7 @@ use dq_params::{Given, parameters_for};
 pub fn given(name: &str) -> Vec<Given> {
     let (name, text) = arm_file(name).unwrap();
     let values = parameters_for(text, name, "/dq_servo").unwrap().into_iter();
-    values.map(|(name, value)| Given { name, value, source: "the box".to_owned(), by_name: false }).collect()
+    values.map(|(name, value)| Given::new(name, value, "the box")).collect()
 }
 
 pub fn servo(name: &str) -> ServoParameters {
@@ -112,12 +112,7 @@ fn a_described_arm_with_a_prismatic_joint_moves_there_and_back_within_its_limits
         ("base_frame", text("base_link")),
         ("tool_frame", text("arm_tool_link")),
     ];
-    let given = values.map(|(name, value)| Given {
-        name: name.to_owned(),
-        value,
-        source: "test".to_owned(),
-        by_name: false,
-    });
+    let given = values.map(|(name, value)| Given::new(name, value, "test"));
     let (store, _) = ServoParameters::start("/dq_servo", given.to_vec()).unwrap();
     let parameters = ServoParameters::from_store(&store).unwrap();
     let (store, _) = PlantParameters::start("/arm", given.to_vec()).unwrap();

@@ -4,7 +4,7 @@ use crate::reference::{distance, json, numbers, puma, settings};
 use crate::tolerance::{LOOP, REFERENCE};
 use dq_algebra::UnitDualQuaternion;
 use dq_kinematics::arm::{ArmState, Chain};
-use dq_kinematics::control::{Aim, Controller, Damping, Law, SignMemory, pose_error};
+use dq_kinematics::control::{Aim, AllowedRate, Controller, Damping, Law, SignMemory, pose_error};
 use nalgebra::{DMatrix, DVector, Vector6};
 use proptest::prelude::*;
 
@@ -270,8 +270,8 @@ fn a_delay_slows_each_direction_by_its_own_rate_and_none_is_faster_than_it_allow
             let allowed = 0.1 * fastest;
             let speeds = DVector::from_fn(6, |joint, _| (joint as f64 + 1.0).sin());
             let mut softened = speeds.clone();
-            let state = (&control.state, &control.goal);
-            control.controller.soften(state, (allowed / fastest, allowed), softened.as_mut_slice());
+            let rate = AllowedRate { part: allowed / fastest, largest: allowed };
+            control.controller.soften(&control.state, &control.goal, rate, softened.as_mut_slice());
             let time = 1.0 / allowed - 1.0 / fastest;
             let expected = (DMatrix::identity(6, 6) + rates * time).lu().solve(&speeds).unwrap();
             assert!((softened - expected).norm() < 1e-4, "{law} {aim}");

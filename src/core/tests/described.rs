@@ -295,12 +295,7 @@ fn what_is_beside_the_chain_may_be_wrong() {
 }
 
 pub fn given(values: &[(&str, Value)]) -> Vec<Given> {
-    let value = |(name, value): &(&str, Value)| Given {
-        name: (*name).to_owned(),
-        value: value.clone(),
-        source: "test".to_owned(),
-        by_name: false,
-    };
+    let value = |(name, value): &(&str, Value)| Given::new(*name, value.clone(), "test");
     values.iter().map(value).collect()
 }
 

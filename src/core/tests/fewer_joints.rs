@@ -68,12 +68,7 @@ fn welder() -> String {
 }
 
 fn given(description: &str) -> Vec<Given> {
-    let text = |(name, value): (&str, &str)| Given {
-        name: name.to_owned(),
-        value: Value::String(value.to_owned()),
-        source: "test".to_owned(),
-        by_name: false,
-    };
+    let text = |(name, value): (&str, &str)| Given::new(name, Value::String(value.to_owned()), "test");
     [("robot_description", description), ("base_frame", "link0"), ("tool_frame", "tool")].map(text).to_vec()
 }
 

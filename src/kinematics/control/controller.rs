@@ -22,6 +22,15 @@ pub struct Controller {
     pub all_gains: [[f64; 2]; MOST],
 }
 
+/// How fast a delay allows a law to make errors decay.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AllowedRate {
+    /// The part of the law's [fastest rate](Controller::fastest_rates) that this is; 1 and above: the law is slow enough.
+    pub part: f64,
+    /// The rate [1/s].
+    pub largest: f64,
+}
+
 impl Default for Controller {
     /// logc with equal gains of 1/s for a whole pose, and each law's gains at their defaults.
     fn default() -> Self {
@@ -129,15 +138,17 @@ impl Controller {
         rates.map(|rate| as_of_first_order(rate, self.approach_rate()))
     }
 
-    /// Takes from the law's joint velocities `theta_dot` what a delay does not allow, with `arm` where it is: no error decays faster than at
-    /// `part` of the [fastest rate](Self::fastest_rates), which is `largest` [1/s]. With the damped inverse all errors decay alike, and all
+    /// Takes from the law's joint velocities `theta_dot` what a delay does not allow, with `arm` where it is: no error decays faster than
+    /// `allowed`. With the damped inverse all errors decay alike, and all
     /// velocities are scaled; with the transpose only fast directions are slowed.
     pub fn soften(
         &self,
-        (arm, base_from_goal): (&ArmState, &UnitDualQuaternion),
-        (part, largest): (f64, f64),
+        arm: &ArmState,
+        base_from_goal: &UnitDualQuaternion,
+        allowed: AllowedRate,
         theta_dot: &mut [f64],
     ) {
+        let AllowedRate { part, largest } = allowed;
         if part >= 1.0 {
             return;
         }

@@ -68,7 +68,7 @@ pub use aim::Aim;
 pub use angular_linear::AngularLinear;
 pub use approach::Approach;
 pub use control_law::{ControlLaw, LawGains, LawInput, Map};
-pub use controller::{Controller, pose_error};
+pub use controller::{AllowedRate, Controller, pose_error};
 pub use damped_inverse::Damping;
 pub use double_cover::{SignMemory, nearer_goal};
 pub use law::{Law, RegisterError, register};

@@ -37,8 +37,8 @@ impl<P: NodeParameters> Prepared<P> {
     /// # Errors
     /// [`NodeError`] for names and parameters that are not right, and a description that gives no arm.
     pub(super) fn described(args: &RosArgs, text: String) -> Result<Self, NodeError> {
-        let (name, value) = ("robot_description".to_owned(), Value::String(text));
-        Self::with(args, Some(Given { source: name.clone(), name, value, by_name: false }))
+        let name = "robot_description";
+        Self::with(args, Some(Given::new(name, Value::String(text), name)))
     }
 
     /// The node that the command line asks for, as far as it says so: none where it names the frames of an arm, and leaves it to a topic to

@@ -1,6 +1,7 @@
 //! Through singularities: when a law is stuck at one, and when it goes on by itself.
 
 use super::Servo;
+use super::robot::fastest_of;
 use crate::servo::Stall;
 use crate::servo::escape::{FoundEscape, Freedom};
 use crate::servo::escape_phase::{EscapePhase, Phase};
@@ -81,14 +82,11 @@ impl Servo {
     /// That something pulls at the joints as much as the law does, where it does: most of what the joint that is pulled at most is commanded
     /// does not move it.
     fn sag(&self) -> Option<Stall> {
-        let speeds = self.robot.link.sags().map(|(speed, _)| speed).enumerate();
-        let (joint, speed) = speeds.max_by(|(_, one), (_, other)| one.abs().total_cmp(&other.abs()))?;
-        let commanded = self.output.command[joint];
-        let is_lost = (commanded - speed).abs() <= 0.5 * speed.abs();
-        let error = self.mode.pursuit()?.watch.error;
-        let kind = self.elsewhere.kinds[joint];
+        let (joint, pull) = fastest_of(self.robot.link.sags().map(|(sag, _)| sag))?;
         // At an arm that stands all of the command is lost.
-        let speed = commanded;
+        let speed = self.output.command[joint];
+        let is_lost = (speed - pull).abs() <= 0.5 * pull.abs();
+        let (error, kind) = (self.mode.pursuit()?.watch.error, self.elsewhere.kinds[joint]);
         (speed.abs() >= PULLED && is_lost).then_some(Stall::Sagging { joint: joint + 1, speed, kind, error })
     }
 

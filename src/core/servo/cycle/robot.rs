@@ -15,6 +15,11 @@ const STABLE: f64 = 1.0;
 const AT_REST: Duration = Duration::from_secs(1);
 const SAGGING: f64 = 5e-3;
 
+/// The joint with the largest of these speeds in either direction, counted from 0, and that speed.
+pub(super) fn fastest_of(speeds: impl Iterator<Item = f64>) -> Option<(usize, f64)> {
+    speeds.enumerate().max_by(|(_, one), (_, other)| one.abs().total_cmp(&other.abs()))
+}
+
 impl Servo {
     /// Takes a joint state of the arm number `arm` (0 where there is one), received at `now`; of several in one cycle the last
     /// good one counts. True where it is of the publisher that is believed: of two, the one that was there first.
@@ -161,8 +166,7 @@ impl Servo {
     /// The joint, counted from 0, that sinks fastest where nobody drives it, and how fast [rad/s, prismatic: m/s], in its direction.
     pub(super) fn sinks(&self, now: Duration) -> Option<(usize, f64)> {
         let stands = self.output.is_sent_speeds() && self.robot.link.stood_after(now.saturating_sub(AT_REST));
-        let speeds = self.robot.link.sags().map(|(sag, trim)| trim - sag).enumerate();
-        let fastest = speeds.max_by(|(_, one), (_, other)| one.abs().total_cmp(&other.abs()));
+        let fastest = fastest_of(self.robot.link.sags().map(|(sag, trim)| trim - sag));
         fastest.filter(|(_, speed)| stands && speed.abs() >= SAGGING)
     }
 

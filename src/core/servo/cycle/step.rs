@@ -6,7 +6,7 @@ use super::tracking::Tracked;
 use crate::servo::filters::{Given, Towards};
 use crate::servo::mode::{Mode, Pursuit};
 use crate::servo::{Input, MotionMeter, Reason, State, Status};
-use dq_kinematics::control::Map;
+use dq_kinematics::control::{AllowedRate, Map};
 use std::time::Duration;
 
 impl Servo {
@@ -68,12 +68,11 @@ impl Servo {
         self.output.latched_limits.update(&self.settings.limits, &self.output.command);
         let pursuit = self.mode.pursuit().filter(|pursuit| !pursuit.is_reconfiguring());
         let escapes = pursuit.is_some_and(|pursuit| pursuit.watch.escape.is_escaping());
-        let stable_rate = self.stable_rate();
+        let largest = self.stable_rate();
         let goal = tracked.zip(pursuit).map(|(tracked, pursuit)| Towards {
             pose: tracked.goal,
             moving: tracked.moving.filter(|_| !escapes),
-            gain_factor: pursuit.watch.gain_factor,
-            stable_rate,
+            allowed: AllowedRate { part: pursuit.watch.gain_factor, largest },
             escape: escapes.then_some(&self.escape.direction),
         });
         let given = Given {

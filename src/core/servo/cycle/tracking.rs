@@ -17,7 +17,7 @@ const UNSETTLE: f64 = 2.0;
 const LINGERING: f64 = 0.1;
 
 /// Where its error leads is seen in the time in which the law makes it decay, within these \[s\].
-const APPROACH: (f64, f64) = (LINGERING, 0.9);
+const TREND: (f64, f64) = (LINGERING, 0.9);
 
 /// The smallest singular value is looked at so often.
 const SIGMA_INTERVAL: Duration = Duration::from_millis(10);
@@ -153,14 +153,15 @@ impl Servo {
 
     /// Whether an arm that is within `tolerance` comes to rest within it too, as its error leads there: it may be passing through.
     fn stays(&mut self, now: Duration, tracked: &Tracked, tolerance: &Tolerance) -> bool {
-        let rate = self.fastest_rate(&tracked.goal);
         let Some(pursuit) = self.mode.pursuit_mut() else { return false };
-        pursuit.record.approach.note(now, &tracked.log);
+        pursuit.record.trend.note(now, &tracked.log);
         if pursuit.record.settled || !tracked.error.is_within(tolerance) {
             return pursuit.record.settled;
         }
-        let time = (1.0 / (pursuit.watch.gain_factor * rate)).max(APPROACH.0).min(APPROACH.1);
-        let there = pursuit.record.approach.leads_to(now, &tracked.log, time);
+        let rate = self.fastest_rate(&tracked.goal);
+        let Some(pursuit) = self.mode.pursuit() else { return false };
+        let time = (1.0 / (pursuit.watch.gain_factor * rate)).max(TREND.0).min(TREND.1);
+        let there = pursuit.record.trend.leads_to(now, &tracked.log, time);
         there.translation().norm() <= tolerance.linear && there.rotation().angle() <= tolerance.angular
     }
 

@@ -52,8 +52,7 @@ impl LawDemand {
 impl Filter for LawDemand {
     fn apply(&mut self, given: &Given, velocity: &mut [f64]) {
         if let Some(goal) = &given.goal {
-            let (arm, allowed) = (given.arms.state(), (goal.gain_factor, goal.stable_rate));
-            given.settings.controller.soften((arm, &goal.pose), allowed, velocity);
+            given.settings.controller.soften(given.arms.state(), &goal.pose, goal.allowed, velocity);
             if let Some(escape) = goal.escape {
                 escape.lead(velocity);
             }

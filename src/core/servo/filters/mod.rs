@@ -38,7 +38,7 @@ use constraints::Constraints;
 use demand::LawDemand;
 use demanded_acceleration::DemandedAcceleration;
 use dq_algebra::UnitDualQuaternion;
-use dq_kinematics::control::Approach;
+use dq_kinematics::control::{AllowedRate, Approach};
 use dq_space::space::Scene;
 pub(super) use envelope::LatchedLimits;
 use envelope::{Envelope, Span};
@@ -89,9 +89,8 @@ pub(super) struct Towards<'a> {
     pub pose: UnitDualQuaternion,
     /// The same where it moves and that is fed forward.
     pub moving: Option<MovingGoal>,
-    /// The part of the law's fastest rate that the delays allow, and that [1/s].
-    pub gain_factor: f64,
-    pub stable_rate: f64,
+    /// How fast the delays allow the law to be.
+    pub allowed: AllowedRate,
     /// The direction out of a singularity, as long as the law stands still there.
     pub escape: Option<&'a EscapeDirection>,
 }

@@ -10,14 +10,14 @@ const SPACING: Duration = Duration::from_millis(30);
 
 /// The last errors of a motion to one goal.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Approach {
+pub(super) struct ErrorTrend {
     /// When each was measured \[s\], and the screw log.
     errors: [(f64, Vector6<f64>); KEPT],
     /// How many were, and when the last one \[s\].
     count: usize,
 }
 
-impl Approach {
+impl ErrorTrend {
     /// Begins anew, as the goal is another.
     pub fn restart(&mut self) {
         self.count = 0;
@@ -53,12 +53,12 @@ mod tests {
 
     /// Where the error `of` a time \[s\] leads at each time from 1 s on, in mm along x.
     fn leads(of: impl Fn(f64) -> f64) -> impl Iterator<Item = (f64, f64)> {
-        let mut approach = Approach::default();
+        let mut trend = ErrorTrend::default();
         (0..1500).filter_map(move |cycle| {
             let now = Duration::from_millis(2) * cycle;
             let log = Vector6::new(0.0, 0.0, 0.0, 1e-3 * of(now.as_secs_f64()), 0.0, 0.0);
-            approach.note(now, &log);
-            let there = approach.leads_to(now, &log, 0.25).translation().x;
+            trend.note(now, &log);
+            let there = trend.leads_to(now, &log, 0.25).translation().x;
             (now.as_secs_f64() >= 1.0).then_some((of(now.as_secs_f64()), 1e3 * there))
         })
     }
@@ -79,7 +79,7 @@ mod tests {
     #[test]
     fn one_that_has_just_begun_leads_nowhere() {
         let log = Vector6::new(0.0, 0.0, 0.0, 1e-3, 0.0, 0.0);
-        let there = Approach::default().leads_to(Duration::ZERO, &log, 0.25);
+        let there = ErrorTrend::default().leads_to(Duration::ZERO, &log, 0.25);
         assert!((there.translation().x - 1e-3).abs() < 1e-12);
     }
 }
