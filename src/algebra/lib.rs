@@ -3,7 +3,7 @@
 //! - Hamilton product; scalar first inside, `(w, x, y, z)`; on the wire ROS order `(x, y, z, w)`. Metres, radians, seconds.
 //! - A pose is a unit dual quaternion `q = r + ε ½ t r` (eq. 13): `r` rotates, `t` translates, both in the base frame.
 //! - Unit means `q q* = 1` as a dual number: `|r| = 1` and `⟨r, d⟩ = 0`.
-//! - `q` and `-q` are the same pose. What a law does about that is in [`dq_kinematics::control::SignMemory`].
+//! - `q` and `-q` are the same pose. What a law does about that is in `dq_kinematics::control::SignMemory`.
 //! - Pose error `e = q_d* q` (eq. 28). Twists are ordered angular first, `ξ = (ω, v)`; the body twist moves the pose by
 //!   `q̇ = ½ q (ω + ε v)`.
 //! - Names carry frames: `base_from_tool` maps tool coordinates to base coordinates, so that products cancel by eye.

@@ -1,7 +1,7 @@
 //! The parameters of our nodes: each is declared by the field that has it, with unit, range, default and description.
 //!
-//! From the name of a built-in arm, or from a robot description, there is one step to its servo: [`Servo::for_arm`](dq_core::servo::Servo::for_arm),
-//! [`Servo::from_urdf`](dq_core::servo::Servo::from_urdf). Whoever wants other limits, another law, other gains, another cycle or an arm of
+//! From the name of a built-in arm, or from a robot description, there is one step to its servo: [`Servo::for_arm`](ForArm::for_arm),
+//! [`ServoParameters::from_urdf`]. Whoever wants other limits, another law, other gains, another cycle or an arm of
 //! DH rows goes by [`ServoParameters`]:
 //!
 //! ```

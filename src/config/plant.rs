@@ -3,10 +3,10 @@
 use super::common::exactly_or_none;
 use super::limits::check_ranges;
 use super::{ArmParameters, NodeParameters};
-use dq_core::plant::Realism;
 use dq_core::servo::{Interface, JOINT_SPEEDS};
 use dq_kinematics::arm::{DescribedArm, JointKind, JointLimits, bounds};
 use dq_params::{Declarer, ParameterError, Parameters, exactly};
+use dq_plant::Realism;
 use std::time::Duration;
 
 /// What a simulated arm is called where nobody names it: the built-in one, and any other.

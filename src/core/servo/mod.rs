@@ -31,7 +31,6 @@
 //! ```
 
 mod arbiter;
-mod arms;
 mod carried;
 mod close_pair;
 mod consent;
@@ -44,16 +43,12 @@ mod fed_back;
 mod filters;
 mod goal;
 mod goal_error;
-mod interface;
-mod jerk;
 mod joints;
-mod limits;
 mod link;
 mod mode;
 mod motion;
 mod motion_record;
 mod oscillation;
-mod position_limits;
 mod progress;
 mod reason;
 mod reconfiguration;
@@ -69,24 +64,23 @@ mod state;
 mod status;
 mod stream;
 mod twist;
-mod violation;
 
-pub use arms::{Arms, ToolSpeed};
 pub use close_pair::ClosePair;
 pub use consent::{Ask, Asker, Consent, Revoked, STREAM};
 pub use cycle::{Measured, Servo};
+pub use dq_kinematics::arm::{Arms, Reach, ToolSpeed};
+pub use dq_limits::{
+    Interface, JOINT_JERKS, JOINT_SPEEDS, Limits, POSITIVE, PositionLimits, RAMP_TIME, STOP_TIME, Violation,
+};
 pub use event::{Event, GoalMotion, GoalReading, Sent, TwistReading};
 pub use filters::{CLEARANCE, Replaced};
 pub use goal::{Goal, is_own_frame};
 pub use goal_error::GoalError;
-pub use interface::Interface;
 pub use joints::JointOrder;
-pub use limits::{JOINT_JERKS, JOINT_SPEEDS, Limits, POSITIVE, RAMP_TIME, STOP_TIME};
 pub use link::{ArmFigures, Contact, JointReading, longest_way, stamp_age, way};
 pub use motion::{Figures, MotionMeter, Settling};
 use motion_record::MotionLog;
 pub use motion_record::{MOTIONS, Motion, Outcome};
-pub use position_limits::PositionLimits;
 pub use reason::Reason;
 pub use reconfiguration::{Detour, NoWayRound, Reconfiguration, Reconfigure};
 pub use rejection::{Rejection, RejectionCounts};
@@ -95,8 +89,7 @@ pub use search::{Found, STARTS, Search};
 pub use settings::{BeyondReach, GoalFrameMode, GoalFrames, Posture, Settings, Tolerance};
 pub use settings_error::SettingsError;
 pub use stability::{RateBound, largest_rate};
-pub use stall::{Reach, Stall};
+pub use stall::Stall;
 pub use state::State;
 pub use status::{Input, Status, joint_name};
 pub use twist::Twist;
-pub use violation::Violation;

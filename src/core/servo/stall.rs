@@ -1,23 +1,7 @@
 //! Why a motion was given up.
 
-use super::{ClosePair, GoalError};
+use super::{ClosePair, GoalError, Reach};
 use dq_kinematics::arm::JointKind;
-
-/// How far the goal is from where the arm stands, or can slide to, and how far the arm reaches from there \[m\].
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Reach {
-    /// Distance of the goal.
-    pub goal: f64,
-    /// The length of the links together, which no pose of the tool is beyond.
-    pub longest: f64,
-}
-
-impl Reach {
-    /// Whether the links are too short to come within `tolerance` \[m\] of the goal.
-    pub fn is_beyond(&self, tolerance: f64) -> bool {
-        self.goal > self.longest + tolerance
-    }
-}
 
 /// Why a motion was given up. Joints are counted from 1, arm after arm.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -128,7 +128,7 @@ const RAIL: &str = "<robot name='r'><link name='a'/><link name='b'/><link name='
 
 fn is_beyond(document: &str, goal: [f64; 3], more: &[List]) -> bool {
     let servo = started(&values(document, more)).unwrap();
-    servo.arms.reach(&Vector3::from(goal), &servo.settings.limits.position).is_beyond(1e-3)
+    servo.arms.reach(&Vector3::from(goal), servo.settings.limits.position.ranges()).is_beyond(1e-3)
 }
 
 /// How far a joint slides is a matter of the limits in force, not of the description's.

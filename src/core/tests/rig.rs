@@ -4,13 +4,13 @@ use crate::opinion::Opinion;
 use crate::reference::{dual_parameters, json, numbers, parameters};
 use dq_algebra::UnitDualQuaternion;
 use dq_config::ServoParameters;
-use dq_core::check::{Gaps, Invariants};
-use dq_core::plant::Plant;
 use dq_core::servo::{
     Arms, Event, GoalMotion, GoalReading, Interface, JointOrder, JointReading, Limits, PositionLimits,
     Reason, Rejection, STARTS, STREAM, Search, Sent, Servo, Settings, State, TwistReading,
 };
 use dq_kinematics::arm::Chain;
+use dq_limits::check::{Gaps, Invariants};
+use dq_plant::Plant;
 use std::collections::VecDeque;
 use std::time::Duration;
 

@@ -18,6 +18,7 @@
 //! # Ok::<(), dq_kinematics::arm::ArmError>(())
 //! ```
 
+mod arms;
 pub mod bounds;
 mod chain;
 mod description;
@@ -35,6 +36,7 @@ mod urdf_reader;
 mod urdf_shapes;
 mod urdf_tree;
 
+pub use arms::{Arms, Reach, ToolSpeed};
 pub use chain::Chain;
 pub use description::{DescribedArm, DescribedJoint, DescriptionError, JointLimits, Motion};
 pub use dh::{Convention, DhRow};

@@ -10,8 +10,8 @@ use crate::wire::{
     command_trajectory, describe,
 };
 use dq_config::{GuardParameters, NodeParameters};
-use dq_core::check::Guard;
 use dq_core::servo::{Interface, JointOrder};
+use dq_limits::check::Guard;
 use dq_ros::ros::{Logger, Node, ParameterServer, Publisher, RosError, Session, Subscription};
 use std::sync::mpsc::{Receiver, channel};
 use std::time::Duration;

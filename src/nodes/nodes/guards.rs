@@ -2,7 +2,7 @@
 
 use crate::wire::NodeContract;
 use crate::wire::messages::DiagnosticStatus;
-use dq_core::check::GuardState;
+use dq_limits::check::GuardState;
 use dq_ros::ros::{Node, RosError, Subscription};
 use std::sync::Arc;
 use std::time::Duration;

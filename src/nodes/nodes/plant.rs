@@ -9,9 +9,9 @@ use crate::wire::messages::*;
 use crate::wire::status::{self, KeyValues};
 use crate::wire::{Contract, GetTypeDescription, NodeContract, command_topic, describe};
 use dq_config::{ArmParameters, NodeParameters, PlantParameters};
-use dq_core::plant::{CommandError, Measured, Plant, Realism};
 use dq_core::servo::Interface;
 use dq_kinematics::arm::{ArmError, DescribedArm, DescribedJoint, Description, JointLimits};
+use dq_plant::{CommandError, Measured, Plant, Realism};
 use dq_ros::ros::{
     Clock, Logger, NameWatch, Node, ParameterServer, Publisher, RosError, Session, Subscription,
 };

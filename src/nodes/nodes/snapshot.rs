@@ -3,8 +3,8 @@
 use super::cycle_thread::due;
 use super::ros_inputs::RosInputs;
 use crate::wire::messages::Time;
+use crate::wire::{CycleTiming, TimingFigures};
 use dq_algebra::UnitDualQuaternion;
-use dq_core::check::{CycleTiming, TimingFigures};
 use dq_core::servo::{
     Asker, MOTIONS, Motion, RateBound, Reason, Reconfiguration, Rejection, RejectionCounts, Replaced, Rivals,
     Servo, State, Status,

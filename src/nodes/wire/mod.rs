@@ -7,6 +7,7 @@ mod motion_report;
 mod readings;
 mod servo_kind;
 pub(crate) mod status;
+mod timing;
 
 pub use commands::{Command, Rewrite, command_array, command_topic, command_trajectory};
 pub use contract::Contract;
@@ -16,3 +17,4 @@ pub use motion_report::{MotionContext, MotionReport, Outcome};
 pub use readings::{error_distance, goal_reading, joint_reading, transform_reading, twist_reading};
 pub use servo_kind::ServoKind;
 pub use status::{ServoReport, StatusReport, distance};
+pub use timing::{CycleTiming, SpreadFigures, TimingFigures};

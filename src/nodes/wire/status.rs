@@ -1,9 +1,10 @@
 //! The servo's status as a message, and back: `~/status`.
 
+use super::TimingFigures;
 use super::{PoseNumbers, pose_numbers};
 use crate::wire::messages::{DiagnosticStatus, KeyValue, Time};
-use dq_core::check::{GuardState, TimingFigures};
 use dq_core::servo::{Asker, Figures, Input, Reconfiguration, RejectionCounts, State, Status};
+use dq_limits::check::GuardState;
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::time::Duration;

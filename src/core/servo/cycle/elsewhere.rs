@@ -1,9 +1,9 @@
 //! The straight line in joint space to another configuration, and how fast the arm goes along it.
 
-use crate::servo::limits::Braking;
 use crate::servo::{Arms, Limits, way};
 use dq_algebra::UnitDualQuaternion;
 use dq_kinematics::arm::JointKind;
+use dq_limits::Braking;
 
 /// So many places ahead, as far as braking takes, are looked at for how fast the tool may be there.
 const PLACES: u32 = 32;

@@ -1,8 +1,9 @@
 //! What is sent to the robot: the command, and where an arm that takes positions is sent by it.
 
-use crate::servo::filters::{Filters, LatchedLimits};
+use crate::servo::filters::Filters;
 use crate::servo::setpoint::Setpoint;
 use crate::servo::{Arms, ClosePair, Interface, Limits, Settings};
+use dq_limits::LatchedLimits;
 use std::time::Duration;
 
 /// What is sent to the robot.

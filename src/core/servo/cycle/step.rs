@@ -7,6 +7,7 @@ use crate::servo::filters::{Given, Towards};
 use crate::servo::mode::{Mode, Pursuit};
 use crate::servo::{Input, MotionMeter, Reason, State, Status};
 use dq_kinematics::control::{AllowedRate, Map};
+use dq_limits::Joints;
 use std::time::Duration;
 
 impl Servo {
@@ -77,17 +78,19 @@ impl Servo {
         });
         let given = Given {
             settings: &self.settings,
+            joints: Joints {
+                limits: &self.settings.limits,
+                positions: self.robot.link.predicted(),
+                before: &self.output.command,
+                braking: self.robot.link.braking(self.output.latched_limits.each(), self.clock.period),
+            },
             arms: &self.robot.predicted,
-            positions: self.robot.link.predicted(),
             goal,
             by_tool: match pursuit {
                 Some(_) => self.settings.controller.law.map() == Map::DampedInverse,
                 None => self.mode.jog().is_some(),
             },
             link: &self.robot.link,
-            before: &self.output.command,
-            braking: self.robot.link.braking(self.output.latched_limits.each(), self.clock.period),
-            period: self.clock.period,
         };
         self.output.held = HeldBack::default();
         if driven {

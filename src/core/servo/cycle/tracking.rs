@@ -46,7 +46,7 @@ impl Servo {
     /// How far that point \[m\] is, and how far the arm reaches, where that is too little for what is asked of the tool.
     pub(super) fn beyond_reach(&self, point: &Vector3<f64>) -> Option<Reach> {
         let Settings { limits, goal_tolerance, controller, .. } = &self.settings;
-        let reach = self.robot.arms.reach(point, &limits.position);
+        let reach = self.robot.arms.reach(point, limits.position.ranges());
         (controller.aim != Aim::Orientation && reach.is_beyond(goal_tolerance.linear)).then_some(reach)
     }
 

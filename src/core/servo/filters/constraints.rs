@@ -1,6 +1,6 @@
 //! What the arm must keep out of: the velocity nearest to the one that is wanted at which no gap closes too fast.
 
-use super::{Filter, Given};
+use super::Given;
 use crate::servo::ClosePair;
 use dq_kinematics::control::{Aim, QuadraticProgram};
 use dq_space::space::{Gap, MOST_PAIRS, Near, Placed, Scene};
@@ -103,8 +103,8 @@ impl Constraints {
 
     /// What joints may do by themselves.
     fn bound_joints(&mut self, given: &Given) {
-        for joint in 0..given.positions.len() {
-            let (lowest, highest) = given.span(joint).range;
+        for joint in 0..given.joints.positions.len() {
+            let (lowest, highest) = given.joints.span(joint).range;
             self.program.add_one(joint, 1.0, lowest);
             self.program.add_one(joint, -1.0, -highest);
         }
@@ -185,7 +185,7 @@ const HELD: f64 = 0.1;
 /// η \[1/s\]: as fast as braking, the cycle and the delay allow.
 fn rate(given: &Given) -> f64 {
     let limits = &given.settings.limits;
-    let braking = &given.braking;
+    let braking = &given.joints.braking;
     let slowest = (CYCLES * braking.cycle).max(DELAYS * braking.delay);
     let joints = limits.joint_acceleration.iter().zip(&limits.joint_velocity).zip(braking.jerks);
     let stops = joints.map(|((acceleration, speed), jerk)| {
@@ -197,15 +197,16 @@ fn rate(given: &Given) -> f64 {
     stops.min(1.0 / slowest) * (braking.period / braking.cycle)
 }
 
-impl Filter for Constraints {
-    fn apply(&mut self, given: &Given, velocity: &mut [f64]) {
+impl Constraints {
+    /// Changes `velocity`, one number a joint [rad/s, prismatic: m/s].
+    pub fn apply(&mut self, given: &Given, velocity: &mut [f64]) {
         (self.closest, self.held_by, self.held_back) = (None, None, None);
         let Some(scene) = given.settings.scene.as_deref() else { return };
         // What is no number the gate sees.
         if velocity.iter().any(|speed| !speed.is_finite()) {
             return;
         }
-        self.placed.place(scene, given.arms.chains(), given.positions);
+        self.placed.place(scene, given.arms.chains(), given.joints.positions);
         let rate = rate(given);
         let reach = |approach: f64| CLEARANCE + AROUND + 2.0 * approach / rate;
         self.placed.near(scene, velocity.iter().copied(), reach, &mut self.near);
@@ -226,7 +227,7 @@ impl Filter for Constraints {
         }
         self.find_holder(scene, velocity);
         let limits = &given.settings.limits.position;
-        let mut joints = given.positions.iter().enumerate();
+        let mut joints = given.joints.positions.iter().enumerate();
         self.held_back = joints.find_map(|(joint, position)| {
             let forces = [2 * joint, 2 * joint + 1].map(|row| self.program.multiplier(row));
             (forces != [0.0; 2] && limits.is_near(joint, *position)).then_some(joint)

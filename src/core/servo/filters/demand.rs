@@ -1,7 +1,8 @@
 //! What the law asks of the joints where the arm is.
 
-use super::{Filter, Given, Towards, keep_speed_limits, ratio};
+use super::{Given, Towards};
 use crate::servo::Posture;
+use dq_limits::ratio;
 
 /// Makes of the law's velocity what it asks for: the part that delays allow, with what leads out of a singularity, follows a goal that
 /// moves and goes to the posture, within the speed limits.
@@ -37,7 +38,7 @@ impl LawDemand {
         if goal.escape.is_some() || *gain <= 0.0 || positions.is_empty() {
             return;
         }
-        for ((free, wanted), position) in self.more.iter_mut().zip(positions).zip(given.positions) {
+        for ((free, wanted), position) in self.more.iter_mut().zip(positions).zip(given.joints.positions) {
             *free = gain * (wanted - position);
         }
         given.settings.controller.leave_tool(given.arms.state(), &mut self.more);
@@ -49,8 +50,9 @@ impl LawDemand {
     }
 }
 
-impl Filter for LawDemand {
-    fn apply(&mut self, given: &Given, velocity: &mut [f64]) {
+impl LawDemand {
+    /// Changes `velocity`, one number a joint [rad/s, prismatic: m/s].
+    pub fn apply(&mut self, given: &Given, velocity: &mut [f64]) {
         if let Some(goal) = &given.goal {
             given.settings.controller.soften(given.arms.state(), &goal.pose, goal.allowed, velocity);
             if let Some(escape) = goal.escape {
@@ -59,6 +61,6 @@ impl Filter for LawDemand {
             self.feed_forward(given, goal, velocity);
             self.move_to_posture(given, goal, velocity);
         }
-        keep_speed_limits(given, velocity);
+        given.settings.limits.keep_speeds(given.arms, velocity);
     }
 }

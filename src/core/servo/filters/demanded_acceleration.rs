@@ -1,9 +1,10 @@
 //! The acceleration that following the law takes.
 
 use super::demand::LawDemand;
-use super::{Filter, Given, Towards, ratio, scale};
+use super::{Given, Towards};
 use crate::servo::Arms;
 use dq_algebra::UnitDualQuaternion;
+use dq_limits::{Joints, ratio, scale};
 
 /// The part of the jerk that following the law may need; the rest is for following it in time.
 const JERK_SHARE: f64 = 0.25;
@@ -42,32 +43,36 @@ impl DemandedAcceleration {
     }
 }
 
-impl Filter for DemandedAcceleration {
-    fn apply(&mut self, given: &Given, velocity: &mut [f64]) {
+impl DemandedAcceleration {
+    /// Changes `velocity`, one number a joint [rad/s, prismatic: m/s].
+    pub fn apply(&mut self, given: &Given, velocity: &mut [f64]) {
         let Some(goal) = &given.goal else { return };
-        for ((ahead, position), speed) in self.positions.iter_mut().zip(given.positions).zip(&*velocity) {
-            *ahead = position + given.period * speed;
+        for ((ahead, position), speed) in
+            self.positions.iter_mut().zip(given.joints.positions).zip(&*velocity)
+        {
+            *ahead = position + given.joints.braking.period * speed;
         }
         self.ahead.evaluate(&self.positions);
-        let moving = goal.moving.as_ref().map(|moving| moving.after(given.period));
+        let moving = goal.moving.as_ref().map(|moving| moving.after(given.joints.braking.period));
         let pose = moving.as_ref().map_or(goal.pose, |moving| moving.pose);
         given.settings.controller.joint_velocity(self.ahead.state(), &pose, &mut self.velocity);
         let goal = Some(Towards { pose, moving, ..*goal });
-        let there = Given { arms: &self.ahead, positions: &self.positions, goal, ..*given };
+        let joints = Joints { positions: &self.positions, ..given.joints };
+        let there = Given { arms: &self.ahead, joints, goal, ..*given };
         self.demand.apply(&there, &mut self.velocity);
         let changes = self.velocity.iter().zip(&*velocity).map(|(ahead, speed)| ahead - speed);
         let factors = changes
             .clone()
             .zip(&given.settings.limits.joint_acceleration)
-            .map(|(change, limit)| ratio(limit * given.period, change.abs()).sqrt());
+            .map(|(change, limit)| ratio(limit * given.joints.braking.period, change.abs()).sqrt());
         let factor = factors.fold(1.0, f64::min);
-        if !given.braking.limits_jerk() {
+        if !given.joints.braking.limits_jerk() {
             return scale(velocity, factor);
         }
         let size = |numbers: &mut dyn Iterator<Item = f64>| numbers.map(|x| x * x).sum::<f64>().sqrt();
         let part = size(&mut changes.clone()) / size(&mut velocity.iter().copied());
         let eased = changes.enumerate().map(|(joint, change)| {
-            (JERK_SHARE * given.braking.jerk_step(joint) / (part * change).abs()).cbrt()
+            (JERK_SHARE * given.joints.braking.jerk_step(joint) / (part * change).abs()).cbrt()
         });
         scale(velocity, eased.fold(factor, f64::min));
     }

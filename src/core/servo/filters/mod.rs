@@ -23,63 +23,33 @@
 mod constraints;
 mod demand;
 mod demanded_acceleration;
-mod envelope;
-mod stop;
 mod stoppable;
 
 use super::escape::EscapeDirection;
-use super::jerk::Pace;
-use super::limits::Braking;
 use super::link::Link;
 use super::stream::MovingGoal;
-use super::{Arms, ClosePair, Limits, Settings, ToolSpeed, Violation};
+use super::{Arms, ClosePair, Settings, Violation};
 pub use constraints::CLEARANCE;
 use constraints::Constraints;
 use demand::LawDemand;
 use demanded_acceleration::DemandedAcceleration;
 use dq_algebra::UnitDualQuaternion;
 use dq_kinematics::control::{AllowedRate, Approach};
+use dq_limits::{Envelope, Joints, scale};
 use dq_space::space::Scene;
-pub(super) use envelope::LatchedLimits;
-use envelope::{Envelope, Span};
-use stop::Stop;
 use stoppable::Stoppable;
-
-/// Changes a velocity on its way to the command.
-trait Filter {
-    /// Changes `velocity`, one number a joint [rad/s, prismatic: m/s].
-    fn apply(&mut self, given: &Given, velocity: &mut [f64]);
-}
 
 /// What filters go by in one cycle.
 pub(super) struct Given<'a> {
     pub settings: &'a Settings,
-    /// The kinematics at these joint positions \[rad, prismatic: m\], where the arm is when the command reaches it.
+    /// The arm's joints, and its kinematics where they are when the command reaches them.
+    pub joints: Joints<'a>,
     pub arms: &'a Arms,
-    pub positions: &'a [f64],
     /// Where the law is to take the arm; none where no law does.
     pub goal: Option<Towards<'a>>,
     /// Whether what is wanted is a motion of the tool, and the joints' follows from that.
     pub by_tool: bool,
     pub link: &'a Link,
-    /// The command before [rad/s, prismatic: m/s].
-    pub before: &'a [f64],
-    /// What each joint has for braking.
-    pub braking: Braking<'a>,
-    /// The cycle \[s\].
-    pub period: f64,
-}
-
-impl Given<'_> {
-    /// How the last command has left the joint number `joint`.
-    fn pace(&self, joint: usize) -> Pace {
-        Pace { speed: self.before[joint], step: self.braking.steps[joint] }
-    }
-
-    /// What the joint number `joint` may do in this cycle.
-    pub fn span(&self, joint: usize) -> Span {
-        Span::of(&self.settings.limits, joint, self.positions[joint], self.pace(joint), &self.braking)
-    }
 }
 
 /// Where the arm is to go, and how.
@@ -131,18 +101,18 @@ impl Filters {
 
     /// Makes of the `velocity` that is wanted the next command [rad/s, prismatic: m/s].
     pub fn drive(&mut self, given: &Given, velocity: &mut [f64]) {
-        self.envelope.enclose(given);
+        self.envelope.enclose(&given.joints);
         self.demand.apply(given, velocity);
         self.demanded_acceleration.apply(given, velocity);
         self.approach(given, velocity);
         keep_probing_speed(given, velocity);
         self.constraints.apply(given, velocity);
-        self.envelope.admit(given, velocity);
+        self.envelope.admit(&given.joints, given.arms, velocity);
         self.stoppable.apply(given, velocity);
         // The gate: no command leaves that is not in the envelope, however it was made.
         if let Some(violation) = self.envelope.violation(velocity) {
             self.replaced = Replaced { count: self.replaced.count + 1, last: Some(violation) };
-            Stop.apply(given, velocity);
+            given.joints.stop(velocity);
         }
         self.approach.keep(given.arms.state(), velocity);
     }
@@ -150,15 +120,16 @@ impl Filters {
     /// Goes from the last command towards the `velocity` that a law asks for, where that is one of second order.
     fn approach(&mut self, given: &Given, velocity: &mut [f64]) {
         let (controller, arm) = (&given.settings.controller, given.arms.state());
-        if given.goal.is_some() && self.approach.apply(controller, arm, given.period, velocity) {
-            keep_speed_limits(given, velocity);
+        if given.goal.is_some() && self.approach.apply(controller, arm, given.joints.braking.period, velocity)
+        {
+            given.settings.limits.keep_speeds(given.arms, velocity);
         }
     }
 
     /// Makes of the `velocity`, whatever it is, the next command of an arm that is not to be driven [rad/s, prismatic: m/s].
     pub fn stop(&mut self, given: &Given, velocity: &mut [f64]) {
         // In the envelope by its construction.
-        Stop.apply(given, velocity);
+        given.joints.stop(velocity);
         self.approach.keep(given.arms.state(), velocity);
     }
 
@@ -197,41 +168,4 @@ impl Filters {
 /// Scales velocities to a gentle speed where an arm was not seen to follow yet.
 fn keep_probing_speed(given: &Given, velocity: &mut [f64]) {
     scale(velocity, given.link.probing_factor(velocity, &given.settings.limits.joint_acceleration));
-}
-
-/// Scales joint velocities by one factor so that no speed limit of joints and tool is exceeded: the direction stays.
-pub(super) fn keep_speed_limits(given: &Given, velocity: &mut [f64]) {
-    let limits = &given.settings.limits;
-    let joints = velocity.iter().zip(&limits.joint_velocity);
-    let joints = joints.map(|(speed, limit)| ratio(*limit, speed.abs()));
-    scale(velocity, joints.fold(tool_share(limits, &given.arms.tool_speed(velocity)), f64::min));
-}
-
-/// The factor, at most 1, that brings the fastest tool under its speed limits.
-pub(super) fn tool_share(limits: &Limits, tool: &ToolSpeed) -> f64 {
-    ratio(limits.angular_speed, tool.angular).min(ratio(limits.linear_speed, tool.linear))
-}
-
-/// Brings `values` down to a part of themselves.
-fn scale(values: &mut [f64], factor: f64) {
-    if factor < 1.0 {
-        values.iter_mut().for_each(|value| *value *= factor);
-    }
-}
-
-/// `limit / value`, at most 1.
-pub(super) fn ratio(limit: f64, value: f64) -> f64 {
-    if value > limit { limit / value } else { 1.0 }
-}
-
-/// `value`, but not below `lowest` nor above `highest`. Unlike `f64::clamp` it takes any numbers: a bound that is not one is none,
-/// and what is not a number stays so, for the gate to see.
-pub(super) fn between(value: f64, lowest: f64, highest: f64) -> f64 {
-    if value < lowest {
-        lowest
-    } else if value > highest {
-        highest
-    } else {
-        value
-    }
 }

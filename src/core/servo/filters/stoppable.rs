@@ -1,10 +1,8 @@
 //! What is admitted can be stopped: no command after which a stop would lead into anything.
 
-use super::stop::Stop;
-use super::{Filter, Given, scale};
+use super::Given;
 use crate::servo::ClosePair;
-use crate::servo::jerk::Pace;
-use crate::servo::limits::{RAMP_TIME, STOP_TIME};
+use dq_limits::{Pace, RAMP_TIME, STOP_TIME, scale};
 use dq_space::space::{Gap, MOST_PAIRS, Near, Placed, Scene};
 
 /// A stop leaves gaps of this \[m\], and does not close one that is smaller, but for rounding.
@@ -68,7 +66,7 @@ struct Travel {
 
 impl StoppingPath {
     fn begin(&mut self, given: &Given, velocity: &[f64]) {
-        (self.period, self.cycle, self.cycles) = (given.period, given.braking.cycle, 0);
+        (self.period, self.cycle, self.cycles) = (given.joints.braking.period, given.joints.braking.cycle, 0);
         for (joint, speed) in velocity.iter().enumerate() {
             self.follow(given, joint, *speed);
         }
@@ -76,8 +74,9 @@ impl StoppingPath {
 
     /// Follows one joint from that `speed` [rad/s] until it stands.
     fn follow(&mut self, given: &Given, joint: usize, speed: f64) {
-        let (most, jerk) = (given.braking.decelerations[joint] * self.period, given.braking.jerk_step(joint));
-        let mut pace = Pace { speed, step: speed - given.before[joint] };
+        let (most, jerk) =
+            (given.joints.braking.decelerations[joint] * self.period, given.joints.braking.jerk_step(joint));
+        let mut pace = Pace { speed, step: speed - given.joints.before[joint] };
         let mut travel = Travel { gone: 0.0, length: 0.0, slowest: speed, fastest: speed };
         let first = if jerk.is_finite() { pace.step.abs() } else { 0.0 };
         let travels = &mut self.joints[joint];
@@ -171,7 +170,7 @@ impl Stoppable {
         let Self { placed, near, stop, positions, slope, places, held_by, .. } = self;
         stop.begin(given, velocity);
         let end = stop.cycles;
-        placed.place(scene, given.arms.chains(), given.positions);
+        placed.place(scene, given.arms.chains(), given.joints.positions);
         let beside = stop.beside(end).map(|(least, most)| most.max(-least));
         let travels = stop.lengths(0, end).zip(beside).map(|(length, beside)| length + beside);
         let within = |travel: f64| if travel > 0.0 { LEAST + travel } else { f64::NEG_INFINITY };
@@ -207,7 +206,7 @@ impl Look<'_> {
     /// Places the arm where it is after so many cycles of the stop.
     fn place(&mut self, cycles: usize) {
         *self.places += 1;
-        let travels = self.stop.after(cycles).zip(self.given.positions);
+        let travels = self.stop.after(cycles).zip(self.given.joints.positions);
         self.positions
             .iter_mut()
             .zip(travels)
@@ -335,24 +334,26 @@ impl Look<'_> {
 
 /// Makes of what is `slowed` the slowest along the path that the arm is on; half way to a stop where accelerations may not step.
 fn slow(given: &Given, velocity: &[f64], slowed: &mut [f64]) {
-    if given.braking.limits_jerk() {
-        Stop.apply(given, slowed);
+    if given.joints.braking.limits_jerk() {
+        given.joints.stop(slowed);
         slowed.iter_mut().zip(velocity).for_each(|(slowed, speed)| *slowed = 0.5 * (*slowed + speed));
         return;
     }
-    slowed.copy_from_slice(given.before);
+    slowed.copy_from_slice(given.joints.before);
     let left = given
+        .joints
         .before
         .iter()
-        .zip(given.braking.decelerations)
-        .map(|(before, deceleration)| 1.0 - deceleration * given.period / before.abs());
+        .zip(given.joints.braking.decelerations)
+        .map(|(before, deceleration)| 1.0 - deceleration * given.joints.braking.period / before.abs());
     // None where a joint that stands has no part in it.
     scale(slowed, left.fold(0.0, f64::max).min(1.0));
-    slowed.iter_mut().enumerate().for_each(|(joint, speed)| *speed = given.span(joint).hold(*speed));
+    slowed.iter_mut().enumerate().for_each(|(joint, speed)| *speed = given.joints.span(joint).hold(*speed));
 }
 
-impl Filter for Stoppable {
-    fn apply(&mut self, given: &Given, velocity: &mut [f64]) {
+impl Stoppable {
+    /// Changes `velocity`, one number a joint [rad/s, prismatic: m/s].
+    pub fn apply(&mut self, given: &Given, velocity: &mut [f64]) {
         self.held_by = None;
         let Some(scene) = &given.settings.scene else { return };
         let stands = velocity.iter().all(|speed| *speed == 0.0);
@@ -367,7 +368,7 @@ impl Filter for Stoppable {
         if self.can_stop(given, scene, &slowed) {
             velocity.copy_from_slice(&slowed);
         } else {
-            Stop.apply(given, velocity);
+            given.joints.stop(velocity);
         }
         (self.slowed, self.held_by) = (slowed, held_by);
     }

@@ -15,11 +15,11 @@ pub use presence::longest_way;
 pub(super) use sag::Hold;
 pub(super) use tracking_monitor::Disobedience;
 
-use super::limits::Braking;
 use super::{Contended, Interface, JointOrder, Limits, Rejection, Rivals};
 use arm::ArmLink;
 use command_history::CommandHistory;
 use dq_kinematics::arm::JointKind;
+use dq_limits::Braking;
 use lateness::Cycles;
 use std::f64::consts::TAU;
 use std::ops::Range;

@@ -3,11 +3,11 @@
 use crate::reference::{json, numbers, puma};
 use crate::rig::{PERIOD, Rig, reading};
 use dq_algebra::UnitDualQuaternion;
-use dq_core::plant::Plant;
 use dq_core::servo::{
     Contended, GoalReading, Interface, Reason, Rejection, Revocation, Rivals, STREAM, Sent, State,
 };
 use dq_kinematics::control::{Aim, Law};
+use dq_plant::Plant;
 use nalgebra::{UnitQuaternion, Vector3};
 use std::time::Duration;
 

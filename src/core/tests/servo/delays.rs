@@ -2,9 +2,9 @@
 
 use crate::reference::puma;
 use crate::rig::Rig;
-use dq_core::plant::Realism;
 use dq_core::servo::{Stall, State};
 use dq_kinematics::control::Law;
+use dq_plant::Realism;
 use std::time::Duration;
 
 const MS: Duration = Duration::from_millis(1);

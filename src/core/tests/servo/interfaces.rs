@@ -188,7 +188,7 @@ fn a_robot_that_comes_back_elsewhere_is_not_sent_to_where_it_was() {
     rig.run(3.0);
     assert_eq!(rig.state(), State::StaleState);
     let elsewhere: Vec<_> = rig.positions().iter().map(|angle| angle + 0.7).collect();
-    rig.plants[0] = dq_core::plant::Plant::new(elsewhere.clone(), Duration::from_millis(100));
+    rig.plants[0] = dq_plant::Plant::new(elsewhere.clone(), Duration::from_millis(100));
     rig.following = false;
     rig.connect(true);
     rig.run(0.1);

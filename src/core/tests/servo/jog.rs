@@ -15,7 +15,7 @@ const FREE: [f64; 6] = [0.3, -1.0, 0.0, 0.4, 1.4, 0.1];
 
 fn rig(interface: Interface) -> Rig {
     let mut rig = Rig::with(|settings| settings.interface = interface);
-    rig.plants[0] = dq_core::plant::Plant::new(FREE.to_vec(), Duration::from_millis(100));
+    rig.plants[0] = dq_plant::Plant::new(FREE.to_vec(), Duration::from_millis(100));
     let now = rig.now;
     rig.plants[0].step(now);
     rig.run(0.1);

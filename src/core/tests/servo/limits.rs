@@ -1,9 +1,9 @@
 //! Rules 5, 6 and 8: speeds, accelerations, singularities.
 
 use crate::rig::{PERIOD, Rig};
-use dq_core::plant::Plant;
 use dq_core::servo::State;
 use dq_kinematics::control::Law;
+use dq_plant::Plant;
 use nalgebra::Vector3;
 use std::time::Duration;
 

@@ -94,7 +94,7 @@ fn rule_15_a_robot_that_came_back_elsewhere_needs_the_goal_again() {
     rig.plants[0].reset();
     let mut elsewhere = rig.plants[0].positions().to_vec();
     elsewhere[3] -= 2.5;
-    rig.plants[0] = dq_core::plant::Plant::new(elsewhere, Duration::from_millis(100));
+    rig.plants[0] = dq_plant::Plant::new(elsewhere, Duration::from_millis(100));
     rig.connect(true);
     rig.cycle();
     assert!(matches!(rearm(&rig), Some(Revocation::IsElsewhere(4, ..))), "{:?}", rig.servo.status().reason);

@@ -3,10 +3,10 @@
 use crate::reference::puma;
 use crate::rig::Rig;
 use dq_algebra::UnitDualQuaternion;
-use dq_core::plant::Plant;
 use dq_core::servo::{BeyondReach, Stall, State};
 use dq_kinematics::arm::{ArmState, Chain, Convention, DhRow, Joint, JointKind};
 use dq_kinematics::control::{Aim, Controller, Law, Map};
+use dq_plant::Plant;
 use nalgebra::{Unit, Vector3, Vector6};
 use std::time::Duration;
 

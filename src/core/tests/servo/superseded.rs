@@ -3,9 +3,9 @@
 
 use crate::reference::{json, numbers, puma};
 use crate::rig::{Rig, reading};
-use dq_core::plant::Plant;
 use dq_core::servo::{Contended, GoalReading, Interface, JointReading, Rejection, Revocation, Sent, State};
 use dq_kinematics::control::{Aim, Law};
+use dq_plant::Plant;
 use std::time::Duration;
 
 /// A goal elsewhere, found after it has waited for so many seconds.

@@ -114,10 +114,10 @@ fn both_tools_of_two_arms_have_the_offset() {
         rig.plants.iter().map(|plant| puma().forward_kinematics(plant.positions()).unwrap() * gripper());
     let [left, right] = arms.collect::<Vec<_>>().try_into().unwrap();
     assert!(apart(&rig.servo.pose().unwrap(), &(left.conjugate() * right)) < 1e-9);
-    let reach = Arms::one(puma()).reach(&Vector3::zeros(), &PositionLimits::none(6)).longest;
+    let reach = Arms::one(puma()).reach(&Vector3::zeros(), PositionLimits::none(6).ranges()).longest;
     let mut longer = Arms::one(puma());
     longer.set_tool_offset(&gripper());
-    let longer = longer.reach(&Vector3::zeros(), &PositionLimits::none(6)).longest;
+    let longer = longer.reach(&Vector3::zeros(), PositionLimits::none(6).ranges()).longest;
     assert!((longer - reach - gripper().translation().norm()).abs() < 1e-12);
 }
 

@@ -14,7 +14,7 @@ fn rule_9_an_arm_that_stands_where_no_motion_brings_it_nearer_does_not_wait_for_
         let parameters = servo("ur5e");
         let (limits, mut arms) = (&parameters.settings.limits.position, parameters.arms.clone());
         arms.evaluate(&anywhere(limits, 1000 + number));
-        let (pose, longest) = (arms.pose(), arms.reach(&Vector3::zeros(), limits).longest);
+        let (pose, longest) = (arms.pose(), arms.reach(&Vector3::zeros(), limits.ranges()).longest);
         let point = 0.98 * longest * pose.translation().normalize();
         let start = anywhere(limits, number);
         let mut rig = Rig::of(parameters, start);

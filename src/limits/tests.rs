@@ -1,9 +1,6 @@
 //! The envelope of a joint, whatever it does and whatever its limits are.
 
-use super::*;
-use crate::servo::Limits;
-use crate::servo::jerk::Pace;
-use crate::servo::limits::Braking;
+use crate::{Braking, Joints, LatchedLimits, Limits, Pace, PositionLimits, Span, Violation};
 use proptest::prelude::*;
 
 const PERIOD: f64 = 0.001;
@@ -32,7 +29,7 @@ fn span(limits: &Limits, position: f64, pace: Pace) -> Span {
         cycle: period,
         delay: 0.0,
     };
-    Span::of(limits, 0, position, pace, &braking)
+    Joints { limits, positions: &[position], before: &[pace.speed], braking }.span(0)
 }
 
 fn exponent(range: std::ops::Range<f64>) -> impl Strategy<Value = f64> {

@@ -1,8 +1,7 @@
-//! What the cycle controls: the tool of one arm, or the tool of one arm as seen from that of another.
+//! What is controlled: the tool of one arm, or the tool of one arm as seen from that of another.
 
-use super::{PositionLimits, Reach};
+use super::{ArmState, Chain, JointKind};
 use dq_algebra::UnitDualQuaternion;
-use dq_kinematics::arm::{ArmState, Chain, JointKind};
 use nalgebra::{UnitQuaternion, Vector3};
 
 /// How fast the fastest tool moves.
@@ -12,6 +11,22 @@ pub struct ToolSpeed {
     pub linear: f64,
     /// Angular speed [rad/s].
     pub angular: f64,
+}
+
+/// How far the goal is from where the arm stands, or can slide to, and how far the arm reaches from there \[m\].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reach {
+    /// Distance of the goal.
+    pub goal: f64,
+    /// The length of the links together, which no pose of the tool is beyond.
+    pub longest: f64,
+}
+
+impl Reach {
+    /// Whether the links are too short to come within `tolerance` \[m\] of the goal.
+    pub fn is_beyond(&self, tolerance: f64) -> bool {
+        self.goal > self.longest + tolerance
+    }
 }
 
 /// One arm, or two whose right tool is controlled as seen from the left one (paper §4), at some joint positions.
@@ -43,7 +58,7 @@ impl Arm {
     }
 
     fn evaluate(&mut self, theta: &[f64]) {
-        // Of another number of joints nothing is known.
+        // A list of another length says nothing of this arm.
         let _ = self.chain.evaluate(theta, &mut self.state);
     }
 
@@ -140,9 +155,13 @@ impl Arms {
         ToolSpeed { linear: left.linear.max(right.linear), angular: left.angular.max(right.angular) }
     }
 
-    /// How far the goal's position \[m\] is, and how far the links reach with joints within `limits`.
-    pub fn reach(&self, goal_point: &Vector3<f64>, limits: &PositionLimits) -> Reach {
-        let (left, mut ranges) = (&self.left.chain, limits.ranges());
+    /// How far the goal's position \[m\] is, and how far the links reach with joints within these `ranges` \[rad, prismatic: m\], arm after arm.
+    pub fn reach(
+        &self,
+        goal_point: &Vector3<f64>,
+        mut ranges: impl Iterator<Item = (f64, f64)> + Clone,
+    ) -> Reach {
+        let left = &self.left.chain;
         let Some(right) = self.right.as_ref().map(|right| &right.arm.chain) else {
             let (goal, longest) = left.gap(goal_point, ranges);
             return Reach { goal, longest };

@@ -4,7 +4,8 @@
 //! for recorded runs.
 
 use super::slowing::{Slowing, rounded};
-use crate::servo::{Limits, STOP_TIME, ToolSpeed, Violation};
+use crate::{Limits, STOP_TIME, Violation};
+use dq_kinematics::arm::ToolSpeed;
 use std::time::Duration;
 
 /// How far a joint may overrun a position limit \[rad\] before that counts: joint states are some cycles old.
@@ -242,7 +243,7 @@ impl Invariants {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::servo::PositionLimits;
+    use crate::PositionLimits;
 
     const PERIOD: Duration = Duration::from_millis(2);
 

@@ -1,7 +1,7 @@
 //! The robot's part: a kinematic arm that follows velocities, positions or trajectories of one point.
 //!
 //! ```
-//! use dq_core::plant::Plant;
+//! use dq_plant::Plant;
 //! use std::time::Duration;
 //! let ms = Duration::from_millis;
 //! let mut arm = Plant::new(vec![0.0, 0.4], ms(100));
@@ -11,8 +11,11 @@
 //! (1..=500).for_each(|now| arm.step(ms(now)));
 //! assert!((arm.positions()[0] - 0.05).abs() < 1e-12);
 //! assert_eq!(arm.velocities(), [0.0, 0.0]);
-//! # Ok::<(), dq_core::plant::CommandError>(())
+//! # Ok::<(), dq_plant::CommandError>(())
 //! ```
+#![warn(clippy::unwrap_used, clippy::expect_used)]
+// Both panic where nobody reads: results go through cli::print, all else through stderr.
+#![warn(clippy::print_stdout, clippy::print_stderr)]
 
 mod realism;
 

@@ -51,7 +51,7 @@ impl PositionLimits {
     }
 
     /// Whether these are positions of all joints within their limits.
-    pub(super) fn contain(&self, positions: &[f64]) -> bool {
+    pub fn contain(&self, positions: &[f64]) -> bool {
         let mut joints = positions.iter().zip(self.ranges());
         let is_within = |(position, (lower, upper)): (&f64, _)| {
             position.is_finite() && (lower..=upper).contains(position)
@@ -69,12 +69,12 @@ impl PositionLimits {
     }
 
     /// Whether the joint is nearer than the margin to a limit, or beyond it.
-    pub(super) fn is_near(&self, joint: usize, position: f64) -> bool {
+    pub fn is_near(&self, joint: usize, position: f64) -> bool {
         (position - self.lower[joint]).min(self.upper[joint] - position) <= self.margin
     }
 
     /// Whether the joint is nearer than the margin to the limit that lies in the direction of `way`, or beyond it.
-    pub(super) fn is_near_towards(&self, joint: usize, position: f64, way: f64) -> bool {
+    pub fn is_near_towards(&self, joint: usize, position: f64, way: f64) -> bool {
         let room = if way > 0.0 { self.upper[joint] - position } else { position - self.lower[joint] };
         room <= self.margin
     }

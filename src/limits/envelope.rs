@@ -3,20 +3,12 @@
 //! They are those from which a stop still keeps the limits on speed, acceleration, jerk and position, with the delay of the robot and the
 //! cycles that come late in it ([`Span`]). The next speed of a stop is one of them whatever the limits are, so that there always is one.
 
-mod latched_limits;
-mod span;
-#[cfg(test)]
-mod tests;
-
-pub(in crate::servo) use latched_limits::LatchedLimits;
-pub(super) use span::Span;
-
-use super::{Given, keep_speed_limits, tool_share};
-use crate::servo::limits::STOP_TIME;
-use crate::servo::{PositionLimits, Violation};
+use crate::{Joints, STOP_TIME, Span, Violation};
+use dq_kinematics::arm::Arms;
 
 /// What the joints may do in this cycle.
-pub(super) struct Envelope {
+#[derive(Debug)]
+pub struct Envelope {
     spans: Vec<Span>,
     /// The speeds at which joints go on whose accelerations come to nothing [rad/s].
     rest: Vec<f64>,
@@ -31,17 +23,17 @@ impl Envelope {
     }
 
     /// Takes what holds in this cycle.
-    pub fn enclose(&mut self, given: &Given) {
-        self.spans.iter_mut().enumerate().for_each(|(joint, span)| *span = given.span(joint));
+    pub fn enclose(&mut self, joints: &Joints) {
+        self.spans.iter_mut().enumerate().for_each(|(joint, span)| *span = joints.span(joint));
     }
 
-    /// Makes of the `velocity` that is wanted the next command [rad/s, prismatic: m/s], one number a joint.
-    pub fn admit(&mut self, given: &Given, velocity: &mut [f64]) {
-        self.keep_range(&given.settings.limits.position, given.positions, velocity);
+    /// Makes of the `velocity` that is wanted of `arms` the next command [rad/s, prismatic: m/s], one number a joint.
+    pub fn admit(&mut self, joints: &Joints, arms: &Arms, velocity: &mut [f64]) {
+        self.keep_range(joints, velocity);
         // The joint that was slowed may have been what kept the tool slow.
-        keep_speed_limits(given, velocity);
-        self.go_towards(velocity, given.period);
-        self.slow_tool(given, velocity);
+        joints.limits.keep_speeds(arms, velocity);
+        self.go_towards(velocity, joints.braking.period);
+        self.slow_tool(joints, arms, velocity);
     }
 
     /// What of a command does not lie in the envelope, if anything.
@@ -51,11 +43,12 @@ impl Envelope {
     }
 
     /// Cuts what goes too fast for a joint, which holds up no other one by that.
-    fn keep_range(&mut self, limits: &PositionLimits, positions: &[f64], velocity: &mut [f64]) {
+    fn keep_range(&mut self, joints: &Joints, velocity: &mut [f64]) {
+        let limits = &joints.limits.position;
         self.held_back = None;
         for (joint, (speed, span)) in velocity.iter_mut().zip(&self.spans).enumerate() {
             let kept = span.within_position_limits(*speed);
-            if kept != *speed && limits.is_near(joint, positions[joint]) {
+            if kept != *speed && limits.is_near(joint, joints.positions[joint]) {
                 self.held_back.get_or_insert(joint);
             }
             *speed = kept;
@@ -78,10 +71,11 @@ impl Envelope {
 
     /// Slows the joints to the tool's speed limits, each as far as it can be slowed: limits may have been lowered, and what was changed for
     /// one joint alone may have made the tool faster. What counts is how fast the tool is when accelerations have come to nothing.
-    fn slow_tool(&mut self, given: &Given, velocity: &mut [f64]) {
+    fn slow_tool(&mut self, joints: &Joints, arms: &Arms, velocity: &mut [f64]) {
+        let limits = joints.limits;
         let joints = self.rest.iter_mut().zip(&*velocity).zip(&self.spans);
         joints.for_each(|((rest, speed), span)| *rest = span.rest(*speed));
-        let factor = tool_share(&given.settings.limits, &given.arms.tool_speed(&self.rest));
+        let factor = limits.tool_share(&arms.tool_speed(&self.rest));
         if factor < 1.0 {
             let joints = velocity.iter_mut().zip(&self.rest).zip(&self.spans);
             joints.for_each(|((speed, rest), span)| *speed = span.towards(factor * rest));

@@ -1,7 +1,7 @@
 //! What watches the commands to an arm from outside the servo, and stops the arm when they cease in motion: most controllers have no
 //! timeout of their own, and go on at the last velocity for ever.
 
-use crate::servo::Interface;
+use crate::Interface;
 use dq_common::named;
 use std::f64::consts::TAU;
 use std::time::Duration;

@@ -1,6 +1,7 @@
 //! Speed, acceleration and position limits: what the command of a driven arm keeps.
 
-use super::PositionLimits;
+use crate::{PositionLimits, ratio, scale};
+use dq_kinematics::arm::{Arms, ToolSpeed};
 use dq_params::Parameters;
 use std::ops::RangeInclusive;
 
@@ -65,7 +66,7 @@ pub struct Limits {
 
 /// What braking before a position limit depends on.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Braking<'a> {
+pub struct Braking<'a> {
     /// What each joint has [rad/s²].
     pub decelerations: &'a [f64],
     /// How fast the acceleration of each may change [rad/s³].
@@ -105,8 +106,21 @@ impl Limits {
         self.joint_jerk[joint].max(largest / RAMP_TIME)
     }
 
+    /// The factor, at most 1, that brings the fastest tool under its speed limits.
+    pub fn tool_share(&self, tool: &ToolSpeed) -> f64 {
+        ratio(self.angular_speed, tool.angular).min(ratio(self.linear_speed, tool.linear))
+    }
+
+    /// Scales joint velocities [rad/s, prismatic: m/s] of `arms` by one factor so that no speed limit of joints and tool is exceeded: the
+    /// direction stays.
+    pub fn keep_speeds(&self, arms: &Arms, velocity: &mut [f64]) {
+        let joints = velocity.iter().zip(&self.joint_velocity);
+        let joints = joints.map(|(speed, limit)| ratio(*limit, speed.abs()));
+        scale(velocity, joints.fold(self.tool_share(&arms.tool_speed(velocity)), f64::min));
+    }
+
     /// How the joint number `joint` may approach a place that it is not to pass.
-    pub(super) fn approach(&self, joint: usize, braking: &Braking) -> Approach {
+    pub fn approach(&self, joint: usize, braking: &Braking) -> Approach {
         let slowest = (APPROACH_CYCLES * braking.cycle).max(APPROACH_DELAYS * braking.delay);
         // Where cycles come late, what a command may change is spread over more time.
         let part = braking.period / braking.cycle;
@@ -120,7 +134,7 @@ impl Limits {
 
 /// How a joint approaches a place that it is not to pass.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Approach {
+pub struct Approach {
     /// The part of the distance that it may come nearer in a second at most [1/s].
     rate: f64,
     /// What it surely has [rad/s², prismatic: m/s²].

@@ -1,13 +1,11 @@
 //! What one joint may do in a cycle.
 
-use crate::servo::filters::{between, ratio};
-use crate::servo::jerk::{Pace, eased};
-use crate::servo::limits::Braking;
-use crate::servo::{Limits, Violation};
+use crate::pace::eased;
+use crate::{Joints, Pace, Violation, between, ratio};
 
 /// Between which speeds [rad/s, prismatic: m/s] the next command of a joint may be.
 #[derive(Clone, Copy, Debug, Default)]
-pub(in crate::servo) struct Span {
+pub struct Span {
     /// How the last command has left it.
     pace: Pace,
     /// By what a cycle may make it faster and slower, and by what it may change that [rad/s].
@@ -16,14 +14,16 @@ pub(in crate::servo) struct Span {
     jerk: f64,
     /// Between which speeds it stops before its position limits.
     positions: (f64, f64),
-    /// The lowest and the highest speed to which it may come in time, and those that its next command may have.
+    /// The lowest and the highest speed to which it may come in time \[rad/s, prismatic: m/s\], and those that its next command may have.
     pub range: (f64, f64),
-    pub next: (f64, f64),
+    pub(crate) next: (f64, f64),
 }
 
 impl Span {
-    /// Of the joint number `joint`, which is at `position` \[rad, prismatic: m\] when the next command reaches it.
-    pub fn of(limits: &Limits, joint: usize, position: f64, pace: Pace, braking: &Braking) -> Self {
+    /// Of one of the `joints`, the number `joint`.
+    pub(crate) fn of(joints: &Joints, joint: usize) -> Self {
+        let Joints { limits, braking, .. } = joints;
+        let (position, pace) = (joints.positions[joint], joints.pace(joint));
         let (approach, jerk) = (limits.approach(joint, braking), braking.jerk_step(joint));
         // What an acceleration takes to come to nothing is gone before the joint can slow down.
         let top =
@@ -63,42 +63,42 @@ impl Span {
     }
 
     /// The nearest speed from which the joint stops before its position limits.
-    pub fn within_position_limits(&self, speed: f64) -> f64 {
+    pub(crate) fn within_position_limits(&self, speed: f64) -> f64 {
         between(speed, self.positions.0, self.positions.1)
     }
 
     /// The next speed towards `wanted` of a joint that goes there by itself.
-    pub fn towards(&self, wanted: f64) -> f64 {
+    pub(crate) fn towards(&self, wanted: f64) -> f64 {
         self.hold(self.pace.speed + self.pace.towards(wanted, f64::INFINITY, self.jerk))
     }
 
     /// The part of the change to the speed `wanted` that the acceleration limit allows in a cycle.
-    pub fn part_of_way(&self, wanted: f64) -> f64 {
+    pub(crate) fn part_of_way(&self, wanted: f64) -> f64 {
         let change = (wanted - self.pace.speed).abs();
         ratio(self.faster.min(eased(change, self.jerk)), change)
     }
 
     /// The next speed after that part of the change to `wanted`.
-    pub fn along(&self, wanted: f64, part: f64) -> f64 {
+    pub(crate) fn along(&self, wanted: f64, part: f64) -> f64 {
         // The sum would be rounded where all of the change is made.
         let along = if part < 1.0 { self.pace.speed + part * (wanted - self.pace.speed) } else { wanted };
         self.hold(along)
     }
 
     /// What of the change to `wanted` is slowing down, if any is.
-    pub fn slower_than_last(&self, wanted: f64) -> Option<f64> {
+    pub(crate) fn slower_than_last(&self, wanted: f64) -> Option<f64> {
         let last = self.pace.speed;
         let slower = between(wanted, last.min(0.0), last.max(0.0));
         (slower != last).then_some(slower)
     }
 
     /// The speed at which the joint goes on from that next `speed` where its acceleration comes to nothing.
-    pub fn rest(&self, speed: f64) -> f64 {
+    pub(crate) fn rest(&self, speed: f64) -> f64 {
         Pace { speed, step: speed - self.pace.speed }.rest(self.jerk)
     }
 
     /// What is wrong with `speed` as the next command of the joint number `joint`, if anything is.
-    pub fn violation(&self, joint: usize, speed: f64) -> Option<Violation> {
+    pub(crate) fn violation(&self, joint: usize, speed: f64) -> Option<Violation> {
         let (lowest, highest) = self.next;
         let joint = joint + 1;
         match speed {

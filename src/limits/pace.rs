@@ -7,8 +7,10 @@ const ROUNDING: f64 = 1e-10;
 
 /// How fast a joint goes, and by what the last cycle has changed that [rad/s, prismatic: m/s].
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Pace {
+pub struct Pace {
+    /// How fast it goes.
     pub speed: f64,
+    /// By what the last cycle has changed that.
     pub step: f64,
 }
 
@@ -49,7 +51,7 @@ impl Pace {
 }
 
 /// The first of the steps that add up to `gap` where each is by `jerk` smaller than the one before and the last is no larger than it.
-pub(super) fn eased(gap: f64, jerk: f64) -> f64 {
+pub(crate) fn eased(gap: f64, jerk: f64) -> f64 {
     if jerk == f64::INFINITY {
         return gap;
     }

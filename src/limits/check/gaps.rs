@@ -1,6 +1,6 @@
 //! Whether an arm has kept out of what it must.
 
-use crate::servo::Violation;
+use crate::Violation;
 use dq_kinematics::arm::Chain;
 use dq_space::space::{Placed, Scene};
 use std::sync::Arc;

@@ -1,0 +1,34 @@
+//! What may be sent to an arm: the limits on its joints and tool, the [`Envelope`] that keeps them, and [`check`]: who looks at the commands
+//! from outside.
+//!
+//! It does no I/O and reads no clock. A command is made by the [`Joints`] as the command before has left them: whatever is wanted, what the
+//! envelope admits can be stopped within every limit.
+#![warn(clippy::unwrap_used, clippy::expect_used)]
+// Both panic where nobody reads: results go through cli::print, all else through stderr.
+#![warn(clippy::print_stdout, clippy::print_stderr)]
+
+pub mod check;
+mod envelope;
+mod interface;
+mod joints;
+mod latched_limits;
+mod limits;
+mod pace;
+mod position_limits;
+mod scaling;
+mod span;
+#[cfg(test)]
+mod tests;
+mod violation;
+
+pub use envelope::Envelope;
+pub use interface::Interface;
+pub use joints::Joints;
+pub use latched_limits::LatchedLimits;
+pub use limits::{Approach, Braking, JOINT_JERKS, JOINT_SPEEDS, Limits, POSITIVE, RAMP_TIME, STOP_TIME};
+pub use pace::Pace;
+pub use position_limits::PositionLimits;
+use scaling::between;
+pub use scaling::{ratio, scale};
+pub use span::Span;
+pub use violation::Violation;
