@@ -61,7 +61,7 @@ impl Envelope {
     /// Where all of the line would take longer than a stop, because one joint may hardly accelerate, the joints that are to slow down do so
     /// by themselves: a weak joint holds up no other one's braking.
     fn go_towards(&self, velocity: &mut [f64], period: f64) {
-        let parts = velocity.iter().zip(&self.spans).map(|(wanted, span)| span.part_of_way(*wanted));
+        let parts = velocity.iter().zip(&self.spans).map(|(wanted, span)| span.part_of_change(*wanted));
         let part = parts.fold(1.0, f64::min);
         for (speed, span) in velocity.iter_mut().zip(&self.spans) {
             let slower = span.slower_than_last(*speed).filter(|_| part * STOP_TIME < period);

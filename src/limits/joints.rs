@@ -2,7 +2,7 @@
 
 use crate::{Braking, Limits, Pace, Span};
 
-/// The joints between two commands: what the next one is made by, and held against.
+/// The joints between two commands: what the next one is made by.
 #[derive(Clone, Copy, Debug)]
 pub struct Joints<'a> {
     /// What the commands never exceed.

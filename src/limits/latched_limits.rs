@@ -20,16 +20,17 @@ impl LatchedLimits {
     pub fn new(limits: &Limits) -> Self {
         let zeros = vec![0.0; limits.joint_velocity.len()];
         let (decelerations, jerks, last, steps) = (zeros.clone(), zeros.clone(), zeros.clone(), zeros);
-        let mut held = Self { decelerations, jerks, last: last.clone(), steps };
-        held.update(limits, &last);
-        held
+        let mut latched = Self { decelerations, jerks, last: last.clone(), steps };
+        latched.update(limits, &last);
+        latched
     }
 
     /// Goes on to `limits` after that `command` [rad/s]. A joint that has stood for a cycle forgets.
     pub fn update(&mut self, limits: &Limits, command: &[f64]) {
         for (joint, speed) in command.iter().enumerate() {
             let stands = *speed == 0.0 && self.last[joint] == 0.0;
-            let keep = |held: &mut f64, given: f64| *held = if stands { given } else { held.max(given) };
+            let keep =
+                |latched: &mut f64, given: f64| *latched = if stands { given } else { latched.max(given) };
             keep(&mut self.decelerations[joint], limits.deceleration(joint));
             keep(&mut self.jerks[joint], limits.jerk(joint));
             self.steps[joint] = speed - self.last[joint];

@@ -15,13 +15,13 @@ pub struct Pace {
 }
 
 impl Pace {
-    /// The same the other way.
+    /// The same in the other direction.
     pub fn mirrored(self) -> Self {
         Self { speed: -self.speed, step: -self.step }
     }
 
     /// How far it goes until its steps come to nothing as fast as such a `jerk` [rad/s] allows, in cycles at 1 rad/s.
-    pub fn way_to_rest(self, jerk: f64) -> f64 {
+    pub fn travel_to_rest(self, jerk: f64) -> f64 {
         let cycles = self.step.abs() / jerk;
         cycles * (self.speed + cycles * self.step / 3.0)
     }

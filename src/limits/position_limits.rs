@@ -28,7 +28,7 @@ const ASIDE: [(JointKind, f64); 2] = [(JointKind::Revolute, 0.3), (JointKind::Pr
 
 impl PositionLimits {
     /// Positions a little aside of `positions`, inside the limits: the pose of the tool there is one that the arm reaches. Joints of these
-    /// kinds go up by 0.3 rad or 0.1 m, where their limits leave no room for it down, and where neither half of the way to the farther one.
+    /// kinds go up by 0.3 rad or 0.1 m, where their limits leave no room for it down, and where neither does half of the distance to the farther one.
     pub fn beside(&self, positions: &[f64], kinds: &[JointKind]) -> Vec<f64> {
         let bounds = self.lower.iter().zip(&self.upper);
         let aside = |((position, kind), (lower, upper)): ((&f64, &JointKind), (&f64, &f64))| {
@@ -73,9 +73,9 @@ impl PositionLimits {
         (position - self.lower[joint]).min(self.upper[joint] - position) <= self.margin
     }
 
-    /// Whether the joint is nearer than the margin to the limit that lies in the direction of `way`, or beyond it.
-    pub fn is_near_towards(&self, joint: usize, position: f64, way: f64) -> bool {
-        let room = if way > 0.0 { self.upper[joint] - position } else { position - self.lower[joint] };
+    /// Whether the joint is nearer than the margin to the limit that lies in that `direction`, or beyond it.
+    pub fn is_near_towards(&self, joint: usize, position: f64, direction: f64) -> bool {
+        let room = if direction > 0.0 { self.upper[joint] - position } else { position - self.lower[joint] };
         room <= self.margin
     }
 }

@@ -26,8 +26,9 @@ impl Span {
         let (position, pace) = (joints.positions[joint], joints.pace(joint));
         let (approach, jerk) = (limits.approach(joint, braking), braking.jerk_step(joint));
         // What an acceleration takes to come to nothing is gone before the joint can slow down.
-        let top =
-            |pace: Pace, room: f64| approach.speed(room - (braking.cycle * pace.way_to_rest(jerk)).max(0.0));
+        let top = |pace: Pace, room: f64| {
+            approach.speed(room - (braking.cycle * pace.travel_to_rest(jerk)).max(0.0))
+        };
         let (lower, upper) = (limits.position.lower[joint], limits.position.upper[joint]);
         let (lowest, highest) = (-top(pace.mirrored(), position - lower), top(pace, upper - position));
         let velocity = limits.joint_velocity[joint];
@@ -73,7 +74,7 @@ impl Span {
     }
 
     /// The part of the change to the speed `wanted` that the acceleration limit allows in a cycle.
-    pub(crate) fn part_of_way(&self, wanted: f64) -> f64 {
+    pub(crate) fn part_of_change(&self, wanted: f64) -> f64 {
         let change = (wanted - self.pace.speed).abs();
         ratio(self.faster.min(eased(change, self.jerk)), change)
     }

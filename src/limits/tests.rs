@@ -90,10 +90,10 @@ fn what_is_not_in_it_is_named() {
 #[test]
 fn a_limit_that_is_lowered_in_motion_holds_from_when_the_joint_stands() {
     let (strong, weak) = (limits(5000.0), Limits { joint_deceleration: vec![1.0], ..limits(300.0) });
-    let mut held = LatchedLimits::new(&strong);
+    let mut latched = LatchedLimits::new(&strong);
     let mut after = |limits: &Limits, speed: f64| {
-        held.update(limits, &[speed]);
-        held.each().map(|of_each| of_each[0])
+        latched.update(limits, &[speed]);
+        latched.each().map(|of_each| of_each[0])
     };
     assert_eq!(after(&strong, 0.3), [20.0, 5000.0, 0.3]);
     // Also where it turns round, and in the cycle in which it comes to stand.

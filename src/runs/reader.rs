@@ -8,12 +8,13 @@ use crate::check::Gaps;
 use crate::config::ServoParameters;
 use crate::dq::UnitDualQuaternion;
 use crate::record::BagMessage;
-use crate::servo::{Goal, GoalError, Interface, JointOrder, Settings, longest_way, way};
+use crate::servo::{Goal, GoalError, Interface, JointOrder, Settings};
 use crate::text::{NAME, shown};
 use crate::wire::messages::{
     DiagnosticStatus, Float64MultiArray, JointState, JointTrajectory, TwistStamped, UInt8MultiArray,
 };
 use crate::wire::{Command, CycleRecord, MotionReport, ServoKind, StatusReport, command_topic};
+use dq_link::longest_travel;
 use std::time::Duration;
 
 /// So many points of a curve are kept at most, some fifty a pixel of a figure: what a run of an hour takes is what one of a minute does.
@@ -246,9 +247,11 @@ impl RunReader {
         let kinds = self.parameters.arms.joint_kinds();
         self.run.samples.last().is_some_and(|last| {
             let ends = last.positions.iter().zip(&self.positions);
-            let mut ways =
-                ends.zip(kinds).map(|((from, to), kind)| way(kind, *from, *to).abs()).zip(&self.fastest);
-            ways.any(|(way, speed)| way > longest_way(*speed, time - last.time))
+            let mut ways = ends
+                .zip(kinds)
+                .map(|((from, to), kind)| kind.displacement(*from, *to).abs())
+                .zip(&self.fastest);
+            ways.any(|(way, speed)| way > longest_travel(*speed, time - last.time))
         })
     }
 

@@ -15,7 +15,6 @@ mod tracking;
 use super::consent::Asks;
 use super::escape::Escape;
 use super::fed_back::FedBack;
-use super::link::Link;
 use super::mode::Mode;
 use super::settings_error::{check_length, check_period};
 use super::stream::GoalStream;
@@ -24,6 +23,7 @@ use super::{
     Revocation, STREAM, Settings, SettingsError, Status,
 };
 use dq_algebra::UnitDualQuaternion;
+use dq_link::Link;
 use elsewhere::Elsewhere;
 use output::Output;
 pub use own_program::Measured;

@@ -37,9 +37,8 @@ impl Goal {
                 expected: vec![base_frame.to_owned()],
             });
         }
-        check_finite("position", &position)?;
-        check_finite("orientation", &orientation_xyzw)?;
-        check_size("position", &position, bounds::LENGTH, "m")?;
+        bounds::check(|| "position".to_owned(), &position, bounds::LENGTH, "m")?;
+        bounds::check(|| "orientation".to_owned(), &orientation_xyzw, f64::MAX, "")?;
         let rotation = unit_rotation(orientation_xyzw)?;
         Ok(Self::of(UnitDualQuaternion::from_parts(rotation, Vector3::from(position))))
     }
@@ -72,23 +71,4 @@ pub fn is_own_frame(frame_id: &str, base_frame: &str) -> bool {
     // ROS 1 wrote frames with a leading slash, and some tools still do.
     let frame = frame_id.trim_start_matches('/');
     frame.is_empty() || frame == base_frame.trim_start_matches('/')
-}
-
-pub(super) fn check_size(
-    field: &str,
-    values: &[f64],
-    bound: f64,
-    unit: &'static str,
-) -> Result<(), Rejection> {
-    match values.iter().find(|value| value.abs() > bound) {
-        None => Ok(()),
-        Some(value) => Err(Rejection::OutOfRange { field: field.to_owned(), value: *value, bound, unit }),
-    }
-}
-
-pub(super) fn check_finite(field: &str, values: &[f64]) -> Result<(), Rejection> {
-    match values.iter().find(|value| !value.is_finite()) {
-        None => Ok(()),
-        Some(value) => Err(Rejection::NonFinite { field: field.to_owned(), value: *value }),
-    }
 }

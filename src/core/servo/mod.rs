@@ -30,7 +30,6 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-mod arbiter;
 mod carried;
 mod close_pair;
 mod consent;
@@ -43,8 +42,6 @@ mod fed_back;
 mod filters;
 mod goal;
 mod goal_error;
-mod joints;
-mod link;
 mod mode;
 mod motion;
 mod motion_record;
@@ -72,12 +69,11 @@ pub use dq_kinematics::arm::{Arms, Reach, ToolSpeed};
 pub use dq_limits::{
     Interface, JOINT_JERKS, JOINT_SPEEDS, Limits, POSITIVE, PositionLimits, RAMP_TIME, STOP_TIME, Violation,
 };
+pub use dq_link::{ArmFigures, Contact, JointOrder, JointReading, StateError, stamp_age};
 pub use event::{Event, GoalMotion, GoalReading, Sent, TwistReading};
 pub use filters::{CLEARANCE, Replaced};
 pub use goal::{Goal, is_own_frame};
 pub use goal_error::GoalError;
-pub use joints::JointOrder;
-pub use link::{ArmFigures, Contact, JointReading, longest_way, stamp_age, way};
 pub use motion::{Figures, MotionMeter, Settling};
 use motion_record::MotionLog;
 pub use motion_record::{MOTIONS, Motion, Outcome};

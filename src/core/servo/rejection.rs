@@ -3,6 +3,8 @@
 use super::{NoWayRound, Reach, Revocation, SettingsError};
 use dq_algebra::NotUnit;
 use dq_common::text::cut;
+use dq_kinematics::arm::bounds::NumberError;
+use dq_link::StateError;
 use dq_space::frames::FrameError;
 use std::time::Duration;
 use thiserror::Error;
@@ -10,26 +12,9 @@ use thiserror::Error;
 /// A message, or settings, that the servo rejected; the last good ones stay in force.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum Rejection {
-    /// A number is infinite or not a number.
-    #[error("{field} is {value}: expected a finite number")]
-    NonFinite {
-        /// Which number.
-        field: String,
-        /// Its value.
-        value: f64,
-    },
-    /// A number that is finite, but larger than any that is meant.
-    #[error("{field} is {value:e} {unit}: expected at most {bound:e} {unit} either way")]
-    OutOfRange {
-        /// Which number.
-        field: String,
-        /// Its value.
-        value: f64,
-        /// The largest that it may be.
-        bound: f64,
-        /// Their unit.
-        unit: &'static str,
-    },
+    /// A number that cannot be meant.
+    #[error(transparent)]
+    Number(#[from] NumberError),
     /// The quaternion's norm is too far from 1 to be rounding.
     #[error(transparent)]
     NotUnit(#[from] NotUnit),
@@ -80,22 +65,9 @@ pub enum Rejection {
         /// How many arms there are.
         arms: usize,
     },
-    /// A joint of the arm is not in the joint state.
-    #[error("joint {joint:?} is not in the joint state (it has {names:?})")]
-    MissingJoint {
-        /// The joint.
-        joint: String,
-        /// The first names of the message.
-        names: Vec<String>,
-    },
-    /// The lists of a joint state have different lengths.
-    #[error("{names} joint names with {positions} positions: expected as many of each")]
-    WrongLength {
-        /// Names in the message.
-        names: usize,
-        /// Positions in the message.
-        positions: usize,
-    },
+    /// What is no joint state of the arm.
+    #[error(transparent)]
+    State(#[from] StateError),
     /// Positions or velocities that are not one a joint.
     #[error("the joint state has {got} numbers, expected {expected}: one a joint, arm after arm")]
     OnePerJoint {
@@ -118,8 +90,7 @@ impl Rejection {
     /// The reason in one word, as `/diagnostics` counts it.
     pub fn label(&self) -> &'static str {
         match self {
-            Self::NonFinite { .. } => "non_finite",
-            Self::OutOfRange { .. } => "out_of_range",
+            Self::Number(number) => number.label(),
             Self::NotUnit { .. } => "not_unit",
             Self::UnknownFrame { .. } => "unknown_frame",
             Self::NoTransform { why, .. } => why.label(),
@@ -130,8 +101,8 @@ impl Rejection {
             Self::NoWayRound(_) => "no_way_round",
             Self::Settings(_) => "settings",
             Self::UnknownArm { .. } => "unknown_arm",
-            Self::MissingJoint { .. } => "missing_joint",
-            Self::WrongLength { .. } | Self::OnePerJoint { .. } => "wrong_length",
+            Self::State(state) => state.label(),
+            Self::OnePerJoint { .. } => "wrong_length",
             Self::Malformed(_) => "malformed",
         }
     }

@@ -5,7 +5,7 @@
 //! workspace. For random reachable poses 64 starts have found the goal each time, with six joints as with seven; with more of them the
 //! way that is taken gets a little shorter.
 
-use super::{Arms, GoalError, PositionLimits, Settings, Tolerance, way};
+use super::{Arms, GoalError, PositionLimits, Settings, Tolerance};
 use dq_algebra::UnitDualQuaternion;
 use dq_kinematics::arm::JointKind;
 use dq_kinematics::control::{Aim, Damping, PoseError, nearer_goal};
@@ -180,7 +180,7 @@ impl Search {
         let mut time = 0.0_f64;
         let joints = self.positions.iter_mut().zip(from).zip(limits.ranges()).zip(speeds).zip(&self.kinds);
         for ((((position, from), (lower, upper)), speed), kind) in joints {
-            let nearest = from + way(*kind, *from, *position);
+            let nearest = from + kind.displacement(*from, *position);
             let turns = [nearest, nearest - TAU, nearest + TAU].into_iter();
             let possible =
                 turns.filter(|turned| *kind == JointKind::Revolute && (lower..=upper).contains(turned));

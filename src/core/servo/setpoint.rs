@@ -1,7 +1,6 @@
 //! Where an arm that takes positions is sent: the velocity command, integrated from where the arm was.
 
 use super::PositionLimits;
-use super::link::way;
 use dq_kinematics::arm::JointKind;
 
 /// The positions \[rad\] that an arm is sent, joint after joint; none before it is driven, and after it was elsewhere.
@@ -97,7 +96,7 @@ impl Setpoint {
     /// at `expected`.
     pub fn farthest(&self, expected: &[f64]) -> Option<(usize, f64, JointKind)> {
         let leads = self.get()?.iter().zip(expected).zip(&self.kinds);
-        let leads = leads.map(|((sent, is), kind)| (way(*kind, *is, *sent).abs(), *kind));
+        let leads = leads.map(|((sent, is), kind)| (kind.displacement(*is, *sent).abs(), *kind));
         let joints = leads.enumerate().map(|(joint, (lead, kind))| (joint + 1, lead, kind));
         joints.max_by(|(_, a, _), (_, b, _)| a.total_cmp(b))
     }

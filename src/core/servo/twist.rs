@@ -1,7 +1,6 @@
 //! Twists as they come over the wire.
 
 use super::Rejection;
-use super::goal::{check_finite, check_size};
 use dq_common::text::cut;
 use dq_kinematics::arm::bounds;
 use nalgebra::Vector3;
@@ -37,8 +36,7 @@ impl Twist {
             return Err(Rejection::UnknownFrame { got, expected });
         }
         for (field, values, unit) in [("linear", &linear, "m/s"), ("angular", &angular, "rad/s")] {
-            check_finite(field, values)?;
-            check_size(field, values, bounds::SPEED, unit)?;
+            bounds::check(|| field.to_owned(), values, bounds::SPEED, unit)?;
         }
         Ok(Self { linear: linear.into(), angular: angular.into(), in_tool })
     }

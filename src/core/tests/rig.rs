@@ -489,6 +489,5 @@ pub fn at_rest<'a>(names: &'a [String], positions: &'a [f64]) -> JointReading<'a
 
 /// Whether what came was no goal and no twist at all.
 fn is_none(taken: &Result<(), Rejection>) -> bool {
-    use Rejection::{NonFinite, NotUnit, OutOfRange, UnknownFrame};
-    matches!(taken, Err(NonFinite { .. } | OutOfRange { .. } | UnknownFrame { .. } | NotUnit(_)))
+    matches!(taken, Err(Rejection::Number(_) | Rejection::UnknownFrame { .. } | Rejection::NotUnit(_)))
 }

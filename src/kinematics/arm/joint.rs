@@ -2,6 +2,7 @@
 
 use dq_algebra::UnitDualQuaternion;
 use nalgebra::{Unit, Vector3};
+use std::f64::consts::TAU;
 
 /// What a joint does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -18,6 +19,16 @@ impl JointKind {
         match self {
             Self::Revolute => "rad",
             Self::Prismatic => "m",
+        }
+    }
+
+    /// The displacement from one position to another: of a joint that turns the shorter one \[rad\], as encoders wrap; of one that slides the
+    /// whole one \[m\].
+    pub fn displacement(self, from: f64, to: f64) -> f64 {
+        let whole = to - from;
+        match self {
+            Self::Revolute => whole - TAU * (whole / TAU).round(),
+            Self::Prismatic => whole,
         }
     }
 }

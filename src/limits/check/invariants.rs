@@ -79,7 +79,8 @@ impl Invariants {
             Some(last) => self.check_joint(joint, *speed, last, time, standing),
             None => self.check_speed(joint, *speed, self.limits.joint_velocity[joint]),
         });
-        let (decelerations, jerks) = (0..command.len()).map(|joint| self.held(joint, last.as_ref())).unzip();
+        let (decelerations, jerks) =
+            (0..command.len()).map(|joint| self.latched(joint, last.as_ref())).unzip();
         let steps = last.map(|last| command.iter().zip(&last.speeds).map(|(now, last)| now - last).collect());
         self.last = Some(Command { time, speeds: command.to_vec(), standing, decelerations, jerks, steps });
         if standing && command.iter().any(|speed| *speed != 0.0) {
@@ -157,14 +158,14 @@ impl Invariants {
         time: Duration,
         standing: bool,
     ) -> Result<(), Violation> {
-        let (before, (held, jerk)) = (last.speeds[joint], self.held(joint, Some(last)));
+        let (before, (latched, jerk)) = (last.speeds[joint], self.latched(joint, Some(last)));
         let elapsed = time.saturating_sub(last.time).max(self.period).as_secs_f64();
         let period = self.period.as_secs_f64();
         let jerk = jerk * period * period;
         if jerk.is_finite() {
             return match &last.steps {
                 Some(steps) if elapsed <= 1.5 * period => {
-                    let most = held * period;
+                    let most = latched * period;
                     self.check_jerk(joint, speed, before, (steps[joint], most, jerk), standing)
                 }
                 _ => Ok(()),
@@ -177,7 +178,7 @@ impl Invariants {
         let acceleration = self.limits.joint_acceleration[joint];
         let (step, joint) = ((speed - before).abs(), joint + 1);
         // Of several commands some may have slowed down and others not.
-        let most = if goes_on || elapsed > 1.5 * period { acceleration.max(held) } else { acceleration };
+        let most = if goes_on || elapsed > 1.5 * period { acceleration.max(latched) } else { acceleration };
         if step > rounded(most * elapsed, before) {
             return Err(Violation::Acceleration { joint, step, limit: most * elapsed });
         }
@@ -229,7 +230,7 @@ impl Invariants {
     }
 
     /// The largest deceleration [rad/s²] and jerk [rad/s³] that were in force since that joint last stood for two commands.
-    fn held(&self, joint: usize, last: Option<&Command>) -> (f64, f64) {
+    fn latched(&self, joint: usize, last: Option<&Command>) -> (f64, f64) {
         let stands = |last: &&Command| {
             last.speeds[joint] == 0.0 && last.steps.as_ref().is_none_or(|steps| steps[joint] == 0.0)
         };

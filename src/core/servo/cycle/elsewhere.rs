@@ -1,6 +1,6 @@
 //! The straight line in joint space to another configuration, and how fast the arm goes along it.
 
-use crate::servo::{Arms, Limits, way};
+use crate::servo::{Arms, Limits};
 use dq_algebra::UnitDualQuaternion;
 use dq_kinematics::arm::JointKind;
 use dq_limits::Braking;
@@ -45,7 +45,7 @@ impl Elsewhere {
     ) -> impl Iterator<Item = f64> + 'a {
         let joints = self.positions.iter().zip(from).zip(limits.position.ranges()).zip(&self.kinds);
         joints.map(|(((to, from), range), kind)| match range {
-            (f64::NEG_INFINITY, f64::INFINITY) => way(*kind, *from, *to),
+            (f64::NEG_INFINITY, f64::INFINITY) => kind.displacement(*from, *to),
             _ => to - from,
         })
     }

@@ -2,9 +2,9 @@
 
 use super::Servo;
 use super::output::Output;
-use crate::servo::link::{ArmFigures, Contact, Disobedience, Hold, JointReading, LinkSettings, seconds};
 use crate::servo::{Contended, RateBound, Reason, Rejection, Revocation, Rivals, State, largest_rate};
 use dq_algebra::UnitDualQuaternion;
+use dq_link::{ArmFigures, Contact, Disobedience, Hold, JointReading, LinkSettings, Returned, seconds};
 use std::time::Duration;
 
 /// The law's fastest rate times the delay is kept below this. A law of rate λ that feeds back positions predicted over a delay τ
@@ -34,7 +34,9 @@ impl Servo {
     ) -> Result<bool, Rejection> {
         let arms = self.robot.link.figures().count();
         let taken = match arm < arms {
-            true => self.robot.link.take(arm, reading, now, self.settings.state_timeout),
+            true => {
+                self.robot.link.take(arm, reading, now, self.settings.state_timeout).map_err(Rejection::from)
+            }
             false => Err(Rejection::UnknownArm { arm, arms }),
         };
         self.counted(taken)
@@ -102,7 +104,13 @@ impl Servo {
     pub(super) fn revoke_for_faults(&mut self, now: Duration) -> Option<Rivals> {
         let mut is_elsewhere = false;
         for returned in self.robot.link.returns() {
-            returned.since.into_iter().for_each(|since| self.asks.revoke(since, now, returned.why));
+            let why = match returned.what {
+                // How late it came depends on when it was asked to move.
+                Returned::Came => Revocation::CameLater(0.0),
+                Returned::WasAway(seconds) => Revocation::WasAway(seconds),
+                Returned::IsElsewhere(joint, jump, kind) => Revocation::IsElsewhere(joint, jump, kind),
+            };
+            returned.since.into_iter().for_each(|since| self.asks.revoke(since, now, why));
             is_elsewhere = true;
         }
         // Not for a second publisher: the arm is where it was sent, and decelerates.
@@ -131,7 +139,10 @@ impl Servo {
         let asking = self.asks.rivals(now, self.silence());
         let contended = self.robot.link.find(&[Contact::Contended]);
         let commands = contended.map(|arm| Rivals { of: Contended::Commands(arm), first: 0, second: 1 });
-        self.robot.link.rivals(now).or(asking).or(commands)
+        let states = self.robot.link.rivals(now);
+        let states =
+            states.map(|(arm, [first, second])| Rivals { of: Contended::JointStates(arm), first, second });
+        states.or(asking).or(commands)
     }
 
     /// An arm that takes positions and is too far from where it was sent is not driven on until somebody wants that.

@@ -2,11 +2,11 @@
 
 use super::Servo;
 use crate::servo::escape_phase::Phase;
-use crate::servo::link::Contact;
 use crate::servo::stream::MovingGoal;
 use crate::servo::{GoalError, MotionMeter, Reach, Settings, Stall, State, Tolerance};
 use dq_algebra::UnitDualQuaternion;
 use dq_kinematics::control::{Aim, SignMemory};
+use dq_link::Contact;
 use nalgebra::Vector3;
 use std::time::Duration;
 

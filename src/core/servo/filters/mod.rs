@@ -26,7 +26,6 @@ mod demanded_acceleration;
 mod stoppable;
 
 use super::escape::EscapeDirection;
-use super::link::Link;
 use super::stream::MovingGoal;
 use super::{Arms, ClosePair, Settings, Violation};
 pub use constraints::CLEARANCE;
@@ -36,6 +35,7 @@ use demanded_acceleration::DemandedAcceleration;
 use dq_algebra::UnitDualQuaternion;
 use dq_kinematics::control::{AllowedRate, Approach};
 use dq_limits::{Envelope, Joints, scale};
+use dq_link::Link;
 use dq_space::space::Scene;
 use stoppable::Stoppable;
 

@@ -1,7 +1,7 @@
 //! An arm whose joint states come in several messages: on one topic, from one driver or from two.
 
 use crate::rig::Rig;
-use dq_core::servo::{JointReading, Rejection, State};
+use dq_core::servo::{JointReading, Rejection, State, StateError};
 
 /// Gives the servo the joints from `first` to before `end`, as `source` sends them.
 fn part(rig: &mut Rig, (first, end): (usize, usize), source: u32) -> Result<bool, Rejection> {
@@ -41,7 +41,9 @@ fn rule_2_a_joint_that_never_comes_is_named() {
     let mut rig = rig();
     for _ in 0..200 {
         let taken = part(&mut rig, (0, 5), 1);
-        assert!(matches!(taken, Err(Rejection::MissingJoint { ref joint, .. }) if joint == "joint6"));
+        assert!(
+            matches!(taken, Err(Rejection::State(StateError::MissingJoint { ref joint, .. })) if joint == "joint6")
+        );
         rig.cycle();
     }
     assert_eq!(rig.state(), State::WaitingForState);
@@ -57,7 +59,9 @@ fn rule_2_a_part_that_falls_silent_is_a_robot_that_is_not_heard() {
         }
         rig.cycle();
         if cycle > 300 {
-            assert!(matches!(taken, Err(Rejection::MissingJoint { ref joint, .. }) if joint == "joint1"));
+            assert!(
+                matches!(taken, Err(Rejection::State(StateError::MissingJoint { ref joint, .. })) if joint == "joint1")
+            );
         }
     }
     assert_eq!(rig.state(), State::StaleState);

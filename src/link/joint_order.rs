@@ -1,8 +1,7 @@
 //! Joint states matched by name.
 
-use super::Rejection;
-use dq_common::text::cut;
-use dq_kinematics::arm::bounds;
+use crate::StateError;
+use dq_kinematics::arm::bounds::{self, NumberError};
 use std::sync::Arc;
 
 /// The arm's joint names, in the arm's order.
@@ -31,19 +30,22 @@ impl JointOrder {
     /// message before, and then where they are in this one.
     ///
     /// # Errors
-    /// A [`Rejection`] where a joint is missing, a number is not finite or the lists do not fit.
-    pub(super) fn locate(
+    /// A [`StateError`] where a joint is missing, a number is not finite or the lists do not fit.
+    pub(crate) fn locate(
         &self,
         names: &[String],
         positions: &[f64],
         places: &mut [usize],
-    ) -> Result<(), Rejection> {
+    ) -> Result<(), StateError> {
         if names.len() != positions.len() {
-            return Err(Rejection::WrongLength { names: names.len(), positions: positions.len() });
+            return Err(StateError::WrongLength { names: names.len(), positions: positions.len() });
         }
         for (joint, place) in self.names.iter().zip(places) {
             if names.get(*place) != Some(joint) {
-                *place = names.iter().position(|name| name == joint).ok_or_else(|| missing(joint, names))?;
+                *place = names
+                    .iter()
+                    .position(|name| name == joint)
+                    .ok_or_else(|| StateError::missing(joint, names))?;
             }
             let value = positions[*place];
             check(joint, value)?;
@@ -54,8 +56,8 @@ impl JointOrder {
     /// Writes the positions \[rad\] of the arm's joints to `into`, matched by name; other joints are ignored.
     ///
     /// # Errors
-    /// A [`Rejection`] where a joint is missing, a number is not finite or beyond [`bounds`], or the lists do not fit; `into` is then unchanged.
-    pub fn positions(&self, names: &[String], positions: &[f64], into: &mut [f64]) -> Result<(), Rejection> {
+    /// A [`StateError`] where a joint is missing, a number is not finite or beyond [`bounds`], or the lists do not fit; `into` is then unchanged.
+    pub fn positions(&self, names: &[String], positions: &[f64], into: &mut [f64]) -> Result<(), StateError> {
         let mut places = vec![0; self.names.len()];
         self.locate(names, positions, &mut places)?;
         for (slot, place) in into.iter_mut().zip(places) {
@@ -65,18 +67,7 @@ impl JointOrder {
     }
 }
 
-pub(super) fn check(joint: &str, value: f64) -> Result<(), Rejection> {
-    let (field, bound) = (|| format!("position of {joint:?}"), bounds::JOINT_ANGLE);
-    match value {
-        value if value.abs() <= bound => Ok(()),
-        value if value.is_finite() => {
-            Err(Rejection::OutOfRange { field: field(), value, bound, unit: "rad or m" })
-        }
-        value => Err(Rejection::NonFinite { field: field(), value }),
-    }
-}
-
-pub(super) fn missing(joint: &str, names: &[String]) -> Rejection {
-    let names = names.iter().take(8).map(|name| cut(name).into_owned()).collect();
-    Rejection::MissingJoint { joint: joint.to_owned(), names }
+/// Checks the position \[rad, prismatic: m\] of a joint.
+pub(crate) fn check(joint: &str, position: f64) -> Result<(), NumberError> {
+    bounds::check(|| format!("position of {joint:?}"), &[position], bounds::JOINT_ANGLE, "rad or m")
 }

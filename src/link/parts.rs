@@ -1,19 +1,18 @@
 //! Joint states that come in parts, as of a rail from one driver and of the arm on it from another.
 
-use super::JointReading;
-use crate::servo::joints::check;
-use crate::servo::{JointOrder, Rejection};
+use crate::joint_order::check;
+use crate::{JointOrder, JointReading, StateError};
 use std::time::Duration;
 
 /// What came of each of the arm's joints since their last whole state.
 #[derive(Default)]
-pub(super) struct Parts {
+pub(crate) struct Parts {
     heard: Vec<Option<Part>>,
 }
 
 /// The newest that is known of a joint.
 #[derive(Clone, Copy)]
-pub(super) struct Part {
+pub(crate) struct Part {
     pub position: f64,
     pub velocity: Option<f64>,
     pub source: u32,
@@ -58,13 +57,13 @@ impl Parts {
     /// Takes the joints that `reading` has.
     ///
     /// # Errors
-    /// A [`Rejection`] where the position of one is no number or beyond its bounds; then none is taken.
+    /// A [`StateError`] where the position of one is no number or beyond its bounds; then none is taken.
     pub fn take(
         &mut self,
         order: &JointOrder,
         reading: &JointReading,
         now: Duration,
-    ) -> Result<(), Rejection> {
+    ) -> Result<(), StateError> {
         let places = order.names().iter().map(|name| reading.names.iter().position(|other| other == name));
         for (name, place) in order.names().iter().zip(places.clone()) {
             place.map_or(Ok(()), |place| check(name, reading.positions[place]))?;

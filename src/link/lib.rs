@@ -1,27 +1,32 @@
 //! What connects the servo to its robot: whose joint states count, how late they are, whether the robot is there and follows.
+#![warn(clippy::unwrap_used, clippy::expect_used)]
+// Both panic where nobody reads: results go through cli::print, all else through stderr.
+#![warn(clippy::print_stdout, clippy::print_stderr)]
 
+mod arbiter;
 mod arm;
 mod command_history;
+mod joint_order;
 mod latency;
 mod lateness;
 mod parts;
 mod presence;
 mod sag;
 mod samples;
+mod state_error;
 mod tracking_monitor;
 
-use presence::Return;
-pub use presence::longest_way;
-pub(super) use sag::Hold;
-pub(super) use tracking_monitor::Disobedience;
+pub use joint_order::JointOrder;
+pub use presence::{Return, Returned, longest_travel};
+pub use sag::Hold;
+pub use state_error::StateError;
+pub use tracking_monitor::Disobedience;
 
-use super::{Contended, Interface, JointOrder, Limits, Rejection, Rivals};
 use arm::ArmLink;
 use command_history::CommandHistory;
 use dq_kinematics::arm::JointKind;
-use dq_limits::Braking;
+use dq_limits::{Braking, Interface, Limits};
 use lateness::Cycles;
-use std::f64::consts::TAU;
 use std::ops::Range;
 use std::time::Duration;
 
@@ -71,7 +76,7 @@ pub enum Contact {
 pub struct ArmFigures {
     /// The commands of so long before the last joint state came, and since, are not in it.
     pub lag: Duration,
-    /// What the law's gain is held against: the time from a command to the joint state that shows it and to the next one.
+    /// What bounds the law's gain: the time from a command to the joint state that shows it and to the next one.
     pub delay: Duration,
     /// By how much a cycle or a joint state came too late in the last seconds.
     pub lateness: Duration,
@@ -100,18 +105,23 @@ impl Default for ArmFigures {
 }
 
 /// What the link needs of the settings.
-pub(super) struct LinkSettings<'a> {
+pub struct LinkSettings<'a> {
+    /// What the commands never exceed.
     pub limits: &'a Limits,
+    /// The age at which a joint state is stale.
     pub state_timeout: Duration,
+    /// A robot that is silent for longer was away.
     pub rearm_timeout: Duration,
+    /// From a command to the joint state that shows it; none where it is to be estimated.
     pub latency: Option<Duration>,
+    /// The rate at which what pulls at the joints is balanced [1/s]; 0 where it is not.
     pub integral: f64,
 }
 
 /// The joints of all arms: as measured, and as they should be by now.
-pub(super) struct Link {
+pub struct Link {
     arms: Vec<ArmLink>,
-    commanded: CommandHistory,
+    history: CommandHistory,
     cycles: Cycles,
     measured: Vec<f64>,
     predicted: Vec<f64>,
@@ -129,10 +139,10 @@ impl Link {
         });
         let arms = arms.collect();
         let zeros = vec![0.0; count];
-        let commanded = CommandHistory::new(count, period, interface);
+        let history = CommandHistory::new(count, period, interface);
         Self {
             arms,
-            commanded,
+            history,
             cycles: Cycles::new(period),
             measured: zeros.clone(),
             predicted: zeros.clone(),
@@ -148,7 +158,7 @@ impl Link {
         reading: &JointReading,
         now: Duration,
         silence: Duration,
-    ) -> Result<bool, Rejection> {
+    ) -> Result<bool, StateError> {
         self.arms[arm].take(reading, now, silence)
     }
 
@@ -171,7 +181,7 @@ impl Link {
     pub fn advance(&mut self, now: Duration, settings: &LinkSettings) {
         self.cycles.note(now);
         for arm in &mut self.arms {
-            arm.advance(settings, &mut self.measured, &mut self.velocity, &self.commanded);
+            arm.advance(settings, &mut self.measured, &mut self.velocity, &self.history);
             arm.sum_up(now, settings.latency, &self.cycles);
         }
         self.predict(now);
@@ -223,7 +233,7 @@ impl Link {
         for arm in &self.arms {
             let since = arm.received.unwrap_or(now).saturating_sub(arm.figures.lag);
             let slots = &mut self.predicted[arm.joints.clone()];
-            self.commanded.travel(arm.joints.clone(), since, now, slots);
+            self.history.travel(arm.joints.clone(), since, now, slots);
             slots
                 .iter_mut()
                 .zip(&self.measured[arm.joints.clone()])
@@ -233,7 +243,7 @@ impl Link {
 
     /// The joints are commanded to move at `command` [rad/s] from `now` on.
     pub fn command(&mut self, now: Duration, command: &[f64]) {
-        self.commanded.hold(now, command);
+        self.history.hold(now, command);
         for arm in &mut self.arms {
             let joints = arm.joints.clone();
             arm.following.command(now, &command[joints.clone()], &self.measured[joints]);
@@ -255,7 +265,7 @@ impl Link {
 
     /// Whether nothing but zeros was commanded since `time`.
     pub fn stood_after(&self, time: Duration) -> bool {
-        self.commanded.stood_after(time)
+        self.history.stood_after(time)
     }
 
     /// The positions as last measured \[rad\], arm after arm.
@@ -279,13 +289,10 @@ impl Link {
         arms.min_by_key(|(_, arm)| arm.received).map_or(0, |(arm, _)| arm)
     }
 
-    /// The two publishers that both give joint states of an arm, with the arm's number.
-    pub fn rivals(&mut self, now: Duration) -> Option<Rivals> {
+    /// The number of an arm of which two publishers both give joint states, and theirs, the one that was there first before the other.
+    pub fn rivals(&mut self, now: Duration) -> Option<(usize, [u32; 2])> {
         let mut arms = self.arms.iter_mut().enumerate();
-        arms.find_map(|(arm, link)| {
-            let (first, second) = link.sources.rivals(now)?;
-            Some(Rivals { of: Contended::JointStates(arm), first, second })
-        })
+        arms.find_map(|(arm, link)| Some((arm, link.sources.rivals(now)?)))
     }
 
     /// What the last cycle found out of each arm.
@@ -333,7 +340,7 @@ impl Link {
 
     /// What braking before a position limit depends on, by a servo of `period` \[s\] whose joints have these `decelerations` [rad/s²]
     /// and jerks [rad/s³], and were changed by these steps [rad/s].
-    /// A command may stay in force for as long as the latest of the last seconds did. The law's gain is not held against that: what is late
+    /// A command may stay in force for as long as the latest of the last seconds did. That does not bound the law's gain: what is late
     /// once makes no law unstable.
     pub fn braking<'a>(&self, [decelerations, jerks, steps]: [&'a [f64]; 3], period: f64) -> Braking<'a> {
         let slowest = |of: fn(&ArmFigures) -> Duration| self.figures().map(of).max().unwrap_or_default();
@@ -342,23 +349,13 @@ impl Link {
         Braking { decelerations, jerks, steps, period, cycle, delay }
     }
 
-    /// What the law's gain is held against \[s\], of the slowest arm.
+    /// What bounds the law's gain \[s\], of the slowest arm.
     pub fn delay(&self) -> f64 {
         self.figures().map(|figures| figures.delay).max().unwrap_or_default().as_secs_f64()
     }
 }
 
 /// So many seconds; zero for what is no time.
-pub(super) fn seconds(seconds: f64) -> Duration {
+pub fn seconds(seconds: f64) -> Duration {
     Duration::try_from_secs_f64(seconds).unwrap_or_default()
-}
-
-/// The way from one position of a joint to another: of one that turns the shorter way round \[rad\], as encoders wrap; of one that
-/// slides the whole way \[m\].
-pub fn way(kind: JointKind, from: f64, to: f64) -> f64 {
-    let way = to - from;
-    match kind {
-        JointKind::Revolute => way - TAU * (way / TAU).round(),
-        JointKind::Prismatic => way,
-    }
 }

@@ -36,7 +36,7 @@ const SHARE: f64 = 0.1;
 const OUTWARD: f64 = 5.0;
 
 /// What pulls at the joints of one arm.
-pub(super) struct Sag {
+pub(crate) struct Sag {
     /// How much slower each joint goes than it is commanded [rad/s, prismatic: m/s].
     speeds: Vec<f64>,
     /// What each is sent besides.
@@ -48,7 +48,7 @@ pub(super) struct Sag {
 }
 
 /// What a joint may do besides its command in a cycle.
-pub(super) struct Room<'a> {
+pub(crate) struct Room<'a> {
     /// Its largest speeds [rad/s], accelerations [rad/s²].
     pub limits: [&'a [f64]; 2],
     /// The commands of the cycle before and of this one [rad/s].
@@ -61,7 +61,7 @@ pub(super) struct Room<'a> {
 
 /// What is to be held.
 #[derive(Clone, Copy)]
-pub(in crate::servo) enum Hold {
+pub enum Hold {
     /// Nothing.
     Nothing,
     /// An arm that is to stand.
@@ -71,7 +71,7 @@ pub(in crate::servo) enum Hold {
 }
 
 /// The rate at which it is observed [1/s], where the parameter is `integral` and the robot is late by `delay` \[s\].
-pub(super) fn observed_at(integral: f64, delay: f64) -> f64 {
+pub(crate) fn observed_at(integral: f64, delay: f64) -> f64 {
     let rate = if integral > 0.0 { integral } else { WATCHED };
     rate.min(STABLE / delay.max(f64::MIN_POSITIVE))
 }
@@ -98,21 +98,21 @@ impl Sag {
         &self.trim
     }
 
-    /// Joints have `moved` in the time `passed` by so much, each of them, where they were commanded to go `way`; observed at `rate` [1/s],
+    /// Joints have `moved` in the time `passed` by so much, each of them, where they were commanded to go as far as `asked`; observed at `rate` [1/s],
     /// of joints with these largest speeds [rad/s].
     pub fn observe(
         &mut self,
         moved: impl Iterator<Item = f64>,
-        way: impl Iterator<Item = f64>,
+        asked: impl Iterator<Item = f64>,
         passed: Duration,
         rate: f64,
         largest: &[f64],
     ) {
         let passed = passed.as_secs_f64();
         let joints = self.speeds.iter_mut().zip(&self.trim).zip(largest);
-        for (((speed, trim), largest), (moved, way)) in joints.zip(moved.zip(way)) {
-            let slow = (1.0 - (way / passed.max(f64::MIN_POSITIVE)).abs() / FAST).max(0.0);
-            let change = slow * rate * (way - moved + passed * (trim - *speed));
+        for (((speed, trim), largest), (moved, asked)) in joints.zip(moved.zip(asked)) {
+            let slow = (1.0 - (asked / passed.max(f64::MIN_POSITIVE)).abs() / FAST).max(0.0);
+            let change = slow * rate * (asked - moved + passed * (trim - *speed));
             *speed = (*speed + change).max(-LARGEST * largest).min(LARGEST * largest);
         }
     }
@@ -122,10 +122,10 @@ impl Sag {
     pub fn hold(&mut self, hold: Hold, seen: bool, room: &Room) {
         let ([speeds, accelerations], [before, now]) = (room.limits, room.commands);
         self.driven |= matches!(hold, Hold::Driven);
-        let held = self.driven && !matches!(hold, Hold::Nothing);
+        let is_held = self.driven && !matches!(hold, Hold::Nothing);
         for (joint, trim) in self.trim.iter_mut().enumerate() {
             let most = if seen { f64::INFINITY } else { UNSEEN };
-            let wanted = if held { self.speeds[joint].max(-most).min(most) } else { 0.0 };
+            let wanted = if is_held { self.speeds[joint].max(-most).min(most) } else { 0.0 };
             let step = room.period * accelerations[joint];
             let commanded = now[joint] - before[joint];
             let (lower, upper) = ((-step - commanded).min(0.0), (step - commanded).max(0.0));
@@ -157,14 +157,14 @@ mod tests {
     }
 
     /// A joint that is pulled down at `pull` [rad/s] and commanded to stand, for so long \[s\]: where it is then, and what is sent.
-    fn stands(pull: f64, seconds: f64, held: bool, factor: f64) -> (f64, f64) {
+    fn stands(pull: f64, seconds: f64, is_held: bool, factor: f64) -> (f64, f64) {
         let (mut sag, mut position) = (Sag::new(1), 0.0);
         for _ in 0..(seconds / PERIOD) as u32 {
             let moved = PERIOD * (factor * sag.trim()[0] - pull);
             position += moved;
             let passed = Duration::from_secs_f64(PERIOD);
             sag.observe([moved].into_iter(), [0.0].into_iter(), passed, 5.0, &[3.0]);
-            let hold = if held { Hold::Driven } else { Hold::Nothing };
+            let hold = if is_held { Hold::Driven } else { Hold::Nothing };
             sag.hold(hold, true, &room(&[0.0], &[0.0], &[position]));
         }
         (position, sag.speeds()[0])

@@ -6,14 +6,14 @@ use std::time::Duration;
 const WINDOW: Duration = Duration::from_secs(2);
 
 /// No robot is expected to obey a command for longer without another, so that nothing later matters.
-pub(super) const LONGEST_HOLD: Duration = Duration::from_millis(100);
+pub(crate) const LONGEST_HOLD: Duration = Duration::from_millis(100);
 
 /// So much of each cycle's time goes into what cycles take on average: that of the fifty or so that a stop takes.
 const SMOOTHING: f64 = 0.02;
 
 /// How late the cycles of the last seconds were: the latest, and what the slowest stop had of them.
 #[derive(Clone, Debug)]
-pub(super) struct Cycles {
+pub(crate) struct Cycles {
     period: Duration,
     last: Option<Duration>,
     /// From one to the next on average \[s\].
@@ -60,7 +60,7 @@ impl Cycles {
 
 /// The worst of the last seconds.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Lateness {
+pub(crate) struct Lateness {
     /// Since when the newer of the two windows lasts.
     since: Duration,
     before: Duration,

@@ -1,18 +1,17 @@
 //! One arm: its last joint state, how late that is, and whether the arm follows.
 
-use super::command_history::CommandHistory;
-use super::latency::Latency;
-use super::lateness::{Cycles, Lateness};
-use super::parts::Parts;
-use super::presence::{Return, Step};
-use super::sag::{Hold, Room, Sag, observed_at};
-use super::samples::Samples;
-use super::tracking_monitor::TrackingMonitor;
-use super::{ArmFigures, Contact, JointReading, LinkSettings, seconds, way};
-use crate::servo::arbiter::Arbiter;
-use crate::servo::joints::missing;
-use crate::servo::{JointOrder, Limits, PositionLimits, Rejection};
+use crate::arbiter::Arbiter;
+use crate::command_history::CommandHistory;
+use crate::latency::Latency;
+use crate::lateness::{Cycles, Lateness};
+use crate::parts::Parts;
+use crate::presence::{Return, Step};
+use crate::sag::{Hold, Room, Sag, observed_at};
+use crate::samples::Samples;
+use crate::tracking_monitor::TrackingMonitor;
+use crate::{ArmFigures, Contact, JointOrder, JointReading, LinkSettings, StateError, seconds};
 use dq_kinematics::arm::JointKind;
+use dq_limits::{Limits, PositionLimits};
 use std::ops::Range;
 use std::time::Duration;
 
@@ -29,7 +28,7 @@ const TOLD: Duration = Duration::from_secs(1);
 const STANDSTILL: f64 = 0.02;
 
 /// One arm.
-pub(super) struct ArmLink {
+pub(crate) struct ArmLink {
     order: JointOrder,
     pub joints: Range<usize>,
     kinds: Vec<JointKind>,
@@ -40,7 +39,7 @@ pub(super) struct ArmLink {
     positions: Vec<f64>,
     velocities: Vec<f64>,
     /// How far the arm was commanded lately \[rad\].
-    way: Vec<f64>,
+    asked: Vec<f64>,
     /// Where in the last message the arm's joints were.
     places: Vec<usize>,
     /// The last state: when it came, and for which time it was made.
@@ -89,7 +88,7 @@ impl ArmLink {
             parts: Parts::default(),
             newest: None,
             positions: zeros.clone(),
-            way: zeros.clone(),
+            asked: zeros.clone(),
             velocities: zeros,
             places: vec![0; joints.len()],
             received: None,
@@ -121,10 +120,10 @@ impl ArmLink {
         reading: &JointReading,
         now: Duration,
         silence: Duration,
-    ) -> Result<bool, Rejection> {
+    ) -> Result<bool, StateError> {
         // A message that is no state of this arm says nothing of who else is there.
         match self.order.locate(reading.names, reading.positions, &mut self.places) {
-            Err(Rejection::MissingJoint { .. }) if self.order.has_any_of(reading.names) => {
+            Err(StateError::MissingJoint { .. }) if self.order.has_any_of(reading.names) => {
                 return self.take_part(reading, now, silence);
             }
             located => located?,
@@ -149,13 +148,13 @@ impl ArmLink {
         reading: &JointReading,
         now: Duration,
         silence: Duration,
-    ) -> Result<bool, Rejection> {
+    ) -> Result<bool, StateError> {
         if self.parts.is_of_another(&self.order, reading, now, silence) {
             return Ok(self.sources.hear(reading.source, now, silence));
         }
         self.parts.take(&self.order, reading, now)?;
         if let Some(joint) = self.parts.missing(now, silence) {
-            return Err(missing(&self.order.names()[joint], reading.names));
+            return Err(StateError::missing(&self.order.names()[joint], reading.names));
         }
         let Some(parts) = self.parts.whole() else { return Ok(true) };
         // Together they are one publisher, by whoever has the first joint.
@@ -188,15 +187,15 @@ impl ArmLink {
         settings: &LinkSettings,
         measured: &mut [f64],
         velocity: &mut [f64],
-        commanded: &CommandHistory,
+        history: &CommandHistory,
     ) {
         self.returned = None;
         let Some(Newest { now, has_velocities, stamp_age }) = self.newest.take() else { return };
         let (measured, velocity) = (&mut measured[self.joints.clone()], &mut velocity[self.joints.clone()]);
         let lately = self.received.unwrap_or(now).saturating_sub(LATELY);
-        commanded.travel(self.joints.clone(), lately, now, &mut self.way);
+        history.travel(self.joints.clone(), lately, now, &mut self.asked);
         let step = Step {
-            commanded: &self.way,
+            commanded: &self.asked,
             before: self.received,
             now,
             from: measured,
@@ -224,11 +223,11 @@ impl ArmLink {
             self.samples.clear();
         }
         if self.received.is_some() && returned.is_none() {
-            self.watch_sag(times, measured, settings, commanded);
+            self.watch_sag(times, measured, settings, history);
         }
         measured.copy_from_slice(&self.positions);
         (self.received, self.measured_at) = (Some(now), times.1);
-        self.watch(now, measured, settings.latency, commanded);
+        self.watch(now, measured, settings.latency, history);
         self.returned = returned;
     }
 
@@ -314,11 +313,11 @@ impl ArmLink {
 
     /// Writes to `rates` the velocities [rad/s, prismatic: m/s] that took the joints from `from` to where they are in `time` \[s\].
     fn rates(&self, from: &[f64], time: f64, rates: &mut [f64]) {
-        let ways = from.iter().zip(&self.positions).zip(&self.kinds);
+        let pairs = from.iter().zip(&self.positions).zip(&self.kinds);
         rates
             .iter_mut()
-            .zip(ways)
-            .for_each(|(rate, ((from, to), kind))| *rate = way(*kind, *from, *to) / time);
+            .zip(pairs)
+            .for_each(|(rate, ((from, to), kind))| *rate = kind.displacement(*from, *to) / time);
     }
 
     /// Compares how far the arm went between two times, from where it was `measured`, with what it was commanded.
@@ -327,7 +326,7 @@ impl ArmLink {
         (from, to): (Duration, Duration),
         measured: &[f64],
         settings: &LinkSettings,
-        commanded: &CommandHistory,
+        history: &CommandHistory,
     ) {
         let ArmFigures { contact, factor, delay, .. } = self.figures;
         if !matches!(contact, Contact::Following | Contact::Unseen) {
@@ -337,13 +336,13 @@ impl ArmLink {
         let [from_then, to_then] = [from, to].map(|time| time.saturating_sub(response));
         // From where the last comparison ended: so a delay that is found to be another leaves nothing behind.
         let from_then = self.sag.compared.replace(to_then).unwrap_or(from_then);
-        commanded.travel(self.joints.clone(), from_then, to_then, &mut self.way);
+        history.travel(self.joints.clone(), from_then, to_then, &mut self.asked);
         let moved = self.kinds.iter().zip(measured.iter().zip(&self.positions));
-        let moved = moved.map(|(kind, (from, to))| way(*kind, *from, *to));
-        let ways = self.way.iter().map(|way| factor * way);
+        let moved = moved.map(|(kind, (from, to))| kind.displacement(*from, *to));
+        let asked = self.asked.iter().map(|asked| factor * asked);
         let rate = observed_at(settings.integral, delay.as_secs_f64());
         let largest = &settings.limits.joint_velocity[self.joints.clone()];
-        self.sag.observe(moved, ways, to.saturating_sub(from), rate, largest);
+        self.sag.observe(moved, asked, to.saturating_sub(from), rate, largest);
     }
 
     /// As [`Link::hold`](super::Link::hold), of all joints where they are at `positions`.
@@ -367,21 +366,15 @@ impl ArmLink {
     }
 
     /// Compares where the arm is with what it was commanded.
-    fn watch(
-        &mut self,
-        now: Duration,
-        measured: &[f64],
-        fixed: Option<Duration>,
-        commanded: &CommandHistory,
-    ) {
-        self.following.watch_start(now, (measured, &self.kinds), self.joints.clone(), commanded);
+    fn watch(&mut self, now: Duration, measured: &[f64], fixed: Option<Duration>, history: &CommandHistory) {
+        self.following.watch_start(now, (measured, &self.kinds), self.joints.clone(), history);
         if !self.samples.add(self.measured_at, measured, &self.kinds) {
             return;
         }
         if let Some(motion) = self.samples.displacement() {
-            self.latency.compare(&motion, commanded);
+            self.latency.compare(&motion, history);
             let response = fixed.unwrap_or_else(|| seconds(self.latency.response()));
-            self.following.watch_motion(now, &motion, response, commanded);
+            self.following.watch_motion(now, &motion, response, history);
         }
     }
 }

@@ -7,7 +7,7 @@ const PRESENCE: Duration = Duration::from_secs(1);
 
 /// The publishers of one kind of message, by numbers that the node gives them.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Arbiter {
+pub(crate) struct Arbiter {
     current: Option<Heard>,
     /// Another one, heard since the current one was.
     other: Option<Heard>,
@@ -44,11 +44,11 @@ impl Arbiter {
     }
 
     /// The two that publish at the same time, until one of them has been silent for a second.
-    pub fn rivals(&mut self, now: Duration) -> Option<(u32, u32)> {
+    pub fn rivals(&mut self, now: Duration) -> Option<[u32; 2]> {
         let there = |heard: &Heard| now.saturating_sub(heard.at) <= PRESENCE;
         self.other = self.other.filter(there);
         match (self.current.filter(there), self.other) {
-            (Some(current), Some(other)) if self.both => Some((current.source, other.source)),
+            (Some(current), Some(other)) if self.both => Some([current.source, other.source]),
             _ => {
                 self.both = false;
                 None
@@ -71,9 +71,9 @@ mod tests {
         assert!(!arbiter.hear(1, 2 * MS, SILENCE));
         assert_eq!(arbiter.rivals(2 * MS), None, "the first may have gone");
         assert!(arbiter.hear(0, 3 * MS, SILENCE));
-        assert_eq!(arbiter.rivals(3 * MS), Some((0, 1)));
+        assert_eq!(arbiter.rivals(3 * MS), Some([0, 1]));
         assert!(!arbiter.hear(1, 4 * MS, SILENCE));
-        assert_eq!(arbiter.rivals(500 * MS), Some((0, 1)), "both were there within the second");
+        assert_eq!(arbiter.rivals(500 * MS), Some([0, 1]), "both were there within the second");
         assert!(arbiter.hear(0, 900 * MS, SILENCE));
         assert_eq!(arbiter.rivals(1200 * MS), None);
     }
@@ -96,6 +96,6 @@ mod tests {
         arbiter.hear(1, 203 * MS, SILENCE);
         assert!(!arbiter.hear(0, 204 * MS, SILENCE));
         assert!(arbiter.hear(1, 205 * MS, SILENCE));
-        assert_eq!(arbiter.rivals(205 * MS), Some((1, 0)));
+        assert_eq!(arbiter.rivals(205 * MS), Some([1, 0]));
     }
 }

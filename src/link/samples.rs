@@ -1,6 +1,5 @@
 //! Where the joints were in the last moments.
 
-use super::way;
 use dq_kinematics::arm::JointKind;
 use std::collections::VecDeque;
 use std::ops::Range;
@@ -27,7 +26,7 @@ struct JointSample {
 }
 
 /// What the joints `joints` of all did between two times.
-pub(super) struct Displacement<'a> {
+pub(crate) struct Displacement<'a> {
     pub joints: Range<usize>,
     pub from: Duration,
     pub to: Duration,
@@ -38,7 +37,7 @@ pub(super) struct Displacement<'a> {
 }
 
 /// The last samples of one arm, oldest first.
-pub(super) struct Samples {
+pub(crate) struct Samples {
     joints: Range<usize>,
     samples: VecDeque<JointSample>,
     /// Room for those to come.
@@ -101,9 +100,9 @@ impl Samples {
     fn measure(&mut self, kinds: &[JointKind]) {
         let mut moved = std::mem::take(&mut self.moved);
         if let Some((from, to)) = self.ends() {
-            let ways = from.positions.iter().zip(&to.positions).zip(kinds);
-            for (slot, ((from, to), kind)) in moved.iter_mut().zip(ways) {
-                *slot = way(*kind, *from, *to);
+            let pairs = from.positions.iter().zip(&to.positions).zip(kinds);
+            for (slot, ((from, to), kind)) in moved.iter_mut().zip(pairs) {
+                *slot = kind.displacement(*from, *to);
             }
         }
         self.moved = moved;

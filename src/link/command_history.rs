@@ -1,15 +1,15 @@
 //! What has been commanded lately: with it, what a late joint state cannot show yet is known.
 
-use super::lateness::LONGEST_HOLD;
-use crate::servo::Interface;
+use crate::lateness::LONGEST_HOLD;
+use dq_limits::Interface;
 use std::ops::Range;
 use std::time::Duration;
 
 /// How far back commands are remembered: the window in which motion is compared and the longest delay, twice over.
 const MEMORY: Duration = Duration::from_millis(700);
 
-/// The way that the commands of the last moments should have taken each joint.
-pub(super) struct CommandHistory {
+/// How far the commands of the last moments should have taken each joint.
+pub(crate) struct CommandHistory {
     joint_count: usize,
     /// How long each command moves the joints, however long it is in force \[s\]; none where it does for as long as it is.
     step: Option<f64>,
@@ -19,7 +19,7 @@ pub(super) struct CommandHistory {
     capacity: usize,
     /// Since when each command is in force \[s\], oldest first.
     times: Vec<f64>,
-    /// A row a command: the sum of all ways before it \[rad\], a number a joint.
+    /// A row a command: the sum of all distances before it \[rad\], a number a joint.
     sums: Vec<f64>,
     /// A row a command: itself [rad/s], a number a joint.
     speeds: Vec<f64>,
@@ -52,10 +52,10 @@ impl CommandHistory {
         let now = now.as_secs_f64();
         match self.times.last() {
             Some(last) => {
-                let held = self.step.unwrap_or((now - last).clamp(0.0, LONGEST_HOLD.as_secs_f64()));
+                let lasted = self.step.unwrap_or((now - last).clamp(0.0, LONGEST_HOLD.as_secs_f64()));
                 let before = self.sums.len() - self.joint_count;
                 for slot in before..before + self.joint_count {
-                    self.sums.push(self.sums[slot] + held * self.speeds[slot]);
+                    self.sums.push(self.sums[slot] + lasted * self.speeds[slot]);
                 }
                 if self.speeds[before..].iter().any(|speed| *speed != 0.0) {
                     self.moved_until = now;
@@ -79,7 +79,7 @@ impl CommandHistory {
     /// How far the joints of `range` should have gone from one time to another \[rad\], written to `into`.
     pub fn travel(&self, range: Range<usize>, from: Duration, to: Duration, into: &mut [f64]) {
         let window = self.window(from, to);
-        into.iter_mut().zip(window.ways(range)).for_each(|(slot, way)| *slot = way);
+        into.iter_mut().zip(window.distances(range)).for_each(|(slot, distance)| *slot = distance);
     }
 
     /// The commands from one time to another.
@@ -89,7 +89,7 @@ impl CommandHistory {
             let after = self.times.partition_point(|entry| *entry <= time);
             Place { time, index: after.saturating_sub(1) }
         };
-        Window { commanded: self, from: place(from), to: place(to) }
+        Window { history: self, from: place(from), to: place(to) }
     }
 
     /// Whether nothing but zeros was commanded after `time`.
@@ -100,8 +100,8 @@ impl CommandHistory {
 }
 
 /// The commands between two times.
-pub(super) struct Window<'a> {
-    commanded: &'a CommandHistory,
+pub(crate) struct Window<'a> {
+    history: &'a CommandHistory,
     from: Place,
     to: Place,
 }
@@ -117,7 +117,7 @@ impl Window<'_> {
     pub fn move_back(&mut self, by: Duration) {
         for place in [&mut self.from, &mut self.to] {
             place.time -= by.as_secs_f64();
-            while place.index > 0 && self.commanded.times[place.index] > place.time {
+            while place.index > 0 && self.history.times[place.index] > place.time {
                 place.index -= 1;
             }
         }
@@ -127,7 +127,7 @@ impl Window<'_> {
     ///
     /// Fast because four lists of one length are read side by side: each joint state asks for some fifty of these windows.
     #[inline]
-    pub fn ways(&self, range: Range<usize>) -> impl Iterator<Item = f64> + '_ {
+    pub fn distances(&self, range: Range<usize>) -> impl Iterator<Item = f64> + '_ {
         let (start, end) = (self.in_force(&self.from, &range), self.in_force(&self.to, &range));
         let sums = start.sums.iter().zip(end.sums);
         let speeds = start.speeds.iter().zip(end.speeds);
@@ -138,7 +138,7 @@ impl Window<'_> {
     /// What was in force then of the joints of `range`.
     #[inline]
     fn in_force(&self, place: &Place, range: &Range<usize>) -> InForce<'_> {
-        let CommandHistory { joint_count, longest, times, sums, speeds, .. } = self.commanded;
+        let CommandHistory { joint_count, longest, times, sums, speeds, .. } = self.history;
         let Some(since) = times.get(place.index) else { return InForce::default() };
         let row = joint_count * place.index;
         let range = row + range.start..row + range.end;
@@ -164,75 +164,75 @@ mod tests {
 
     const MS: Duration = Duration::from_millis(1);
 
-    fn travel(commanded: &CommandHistory, from: u32, to: u32) -> f64 {
+    fn travel(history: &CommandHistory, from: u32, to: u32) -> f64 {
         let mut out = [0.0];
-        commanded.travel(0..1, from * MS, to * MS, &mut out);
+        history.travel(0..1, from * MS, to * MS, &mut out);
         out[0]
     }
 
     #[test]
     fn the_way_between_two_times_is_the_sum_of_the_commands_between() {
-        let mut commanded = CommandHistory::new(1, 2 * MS, Interface::Velocity);
+        let mut history = CommandHistory::new(1, 2 * MS, Interface::Velocity);
         for cycle in 0..10 {
-            commanded.hold(cycle * 2 * MS, &[f64::from(cycle)]);
+            history.hold(cycle * 2 * MS, &[f64::from(cycle)]);
         }
         // 3 rad/s from 6 to 8 ms, 4 from 8 to 10; half of the first.
-        assert!((travel(&commanded, 7, 10) - (0.003 + 0.008)).abs() < 1e-14);
-        assert_eq!(travel(&commanded, 7, 7), 0.0);
-        assert_eq!(travel(&commanded, 0, 0), 0.0);
+        assert!((travel(&history, 7, 10) - (0.003 + 0.008)).abs() < 1e-14);
+        assert_eq!(travel(&history, 7, 7), 0.0);
+        assert_eq!(travel(&history, 0, 0), 0.0);
         // The last one goes on, but for ever it does not.
-        assert!((travel(&commanded, 18, 20) - 0.018).abs() < 1e-15);
-        assert!((travel(&commanded, 18, 1000) - 0.9).abs() < 1e-12);
+        assert!((travel(&history, 18, 20) - 0.018).abs() < 1e-15);
+        assert!((travel(&history, 18, 1000) - 0.9).abs() < 1e-12);
     }
 
     #[test]
     fn positions_move_on_by_a_period_a_command_however_late_the_next_one_is() {
-        let mut commanded = CommandHistory::new(1, 2 * MS, Interface::Position);
-        [0, 9, 10, 30].into_iter().for_each(|late| commanded.hold(late * MS, &[1.0]));
+        let mut history = CommandHistory::new(1, 2 * MS, Interface::Position);
+        [0, 9, 10, 30].into_iter().for_each(|late| history.hold(late * MS, &[1.0]));
         for (until, steps) in [(1, 0.5), (8, 1.0), (9, 1.0), (10, 2.0), (29, 3.0), (31, 3.5), (99, 4.0)] {
-            let way = travel(&commanded, 0, until);
-            assert!((way - 0.002 * steps).abs() < 1e-14, "{until} ms: {way}");
+            let distance = travel(&history, 0, until);
+            assert!((distance - 0.002 * steps).abs() < 1e-14, "{until} ms: {distance}");
         }
     }
 
     #[test]
     fn memory_is_bounded_and_a_clock_that_goes_back_forgets() {
-        let mut commanded = CommandHistory::new(1, 2 * MS, Interface::Velocity);
+        let mut history = CommandHistory::new(1, 2 * MS, Interface::Velocity);
         for cycle in 1000..5000 {
-            commanded.hold(cycle * 2 * MS, &[1.0]);
+            history.hold(cycle * 2 * MS, &[1.0]);
         }
-        assert!((commanded.capacity..2 * commanded.capacity).contains(&commanded.times.len()));
-        assert!((travel(&commanded, 9300, 10000) - 0.7).abs() < 1e-9);
-        assert!(travel(&commanded, 0, 10000) < 1.5, "no further back than is remembered");
-        commanded.hold(MS, &[1.0]);
-        assert_eq!(travel(&commanded, 0, 1), 0.0);
-        assert!((travel(&commanded, 1, 3) - 0.002).abs() < 1e-15);
+        assert!((history.capacity..2 * history.capacity).contains(&history.times.len()));
+        assert!((travel(&history, 9300, 10000) - 0.7).abs() < 1e-9);
+        assert!(travel(&history, 0, 10000) < 1.5, "no further back than is remembered");
+        history.hold(MS, &[1.0]);
+        assert_eq!(travel(&history, 0, 1), 0.0);
+        assert!((travel(&history, 1, 3) - 0.002).abs() < 1e-15);
     }
 
     #[test]
     fn a_window_that_moves_back_is_the_one_that_begins_there() {
-        let mut commanded = CommandHistory::new(2, 2 * MS, Interface::Velocity);
+        let mut history = CommandHistory::new(2, 2 * MS, Interface::Velocity);
         for cycle in 0..200_u32 {
-            commanded.hold(cycle * 2 * MS, &[f64::from(cycle % 7), -1.0]);
+            history.hold(cycle * 2 * MS, &[f64::from(cycle % 7), -1.0]);
         }
-        let mut window = commanded.window(300 * MS, 400 * MS);
+        let mut window = history.window(300 * MS, 400 * MS);
         for step in 1..90 {
             window.move_back(5 * MS);
             let at = |time: u32| (time * MS).saturating_sub(5 * step * MS);
-            let direct: Vec<_> = commanded.window(at(300), at(400)).ways(0..2).collect();
-            let moved: Vec<_> = window.ways(0..2).collect();
+            let direct: Vec<_> = history.window(at(300), at(400)).distances(0..2).collect();
+            let moved: Vec<_> = window.distances(0..2).collect();
             assert!(direct.iter().zip(&moved).all(|(a, b)| (a - b).abs() < 1e-12), "{step}");
         }
     }
 
     #[test]
     fn an_arm_stands_after_its_last_command_has_ended() {
-        let mut commanded = CommandHistory::new(2, 2 * MS, Interface::Velocity);
-        assert!(commanded.stood_after(Duration::ZERO));
-        commanded.hold(10 * MS, &[0.0, 0.1]);
-        assert!(!commanded.stood_after(20 * MS));
-        commanded.hold(30 * MS, &[0.0, 0.0]);
-        commanded.hold(40 * MS, &[0.0, 0.0]);
-        assert!(commanded.stood_after(30 * MS) && !commanded.stood_after(29 * MS));
+        let mut history = CommandHistory::new(2, 2 * MS, Interface::Velocity);
+        assert!(history.stood_after(Duration::ZERO));
+        history.hold(10 * MS, &[0.0, 0.1]);
+        assert!(!history.stood_after(20 * MS));
+        history.hold(30 * MS, &[0.0, 0.0]);
+        history.hold(40 * MS, &[0.0, 0.0]);
+        assert!(history.stood_after(30 * MS) && !history.stood_after(29 * MS));
     }
 }

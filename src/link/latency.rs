@@ -1,7 +1,8 @@
 //! How long it takes until a command shows in the joint states: their age, and the robot's response.
 
-use super::samples::Displacement;
-use super::{CommandHistory, seconds};
+use crate::command_history::CommandHistory;
+use crate::samples::Displacement;
+use crate::seconds;
 use std::time::Duration;
 
 /// Stamps count as set by a clock that agrees with ours while joint states are no older by them than this.
@@ -27,27 +28,27 @@ const DISTINCT: f64 = 5e-5;
 const SMOOTHING: f64 = 0.2;
 const RESPONSE_SMOOTHING: f64 = 0.36;
 
-/// The commands of one candidate beside the motion: their product, and the squares of the commands' own ways \[rad²\].
+/// The commands of one candidate beside the motion: their product, and the squares of what was asked \[rad²\].
 #[derive(Clone, Copy, Debug, Default)]
 struct Beside {
-    along: f64,
-    asked: f64,
+    product: f64,
+    square: f64,
 }
 
 impl Beside {
-    /// The squares by which the commands miss a `motion` of such squares \[rad²\], of a robot that goes one part of its commanded way, at
+    /// The squares by which the commands miss a `motion` of such squares \[rad²\], of a robot that goes one part of what was asked, at
     /// most all of it: `M − 2 f P + f² W` with `f = P/W`.
     fn misfit(&self, motion: f64) -> f64 {
-        let Self { along, asked } = *self;
-        let factor = if asked > 0.0 { (along / asked).clamp(0.0, 1.0) } else { 0.0 };
-        motion - factor * (2.0 * along - factor * asked)
+        let Self { product, square } = *self;
+        let factor = if square > 0.0 { (product / square).clamp(0.0, 1.0) } else { 0.0 };
+        motion - factor * (2.0 * product - factor * square)
     }
 }
 
 /// Estimates the delay of one arm, in two parts: how old a joint state is when it comes, by its stamp where the clocks agree, and
 /// how long the robot takes to answer a command, by comparing the motion that was measured with the commands of before.
 #[derive(Clone, Debug)]
-pub(super) struct Latency {
+pub(crate) struct Latency {
     /// Since when stamps are plausible, and when one was last.
     agreeing_since: Option<Duration>,
     agreed: Option<Duration>,
@@ -121,18 +122,19 @@ impl Latency {
     }
 
     /// Compares a motion with the commands of before.
-    pub fn compare(&mut self, motion: &Displacement, commanded: &CommandHistory) {
+    pub fn compare(&mut self, motion: &Displacement, history: &CommandHistory) {
         let keep = (-motion.after / FORGETTING).exp();
         self.motion = keep * self.motion + motion.moved.iter().map(|moved| moved * moved).sum::<f64>();
         self.beside.iter_mut().for_each(|beside| {
-            (beside.along, beside.asked) = (keep * beside.along, keep * beside.asked);
+            (beside.product, beside.square) = (keep * beside.product, keep * beside.square);
         });
         // What moves long after the last command is no answer, whichever candidate is right.
-        if !commanded.stood_after(motion.from.saturating_sub(LONGEST_RESPONSE)) {
-            let mut window = commanded.window(motion.from, motion.to);
+        if !history.stood_after(motion.from.saturating_sub(LONGEST_RESPONSE)) {
+            let mut window = history.window(motion.from, motion.to);
             for beside in &mut self.beside {
-                for (way, moved) in window.ways(motion.joints.clone()).zip(motion.moved) {
-                    (beside.along, beside.asked) = (beside.along + way * moved, beside.asked + way * way);
+                for (asked, moved) in window.distances(motion.joints.clone()).zip(motion.moved) {
+                    (beside.product, beside.square) =
+                        (beside.product + asked * moved, beside.square + asked * asked);
                 }
                 window.move_back(STEP);
             }

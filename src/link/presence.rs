@@ -1,7 +1,5 @@
 //! Whether the robot is the one, where it is, for which a goal was given.
 
-use super::way;
-use crate::servo::Revocation;
 use dq_kinematics::arm::JointKind;
 use std::time::Duration;
 
@@ -9,26 +7,39 @@ use std::time::Duration;
 const LATENESS: f64 = 0.05;
 
 /// How far a joint may have gone \[rad, prismatic: m\] at its largest speed [rad/s] between two joint states so many seconds apart.
-pub fn longest_way(speed: f64, seconds: f64) -> f64 {
+pub fn longest_travel(speed: f64, seconds: f64) -> f64 {
     speed * (seconds + LATENESS)
 }
 
-/// The robot is there again: what was asked for before `since` is revoked.
+/// The robot is there again, or elsewhere: what was asked for before needs consent anew.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(in crate::servo) struct Return {
+pub struct Return {
+    /// Until when it may have been asked for; none where nothing can have been.
     pub since: Option<Duration>,
-    pub why: Revocation,
+    /// What the robot has done.
+    pub what: Returned,
+}
+
+/// What a robot has done that needs consent anew.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Returned {
+    /// It was heard for the first time.
+    Came,
+    /// It was away for so long \[s\].
+    WasAway(f64),
+    /// The joint, counted from 1 arm after arm and of that kind, is this far \[rad, prismatic: m\] from where it was a moment before.
+    IsElsewhere(usize, f64, JointKind),
 }
 
 impl Return {
     /// Whether the robot was not there before, so that nobody knows how fast it moves.
     pub fn is_of_newcomer(&self) -> bool {
-        !matches!(self.why, Revocation::IsElsewhere(..))
+        !matches!(self.what, Returned::IsElsewhere(..))
     }
 }
 
 /// What the robot may have done between two joint states.
-pub(super) struct Step<'a> {
+pub(crate) struct Step<'a> {
     /// When the state before came, if there was one.
     pub before: Option<Duration>,
     pub now: Duration,
@@ -51,20 +62,20 @@ impl Step<'_> {
         // There is nothing to revoke from before the clock began.
         let lately = self.now.checked_sub(timeout);
         let Some(before) = self.before else {
-            return Some(Return { since: lately, why: Revocation::CameLater(0.0) });
+            return Some(Return { since: lately, what: Returned::Came });
         };
         let away = self.now.saturating_sub(before);
         if away > timeout {
-            return Some(Return { since: lately, why: Revocation::WasAway(away.as_secs_f64()) });
+            return Some(Return { since: lately, what: Returned::WasAway(away.as_secs_f64()) });
         }
         let seconds = away.as_secs_f64();
         let speeds = self.speeds.iter().zip(self.commanded);
-        let allowed = speeds.map(|(speed, way)| longest_way(*speed, seconds) + way.abs());
+        let allowed = speeds.map(|(speed, commanded)| longest_travel(*speed, seconds) + commanded.abs());
         let mut jumps = self.from.iter().zip(self.to).zip(self.kinds).zip(allowed).enumerate();
         jumps.find_map(|(joint, (((from, to), kind), allowed))| {
-            let jump = way(*kind, *from, *to).abs();
-            let why = Revocation::IsElsewhere(self.first_joint + joint, jump, *kind);
-            (jump > allowed).then_some(Return { since: Some(before), why })
+            let jump = kind.displacement(*from, *to).abs();
+            let what = Returned::IsElsewhere(self.first_joint + joint, jump, *kind);
+            (jump > allowed).then_some(Return { since: Some(before), what })
         })
     }
 }
@@ -99,22 +110,18 @@ mod tests {
     #[test]
     fn a_joint_that_slides_has_no_turns() {
         let jump = std::f64::consts::TAU + 0.01;
-        let why = Revocation::IsElsewhere(7, jump, JointKind::Prismatic);
+        let what = Returned::IsElsewhere(7, jump, JointKind::Prismatic);
         let returned = step_of(JointKind::Prismatic, Some(5000 * MS), 5002 * MS, jump);
-        assert_eq!(returned, Some(Return { since: Some(5000 * MS), why }));
-        assert!(why.explain(|joint| joint.to_string()).ends_with("7 jumped by 6.29 m"));
+        assert_eq!(returned, Some(Return { since: Some(5000 * MS), what }));
     }
 
     #[test]
     fn one_that_was_away_or_is_elsewhere_has() {
-        let away = Return { since: Some(8000 * MS), why: Revocation::WasAway(4.0) };
+        let away = Return { since: Some(8000 * MS), what: Returned::WasAway(4.0) };
         assert_eq!(step(Some(5000 * MS), 9000 * MS, 0.0), Some(away));
         let elsewhere =
-            Return { since: Some(5000 * MS), why: Revocation::IsElsewhere(7, 1.2, JointKind::Revolute) };
+            Return { since: Some(5000 * MS), what: Returned::IsElsewhere(7, 1.2, JointKind::Revolute) };
         assert_eq!(step(Some(5000 * MS), 5400 * MS, 1.2), Some(elsewhere));
-        assert_eq!(
-            step(None, 9000 * MS, 0.0),
-            Some(Return { since: Some(8000 * MS), why: Revocation::CameLater(0.0) })
-        );
+        assert_eq!(step(None, 9000 * MS, 0.0), Some(Return { since: Some(8000 * MS), what: Returned::Came }));
     }
 }

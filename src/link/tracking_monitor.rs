@@ -1,8 +1,7 @@
 //! Whether an arm follows its commands: each of its joints, at one common part of the speed that is commanded.
 
-use super::CommandHistory;
-use super::samples::Displacement;
-use super::way;
+use crate::command_history::CommandHistory;
+use crate::samples::Displacement;
 use dq_kinematics::arm::JointKind;
 use std::ops::Range;
 use std::time::Duration;
@@ -15,19 +14,19 @@ const PROBE_ACCELERATION: f64 = 0.01;
 /// A joint that has moved so far \[rad\] as commanded follows: more than encoders make of a standstill.
 const SEEN: f64 = 2e-4;
 
-/// A joint follows that goes at least this part of the way that the others go for it.
+/// A joint follows that goes at least this part of the distance that the others go for it.
 const PART: f64 = 0.2;
 
-/// A robot that goes less than this part of the way obeys no command; one that goes more was told to be slow.
+/// A robot that goes less than this part of its commanded distance obeys no command; one that goes more was told to be slow.
 const SLOWEST: f64 = 0.02;
 
-/// A joint that has not begun to move for so long after it was commanded to go [`PROBE_WAY`], or over so long a way \[rad\], does not follow.
+/// A joint that has not begun to move for so long after it was commanded to go [`PROBE_DISTANCE`], or so far \[rad\], does not follow.
 const PATIENCE: Duration = Duration::from_millis(400);
 const LONGEST_PROBE: f64 = 0.02;
 
-/// The way \[rad\] that must have been commanded before a joint can be said to follow or not: from where it stood, and within a window.
-const PROBE_WAY: f64 = 2e-3;
-const WAY: f64 = 0.01;
+/// The distance \[rad\] that must have been commanded before a joint can be said to follow or not: from where it stood, and within a window.
+const PROBE_DISTANCE: f64 = 2e-3;
+const LEAST_DISTANCE: f64 = 0.01;
 
 /// A joint that goes so many times as far as commanded is reported, and one that goes so many times as far obeys no command.
 const TOO_FAR: f64 = 2.0;
@@ -60,12 +59,12 @@ fn probe_speed(acceleration: f64) -> f64 {
     PROBE_SPEED.min(PROBE_ACCELERATION * acceleration)
 }
 
-/// What a joint may have gone of the way that it was commanded, whichever of the [`SLACK`]s is right.
+/// What a joint may have gone of the distance that it was commanded, whichever of the [`SLACK`]s is right.
 #[derive(Clone, Copy, Debug)]
 struct Part {
     largest: f64,
     smallest: f64,
-    /// How many times as far as its way, or as the least way.
+    /// How many times as far as it was commanded, or as the least distance.
     excess: f64,
     /// The part that the other joints have gone of theirs; below all numbers where that is too little to be said.
     others: f64,
@@ -79,16 +78,16 @@ impl Part {
         others: f64::NEG_INFINITY,
     };
 
-    /// Notes that the joint has `moved` where it was commanded to go `way`, and the sums of all joints: of the products of both, and of
-    /// the squares of the ways.
-    fn note(&mut self, way: f64, moved: f64, (along, asked): (f64, f64)) {
-        self.excess = self.excess.min(moved.abs() / way.abs().max(WAY));
-        // Of a small way nothing can be said: it may have been followed, and not too far.
-        let part = if way.abs() >= WAY { moved / way } else { 1.0 };
+    /// Notes that the joint has `moved` where it was commanded to go as far as `asked`, and two sums over all joints: of the products of both, and of
+    /// the squares of what was asked.
+    fn note(&mut self, asked: f64, moved: f64, (product, square): (f64, f64)) {
+        self.excess = self.excess.min(moved.abs() / asked.abs().max(LEAST_DISTANCE));
+        // A small distance says nothing: it may have been followed, and not too far.
+        let part = if asked.abs() >= LEAST_DISTANCE { moved / asked } else { 1.0 };
         (self.largest, self.smallest) = (self.largest.max(part), self.smallest.min(part));
-        let others = asked - way * way;
-        if others >= WAY * WAY {
-            self.others = self.others.max((along - way * moved) / others);
+        let others = square - asked * asked;
+        if others >= LEAST_DISTANCE * LEAST_DISTANCE {
+            self.others = self.others.max((product - asked * moved) / others);
         }
     }
 
@@ -104,7 +103,7 @@ impl Part {
 enum Phase {
     /// It stands: the next command is the first.
     Standing,
-    /// It has been commanded since; the way of a joint fails to be gone since.
+    /// It has been commanded since; since when a joint has failed to follow.
     Driven { since: Duration, fails_since: Option<Duration> },
     /// It is not driven, since.
     Lost { since: Duration },
@@ -112,7 +111,7 @@ enum Phase {
 
 /// Why what was asked for is not obeyed. The joint is counted from 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(in crate::servo) enum Disobedience {
+pub enum Disobedience {
     /// A joint has not obeyed for so long.
     For(usize, Duration),
     /// A joint has ceased to follow once too often.
@@ -121,7 +120,7 @@ pub(in crate::servo) enum Disobedience {
 
 /// Watches one arm.
 #[derive(Clone, Debug)]
-pub(super) struct TrackingMonitor {
+pub(crate) struct TrackingMonitor {
     phase: Phase,
     /// Which joints have been seen to follow since the arm last stood, and since when each that has not was commanded to go far enough.
     seen: Vec<bool>,
@@ -130,8 +129,8 @@ pub(super) struct TrackingMonitor {
     disobeys: Option<(Duration, usize)>,
     commanded: Option<Duration>,
     start: Vec<f64>,
-    way: Vec<f64>,
-    /// What each joint may have gone of its way in the last window.
+    asked: Vec<f64>,
+    /// What each joint may have gone of its commanded distance in the last window.
     parts: Vec<Part>,
     /// The part of the commanded speed at which the robot moves.
     factor: f64,
@@ -151,7 +150,7 @@ impl TrackingMonitor {
             disobeys: None,
             commanded: None,
             start: zeros.clone(),
-            way: zeros,
+            asked: zeros,
             parts: vec![Part::UNKNOWN; joint_count],
             factor: 1.0,
             losses: [None; LOSSES],
@@ -259,63 +258,63 @@ impl TrackingMonitor {
         now: Duration,
         (positions, kinds): (&[f64], &[JointKind]),
         range: Range<usize>,
-        commanded: &CommandHistory,
+        history: &CommandHistory,
     ) {
         let Phase::Driven { since, .. } = self.phase else { return };
         if self.seen.iter().all(|seen| *seen) {
             return;
         }
-        commanded.travel(range, since, now, &mut self.way);
-        let asked = self.way.iter().map(|way| way * way).sum::<f64>();
-        let moved = |joint: usize| way(kinds[joint], self.start[joint], positions[joint]);
-        let along: f64 = self.way.iter().enumerate().map(|(joint, way)| way * moved(joint)).sum();
-        let factor = if asked > 0.0 { (along / asked).min(1.0) } else { 1.0 };
+        history.travel(range, since, now, &mut self.asked);
+        let square = self.asked.iter().map(|asked| asked * asked).sum::<f64>();
+        let moved = |joint: usize| kinds[joint].displacement(self.start[joint], positions[joint]);
+        let product: f64 = self.asked.iter().enumerate().map(|(joint, asked)| asked * moved(joint)).sum();
+        let factor = if square > 0.0 { (product / square).min(1.0) } else { 1.0 };
         let mut failed = None;
         for joint in 0..positions.len() {
-            let (way, moved) = (self.way[joint].abs(), moved(joint) * self.way[joint].signum());
-            let follows = factor >= SLOWEST && moved >= 0.5 * PART * factor * way;
-            self.seen[joint] |= follows && moved >= SEEN && moved <= MUCH_TOO_FAR * way;
-            if self.seen[joint] || way < PROBE_WAY {
+            let (asked, moved) = (self.asked[joint].abs(), moved(joint) * self.asked[joint].signum());
+            let follows = factor >= SLOWEST && moved >= 0.5 * PART * factor * asked;
+            self.seen[joint] |= follows && moved >= SEEN && moved <= MUCH_TOO_FAR * asked;
+            if self.seen[joint] || asked < PROBE_DISTANCE {
                 continue;
             }
             let since = *self.due[joint].get_or_insert(now);
-            if way >= LONGEST_PROBE || now.saturating_sub(since) >= PATIENCE {
-                failed.get_or_insert((since, joint, moved <= -PART * way));
+            if asked >= LONGEST_PROBE || now.saturating_sub(since) >= PATIENCE {
+                failed.get_or_insert((since, joint, moved <= -PART * asked));
             }
         }
         match failed {
-            // One that goes the other way is not to be tried for ever.
+            // One that goes in the other direction is not to be tried for ever.
             Some((since, joint, goes_back)) => self.lose((since, now), joint, goes_back),
             None => self.disobeys = self.disobeys.filter(|(_, joint)| !self.seen[*joint]),
         }
     }
 
-    /// Looks at `now` whether an arm in motion goes on to follow: it has gone the way of `motion`, and answers after `response`.
+    /// Looks at `now` whether an arm in motion goes on to follow: it has moved by `motion`, and answers after `response`.
     pub fn watch_motion(
         &mut self,
         now: Duration,
         motion: &Displacement,
         response: Duration,
-        commanded: &CommandHistory,
+        history: &CommandHistory,
     ) {
         let Phase::Driven { since, fails_since } = self.phase else { return };
         self.parts.fill(Part::UNKNOWN);
         let (mut factor, mut most) = (f64::NEG_INFINITY, 0.0_f64);
         for slack in SLACK {
             let before = |time: Duration| time.saturating_sub(response + slack);
-            commanded.travel(motion.joints.clone(), before(motion.from), before(motion.to), &mut self.way);
-            let (mut along, mut asked) = (0.0, 0.0);
-            for (way, moved) in self.way.iter().zip(motion.moved) {
-                (along, asked) = (along + way * moved, asked + way * way);
+            history.travel(motion.joints.clone(), before(motion.from), before(motion.to), &mut self.asked);
+            let (mut product, mut square) = (0.0, 0.0);
+            for (asked, moved) in self.asked.iter().zip(motion.moved) {
+                (product, square) = (product + asked * moved, square + asked * asked);
             }
-            for ((part, way), moved) in self.parts.iter_mut().zip(&self.way).zip(motion.moved) {
-                part.note(*way, *moved, (along, asked));
+            for ((part, asked), moved) in self.parts.iter_mut().zip(&self.asked).zip(motion.moved) {
+                part.note(*asked, *moved, (product, square));
             }
-            most = most.max(asked);
-            factor = factor.max(if asked > 0.0 { along / asked } else { 1.0 });
+            most = most.max(square);
+            factor = factor.max(if square > 0.0 { product / square } else { 1.0 });
         }
         let common = factor.min(1.0);
-        let is_judged = most >= WAY * WAY && self.is_seen();
+        let is_judged = most >= LEAST_DISTANCE * LEAST_DISTANCE && self.is_seen();
         if is_judged && common >= SLOWEST {
             self.factor += SMOOTHING * (common - self.factor);
         }
@@ -332,7 +331,7 @@ impl TrackingMonitor {
         }
     }
 
-    /// Notes the joint that goes farthest beyond its way.
+    /// Notes the joint that goes farthest beyond its commanded distance.
     fn watch_excess(&mut self, now: Duration) {
         let parts = self.parts.iter().map(|part| part.smallest).enumerate();
         let farthest = parts.max_by(|(_, one), (_, other)| one.total_cmp(other));

@@ -1,0 +1,46 @@
+//! Why a joint state is not taken.
+
+use dq_common::text::cut;
+use dq_kinematics::arm::bounds::NumberError;
+use thiserror::Error;
+
+/// What is no joint state of an arm.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum StateError {
+    /// A position that cannot be meant.
+    #[error(transparent)]
+    Number(#[from] NumberError),
+    /// A joint of the arm is not in the joint state.
+    #[error("joint {joint:?} is not in the joint state (it has {names:?})")]
+    MissingJoint {
+        /// The joint.
+        joint: String,
+        /// The first names of the message.
+        names: Vec<String>,
+    },
+    /// The lists of a joint state have different lengths.
+    #[error("{names} joint names with {positions} positions: expected as many of each")]
+    WrongLength {
+        /// Names in the message.
+        names: usize,
+        /// Positions in the message.
+        positions: usize,
+    },
+}
+
+impl StateError {
+    /// A joint that is not among the `names` of a message.
+    pub(crate) fn missing(joint: &str, names: &[String]) -> Self {
+        let names = names.iter().take(8).map(|name| cut(name).into_owned()).collect();
+        Self::MissingJoint { joint: joint.to_owned(), names }
+    }
+
+    /// The reason in one word.
+    pub fn label(&self) -> &'static str {
+        match self {
+            Self::Number(number) => number.label(),
+            Self::MissingJoint { .. } => "missing_joint",
+            Self::WrongLength { .. } => "wrong_length",
+        }
+    }
+}
