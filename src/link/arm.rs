@@ -217,16 +217,16 @@ impl ArmLink {
         }
         let was_stamped = self.latency.is_stamped();
         let age = self.latency.hear(now, self.received, stamp_age);
-        let times = (self.measured_at, now.saturating_sub(age));
+        let times = self.measured_at..now.saturating_sub(age);
         if self.latency.is_stamped() != was_stamped {
             // Their times are of the other clock.
             self.samples.clear();
         }
         if self.received.is_some() && returned.is_none() {
-            self.watch_sag(times, measured, settings, history);
+            self.watch_sag(times.clone(), measured, settings, history);
         }
         measured.copy_from_slice(&self.positions);
-        (self.received, self.measured_at) = (Some(now), times.1);
+        (self.received, self.measured_at) = (Some(now), times.end);
         self.watch(now, measured, settings.latency, history);
         self.returned = returned;
     }
@@ -320,10 +320,10 @@ impl ArmLink {
             .for_each(|(rate, ((from, to), kind))| *rate = kind.displacement(*from, *to) / time);
     }
 
-    /// Compares how far the arm went between two times, from where it was `measured`, with what it was commanded.
+    /// Compares how far the arm went in that `time`, from where it was `measured`, with what it was commanded.
     fn watch_sag(
         &mut self,
-        (from, to): (Duration, Duration),
+        time: Range<Duration>,
         measured: &[f64],
         settings: &LinkSettings,
         history: &CommandHistory,
@@ -333,7 +333,7 @@ impl ArmLink {
             return self.sag.forget();
         }
         let response = settings.latency.unwrap_or_else(|| seconds(self.latency.response()));
-        let [from_then, to_then] = [from, to].map(|time| time.saturating_sub(response));
+        let [from_then, to_then] = [time.start, time.end].map(|time| time.saturating_sub(response));
         // From where the last comparison ended: so a delay that is found to be another leaves nothing behind.
         let from_then = self.sag.compared.replace(to_then).unwrap_or(from_then);
         history.travel(self.joints.clone(), from_then, to_then, &mut self.asked);
@@ -342,7 +342,7 @@ impl ArmLink {
         let asked = self.asked.iter().map(|asked| factor * asked);
         let rate = observed_at(settings.integral, delay.as_secs_f64());
         let largest = &settings.limits.joint_velocity[self.joints.clone()];
-        self.sag.observe(moved, asked, to.saturating_sub(from), rate, largest);
+        self.sag.observe(moved, asked, time.end.saturating_sub(time.start), rate, largest);
     }
 
     /// As [`Link::hold`](super::Link::hold), of all joints where they are at `positions`.
@@ -367,7 +367,7 @@ impl ArmLink {
 
     /// Compares where the arm is with what it was commanded.
     fn watch(&mut self, now: Duration, measured: &[f64], fixed: Option<Duration>, history: &CommandHistory) {
-        self.following.watch_start(now, (measured, &self.kinds), self.joints.clone(), history);
+        self.following.watch_start(now, measured, &self.kinds, self.joints.clone(), history);
         if !self.samples.add(self.measured_at, measured, &self.kinds) {
             return;
         }

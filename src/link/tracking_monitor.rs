@@ -78,16 +78,15 @@ impl Part {
         others: f64::NEG_INFINITY,
     };
 
-    /// Notes that the joint has `moved` where it was commanded to go as far as `asked`, and two sums over all joints: of the products of both, and of
-    /// the squares of what was asked.
-    fn note(&mut self, asked: f64, moved: f64, (product, square): (f64, f64)) {
+    /// Notes that the joint has `moved` where it was commanded to go as far as `asked`, and what `all` joints did.
+    fn note(&mut self, asked: f64, moved: f64, all: &Moves) {
         self.excess = self.excess.min(moved.abs() / asked.abs().max(LEAST_DISTANCE));
         // A small distance says nothing: it may have been followed, and not too far.
         let part = if asked.abs() >= LEAST_DISTANCE { moved / asked } else { 1.0 };
         (self.largest, self.smallest) = (self.largest.max(part), self.smallest.min(part));
-        let others = square - asked * asked;
+        let others = all.square - asked * asked;
         if others >= LEAST_DISTANCE * LEAST_DISTANCE {
-            self.others = self.others.max((product - asked * moved) / others);
+            self.others = self.others.max((all.product - asked * moved) / others);
         }
     }
 
@@ -95,6 +94,30 @@ impl Part {
     fn is_lost(&self, common: f64) -> bool {
         let others = if self.others.is_finite() { self.others.min(1.0) } else { common };
         self.largest < PART * others || self.excess >= MUCH_TOO_FAR
+    }
+}
+
+/// What all joints did beside what they were commanded.
+#[derive(Clone, Copy, Debug, Default)]
+struct Moves {
+    /// The sum of the products of both \[rad²\].
+    product: f64,
+    /// The sum of the squares of what was commanded \[rad²\].
+    square: f64,
+}
+
+impl Moves {
+    /// By how far each joint was commanded to go and how far it has moved \[rad\].
+    fn of(joints: impl Iterator<Item = (f64, f64)>) -> Self {
+        joints.fold(Self::default(), |Self { product, square }, (asked, moved)| Self {
+            product: product + asked * moved,
+            square: square + asked * asked,
+        })
+    }
+
+    /// The part of their commanded distance that they have gone together.
+    fn factor(&self) -> f64 {
+        if self.square > 0.0 { self.product / self.square } else { 1.0 }
     }
 }
 
@@ -256,7 +279,8 @@ impl TrackingMonitor {
     pub fn watch_start(
         &mut self,
         now: Duration,
-        (positions, kinds): (&[f64], &[JointKind]),
+        positions: &[f64],
+        kinds: &[JointKind],
         range: Range<usize>,
         history: &CommandHistory,
     ) {
@@ -265,10 +289,9 @@ impl TrackingMonitor {
             return;
         }
         history.travel(range, since, now, &mut self.asked);
-        let square = self.asked.iter().map(|asked| asked * asked).sum::<f64>();
         let moved = |joint: usize| kinds[joint].displacement(self.start[joint], positions[joint]);
-        let product: f64 = self.asked.iter().enumerate().map(|(joint, asked)| asked * moved(joint)).sum();
-        let factor = if square > 0.0 { (product / square).min(1.0) } else { 1.0 };
+        let joints = self.asked.iter().enumerate();
+        let factor = Moves::of(joints.map(|(joint, asked)| (*asked, moved(joint)))).factor().min(1.0);
         let mut failed = None;
         for joint in 0..positions.len() {
             let (asked, moved) = (self.asked[joint].abs(), moved(joint) * self.asked[joint].signum());
@@ -284,7 +307,7 @@ impl TrackingMonitor {
         }
         match failed {
             // One that goes in the other direction is not to be tried for ever.
-            Some((since, joint, goes_back)) => self.lose((since, now), joint, goes_back),
+            Some((since, joint, goes_back)) => self.lose(since, now, joint, goes_back),
             None => self.disobeys = self.disobeys.filter(|(_, joint)| !self.seen[*joint]),
         }
     }
@@ -303,15 +326,13 @@ impl TrackingMonitor {
         for slack in SLACK {
             let before = |time: Duration| time.saturating_sub(response + slack);
             history.travel(motion.joints.clone(), before(motion.from), before(motion.to), &mut self.asked);
-            let (mut product, mut square) = (0.0, 0.0);
-            for (asked, moved) in self.asked.iter().zip(motion.moved) {
-                (product, square) = (product + asked * moved, square + asked * asked);
-            }
+            let joints = self.asked.iter().zip(motion.moved);
+            let all = Moves::of(joints.map(|(asked, moved)| (*asked, *moved)));
             for ((part, asked), moved) in self.parts.iter_mut().zip(&self.asked).zip(motion.moved) {
-                part.note(*asked, *moved, (product, square));
+                part.note(*asked, *moved, &all);
             }
-            most = most.max(square);
-            factor = factor.max(if square > 0.0 { product / square } else { 1.0 });
+            most = most.max(all.square);
+            factor = factor.max(all.factor());
         }
         let common = factor.min(1.0);
         let is_judged = most >= LEAST_DISTANCE * LEAST_DISTANCE && self.is_seen();
@@ -327,7 +348,7 @@ impl TrackingMonitor {
         if let (Some(joint), Some(fails)) = (failed, fails_since)
             && now.saturating_sub(fails) >= PERSISTENCE
         {
-            self.lose((fails, now), joint, true);
+            self.lose(fails, now, joint, true);
         }
     }
 
@@ -341,7 +362,7 @@ impl TrackingMonitor {
     }
 
     /// Drives it no more for a while, as that joint has not obeyed since then; whether that `counts` as a loss.
-    fn lose(&mut self, (since, now): (Duration, Duration), joint: usize, counts: bool) {
+    fn lose(&mut self, since: Duration, now: Duration, joint: usize, counts: bool) {
         self.phase = Phase::Lost { since: now };
         self.disobeys = Some((self.disobeys.map_or(since, |(first, _)| first), joint));
         if counts {

@@ -18,7 +18,7 @@ const STILL: f64 = 0.15;
 /// The tool has reached a goal that is within so many tolerances ...
 const REACHED: f64 = 10.0;
 
-/// ... and one that moves it follows, where its error is less than this part of the way that it goes while the law takes effect.
+/// ... and one that moves it follows, where its error is less than this part of what it goes while the law takes effect.
 const FOLLOWED: f64 = 0.15;
 
 /// Compares the motion of a goal with that of the tool.
@@ -49,7 +49,8 @@ impl Carried {
     pub fn look(
         &mut self,
         now: Duration,
-        (tool, goal): (&UnitDualQuaternion, &UnitDualQuaternion),
+        tool: &UnitDualQuaternion,
+        goal: &UnitDualQuaternion,
         nearness: &Nearness,
     ) -> bool {
         let tool_from_goal = tool.conjugate() * *goal;
@@ -58,8 +59,8 @@ impl Carried {
         let (travelled, moved) =
             (since.tool.distances(tool), since.tool_from_goal.distances(&tool_from_goal));
         // A turn of the tool moves a goal that stands by its lever too.
-        let way = [travelled[0] + tool_from_goal.translation().norm() * travelled[1], travelled[1]];
-        let stands = (0..2).all(|part| moved[part] <= STILL * way[part].max(TRAVEL[part]));
+        let seen = [travelled[0] + tool_from_goal.translation().norm() * travelled[1], travelled[1]];
+        let stands = (0..2).all(|part| moved[part] <= STILL * seen[part].max(TRAVEL[part]));
         let travels = travelled.iter().zip(TRAVEL).any(|(travelled, travel)| *travelled >= travel);
         if !stands || travels {
             self.since = Some(here);
@@ -107,7 +108,7 @@ mod tests {
             let [position, rotation] = tool.distances(&goal);
             let tolerance = Tolerance { linear: 1e-3, angular: 1e-2 };
             let nearness = Nearness { error: GoalError { position, rotation }, tolerance, rates };
-            carried.look(Duration::from_secs_f64(time), (&tool, &goal), &nearness)
+            carried.look(Duration::from_secs_f64(time), &tool, &goal, &nearness)
         })
     }
 

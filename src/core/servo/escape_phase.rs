@@ -58,9 +58,9 @@ impl EscapePhase {
     }
 
     /// Adds what the arm goes along the escape in this cycle \[rad\].
-    pub fn travel(&mut self, way: f64) {
+    pub fn travel(&mut self, further: f64) {
         if let Phase::Escaping { travelled } = &mut self.phase {
-            *travelled += way;
+            *travelled += further;
         }
     }
 }

@@ -96,7 +96,7 @@ impl FedBack {
             self.step = larger(self.step, pair[0].distances(&pair[1]));
         }
         for ((off, before), now) in self.off.iter_mut().zip(&first_tool).zip(&tool) {
-            *off = larger(*off, difference((before, now), (&first_goal, goal)));
+            *off = larger(*off, difference([before, now], [&first_goal, goal]));
         }
         self.moves_by_itself = (0..2).any(|part| {
             let least = self.off.iter().map(|off| off[part]).fold(f64::INFINITY, f64::min);
@@ -113,8 +113,8 @@ impl FedBack {
 /// By how much [m, rad] a goal's motion differs from a tool's: the offset of the goal is constant along the base's axes or along the
 /// tool's.
 fn difference(
-    (tool_before, tool): (&UnitDualQuaternion, &UnitDualQuaternion),
-    (goal_before, goal): (&UnitDualQuaternion, &UnitDualQuaternion),
+    [tool_before, tool]: [&UnitDualQuaternion; 2],
+    [goal_before, goal]: [&UnitDualQuaternion; 2],
 ) -> [f64; 2] {
     let by_tool = (tool_before.conjugate() * *goal_before).distances(&(tool.conjugate() * *goal));
     let step = |from: &UnitDualQuaternion, to: &UnitDualQuaternion| to.translation() - from.translation();

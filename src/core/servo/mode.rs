@@ -13,7 +13,7 @@ use dq_algebra::UnitDualQuaternion;
 use dq_kinematics::control::SignMemory;
 use std::time::Duration;
 
-/// A goal of a stream that has moved by less than this part of the way that is left is no reason to hope again for an arm that
+/// A goal of a stream that has moved by less than this part of the distance that is left is no reason to hope again for an arm that
 /// gets no nearer.
 const REASON_TO_HOPE: f64 = 0.1;
 
@@ -175,7 +175,7 @@ impl Watch {
 
 impl Pursuit {
     /// To `goal`, whose message has that stamp \[ns\] and sender, and could be taken at `received`; of an arm with so many joints.
-    pub fn new(goal: Goal, (stamp, asker): (i64, Asker), received: Duration, joint_count: usize) -> Self {
+    pub fn new(goal: Goal, stamp: i64, asker: Asker, received: Duration, joint_count: usize) -> Self {
         Self {
             goal,
             stamp,
@@ -242,7 +242,7 @@ impl Pursuit {
     /// Begins the motion anew, as `asker` asks for it, of an arm with so many joints.
     pub fn begin_anew(&mut self, asker: Asker, joint_count: usize) {
         let Self { goal, stamp, received, lost, .. } = *self;
-        *self = Self { lost, ..Self::new(goal, (stamp, asker), received, joint_count) };
+        *self = Self { lost, ..Self::new(goal, stamp, asker, received, joint_count) };
     }
 
     /// Ends a stall, and what was found out since; a reconfiguration that is under way is no stall, and goes on.

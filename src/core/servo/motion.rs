@@ -202,8 +202,8 @@ impl MotionMeter {
         if let Some(last) = self.last {
             figures.path_length += (point - last.point).norm();
             let step = now.saturating_sub(last.time).as_secs_f64();
-            let held = last.speed_squared;
-            figures.effort += step * if self.continuous { 0.5 * (held + speed_squared) } else { held };
+            let before = last.speed_squared;
+            figures.effort += step * if self.continuous { 0.5 * (before + speed_squared) } else { before };
         }
         if let Some(ahead) = (self.goal_point - self.line_start).try_normalize(f64::EPSILON) {
             figures.overshoot = figures.overshoot.max((point - self.goal_point).dot(&ahead));

@@ -18,7 +18,7 @@ named! {
     }
 }
 
-/// What another configuration asks of the joint that has the longest way there.
+/// What another configuration asks of the joint that goes farthest for it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Detour {
     /// The joint, counted from 1 arm after arm.

@@ -63,9 +63,9 @@ impl Revocation {
         match self {
             Self::CameLater(seconds) => format!("the robot came {seconds:.1} s after it was asked to move"),
             Self::WasAway(seconds) => format!("the robot was away for {seconds:.1} s"),
-            Self::IsElsewhere(number, way, kind) => {
+            Self::IsElsewhere(number, jump, kind) => {
                 let unit = kind.unit();
-                format!("the robot came back elsewhere: {} jumped by {way:.2} {unit}", joint(*number))
+                format!("the robot came back elsewhere: {} jumped by {jump:.2} {unit}", joint(*number))
             }
             Self::Rivals(Contended::JointStates(_)) => "two publishers gave joint states".to_owned(),
             Self::Rivals(Contended::Goals) => "two publishers sent goals".to_owned(),

@@ -41,7 +41,7 @@ pub struct Search {
     aim: Aim,
     tolerance: Tolerance,
     limits: PositionLimits,
-    /// The largest speed of each joint [rad/s, prismatic: m/s]: of two ways the one that takes less time is shorter.
+    /// The largest speed of each joint [rad/s, prismatic: m/s]: of two displacements the one that takes less time is shorter.
     speeds: Vec<f64>,
     /// Where the arm is \[rad, prismatic: m\].
     from: Vec<f64>,
@@ -51,7 +51,7 @@ pub struct Search {
     positions: Vec<f64>,
     step: Vec<f64>,
     starts: u32,
-    /// The positions with the shortest way there so far.
+    /// The positions that are nearest in time so far.
     nearest: Vec<f64>,
     /// How long it takes \[s\].
     shortest: f64,
@@ -64,7 +64,7 @@ pub struct Found<'a> {
     pub asked: Duration,
     /// From how many starts the goal was looked for.
     pub starts: u32,
-    /// The joint positions \[rad, prismatic: m\] that were found, one a joint, those with the shortest way there; none where there are none.
+    /// The joint positions \[rad, prismatic: m\] that were found, one a joint, those that are nearest in time; none where there are none.
     pub positions: Option<&'a [f64]>,
 }
 

@@ -24,7 +24,7 @@ const LONGEST_INTERVAL: f64 = 0.25;
 const SPREAD: f64 = 0.01;
 const SPREAD_SHARE: f64 = 0.25;
 
-/// A pose that is off the expected one by more than this part of the goal's way, and this much [rad, m] besides, has jumped: what was
+/// A pose that is off the expected one by more than this part of the goal's motion, and this much [rad, m] besides, has jumped: what was
 /// before it counts no more.
 const JUMP: f64 = 0.5;
 const STEP: [f64; 2] = [5e-3, 1e-3];
@@ -159,9 +159,9 @@ impl GoalStream {
         let expected = fit.after(interval).pose;
         let off = (expected.conjugate() * newest.pose).screw_log();
         let (off, speeds) = (halves(&off), halves(&fit.coefficients[1]));
-        let way = interval.max(SPAN);
+        let passed = interval.max(SPAN);
         let mut all = off.iter().zip(&speeds).zip(STEP);
-        if all.any(|((off, speed), step)| off.norm() > JUMP * way * speed.norm() + step) {
+        if all.any(|((off, speed), step)| off.norm() > JUMP * passed * speed.norm() + step) {
             return true;
         }
         let variance = 1.0 + fit.variance_at(interval);
@@ -211,7 +211,7 @@ impl GoalStream {
         finite.then_some(Fit { pose: newest.pose, time: newest.time, coefficients, covariance, span })
     }
 
-    /// Where the goal is at `now` and how it moves; none where it stands, or moves in no way that could be believed.
+    /// Where the goal is at `now` and how it moves; none where it stands, or has no motion that could be believed.
     ///
     /// It goes on for no longer than its poses have been apart lately; then it stands for as long, and is where it was last seen.
     pub fn at(&self, now: Duration) -> Option<MovingGoal> {

@@ -166,7 +166,8 @@ impl Invariants {
             return match &last.steps {
                 Some(steps) if elapsed <= 1.5 * period => {
                     let most = latched * period;
-                    self.check_jerk(joint, speed, before, (steps[joint], most, jerk), standing)
+                    let change = Slowing { step: speed - before, before: steps[joint], most, jerk };
+                    self.check_jerk(joint, speed, before, &change, standing)
                 }
                 _ => Ok(()),
             };
@@ -188,17 +189,16 @@ impl Invariants {
         Ok(())
     }
 
-    /// The same of a joint whose jerk is limited, after a command that changed the speed by `last`: in a cycle it may slow down by `most`,
-    /// and its step may be another one by `jerk` [rad/s].
+    /// The same of a joint whose jerk is limited, with the `change` of its speed.
     fn check_jerk(
         &self,
         joint: usize,
         speed: f64,
         before: f64,
-        (last, most, jerk): (f64, f64, f64),
+        change: &Slowing,
         standing: bool,
     ) -> Result<(), Violation> {
-        let step = speed - before;
+        let Slowing { step, before: last, most, jerk } = *change;
         let number = joint + 1;
         if (step - last).abs() > rounded(jerk, 4.0 * before) {
             return Err(Violation::Jerk { joint: number, change: (step - last).abs(), limit: jerk });

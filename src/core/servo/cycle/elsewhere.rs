@@ -74,7 +74,7 @@ impl Elsewhere {
         }
         // Where no joint has to go anywhere, none has a rate.
         let rate =
-            if rate.is_finite() { self.tool_rate(from, &rest, limits, (rate, acceleration)) } else { 0.0 };
+            if rate.is_finite() { self.tool_rate(from, &rest, limits, rate, acceleration) } else { 0.0 };
         velocity.iter_mut().zip(&rest).for_each(|(speed, rest)| *speed = rate * rest);
         self.rest = rest;
     }
@@ -87,7 +87,8 @@ impl Elsewhere {
         from: &[f64],
         rest: &[f64],
         limits: &Limits,
-        (rate, acceleration): (f64, f64),
+        rate: f64,
+        acceleration: f64,
     ) -> f64 {
         let braking = (rate * rate / (2.0 * acceleration)).min(1.0);
         let mut allowed = rate;

@@ -95,10 +95,10 @@ impl Servo {
         if let Some(reach) = self.beyond_reach(&goal.translation()) {
             return Some(Stall::BeyondReach(reach));
         }
-        if let Some(pair) = self.output.held.by {
+        if let Some(pair) = self.output.hindrance.pair {
             return Some(Stall::Constrained(pair));
         }
-        if let Some(joint) = self.output.held.at_limit {
+        if let Some(joint) = self.output.hindrance.at_limit {
             return Some(Stall::AtLimit { joint });
         }
         let freedom = self.freedom(goal);

@@ -40,7 +40,7 @@ impl Servo {
         let goal = self.counted(Goal::new(position, orientation_xyzw, frame_id, &self.frames.goal))?;
         let ask = self.asks.hear(Asker::Goal(sent.by), waited + sent.ago, now, self.silence());
         let goal = self.counted(self.wanted(goal, sent.ago, &ask, now))?;
-        self.pursue(goal, (stamp, ask.by), now);
+        self.pursue(goal, stamp, ask.by, now);
         if self.asks.take(ask) {
             self.robot.link.try_again();
         }
@@ -50,7 +50,7 @@ impl Servo {
     }
 
     /// Goes on to a goal of the same stream, or begins a motion to another one.
-    fn pursue(&mut self, goal: Goal, (stamp, asker): (i64, Asker), now: Duration) {
+    fn pursue(&mut self, goal: Goal, stamp: i64, asker: Asker, now: Duration) {
         let (tolerance, timeout) = (self.settings.goal_tolerance, self.settings.progress_timeout);
         // Where the arm is now, and by which way it went there, has nothing to do with a motion that was revoked.
         let is_revoked = self.asks.consent().revocation().is_some();
@@ -64,7 +64,7 @@ impl Servo {
                 return pursuit.stream_to(goal, stamp, now, &tolerance);
             }
         }
-        let mut next = Pursuit::new(goal, (stamp, asker), now, self.output.command.len());
+        let mut next = Pursuit::new(goal, stamp, asker, now, self.output.command.len());
         if let Some(pursuit) = before {
             next.take_over(pursuit, &tolerance);
         }
@@ -120,7 +120,7 @@ impl Servo {
             tolerance: *tolerance,
             rates: controller.fastest_rates(arm, place).map(|rate| pursuit.watch.gain_factor * rate),
         };
-        let moves_with_tool = pursuit.carried.look(now, (&self.robot.arms.pose(), place), &nearness);
+        let moves_with_tool = pursuit.carried.look(now, &self.robot.arms.pose(), place, &nearness);
         if let Some(away) = away.filter(|away| *away > self.settings.rearm_timeout) {
             self.asks.revoke(now, now, Revocation::FrameWasAway(away.as_secs_f64()));
         }

@@ -18,7 +18,7 @@ pub(super) struct Output {
     pub latched_limits: LatchedLimits,
     pub setpoint: Setpoint,
     /// What keeps the arm from what is wanted, in the last cycle.
-    pub held: HeldBack,
+    pub hindrance: Hindrance,
     interface: Interface,
     /// The arm was driven, or braked: from then on it is sent commands.
     begun: bool,
@@ -26,20 +26,20 @@ pub(super) struct Output {
 
 /// What keeps an arm that is driven from what is wanted.
 #[derive(Clone, Copy, Default)]
-pub(super) struct HeldBack {
+pub(super) struct Hindrance {
     /// The joint that its position limit holds back, counted from 1.
     pub at_limit: Option<usize>,
     /// The pair that would come too near to each other.
-    pub by: Option<ClosePair>,
+    pub pair: Option<ClosePair>,
     /// The nearest pair of those that were looked at.
     pub closest: Option<ClosePair>,
 }
 
-impl HeldBack {
+impl Hindrance {
     /// What the filters have found for an arm that is driven.
-    pub fn by(filters: &Filters) -> Self {
+    pub fn of(filters: &Filters) -> Self {
         let at_limit = filters.held_back().map(|joint| joint + 1);
-        Self { at_limit, by: filters.held_by(), closest: filters.closest() }
+        Self { at_limit, pair: filters.held_by(), closest: filters.closest() }
     }
 }
 
@@ -56,7 +56,7 @@ impl Output {
             filters,
             latched_limits: LatchedLimits::new(&settings.limits),
             setpoint: Setpoint::new(arms.joint_kinds()),
-            held: HeldBack::default(),
+            hindrance: Hindrance::default(),
             interface: settings.interface,
             begun: false,
         }

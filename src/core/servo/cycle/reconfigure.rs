@@ -95,7 +95,7 @@ impl Servo {
     pub(super) fn watch_reconfiguration(&mut self, now: Duration) {
         let Some(tracking) = self.mode.pursuit_mut() else { return };
         let limits = &self.settings.limits;
-        let is_near = |way: f64| way.abs() <= NEAR;
+        let is_near = |displacement: f64| displacement.abs() <= NEAR;
         match tracking.watch.reconfiguration {
             Reconfiguration::Searching(since) if now.saturating_sub(since) > ANSWER => {
                 tracking.watch.reconfiguration = Reconfiguration::Unknown;
@@ -131,14 +131,14 @@ impl Servo {
         {
             return None;
         }
-        if let Some(joint) = self.output.held.at_limit {
+        if let Some(joint) = self.output.hindrance.at_limit {
             return Some(Stall::AtLimit { joint });
         }
         let sigma = self.smallest_singular_value();
         (sigma < controller.damping.threshold).then_some(Stall::Singular { sigma })
     }
 
-    /// How long the rest of the way to the other configuration takes at the largest speeds \[s\].
+    /// How long the rest of the line to the other configuration takes at the largest speeds \[s\].
     pub(super) fn time_to_elsewhere(&self) -> f64 {
         let (_, time) = self.elsewhere.longest(self.robot.link.measured(), &self.settings.limits);
         time

@@ -202,9 +202,9 @@ impl Servo {
             return (Some(State::Paused), rivals);
         }
         let revoked = if consent.is_of_twist() { Reason::Release } else { Reason::Revoked };
-        let held = rivals.or(consent.revocation().map(revoked));
-        if held.is_some() {
-            return (Some(State::Holding), held);
+        let reason = rivals.or(consent.revocation().map(revoked));
+        if reason.is_some() {
+            return (Some(State::Holding), reason);
         }
         if self.mode.jog().is_some() {
             return self.contact();

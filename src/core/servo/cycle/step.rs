@@ -1,7 +1,7 @@
 //! The cycle as a list: what came, whether the arm may move, where to, the velocity that is wanted, the filters, the command, the report.
 
 use super::Servo;
-use super::output::HeldBack;
+use super::output::Hindrance;
 use super::tracking::Tracked;
 use crate::servo::filters::{Given, Towards};
 use crate::servo::mode::{Mode, Pursuit};
@@ -46,7 +46,7 @@ impl Servo {
         if self.at_rest() {
             self.asks.stand();
         }
-        self.report(now, (state, reason), tracked.as_ref());
+        self.report(now, state, reason, tracked.as_ref());
         &self.output.command
     }
 
@@ -92,13 +92,13 @@ impl Servo {
             },
             link: &self.robot.link,
         };
-        self.output.held = HeldBack::default();
+        self.output.hindrance = Hindrance::default();
         if driven {
             self.output.filters.drive(&given, &mut self.output.velocity);
-            self.output.held = HeldBack::by(&self.output.filters);
-            let way = self.clock.period * self.escape.direction.along(&self.output.velocity);
+            self.output.hindrance = Hindrance::of(&self.output.filters);
+            let travel = self.clock.period * self.escape.direction.along(&self.output.velocity);
             if let Some(pursuit) = self.mode.pursuit_mut() {
-                pursuit.watch.escape.travel(way);
+                pursuit.watch.escape.travel(travel);
             }
         } else {
             self.output.filters.stop(&given, &mut self.output.velocity);
@@ -118,7 +118,7 @@ impl Servo {
     }
 
     /// Says what the cycle did: nothing in it is read again.
-    fn report(&mut self, now: Duration, (state, reason): (State, Option<Reason>), tracked: Option<&Tracked>) {
+    fn report(&mut self, now: Duration, state: State, reason: Option<Reason>, tracked: Option<&Tracked>) {
         self.look_at_reach();
         let pursuit = self.mode.pursuit();
         let watch = pursuit.map(|pursuit| &pursuit.watch);
@@ -141,9 +141,9 @@ impl Servo {
                 .and_then(|pursuit| pursuit.beyond_reach)
                 .is_some_and(|(_, is_beyond)| is_beyond),
             sign: pursuit.map_or(before.sign, Pursuit::sign),
-            joint_at_limit: self.output.held.at_limit.or(stall.and_then(|stall| stall.joint())),
-            held_by: self.output.held.by.or(stall.and_then(|stall| stall.pair())),
-            closest: self.output.held.closest,
+            joint_at_limit: self.output.hindrance.at_limit.or(stall.and_then(|stall| stall.joint())),
+            held_by: self.output.hindrance.pair.or(stall.and_then(|stall| stall.pair())),
+            closest: self.output.hindrance.closest,
             too_far: self.robot.link.too_far(now),
             speed_factor: self.robot.link.factor(),
             leaving_singularity: state.is_driven() && watch.is_some_and(|watch| watch.escape.is_escaping()),

@@ -51,10 +51,10 @@ impl Servo {
     }
 
     pub(super) fn driving_state(&self, arrived: bool) -> State {
-        match (arrived, self.output.held.at_limit) {
+        match (arrived, self.output.hindrance.at_limit) {
             (true, _) => State::Settled,
             (false, _) if self.robot.link.find(&[Contact::Lost]).is_some() => State::NotFollowing,
-            (false, _) if self.output.held.by.is_some() => State::Constrained,
+            (false, _) if self.output.hindrance.pair.is_some() => State::Constrained,
             (false, _) if self.is_reconfiguring() => State::Reconfiguring,
             (false, Some(_)) => State::JointLimit,
             (false, None) if self.mode.jog().is_some() => State::Jogging,
@@ -103,7 +103,7 @@ impl Servo {
 
     /// What holds up the way to another configuration.
     fn stall_on_the_way(&self) -> Stall {
-        match (self.output.held.by, self.output.held.at_limit) {
+        match (self.output.hindrance.pair, self.output.hindrance.at_limit) {
             (Some(pair), _) => Stall::Constrained(pair),
             (None, Some(joint)) => Stall::AtLimit { joint },
             (None, None) => Stall::NoProgress,

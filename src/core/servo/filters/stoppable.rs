@@ -4,6 +4,7 @@ use super::Given;
 use crate::servo::ClosePair;
 use dq_limits::{Pace, RAMP_TIME, STOP_TIME, scale};
 use dq_space::space::{Gap, MOST_PAIRS, Near, Placed, Scene};
+use std::ops::Range;
 
 /// A stop leaves gaps of this \[m\], and does not close one that is smaller, but for rounding.
 const LEAST: f64 = 0.002;
@@ -103,9 +104,9 @@ impl StoppingPath {
         self.joints.iter().filter_map(move |travels| travels.get(cycles.min(travels.len() - 1)))
     }
 
-    /// How far each joint goes from that many cycles to this many, back and forth \[rad\].
-    fn lengths(&self, from: usize, to: usize) -> impl Iterator<Item = f64> + Clone {
-        self.after(from).zip(self.after(to)).map(|(begin, end)| end.length - begin.length)
+    /// How far each joint goes in these `cycles`, back and forth \[rad\].
+    fn lengths(&self, cycles: &Range<usize>) -> impl Iterator<Item = f64> + Clone {
+        self.after(cycles.start).zip(self.after(cycles.end)).map(|(begin, end)| end.length - begin.length)
     }
 
     /// How far beside the path each joint may be after so many cycles, from and to \[rad\]: one of them may have held for twice its time,
@@ -172,7 +173,8 @@ impl Stoppable {
         let end = stop.cycles;
         placed.place(scene, given.arms.chains(), given.joints.positions);
         let beside = stop.beside(end).map(|(least, most)| most.max(-least));
-        let travels = stop.lengths(0, end).zip(beside).map(|(length, beside)| length + beside);
+        let all = 0..end;
+        let travels = stop.lengths(&all).zip(beside).map(|(length, beside)| length + beside);
         let within = |travel: f64| if travel > 0.0 { LEAST + travel } else { f64::NEG_INFINITY };
         placed.near(scene, travels, within, near);
         let Some(([open, _], room)) = self.open.split_first_mut().filter(|_| !near.is_empty()) else {
@@ -180,7 +182,7 @@ impl Stoppable {
         };
         *places = 1;
         let mut look = Look { given, scene, placed, stop, near, positions, slope, places, held_by };
-        look.whole(end, open) && look.between((0, end), open, room)
+        look.whole(end, open) && look.between(all, open, room)
     }
 }
 
@@ -258,7 +260,7 @@ impl Look<'_> {
         for next in 0..open.len() {
             let Open { number, here, .. } = open[next];
             let near = &self.near[number];
-            let knows = |look: &Self, there: f64| look.knows(near, (0, end), [here, there]);
+            let knows = |look: &Self, there: f64| look.knows(near, &(0..end), [here, there]);
             let Some(there) = self.look(end, near, knows) else { return false };
             if !knows(self, there) {
                 open[count] = Open { number, here, there };
@@ -275,7 +277,7 @@ impl Look<'_> {
     /// Who goes straight by w past something convex and is D from it at both ends is nowhere nearer than `√(D² − w²/4)`, and who stays
     /// in it nowhere nearer than at the ends. That the path of a point is not straight, but bends with the joints by φ, takes it `φ w/8`
     /// aside at most; and that they brake differently, what the bend of their own paths moves it.
-    fn dip(&self, pair: usize, (from, to): (usize, usize), gap: f64, travel: f64) -> f64 {
+    fn dip(&self, pair: usize, cycles: &Range<usize>, gap: f64, travel: f64) -> f64 {
         let apart = gap + self.scene.radius(pair);
         let square = apart * apart - 0.25 * travel * travel;
         let straight = match self.scene.is_inside(pair) {
@@ -283,29 +285,30 @@ impl Look<'_> {
             false if square <= 0.0 => return f64::INFINITY,
             false => apart - square.sqrt(),
         };
-        let turn: f64 = self.stop.lengths(from, to).sum();
-        let cycles = (to - from) as f64;
-        let braked = if to - from > 1 { 0.125 * cycles * cycles * self.stop.cycle } else { 0.0 };
+        let turn: f64 = self.stop.lengths(cycles).sum();
+        let count = cycles.len() as f64;
+        let braked = if cycles.len() > 1 { 0.125 * count * count * self.stop.cycle } else { 0.0 };
         let bends = self.stop.losses.iter().map(|loss| braked * loss);
         straight + 0.125 * turn * travel + self.scene.travel(pair, bends)
     }
 
-    /// Whether a gap of which so much is left here and there stays large enough between, from so many cycles of the stop to so many.
-    fn knows(&self, near: &Near, (from, to): (usize, usize), [here, there]: [f64; 2]) -> bool {
-        let travel = self.scene.travel(near.pair, self.stop.lengths(from, to));
+    /// Whether a gap of which so much is left where these `cycles` of the stop begin and end stays large enough between.
+    fn knows(&self, near: &Near, cycles: &Range<usize>, [here, there]: [f64; 2]) -> bool {
+        let travel = self.scene.travel(near.pair, self.stop.lengths(cycles));
         // Of a closed gap it is enough that it grows from place to place, and half of an open one is room for what is not known.
         let least = 0.5 * least(near);
         least <= 0.0
             || 0.5 * (here + there - travel) >= least
-            || here.min(there) - self.dip(near.pair, (from, to), here.min(there), travel) >= least
+            || here.min(there) - self.dip(near.pair, cycles, here.min(there), travel) >= least
     }
 
-    /// Whether the gaps that are `open` from so many cycles of the stop to so many stay large enough.
-    fn between(&mut self, (from, to): (usize, usize), open: &[Open], room: &mut [[Vec<Open>; 2]]) -> bool {
+    /// Whether the gaps that are `open` between these `cycles` of the stop stay large enough.
+    fn between(&mut self, cycles: Range<usize>, open: &[Open], room: &mut [[Vec<Open>; 2]]) -> bool {
         let Some(first) = open.first() else { return true };
-        let half = from + (to - from) / 2;
+        let half = cycles.start + cycles.len() / 2;
+        let (first_half, second_half) = (cycles.start..half, half..cycles.end);
         let Some(([before, after], room)) =
-            room.split_first_mut().filter(|_| half > from && *self.places < MOST_PLACES)
+            room.split_first_mut().filter(|_| !first_half.is_empty() && *self.places < MOST_PLACES)
         else {
             return self.hold(&self.near[first.number]);
         };
@@ -315,7 +318,7 @@ impl Look<'_> {
         for Open { number, here, there } in open.iter().copied() {
             let near = &self.near[number];
             let knows = |look: &Self, left: f64| {
-                [look.knows(near, (from, half), [here, left]), look.knows(near, (half, to), [left, there])]
+                [look.knows(near, &first_half, [here, left]), look.knows(near, &second_half, [left, there])]
             };
             let Some(left) = self.look(half, near, |look, left| knows(look, left) == [true; 2]) else {
                 return false;
@@ -328,7 +331,7 @@ impl Look<'_> {
                 after.push(Open { number, here: left, there });
             }
         }
-        self.between((from, half), before, room) && self.between((half, to), after, room)
+        self.between(first_half, before, room) && self.between(second_half, after, room)
     }
 }
 
