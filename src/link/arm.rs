@@ -6,12 +6,12 @@ use crate::latency::Latency;
 use crate::lateness::{Cycles, Lateness};
 use crate::parts::Parts;
 use crate::presence::{Return, Step};
-use crate::sag::{Hold, Room, Sag, observed_at};
+use crate::sag::{Hold, Sag, observed_at};
 use crate::samples::Samples;
 use crate::tracking_monitor::TrackingMonitor;
 use crate::{ArmFigures, Contact, JointOrder, JointReading, LinkSettings, StateError, seconds};
 use dq_kinematics::arm::JointKind;
-use dq_limits::{Limits, PositionLimits};
+use dq_limits::Joints;
 use std::ops::Range;
 use std::time::Duration;
 
@@ -345,24 +345,10 @@ impl ArmLink {
         self.sag.observe(moved, asked, time.end.saturating_sub(time.start), rate, largest);
     }
 
-    /// As [`Link::hold`](super::Link::hold), of all joints where they are at `positions`.
-    pub fn hold(
-        &mut self,
-        hold: Hold,
-        limits: &Limits,
-        positions: &[f64],
-        commands: [&[f64]; 2],
-        period: f64,
-    ) {
-        let joints = self.joints.clone();
-        let PositionLimits { lower, upper, .. } = &limits.position;
-        let room = Room {
-            limits: [&limits.joint_velocity, &limits.joint_acceleration].map(|list| &list[joints.clone()]),
-            commands: commands.map(|command| &command[joints.clone()]),
-            positions: [positions, lower, upper].map(|list| &list[joints.clone()]),
-            period,
-        };
-        self.sag.hold(hold, self.figures.contact == Contact::Following, &room);
+    /// As [`Link::hold`](super::Link::hold), of all `joints`.
+    pub fn hold(&mut self, hold: Hold, joints: &Joints, command: &[f64]) {
+        let seen = self.figures.contact == Contact::Following;
+        self.sag.hold(hold, seen, joints, self.joints.start, command);
     }
 
     /// Compares where the arm is with what it was commanded.

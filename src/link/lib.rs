@@ -25,7 +25,7 @@ pub use tracking_monitor::Disobedience;
 use arm::ArmLink;
 use command_history::CommandHistory;
 use dq_kinematics::arm::JointKind;
-use dq_limits::{Braking, Interface, Limits};
+use dq_limits::{Braking, Interface, Joints, Limits};
 use lateness::Cycles;
 use std::ops::Range;
 use std::time::Duration;
@@ -250,12 +250,11 @@ impl Link {
         }
     }
 
-    /// Brings what holds the joints against what pulls at them nearer to what it should be, or to 0 where nothing is to be held, after the
-    /// first of the two `commands` [rad/s] and with the second, in a cycle of `period` \[s\].
-    pub fn hold(&mut self, hold: Hold, limits: &Limits, commands: [&[f64]; 2], period: f64) {
-        for arm in &mut self.arms {
-            arm.hold(hold, limits, &self.predicted, commands, period);
-        }
+    /// Brings what holds the joints against what pulls at them nearer to what it should be, or to 0 where nothing is to be held, with the
+    /// `command` [rad/s] that follows `before`.
+    pub fn hold(&mut self, hold: Hold, limits: &Limits, before: &[f64], command: &[f64], braking: Braking) {
+        let joints = Joints { limits, positions: &self.predicted, before, braking };
+        self.arms.iter_mut().for_each(|arm| arm.hold(hold, &joints, command));
     }
 
     /// For each joint how much slower than commanded it goes, and what it is sent against that besides the command [rad/s, prismatic: m/s].

@@ -11,6 +11,7 @@
 //! Where nothing pulls the lead is 0, and the law is what it is without. In the form below, `ḋ̂ = K_I (θ̇ + trim − θ̇_m − d̂)`, what is not
 //! sent, as a limit or the servo itself holds it back, is not waited for either: it winds up nothing.
 
+use dq_limits::{Joints, Pace};
 use std::time::Duration;
 
 /// Where nothing is sent against it, it is watched at this rate [1/s].
@@ -39,24 +40,13 @@ const OUTWARD: f64 = 5.0;
 pub(crate) struct Sag {
     /// How much slower each joint goes than it is commanded [rad/s, prismatic: m/s].
     speeds: Vec<f64>,
-    /// What each is sent besides.
+    /// What each is sent besides, and by what the last cycle has changed that.
     trim: Vec<f64>,
+    steps: Vec<f64>,
     /// Whether the arm was driven since it came, or since it last did not obey: what nobody has driven is held by nobody.
     driven: bool,
     /// Until when commands were compared with what the joints did; none where nothing was yet.
     pub compared: Option<Duration>,
-}
-
-/// What a joint may do besides its command in a cycle.
-pub(crate) struct Room<'a> {
-    /// Its largest speeds [rad/s], accelerations [rad/s²].
-    pub limits: [&'a [f64]; 2],
-    /// The commands of the cycle before and of this one [rad/s].
-    pub commands: [&'a [f64]; 2],
-    /// Where they are, and their lowest and highest positions \[rad\].
-    pub positions: [&'a [f64]; 3],
-    /// The cycle \[s\].
-    pub period: f64,
 }
 
 /// What is to be held.
@@ -78,13 +68,15 @@ pub(crate) fn observed_at(integral: f64, delay: f64) -> f64 {
 
 impl Sag {
     pub fn new(joint_count: usize) -> Self {
-        Self { speeds: vec![0.0; joint_count], trim: vec![0.0; joint_count], driven: false, compared: None }
+        let zeros = vec![0.0; joint_count];
+        Self { speeds: zeros.clone(), trim: zeros.clone(), steps: zeros, driven: false, compared: None }
     }
 
     /// Nothing is known of a robot that has come, or that does not obey.
     pub fn forget(&mut self) {
         self.speeds.fill(0.0);
         self.trim.fill(0.0);
+        self.steps.fill(0.0);
         (self.driven, self.compared) = (false, None);
     }
 
@@ -117,26 +109,32 @@ impl Sag {
         }
     }
 
-    /// Brings what is sent besides the commands nearer to what it should be, or to 0, within the limits that the commands leave; `seen` says
-    /// whether the arm was seen to follow.
-    pub fn hold(&mut self, hold: Hold, seen: bool, room: &Room) {
-        let ([speeds, accelerations], [before, now]) = (room.limits, room.commands);
+    /// Brings what is sent besides the `command` of all `joints` nearer to what it should be, or to 0, within the limits that the command
+    /// leaves. The arm's joints are those from the number `first` on; `seen` says whether it was seen to follow.
+    pub fn hold(&mut self, hold: Hold, seen: bool, joints: &Joints, first: usize, command: &[f64]) {
+        let Joints { limits, positions, before, braking } = joints;
         self.driven |= matches!(hold, Hold::Driven);
         let is_held = self.driven && !matches!(hold, Hold::Nothing);
-        for (joint, trim) in self.trim.iter_mut().enumerate() {
+        for ((trim, last), (joint, speed)) in
+            self.trim.iter_mut().zip(&mut self.steps).zip((first..).zip(&self.speeds))
+        {
             let most = if seen { f64::INFINITY } else { UNSEEN };
-            let wanted = if is_held { self.speeds[joint].max(-most).min(most) } else { 0.0 };
-            let step = room.period * accelerations[joint];
-            let commanded = now[joint] - before[joint];
-            let (lower, upper) = ((-step - commanded).min(0.0), (step - commanded).max(0.0));
-            let step = (wanted - *trim).max(-SHARE * step).min(SHARE * step);
-            let next = *trim + step.max(lower).min(upper);
+            let wanted = if is_held { speed.max(-most).min(most) } else { 0.0 };
+            let faster = braking.period * limits.joint_acceleration[joint];
+            let jerk = braking.jerk_step(joint);
+            let step = Pace { speed: *trim, step: *last }.towards(wanted, SHARE * faster, jerk);
+            // Of the acceleration and of the jerk it has what the command leaves.
+            let commanded = command[joint] - before[joint];
+            let step = step.max((-faster - commanded).min(0.0)).min((faster - commanded).max(0.0));
+            let before = *last + braking.steps[joint] - commanded;
+            let next = *trim + step.max(before - jerk).min(before + jerk);
             // It takes no command out of the limits; one that is outside, as they were lowered, is brought inside by the envelope.
-            let (lower, upper) =
-                ((-speeds[joint] - now[joint]).min(0.0), (speeds[joint] - now[joint]).max(0.0));
-            let [position, lowest, highest] = room.positions.map(|list| list[joint]);
-            let (down, up) = ((position - lowest).max(0.0), (highest - position).max(0.0));
-            *trim = next.max(lower.max(-OUTWARD * down)).min(upper.min(OUTWARD * up));
+            let (largest, now) = (limits.joint_velocity[joint], command[joint]);
+            let (lower, upper) = ((-largest - now).min(0.0), (largest - now).max(0.0));
+            let down = (positions[joint] - limits.position.lower[joint]).max(0.0);
+            let up = (limits.position.upper[joint] - positions[joint]).max(0.0);
+            let next = next.max(lower.max(-OUTWARD * down)).min(upper.min(OUTWARD * up));
+            (*trim, *last) = (next, next - *trim);
         }
     }
 }
@@ -144,16 +142,33 @@ impl Sag {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use dq_limits::{Braking, Limits, PositionLimits};
+    use proptest::prelude::*;
 
     const PERIOD: f64 = 0.002;
 
-    fn room<'a>(before: &'a [f64], now: &'a [f64], position: &'a [f64]) -> Room<'a> {
-        Room {
-            limits: [&[3.0], &[10.0]],
-            commands: [before, now],
-            positions: [position, &[-9.0], &[9.0]],
+    /// Holds one joint of 3 rad/s, 10 rad/s² and this `jerk` [rad/s³] between −9 and 9 rad, whose command goes on from `before` to `now`
+    /// after a change by `step` [rad/s].
+    fn hold(sag: &mut Sag, hold: Hold, jerk: f64, before: f64, step: f64, now: f64, position: f64) {
+        let limits = Limits {
+            joint_velocity: vec![3.0],
+            joint_acceleration: vec![10.0],
+            joint_deceleration: vec![10.0],
+            joint_jerk: vec![jerk],
+            linear_speed: 1.0,
+            angular_speed: 1.0,
+            position: PositionLimits { lower: vec![-9.0], upper: vec![9.0], margin: 0.1 },
+        };
+        let braking = Braking {
+            decelerations: &[10.0],
+            jerks: &[jerk],
+            steps: &[step],
             period: PERIOD,
-        }
+            cycle: PERIOD,
+            delay: 0.0,
+        };
+        let joints = Joints { limits: &limits, positions: &[position], before: &[before], braking };
+        sag.hold(hold, true, &joints, 0, &[now]);
     }
 
     /// A joint that is pulled down at `pull` [rad/s] and commanded to stand, for so long \[s\]: where it is then, and what is sent.
@@ -164,8 +179,8 @@ mod tests {
             position += moved;
             let passed = Duration::from_secs_f64(PERIOD);
             sag.observe([moved].into_iter(), [0.0].into_iter(), passed, 5.0, &[3.0]);
-            let hold = if is_held { Hold::Driven } else { Hold::Nothing };
-            sag.hold(hold, true, &room(&[0.0], &[0.0], &[position]));
+            let what = if is_held { Hold::Driven } else { Hold::Nothing };
+            hold(&mut sag, what, f64::INFINITY, 0.0, 0.0, 0.0, position);
         }
         (position, sag.speeds()[0])
     }
@@ -186,17 +201,27 @@ mod tests {
         assert_eq!(speed, LARGEST * 3.0);
     }
 
-    #[test]
-    fn command_and_trim_together_keep_the_limits() {
-        let mut sag = Sag::new(1);
-        sag.speeds[0] = 0.5;
-        let (mut sent, mut command) = (0.0, 0.0_f64);
-        for cycle in 0..2000 {
-            let next = if cycle < 1000 { (command + 0.02).min(3.0) } else { (command - 0.02).max(-3.0) };
-            sag.hold(Hold::Driven, true, &room(&[command], &[next], &[0.0]));
-            let now = next + sag.trim()[0];
-            assert!((now - sent).abs() <= 0.02 + 1e-12 && now.abs() <= 3.0, "{cycle}: {sent} {now}");
-            (sent, command) = (now, next);
+    proptest! {
+        #[test]
+        fn command_and_trim_together_keep_the_limits(
+            jerk in prop_oneof![Just(f64::INFINITY), 50.0..5000.0f64],
+            changes in prop::collection::vec((-2.0..2.0f64, -0.6..0.6f64, 1..400u32), 1..12),
+        ) {
+            let (mut sag, per_cycle) = (Sag::new(1), jerk * PERIOD * PERIOD);
+            let (mut command, mut sent) = (Pace::default(), Pace::default());
+            for (wanted, speed, cycles) in changes {
+                sag.speeds[0] = speed;
+                for cycle in 0..cycles {
+                    let step = command.towards(wanted, 0.02, per_cycle);
+                    let next = Pace { speed: command.speed + step, step };
+                    hold(&mut sag, Hold::Driven, jerk, command.speed, command.step, next.speed, 0.0);
+                    let now = next.speed + sag.trim()[0];
+                    let now = Pace { speed: now, step: now - sent.speed };
+                    prop_assert!(now.step.abs() <= 0.02 + 1e-12 && now.speed.abs() <= 3.0, "{cycle}: {sent:?} {now:?}");
+                    prop_assert!((now.step - sent.step).abs() <= per_cycle * (1.0 + 1e-9) + 1e-14, "{cycle}: {sent:?} {now:?}");
+                    (sent, command) = (now, next);
+                }
+            }
         }
     }
 
@@ -204,14 +229,14 @@ mod tests {
     fn no_joint_is_taken_past_its_position_limit_nor_held_before_it_was_driven() {
         let mut sag = Sag::new(1);
         sag.speeds[0] = 0.5;
-        for (hold, position, sent) in [
+        for (what, position, sent) in [
             (Hold::Standing, 0.0, 0.0),
             (Hold::Driven, 0.0, 0.5),
             (Hold::Standing, 8.98, 0.1),
             (Hold::Standing, 9.01, 0.0),
             (Hold::Nothing, 0.0, 0.0),
         ] {
-            (0..1000).for_each(|_| sag.hold(hold, true, &room(&[0.0], &[0.0], &[position])));
+            (0..1000).for_each(|_| hold(&mut sag, what, f64::INFINITY, 0.0, 0.0, 0.0, position));
             assert!((sag.trim()[0] - sent).abs() < 1e-9, "{position}: {}", sag.trim()[0]);
         }
     }

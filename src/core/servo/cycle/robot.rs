@@ -169,8 +169,9 @@ impl Servo {
             Some(_) => Hold::Standing,
             None => Hold::Driven,
         };
-        let Output { velocity: before, command, .. } = &self.output;
-        self.robot.link.hold(hold, &self.settings.limits, [before, command], self.clock.period);
+        let Output { velocity: before, command, latched_limits, .. } = &self.output;
+        let braking = self.robot.link.braking(latched_limits.each(), self.clock.period);
+        self.robot.link.hold(hold, &self.settings.limits, before, command, braking);
         self.output.trim(self.robot.link.sags().map(|(_, trim)| trim));
     }
 

@@ -21,18 +21,23 @@ fn sinks(rig: &mut Rig, seconds: f64) -> f64 {
 
 #[test]
 fn with_the_integral_an_arm_that_is_pulled_at_arrives_and_stays_within_its_limits() {
-    for integral in [2.0, 5.0, 10.0] {
+    for (integral, jerk) in [(2.0, f64::INFINITY), (5.0, 500.0), (10.0, f64::INFINITY)] {
         let mut rig = pulled(integral);
+        rig.change(|settings| settings.limits.joint_jerk.fill(jerk));
         rig.goal("theta_desired");
         let limits = rig.servo.settings().limits.clone();
-        let (mut before, mut settled) = (vec![0.0; 6], None);
+        let (mut before, mut steps, mut settled) = (vec![0.0; 6], vec![0.0; 6], None);
         for cycle in 0..10_000 {
             rig.cycle();
             let sent = rig.output.clone().unwrap();
             for (joint, (now, before)) in sent.iter().zip(&before).enumerate() {
                 assert!(now.abs() <= limits.joint_velocity[joint] * (1.0 + 1e-9), "{cycle}: {now}");
                 let step = 0.002 * limits.joint_acceleration[joint].max(limits.joint_deceleration[joint]);
-                assert!((now - before).abs() <= step * (1.0 + 1e-9), "{cycle}: {before} {now}");
+                let change = 0.002 * 0.002 * limits.jerk(joint);
+                let (last, this) = (steps[joint], now - before);
+                assert!(this.abs() <= step * (1.0 + 1e-9), "{cycle}: {before} {now}");
+                assert!((this - last).abs() <= change * (1.0 + 1e-9) + 1e-14, "{cycle}: {last} {this}");
+                steps[joint] = this;
             }
             before = sent;
             if settled.is_none() && rig.state() == State::Settled {
