@@ -1,8 +1,8 @@
 //! Arms of fewer than six joints, asked for what they can do; and what each arm does with what it is not asked for.
 
+use crate::aims::{LESS, missed, turned};
 use crate::reference::{puma, settings};
 use crate::rig::Rig;
-use crate::tasks::{LESS, missed, turned};
 use dq_config::{NodeParameters, PlantParameters, ServoParameters};
 use dq_core::servo::{Posture, Reason, Revocation, Stall, State};
 use dq_kinematics::arm::{Chain, Convention, DhRow};

@@ -1,7 +1,7 @@
 //! A servo and its arms in fake time.
 
 use crate::opinion::Opinion;
-use crate::reference::{dual_parameters, json, numbers, parameters};
+use crate::reference::{dual_parameters, parameters, pose, theta};
 use dq_algebra::UnitDualQuaternion;
 use dq_config::ServoParameters;
 use dq_core::check::{Gaps, Invariants};
@@ -121,7 +121,7 @@ impl Rig {
     }
 
     pub fn goal(&mut self, theta: &str) {
-        let pose = crate::reference::puma().forward_kinematics(&numbers(&json()[theta])).unwrap();
+        let pose = pose(theta);
         self.goal_pose(&pose);
     }
 
@@ -479,7 +479,7 @@ pub fn reading(pose: &UnitDualQuaternion, stamp: i64) -> GoalReading<'static> {
 
 /// Joint angles of the reference work, by their names.
 fn starts(names: &[&str]) -> Vec<Vec<f64>> {
-    names.iter().map(|name| numbers(&json()[*name])).collect()
+    names.iter().map(|name| theta(name)).collect()
 }
 
 /// The joint state of an arm of six joints that stands at `positions` \[rad\].

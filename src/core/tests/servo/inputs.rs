@@ -1,8 +1,7 @@
 //! Rules 1 to 4: what comes in, in time, too late, and bad.
 
-use crate::reference::{json, numbers, puma};
+use crate::reference::pose;
 use crate::rig::{PERIOD, Rig};
-use dq_algebra::UnitDualQuaternion;
 use dq_core::servo::{BeyondReach, Event, GoalReading, JointReading, Reason, Rejection, Sent, Stall, State};
 use dq_kinematics::control::Law;
 use std::time::Duration;
@@ -34,17 +33,13 @@ fn rule_2_stale_joint_states_stop_the_arm_within_one_timeout_and_fresh_ones_resu
     rig.run_until(State::Settled, 30.0);
 }
 
-fn desired() -> UnitDualQuaternion {
-    puma().forward_kinematics(&numbers(&json()["theta_desired"])).unwrap()
-}
-
 #[test]
 fn rule_3_goals_are_latched_unless_a_timeout_makes_them_a_stream() {
     let mut rig = Rig::with(|settings| settings.goal_timeout = Some(Duration::from_millis(200)));
-    rig.stream(&desired());
+    rig.stream(&pose("theta_desired"));
     rig.run(0.19);
     assert_eq!(rig.state(), State::Tracking);
-    rig.stream(&desired());
+    rig.stream(&pose("theta_desired"));
     rig.run(0.19);
     assert_eq!(rig.state(), State::Tracking);
     rig.run(0.2);

@@ -272,9 +272,7 @@ fn an_arm_that_takes_positions_keeps_its_position_limits() {
         settings.interface = Interface::Position;
         settings.limits.position.lower[2] = 1.6;
     });
-    let goal: UnitDualQuaternion = crate::reference::puma()
-        .forward_kinematics(&crate::reference::numbers(&crate::reference::json()["theta_desired"]))
-        .unwrap();
+    let goal: UnitDualQuaternion = crate::reference::pose("theta_desired");
     rig.goal_pose(&goal);
     // The rig holds the positions against the limits.
     rig.run_until(State::Stalled, 40.0);

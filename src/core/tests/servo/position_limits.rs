@@ -86,7 +86,7 @@ fn fastest_beside_a_limit(law: Law, joint: usize) -> f64 {
     let mut rig = Rig::with(|settings| {
         settings.limits.linear_speed = 0.05;
         settings.progress_timeout = None;
-        let start = crate::reference::numbers(&crate::reference::json()["theta_initial"])[joint];
+        let start = crate::reference::theta("theta_initial")[joint];
         settings.limits.position.lower[joint] = start - 0.2;
         settings.limits.position.upper[joint] = start + 0.2;
     });

@@ -423,7 +423,7 @@ proptest! {
     ) {
         let mut rig = Rig::with(|settings| {
             settings.integral = integral;
-            let start = crate::reference::numbers(&crate::reference::json()["theta_initial"]);
+            let start = crate::reference::theta("theta_initial");
             let position = &mut settings.limits.position;
             position.lower = start.iter().zip(room).map(|(angle, (below, _))| angle - below).collect();
             position.upper = start.iter().zip(room).map(|(angle, (_, above))| angle + above).collect();
@@ -461,7 +461,7 @@ fn no_order_of_events_on_ways_round_passes_a_limit() {
         ..ProptestConfig::default()
     });
     let ended = runner.run(&strategy, |(room, places, events, search)| {
-        let start = crate::reference::numbers(&crate::reference::json()["theta_initial"]);
+        let start = crate::reference::theta("theta_initial");
         let limits = start.iter().zip(room).map(|(angle, (below, above))| (angle - below, angle + above));
         let limits: Vec<_> = limits.collect();
         let mut rig = Rig::with(|settings| {
