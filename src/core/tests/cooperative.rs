@@ -35,46 +35,27 @@ fn every_primitive_arrives_in_both_forms_within_the_limits() {
 }
 
 #[test]
-fn either_arm_silent_stops_both() {
+fn either_arm_silent_stops_both_and_is_known() {
     for silent in [0, 1] {
         let mut rig = Rig::two_arms();
+        rig.connected[silent] = false;
+        rig.take_point([0.1; 3], [0.0, 0.0, 0.0, 1.0], "left/tool0").unwrap();
+        rig.run(0.2);
+        assert_eq!((rig.state(), rig.speed()), (State::WaitingForState, 0.0));
+        assert_eq!(rig.servo.quietest_arm(), silent);
+        rig.connect(true);
         rig.run(0.01);
         rig.goal_pose(&nearby(&rig));
         rig.run(0.3);
         assert!(rig.speed() > 0.05);
-        rig.connected[silent] = false;
+        rig.connected[1 - silent] = false;
         rig.run(0.104);
-        assert_eq!(rig.state(), State::StaleState);
+        assert_eq!((rig.state(), rig.servo.quietest_arm()), (State::StaleState, 1 - silent));
         rig.run(0.1);
         assert_eq!(rig.speed(), 0.0);
-        rig.connected[silent] = true;
+        rig.connect(true);
         rig.run_until(State::Settled, 30.0);
     }
-}
-
-#[test]
-fn one_arm_alone_is_not_moved() {
-    let mut rig = Rig::two_arms();
-    rig.connected[1] = false;
-    rig.take_point([0.1; 3], [0.0, 0.0, 0.0, 1.0], "left/tool0").unwrap();
-    rig.run(0.2);
-    assert_eq!((rig.state(), rig.speed()), (State::WaitingForState, 0.0));
-}
-
-#[test]
-fn pause_stop_and_changes_of_primitive_never_step_the_command() {
-    let mut rig = Rig::two_arms();
-    rig.run(0.01);
-    rig.goal_pose(&nearby(&rig));
-    for i in 0..40 {
-        rig.run(0.05);
-        rig.change(|settings| settings.controller.aim = Aim::ALL[i % 5]);
-        rig.goal_pose(&nearby(&rig));
-        rig.pause(i % 9 == 0);
-    }
-    rig.stop();
-    rig.run(0.5);
-    assert_eq!((rig.state(), rig.speed()), (State::Holding, 0.0));
 }
 
 #[test]

@@ -33,13 +33,6 @@ fn stream(rig: &mut Rig, goal: &UnitDualQuaternion, by: u32, every: u32, seconds
     travelled
 }
 
-fn revoked(rig: &Rig) -> Option<Revocation> {
-    match rig.servo.status().reason {
-        Some(Reason::Revoked(why)) => Some(why),
-        _ => None,
-    }
-}
-
 /// The publisher has gone on since: only once it has paused the arm moves.
 fn moves_after_a_pause_only(rig: &mut Rig, goal: &UnitDualQuaternion, every: u32) {
     assert!(stream(rig, goal, 1, every, 3.0) < 1e-9, "it streams on: {}", rig.state());
@@ -69,7 +62,7 @@ fn a_stream_of_goals_does_not_outlive_a_robot_that_jumped() {
     elsewhere[3] += 1.5;
     rig.plants[0] = Plant::new(elsewhere, Duration::from_millis(100));
     rig.run(0.3);
-    assert!(matches!(revoked(&rig), Some(Revocation::IsElsewhere(4, ..))), "{:?}", rig.servo.status().reason);
+    assert!(matches!(rig.revoked(), Some(Revocation::IsElsewhere(4, ..))), "{:?}", rig.servo.status().reason);
     moves_after_a_pause_only(&mut rig, &pose("theta_desired"), 10);
 }
 
@@ -91,7 +84,7 @@ fn a_stream_of_goals_pushes_an_arm_that_does_not_obey_no_more_often_than_a_singl
         }
         stream(&mut rig, &pose("theta_desired"), 1, 10, 20.0);
         assert!(tries <= 3, "{tries}");
-        assert!(matches!(revoked(&rig), Some(Revocation::NotObeyed(..))), "{:?}", rig.servo.status().reason);
+        assert!(matches!(rig.revoked(), Some(Revocation::NotObeyed(..))), "{:?}", rig.servo.status().reason);
         assert_eq!(rig.speed(), 0.0);
     }
 }
@@ -190,7 +183,7 @@ fn an_arm_that_was_switched_off_does_not_go_on_by_itself() {
             assert_eq!((rig.state(), rig.speed()), (State::Holding, 0.0));
             let leap = rig.positions().iter().zip(&place).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
             assert!(leap < 1e-3, "{interface}: {leap} rad");
-            let why = revoked(&rig).unwrap();
+            let why = rig.revoked().unwrap();
             assert!(matches!(why.name(), "not_obeyed" | "fell_behind"), "{why:?}");
             rig.pause(false);
             rig.run_until(State::Settled, 20.0);

@@ -1,10 +1,9 @@
 //! Whatever happens in whatever order: the invariants hold.
 
-use crate::rig::{Rig, reading, twist};
+use crate::rig::{Rig, reading, state_of, twist};
 use dq_algebra::UnitDualQuaternion;
 use dq_core::servo::{
-    self, Goal, GoalMotion, GoalReading, JointReading, Limits, RAMP_TIME, Reconfigure, Rejection, Sent,
-    State, TwistReading,
+    self, Goal, GoalMotion, GoalReading, Limits, RAMP_TIME, Reconfigure, Rejection, Sent, State, TwistReading,
 };
 use dq_kinematics::arm::{Chain, Convention, DhRow};
 use dq_kinematics::control::{Aim, Controller, Law, Map};
@@ -253,7 +252,7 @@ fn apply(rig: &mut Rig, event: Event) {
         Event::BadJointState(i) => {
             let names = &rig.names[..[6, 6, 5, 0][i]];
             let positions: &[f64] = [&[f64::NAN; 6][..], &[1e9; 6], &[0.0; 5], &[]][i];
-            let reading = JointReading { names, positions, velocities: &[], source: 0, stamp_age: None };
+            let reading = state_of(names, positions, 0);
             rig.servo.take_joint_state(0, &reading, now).unwrap_err();
         }
         Event::Law(i) => switch(rig, i),

@@ -2,9 +2,9 @@
 //! and are found after it.
 
 use crate::reference::pose;
-use crate::rig::{Rig, reading};
+use crate::rig::{Rig, reading, state_of};
 use dq_core::plant::Plant;
-use dq_core::servo::{Contended, GoalReading, Interface, JointReading, Rejection, Revocation, Sent, State};
+use dq_core::servo::{Contended, GoalReading, Interface, Rejection, Revocation, Sent, State};
 use dq_kinematics::control::{Aim, Law};
 use std::time::Duration;
 
@@ -127,7 +127,7 @@ fn two_publishers_and_a_blocked_arm_overtake_a_goal_that_waits_for_its_frame() {
     let rivals = |rig: &mut Rig| {
         for _ in 0..10 {
             let (names, positions) = (&rig.names, &[0.3; 6]);
-            let other = JointReading { names, positions, velocities: &[], source: 7, stamp_age: None };
+            let other = state_of(names, positions, 7);
             rig.servo.take_joint_state(0, &other, rig.now).unwrap();
             rig.cycle();
         }
