@@ -41,7 +41,7 @@
 //! assert!((product.screw_log()[2] - 2.0).abs() < 1e-15); // the logarithm of SE(3), which the paper's is not
 //! ```
 //!
-//! What holds of all of this is in `src/core/tests/algebra.rs`, as properties of random poses, on a grid from 0 past π, and against
+//! What holds of all of this is in `src/algebra/tests`, as properties of random poses, on a grid from 0 past π, and against
 //! nalgebra, the matrix exponential, the paper's printed numbers and DQ Robotics: run it before you trust it.
 #![warn(clippy::unwrap_used, clippy::expect_used)]
 // Both panic where nobody reads: results go through cli::print, all else through stderr.

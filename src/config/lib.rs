@@ -66,21 +66,13 @@ mod described;
 mod docs;
 mod dual;
 mod guard;
-#[cfg(test)]
-mod lenient_tests;
 mod limits;
 pub mod mesh_file;
-#[cfg(test)]
-mod mesh_tests;
 mod plant;
 mod scene;
 mod servo;
 mod setup;
 mod stl_file;
-#[cfg(test)]
-mod tests;
-#[cfg(test)]
-mod urdf_1_2_tests;
 
 pub use arms::{ARMS, arm_file};
 pub use common::ArmParameters;

@@ -2,7 +2,7 @@
 //!
 //! Each call takes the next of 1024 random configurations of the PUMA 560, with its goal at another.
 
-#[path = "../../src/core/tests/plain.rs"]
+#[path = "../../src/kinematics/tests/plain.rs"]
 mod plain;
 
 use criterion::{Criterion, criterion_group, criterion_main};

@@ -70,27 +70,6 @@ fn each_description_is_read_as_urdfdom_reads_it() {
 }
 
 #[test]
-fn a_path_and_a_parameter_that_is_none_are_refused_with_what_to_do() {
-    let refused = |arguments: &str| {
-        let (code, stderr) = run(&crate::words(arguments), Stdio::null(), Stdio::piped());
-        assert_eq!(code, Some(2), "{arguments}: {stderr}");
-        assert_eq!(stderr.lines().count(), 1, "{stderr}");
-        stderr
-    };
-    for (arguments, named) in [
-        ("pose 0 --ros-args -p robot_description:=/my/arm.urdf", "give a file as robot_file"),
-        ("servo --ros-args -p robot_description:=arm.urdf", "give a file as robot_file"),
-        ("pose 0 0 0 0 0 0 --ros-args -p arm:=ur5e", "unknown parameter \"arm\""),
-        ("servo --ros-args -p arm:=ur5e", "unknown parameter \"arm\""),
-        ("pose 0 0 0 0 0 0 --ros-args -p nothing_like_it:=1", "unknown parameter \"nothing_like_it\""),
-        ("plot tests/data/bag_demo --ros-args -p limits:=1", "unknown parameter \"limits\""),
-    ] {
-        let stderr = refused(arguments);
-        assert!(stderr.contains(named), "{arguments}: {stderr}");
-    }
-}
-
-#[test]
 fn a_bag_whose_recorder_was_killed_is_plotted() {
     let folder = tempfile::tempdir().unwrap();
     let bag = folder.path().join("bag");

@@ -1,47 +1,33 @@
 //! What an operator without ROS has: goals with an outcome of their own, and a way to stop, to look and to keep parameters.
 
-use crate::host::{Host, assert_success, wait_for_line};
+use crate::host::{FAR, Host, assert_success, wait_for_line};
 use dq_servo::record::Bag;
 use dq_servo::runs::replay;
 use std::process::Output;
-
-pub const FAR: [&str; 8] = ["goal", "-0.125", "0.2", "0.2", "0", "0", "0", "1"];
-
-fn out(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stdout).into_owned()
-}
 
 pub fn err(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
-/// Runs it, which must succeed; what it printed.
-#[track_caller]
-fn run(host: &Host, arguments: &[&str]) -> String {
-    let output = host.run(arguments);
-    assert_success(&output);
-    out(&output)
-}
-
 /// The servo's status, figure by figure.
 #[track_caller]
 pub fn status(host: &Host) -> serde_json::Value {
-    let list: serde_json::Value = serde_json::from_str(&run(host, &["status", "--json"])).unwrap();
+    let list: serde_json::Value = serde_json::from_str(&host.output(&["status", "--json"])).unwrap();
     list[0].clone()
 }
 
 #[test]
 fn a_goal_has_a_fate_of_its_own() {
     let host = Host::with_both_nodes();
-    let there = run(&host, &FAR);
+    let there = host.output(&FAR);
     assert!(there.starts_with("arrived with logc after") && !there.contains("path 0.00"), "{there}");
     // The arm is at this very pose, by the goal before; this one is rejected all the same.
     let rejected = host.run(&[&FAR[..], &["--frame", "nope"]].concat());
-    assert_eq!(rejected.status.code(), Some(1), "{}", out(&rejected));
+    assert_eq!(rejected.status.code(), Some(1), "{}", err(&rejected));
     assert!(err(&rejected).contains("the goal was rejected: frame_id is \"nope\""), "{}", err(&rejected));
     assert!(!err(&rejected).contains("withdrawn"), "the goal in force is another's");
     // Sent again, it has no path: the arm is there.
-    let again = run(&host, &FAR);
+    let again = host.output(&FAR);
     assert!(again.contains("after 0.00 s: path 0.0000 m"), "{again}");
     assert_eq!(status(&host)["state"], "settled");
     let beyond = host.run(&["goal", "3", "0", "0", "0", "0", "0", "1"]);
@@ -87,10 +73,10 @@ fn there_are_no_figures_before_there_are_joint_states() {
 #[test]
 fn the_servo_is_stopped_paused_resumed_and_looked_at_without_ros() {
     let host = Host::with_both_nodes();
-    run(&host, &FAR);
-    run(&host, &["reset"]);
-    assert!(run(&host, &["pause"]).starts_with("/dq_servo: decelerating"));
-    let paused = run(&host, &["status"]);
+    host.output(&FAR);
+    host.output(&["reset"]);
+    assert!(host.output(&["pause"]).starts_with("/dq_servo: decelerating"));
+    let paused = host.output(&["status"]);
     assert!(paused.starts_with("/dq_servo: logc, paused") && paused.contains(", goal -0.125"), "{paused}");
     let waits = host.run(&[&FAR[..], &["--timeout", "9"]].concat());
     assert!(
@@ -98,9 +84,9 @@ fn the_servo_is_stopped_paused_resumed_and_looked_at_without_ros() {
         "{}",
         err(&waits)
     );
-    run(&host, &["resume"]);
-    run(&host, &["stop", "/dq_servo"]);
-    assert!(run(&host, &["status", "--all"]).contains("no goal"));
+    host.output(&["resume"]);
+    host.output(&["stop", "/dq_servo"]);
+    assert!(host.output(&["status", "--all"]).contains("no goal"));
     let unknown = [
         (
             vec!["stop", "/other"],
@@ -134,14 +120,14 @@ fn two_arms_take_goals_and_stops_from_the_command_line() {
     let mut host = Host::new();
     host.start_script("launch_scripts/dq_dual_servo.sh", &[]);
     let relative = ["goal", "--dual", "0.1", "-0.4", "-0.5", "0", "0", "0", "1", "--timeout", "30"];
-    let arrived = run(&host, &relative);
+    let arrived = host.output(&relative);
     assert!(arrived.starts_with("arrived with damped_inverse relative_position after"), "{arrived}");
     let single = host.run(&FAR);
     assert!(err(&single).contains("there is a servo for two arms: --dual"), "{}", err(&single));
-    let stopped = run(&host, &["stop", "--all"]);
+    let stopped = host.output(&["stop", "--all"]);
     assert!(stopped.starts_with("/dq_dual_servo: ") && stopped.lines().count() == 1, "{stopped}");
     let mut reset: Vec<_> =
-        run(&host, &["reset"]).lines().map(|line| line.split(':').next().unwrap().to_owned()).collect();
+        host.output(&["reset"]).lines().map(|line| line.split(':').next().unwrap().to_owned()).collect();
     reset.sort();
     assert_eq!(reset, ["/left/puma560", "/right/puma560"]);
 }
@@ -149,31 +135,31 @@ fn two_arms_take_goals_and_stops_from_the_command_line() {
 #[test]
 fn parameters_are_dumped_and_loaded_and_start_a_node() {
     let mut host = Host::with_both_nodes();
-    run(&host, &["param", "set", "gains.diffc", "77"]);
-    let dump = run(&host, &["param", "dump"]);
+    host.output(&["param", "set", "gains.diffc", "77"]);
+    let dump = host.output(&["param", "dump"]);
     let file = host.file("dump.yaml", &dump);
-    run(&host, &["param", "set", "gains.diffc", "99"]);
-    run(&host, &["param", "set", "controller", "diffc"]);
+    host.output(&["param", "set", "gains.diffc", "99"]);
+    host.output(&["param", "set", "controller", "diffc"]);
     let loaded = host.run(&["param", "load", &file]);
     assert_success(&loaded);
     assert!(err(&loaded).starts_with("2 of "), "{}", err(&loaded));
-    assert_eq!(run(&host, &["param", "dump"]), dump);
+    assert_eq!(host.output(&["param", "dump"]), dump);
     // All or nothing.
     let bad = host.file("bad.yaml", "dq_servo: {ros__parameters: {controller: diffc, gains: {diffc: -1.0}}}");
     let refused = host.run(&["param", "load", "/dq_servo", &bad]);
     assert_eq!(refused.status.code(), Some(2));
     assert!(err(&refused).contains("gains.diffc"), "{}", err(&refused));
-    assert_eq!(run(&host, &["param", "get", "controller"]), "logc\n");
+    assert_eq!(host.parameter("controller"), "logc");
     let elsewhere = host.file("elsewhere.yaml", &dump.replace("/dq_servo:", "/left/dq_servo:"));
     let servo =
         host.start("another", &["servo", "--ros-args", "-r", "__ns:=/left", "--params-file", &elsewhere]);
     wait_for_line(servo, "waiting for joint states");
-    assert_eq!(run(&host, &["param", "get", "/left/dq_servo", "gains.diffc"]), "77.0\n");
+    assert_eq!(host.output(&["param", "get", "/left/dq_servo", "gains.diffc"]), "77.0\n");
     // What is for all is passed over where it does not fit, as at a node's start.
     let shared = host.file("shared.yaml", "/**: {ros__parameters: {nope: 1, gains: {diffc: 55.0}}}");
     assert!(err(&host.run(&["param", "load", &shared])).contains("no parameter \"nope\": ignored"));
-    assert_eq!(run(&host, &["param", "get", "gains.diffc"]), "55.0\n");
-    let mut stopped: Vec<_> = run(&host, &["stop", "--all"]).lines().map(str::to_owned).collect();
+    assert_eq!(host.parameter("gains.diffc"), "55.0");
+    let mut stopped: Vec<_> = host.output(&["stop", "--all"]).lines().map(str::to_owned).collect();
     stopped.sort();
     assert!(
         stopped[0].starts_with("/dq_servo: ") && stopped[1].starts_with("/left/dq_servo: "),
@@ -184,7 +170,7 @@ fn parameters_are_dumped_and_loaded_and_start_a_node() {
         host.run(&["stop", "/left/dq_servo"])
     };
     let gone = after_a_kill(&mut host);
-    assert_eq!(gone.status.code(), Some(1), "{}{}", out(&gone), err(&gone));
+    assert_eq!(gone.status.code(), Some(1), "{}", err(&gone));
 }
 
 #[test]
@@ -224,7 +210,7 @@ fn a_goal_that_stalls_at_a_limit_is_reached_in_another_configuration_where_someb
     assert_eq!(nothing.status.code(), Some(1));
     assert!(err(&nothing).contains("no goal has stalled: there is nothing to go round"), "{}", err(&nothing));
     let (_directory, bag) = crate::replay::place();
-    host.start("recorder", &["record", "--out", bag.to_str().unwrap()]);
+    host.record(&bag);
     crate::record::wait_for(&bag, "/dq_servo/events", 0.0);
     let (place, turn) = (
         ["-0.125", "-0.116868810697", "-0.211871471332"],
@@ -246,7 +232,7 @@ fn a_goal_that_stalls_at_a_limit_is_reached_in_another_configuration_where_someb
         stalled["reason"].as_str().unwrap().contains("is at its position limit; with joint"),
         "{stalled}"
     );
-    let answer = run(&host, &["reconfigure"]);
+    let answer = host.output(&["reconfigure"]);
     assert!(answer.starts_with("/dq_servo: going to the other configuration"), "{answer}");
     assert_eq!(host.wait("client"), Some(0));
     assert_eq!(status(&host)["state"], "settled");
@@ -256,9 +242,9 @@ fn a_goal_that_stalls_at_a_limit_is_reached_in_another_configuration_where_someb
     let motions = &replayed[0].motions;
     assert!(motions.len() == 1 && motions[0].outcome == "arrived" && motions[0].reconfigured, "{motions:?}");
     // Where it always may the arm goes on by itself.
-    run(&host, &["reset"]);
-    run(&host, &["param", "set", "reconfigure", "always"]);
-    run(&host, &["stop"]);
-    let arrived = run(&host, &goal);
+    host.output(&["reset"]);
+    host.output(&["param", "set", "reconfigure", "always"]);
+    host.output(&["stop"]);
+    let arrived = host.output(&goal);
     assert!(arrived.starts_with("arrived with logc in another configuration after"), "{arrived}");
 }

@@ -1,11 +1,11 @@
 //! A robot that describes itself: the servo takes its arm from the topic.
 
-use crate::host::{Host, assert_success};
+use crate::host::{Host, assert_success, wait_until};
 use crate::replay::{assert_replays, place};
 use dq_servo::config::{NodeParameters, PlantParameters};
 use dq_servo::params::{Given, Value};
 use std::fs::File;
-use std::time::{Duration, Instant};
+use std::path::Path;
 
 const FRAMES: [&str; 5] = ["--ros-args", "-p", "base_frame:=base_link", "-p", "tool_frame:=arm_tool_link"];
 const TIAGO: &str = concat!("robot_file:=", env!("CARGO_MANIFEST_DIR"), "/tests/data/urdf/tiago.urdf");
@@ -20,24 +20,24 @@ fn start() -> Vec<f64> {
         .split_once(":=")
         .into_iter()
         .chain([("base_frame", "base_link"), ("tool_frame", "arm_tool_link")]);
-    let given = values.map(|(name, value)| Given {
-        name: name.to_owned(),
-        value: Value::String(value.to_owned()),
-        source: "test".to_owned(),
-        by_name: false,
-    });
+    let given = values.map(|(name, value)| Given::new(name, Value::String(value.to_owned()), "test"));
     let (store, _) = PlantParameters::start("/arm", given.collect()).unwrap();
     PlantParameters::from_store(&store).unwrap().initial_positions
 }
 
 /// Waits until the file has the text.
+#[track_caller]
 pub fn wait_for_text(file: &str, text: &str) {
-    let end = Instant::now() + Duration::from_secs(30);
-    while !std::fs::read_to_string(file).unwrap().contains(text) {
-        let there = std::fs::read_to_string(file).unwrap();
-        assert!(Instant::now() < end, "{text:?} was not logged: {there}");
-        std::thread::sleep(Duration::from_millis(20));
-    }
+    wait_until(30.0, || std::fs::read_to_string(file).unwrap().contains(text).then_some(()));
+}
+
+/// Goes to where `pose` says that the tool is, and records that.
+fn go_and_record(host: &Host, pose: &[&str], bag: &Path) {
+    let pose: serde_json::Value = serde_json::from_str(&host.output(pose)).unwrap();
+    let numbers = ["position", "orientation_xyzw"].map(|key| pose[key].as_array().unwrap().clone()).concat();
+    let numbers: Vec<_> = numbers.iter().map(ToString::to_string).collect();
+    let numbers: Vec<_> = numbers.iter().map(String::as_str).collect();
+    host.output(&[&["goal"][..], &numbers, &["--record", bag.to_str().unwrap()]].concat());
 }
 
 #[test]
@@ -53,9 +53,7 @@ fn a_guard_waits_for_the_description_too_and_takes_its_joints_from_it() {
     let why = String::from_utf8_lossy(&lost.stderr);
     let expected = "error: what came on /robot_description does not describe the arm: robot_description: tool_frame is \"nowhere\"";
     assert!(lost.status.code() == Some(1) && why.contains(expected), "{why}");
-    let joints = host.run(&["param", "get", "dq_servo_guard", "joints"]);
-    assert_success(&joints);
-    assert!(String::from_utf8_lossy(&joints.stdout).contains("torso_lift_joint"));
+    assert!(host.output(&["param", "get", "dq_servo_guard", "joints"]).contains("torso_lift_joint"));
 }
 
 #[test]
@@ -87,48 +85,24 @@ fn the_servo_waits_for_the_description_and_moves_the_arm_that_it_has() {
     logged("nothing on /robot_description describes it yet");
     host.start("plant", &of_tiago("arm", &["-p", TIAGO]));
     logged("waiting_for_state -> holding");
-    let param = |name: &str| {
-        let output = host.run(&["param", "get", name]);
-        assert_success(&output);
-        String::from_utf8_lossy(&output.stdout).into_owned()
-    };
-    assert!(param("joints").contains("torso_lift_joint"));
-    assert!(param("limits.joint_velocity").contains("0.07"));
-    let in_force = param("robot_description");
+    assert!(host.parameter("joints").contains("torso_lift_joint"));
+    assert!(host.parameter("limits.joint_velocity").contains("0.07"));
+    let in_force = host.parameter("robot_description");
     assert!(in_force.contains("torso_lift_joint") && !in_force.contains("wheel"), "{in_force}");
     assert!(in_force.starts_with("<robot") && in_force.lines().count() > 1, "a text as it is: {in_force}");
     let theta: Vec<_> = start().iter().map(|position| (position + 0.05).to_string()).collect();
     let theta: Vec<_> = theta.iter().map(String::as_str).collect();
-    let pose = host.run(&[&["pose", "--json"][..], &FRAMES, &["-p", TIAGO, "--"], &theta].concat());
-    assert_success(&pose);
-    let pose: serde_json::Value = serde_json::from_slice(&pose.stdout).unwrap();
-    let numbers = ["position", "orientation_xyzw"].map(|key| pose[key].as_array().unwrap().clone()).concat();
-    let numbers: Vec<_> = numbers.iter().map(ToString::to_string).collect();
     let (_directory, bag) = place();
-    let record = vec!["--record", bag.to_str().unwrap()];
-    let goal = [vec!["goal"], numbers.iter().map(String::as_str).collect(), record].concat();
-    assert_success(&host.run(&goal));
+    go_and_record(&host, &[&["pose", "--json"][..], &FRAMES, &["-p", TIAGO, "--"], &theta].concat(), &bag);
     assert!(assert_replays(&bag) > 100, "by the joints of the description that the bag has");
 
     // Another robot's description, and what is none, change nothing.
     let ur5 = concat!("robot_file:=", env!("CARGO_MANIFEST_DIR"), "/tests/data/urdf/ur5.urdf");
-    let other = [
-        "arm",
-        "--ros-args",
-        "-r",
-        "__node:=other",
-        "-r",
-        "joint_states:=other",
-        "-p",
-        ur5,
-        "-p",
-        "base_frame:=base_link",
-        "-p",
-        "tool_frame:=tool0",
-    ];
-    host.start("other", &other);
+    let other = ["arm", "--ros-args", "-r", "__node:=other", "-r", "joint_states:=other", "-p", ur5];
+    let frames = ["-p", "base_frame:=base_link", "-p", "tool_frame:=tool0"];
+    host.start("other", &[&other[..], &frames].concat());
     logged("the description on /robot_description is not taken");
-    assert!(host.run(&["param", "get", "joints"]).stdout.windows(5).any(|part| part == b"torso"));
+    assert!(host.parameter("joints").contains("torso"));
 }
 
 /// Names with quotes, blanks, slashes, commas and characters that are not ASCII, of links and of joints.
@@ -185,11 +159,7 @@ fn names_of_any_characters_are_names_over_dds_in_bags_and_in_figures() {
     let start = "initial_positions:=[0.1, 0.5, 0.3]";
     host.start("plant", &["arm", "--ros-args", "--params-file", &frames, "-p", &described, "-p", start]);
     wait_for_text(&log, "waiting_for_state -> holding");
-    let param = |name: &str| {
-        let output = host.run(&["param", "get", name]);
-        assert_success(&output);
-        Value::from_yaml(String::from_utf8_lossy(&output.stdout).trim()).unwrap()
-    };
+    let param = |name: &str| Value::from_yaml(&host.parameter(name)).unwrap();
     let joints = [NAMES[1], NAMES[3], NAMES[5]];
     assert_eq!(param("joints"), Value::StringArray(joints.map(str::to_owned).to_vec()));
     let Value::StringArray(body) = param("body") else { panic!() };
@@ -198,26 +168,11 @@ fn names_of_any_characters_are_names_over_dds_in_bags_and_in_figures() {
         assert!(body.iter().any(|text| text.starts_with(&format!("{name} "))), "{name:?} in {body:?}");
     }
     let (_directory, bag) = place();
+    let pose =
+        ["pose", "0.3", "0.4", "0.4", "--json", "--ros-args", "--params-file", &frames, "-p", &described];
+    go_and_record(&host, &pose, &bag);
+    assert!(assert_replays(&bag) > 50);
     let bag = bag.to_str().unwrap();
-    let pose = host.run(&[
-        "pose",
-        "0.3",
-        "0.4",
-        "0.4",
-        "--json",
-        "--ros-args",
-        "--params-file",
-        &frames,
-        "-p",
-        &described,
-    ]);
-    assert_success(&pose);
-    let pose: serde_json::Value = serde_json::from_slice(&pose.stdout).unwrap();
-    let numbers = ["position", "orientation_xyzw"].map(|key| pose[key].as_array().unwrap().clone()).concat();
-    let numbers: Vec<_> = numbers.iter().map(ToString::to_string).collect();
-    let goal = [vec!["goal"], numbers.iter().map(String::as_str).collect(), vec!["--record", bag]].concat();
-    assert_success(&host.run(&goal));
-    assert!(assert_replays(bag.as_ref()) > 50);
     let plots = format!("{bag}_plots");
     assert_success(&host.run(&["plot", bag, "--out", &plots]));
     let figure = std::fs::read_to_string(format!("{plots}/joint_positions.svg")).unwrap();

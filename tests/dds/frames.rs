@@ -1,7 +1,7 @@
 //! Goals in frames of TF, as another vendor's nodes send them; and their replay, which needs no TF.
 
-use crate::commands::{FAR, err, status};
-use crate::host::{FAST, Host};
+use crate::commands::{err, status};
+use crate::host::{FAR, FAST, Host};
 use crate::replay::recorded_and_replayed;
 use std::process::Output;
 use std::time::Duration;

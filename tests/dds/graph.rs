@@ -1,12 +1,9 @@
 //! What other nodes see of ours: as they see a node of rclcpp.
 
 use crate::PEER;
-use crate::host::{Host, PYTHON, assert_success, wait_for_line};
+use crate::host::{FAR, Host, PYTHON, wait_for_line, wait_until};
 use std::io::{BufRead, BufReader};
 use std::process::{Child, Stdio};
-use std::time::{Duration, Instant};
-
-const FAR: [&str; 8] = ["goal", "-0.125", "0.2", "0.2", "0", "0", "0", "1"];
 
 /// Starts a case of the peer that says when it listens.
 fn listener(host: &Host, case: &str) -> Child {
@@ -21,7 +18,7 @@ fn listener(host: &Host, case: &str) -> Child {
 fn a_goal_reaches_all_who_listened_before_it_was_sent() {
     let host = Host::with_both_nodes();
     let mut listeners: Vec<_> = (0..3).map(|_| listener(&host, "hear_goal")).collect();
-    assert_success(&host.run(&FAR));
+    host.output(&FAR);
     for listener in &mut listeners {
         assert!(listener.wait().unwrap().success());
     }
@@ -52,15 +49,7 @@ fn a_robot_that_publishes_best_effort_is_heard() {
     host.start_peer(&["best_effort_robot"]);
     let servo = host.start("servo", &["servo"]);
     wait_for_line(servo, "publishes BEST_EFFORT only");
-    let heard = Instant::now();
-    loop {
-        let status = host.run(&["status"]);
-        let text = String::from_utf8_lossy(&status.stdout).into_owned();
-        if text.contains("holding") {
-            break;
-        }
-        assert!(heard.elapsed() < Duration::from_secs(10), "{text}");
-    }
+    wait_until(10.0, || host.output(&["status"]).contains("holding").then_some(()));
 }
 
 #[test]
@@ -88,15 +77,11 @@ fn log_switches_do_what_they_say() {
         "--enable-external-lib-logs",
     ];
     host.start_with("servo", &switches, &[("ROS_LOG_DIR", folder.path().to_str().unwrap())]);
-    let end = Instant::now() + Duration::from_secs(20);
     let logged = || {
         let files = folder.path().read_dir().unwrap().flatten();
         files.filter_map(|file| std::fs::read_to_string(file.path()).ok()).collect::<String>()
     };
-    while !logged().contains("waiting for joint states") {
-        assert!(Instant::now() < end, "{}", logged());
-        std::thread::sleep(Duration::from_millis(20));
-    }
+    wait_until(20.0, || logged().contains("waiting for joint states").then_some(()));
     assert_eq!(host.interrupt("servo").0, Some(0));
     assert_eq!(host.errors("servo"), "");
 }

@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 use std::io::{BufRead, BufReader, Read};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
@@ -12,6 +12,9 @@ const LIMIT: &str = "120";
 
 /// For a servo whose law is not what a test is about: its motions take a second or two, and whoever listens gets what came to it.
 pub const FAST: [&str; 5] = ["--ros-args", "-p", "gains.logc:=[4.0, 4.0]", "-p", "events:=true"];
+
+/// A goal half a metre away from where the arm begins.
+pub const FAR: [&str; 8] = ["goal", "-0.125", "0.2", "0.2", "0", "0", "0", "1"];
 
 /// A network namespace, held by a process, with the processes that a test started in it. All end with it.
 pub struct Host {
@@ -173,6 +176,25 @@ impl Host {
         command.args([LIMIT, env!("CARGO_BIN_EXE_dq_servo")]).args(arguments).output().unwrap()
     }
 
+    /// The same, which must succeed; what it printed.
+    #[track_caller]
+    pub fn output(&self, arguments: &[&str]) -> String {
+        let output = self.run(arguments);
+        assert_success(&output);
+        String::from_utf8(output.stdout).unwrap()
+    }
+
+    /// The value of a parameter of the servo.
+    #[track_caller]
+    pub fn parameter(&self, name: &str) -> String {
+        self.output(&["param", "get", name]).trim_end().to_owned()
+    }
+
+    /// Records all its topics, as "recorder".
+    pub fn record(&mut self, bag: &Path) {
+        self.start("recorder", &["record", "--out", bag.to_str().unwrap()]);
+    }
+
     /// Runs a shell command in the namespace, which must succeed.
     pub fn shell(&self, script: &str) {
         assert_success(&self.command("sh").args(["-c", script]).output().unwrap());
@@ -215,29 +237,17 @@ impl Host {
             let mut words = line.split(|byte| *byte == 0).skip(1);
             words.next() == Some(subcommand.as_bytes()) && !words.any(|word| word == b"--help")
         };
-        let end = Instant::now() + Duration::from_secs(10);
-        while Instant::now() < end {
+        wait_until(10.0, || {
             let children = std::fs::read_to_string(&children).unwrap();
-            let found = children.split_whitespace().map(|child| child.parse().unwrap()).find(runs);
-            if let Some(child) = found {
-                return child;
-            }
-            std::thread::sleep(Duration::from_millis(10));
-        }
-        panic!("{name} has not started dq_servo {subcommand}")
+            children.split_whitespace().map(|child| child.parse().unwrap()).find(runs)
+        })
     }
 
     /// Waits for the end of what was started as `name`; its exit code.
+    #[track_caller]
     pub fn wait(&mut self, name: &str) -> Option<i32> {
         let child = self.children.get_mut(name).unwrap();
-        let end = Instant::now() + Duration::from_secs(10);
-        while Instant::now() < end {
-            if let Some(status) = child.try_wait().unwrap() {
-                return status.code();
-            }
-            std::thread::sleep(Duration::from_millis(10));
-        }
-        panic!("{name} did not end");
+        wait_until(10.0, || child.try_wait().unwrap()).code()
     }
 
     /// What was started as `name`.
@@ -324,6 +334,19 @@ fn end_kindly(mut child: Child) {
     }
     let _ = child.kill();
     let _ = child.wait();
+}
+
+/// Waits until there is what is looked for, so many seconds at most.
+#[track_caller]
+pub fn wait_until<T>(seconds: f64, mut found: impl FnMut() -> Option<T>) -> T {
+    let end = Instant::now() + Duration::from_secs_f64(seconds);
+    loop {
+        if let Some(found) = found() {
+            return found;
+        }
+        assert!(Instant::now() < end, "not within {seconds} s");
+        std::thread::sleep(Duration::from_millis(10));
+    }
 }
 
 /// Reads the child's log until `text` comes, and goes on reading so that the child never blocks.

@@ -1,7 +1,7 @@
 //! Arms that take positions or trajectories: driven, recorded and replayed.
 
 use crate::described::wait_for_text;
-use crate::host::{FAST, Host, assert_success};
+use crate::host::{FAR, FAST, Host, assert_success};
 use crate::record::wait_for;
 use crate::replay::{assert_replays, built_in, place, recorded_and_replayed};
 use dq_servo::runs::{plot, recorded};
@@ -14,8 +14,7 @@ fn there(interface: &str) -> u64 {
     let interface = ["--ros-args", "-p", &interface];
     let host = Host::with_nodes(&interface, &interface);
     let (_directory, bag) = place();
-    let goal = ["goal", "-0.125", "0.2", "0.2", "0", "0", "0", "1", "--record", bag.to_str().unwrap()];
-    assert_success(&host.run(&goal));
+    host.output(&[&FAR[..], &["--record", bag.to_str().unwrap()]].concat());
     assert_are_drawn(&bag);
     let (_other_directory, next) = place();
     let goal = ["goal", "0.1", "0.3", "0.1", "0", "0", "0", "1", "--record", next.to_str().unwrap()];
@@ -73,12 +72,11 @@ fn positions_that_begin_anew_after_a_silence_replay_to_the_bit() {
     let plant = [&position[..], &["-p", "state_rate:=50.0"]].concat();
     let mut host = Host::with_nodes(&plant, &[&position[..], &FAST].concat());
     let (_directory, bag) = place();
-    host.start("recorder", &["record", "--out", bag.to_str().unwrap()]);
+    host.record(&bag);
     wait_for(&bag, "/joint_states", 0.0);
-    let there = ["goal", "-0.125", "0.2", "0.2", "0", "0", "0", "1"];
-    let in_motion = host.run(&[&there[..], &["--timeout", "0.3", "--keep-going"]].concat());
+    let in_motion = host.run(&[&FAR[..], &["--timeout", "0.3", "--keep-going"]].concat());
     assert!(!in_motion.status.success(), "it has no time to arrive");
-    for goal in [&["goal", "-0.1", "0.38", "0.12", "0", "0", "0", "1"], &there] {
+    for goal in [&["goal", "-0.1", "0.38", "0.12", "0", "0", "0", "1"], &FAR] {
         assert_success(&host.run(&["reset"]));
         assert_success(&host.run(goal));
     }
@@ -103,5 +101,5 @@ fn a_robot_with_delays_encoders_and_lag_is_brought_to_its_goal() {
     ];
     let parameters = robot.iter().flat_map(|value| ["-p", value]);
     let host = Host::with_nodes(&["--ros-args"].into_iter().chain(parameters).collect::<Vec<_>>(), &[]);
-    assert_success(&host.run(&["goal", "-0.125", "0.2", "0.2", "0", "0", "0", "1"]));
+    host.output(&FAR);
 }

@@ -13,7 +13,7 @@ mod replay;
 mod simulated_time;
 mod terminal;
 
-use host::{FAST, Host, assert_success, wait_for_line};
+use host::{FAR, FAST, Host, assert_success, wait_for_line};
 use serde_json::Value;
 
 /// The peer with the DDS of another vendor.
@@ -22,12 +22,10 @@ const PEER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/dds/peer.py");
 #[test]
 fn the_demo_of_an_arm_in_the_box_moves_it_there_and_back() {
     let host = Host::new();
-    let output = host.run(&["demo", "--arm", "panda", "--json"]);
-    assert_success(&output);
-    let motions: Value = serde_json::from_slice(&output.stdout).unwrap();
-    let motions = motions.as_array().unwrap();
+    let motions: Vec<Value> =
+        serde_json::from_str(&host.output(&["demo", "--arm", "panda", "--json"])).unwrap();
     assert_eq!(motions.iter().map(|motion| &motion["law"]).collect::<Vec<_>>(), ["logc", "diffc"]);
-    for motion in motions {
+    for motion in &motions {
         assert!(motion["position_error_m"].as_f64().unwrap() <= 1e-3, "{motion}");
         assert!(motion["straight_line_m"].as_f64().unwrap() > 0.05, "{motion}");
     }
@@ -131,7 +129,7 @@ fn a_demo_meets_neither_a_robot_that_is_up_nor_another_demo() {
 fn a_goal_without_a_servo_or_without_a_robot_says_what_is_missing() {
     let mut host = Host::new();
     let goal = |host: &Host| {
-        let output = host.run(&["goal", "-0.125", "0.2", "0.2", "0", "0", "0", "1", "--timeout", "4"]);
+        let output = host.run(&[&FAR[..], &["--timeout", "4"]].concat());
         assert_eq!(output.status.code(), Some(1));
         String::from_utf8_lossy(&output.stderr).into_owned()
     };
@@ -145,11 +143,7 @@ fn a_goal_without_a_servo_or_without_a_robot_says_what_is_missing() {
 #[test]
 fn parameters_are_reached_from_the_command_line() {
     let host = Host::with_both_nodes();
-    let text = |arguments: &[&str]| {
-        let output = host.run(arguments);
-        assert_success(&output);
-        String::from_utf8(output.stdout).unwrap()
-    };
+    let text = |arguments: &[&str]| host.output(arguments);
     assert!(text(&["param", "list"]).lines().any(|line| line == "gains.diffc: 185.0"));
     assert!(text(&["param", "list", "puma560"]).lines().any(|line| line == "command_timeout: 0.1"));
     text(&["param", "set", "controller", "diffc"]);
@@ -176,9 +170,7 @@ fn parameters_are_reached_from_the_command_line() {
 fn parameters_of_another_vendor_s_node_are_reached() {
     let mut host = Host::new();
     host.start_peer(&["serve"]);
-    let output = host.run(&["param", "get", "/other", "speed"]);
-    assert_success(&output);
-    assert_eq!(output.stdout, b"1.5\n");
+    assert_eq!(host.output(&["param", "get", "/other", "speed"]), "1.5\n");
 }
 
 #[test]
@@ -188,11 +180,7 @@ fn ros_arguments_name_the_nodes_and_set_their_parameters() {
     let names = ["--ros-args", "-r", "__ns:=/left", "-r", "__node:=renamed"];
     let more = ["--params-file", file.as_str(), "-p", "gains.diffc:=100"];
     host.start("servo", &[&["servo"], &names[..], &more[..]].concat());
-    let get = |name: &str| {
-        let output = host.run(&["param", "get", "/left/renamed", name]);
-        assert_success(&output);
-        String::from_utf8(output.stdout).unwrap()
-    };
+    let get = |name: &str| host.output(&["param", "get", "/left/renamed", name]);
     assert_eq!(get("gains.logc"), "[1.0, 2.5]\n");
     assert_eq!(get("gains.diffc"), "100.0\n");
 }
@@ -201,19 +189,7 @@ fn ros_arguments_name_the_nodes_and_set_their_parameters() {
 fn the_launch_script_starts_both_nodes_and_ends_them() {
     let mut host = Host::new();
     host.start_script("launch_scripts/dq_servo.sh", &["--ros-args", "-r", "__ns:=/left"]);
-    assert_success(&host.run(&[
-        "goal",
-        "-0.1",
-        "0.2",
-        "0.2",
-        "0",
-        "0",
-        "0",
-        "1",
-        "--ros-args",
-        "-r",
-        "__ns:=/left",
-    ]));
+    host.output(&[&FAR[..], &["--ros-args", "-r", "__ns:=/left"]].concat());
     host.signal("script", "TERM");
     assert_eq!(host.wait("script"), Some(143));
 }
@@ -245,7 +221,7 @@ fn who_was_heard_and_comes_back_after_its_lease_ends_the_servo_and_only_who_hear
     assert_eq!(host.child("plant").try_wait().unwrap(), None, "the plant has ended");
     // The servo that a supervisor starts again obeys nothing from before, and whoever is new.
     host.start_servo("servo", &FAST);
-    assert_success(&host.run(&["goal", "-0.1", "0.2", "0.2", "0", "0", "0", "1"]));
+    host.output(&FAR);
 }
 
 #[test]
@@ -254,7 +230,7 @@ fn the_launch_script_starts_the_guard_and_no_arm_where_it_is_asked_to() {
     host.start("plant", &["puma560"]);
     host.start_script("launch_scripts/dq_servo.sh", &["sim:=false", "guard:=true"]);
     host.peer(&["guarded"]);
-    assert_success(&host.run(&["goal", "-0.1", "0.2", "0.2", "0", "0", "0", "1"]));
+    host.output(&FAR);
     host.signal("script", "TERM");
     assert_eq!(host.wait("script"), Some(143));
 }

@@ -1,7 +1,7 @@
 //! What was recorded over DDS, replayed without it: the same commands to the last bit. And the plots of it.
 
 use crate::commands::err;
-use crate::host::{FAST, Host, assert_success};
+use crate::host::{FAR, FAST, Host, assert_success};
 use dq_servo::config::ServoParameters;
 use dq_servo::nodes::Prepared;
 use dq_servo::record::Bag;
@@ -38,7 +38,7 @@ fn replayed(bag: &Path) -> Replayed {
 pub fn recorded_and_replayed(cases: &[&str]) -> (tempfile::TempDir, PathBuf, u64) {
     let mut host = Host::with_both_nodes();
     let (directory, bag) = place();
-    host.start("recorder", &["record", "--out", bag.to_str().unwrap()]);
+    host.record(&bag);
     crate::record::wait_for(&bag, "/dq_servo/events", 0.0);
     cases.iter().for_each(|case| host.peer_with(&[("READERS", "2")], &[case]));
     assert_eq!(host.interrupt("recorder").0, Some(0));
@@ -50,13 +50,11 @@ pub fn recorded_and_replayed(cases: &[&str]) -> (tempfile::TempDir, PathBuf, u64
 fn demo_and_plot(arguments: &[&str], bag: &Path, figures: usize) -> (Vec<Value>, Vec<Value>) {
     let host = Host::new();
     let text = bag.to_str().unwrap();
-    let demo = host.run(&[&["demo", "--json", "--record", text], arguments].concat());
-    assert_success(&demo);
+    let demo = host.output(&[&["demo", "--json", "--record", text], arguments].concat());
     let plots = bag.with_extension("plots");
-    let plot = host.run(&["plot", text, "--json", "--out", plots.to_str().unwrap()]);
-    assert_success(&plot);
+    let plot = host.output(&["plot", text, "--json", "--out", plots.to_str().unwrap()]);
     assert_eq!(plots.read_dir().unwrap().count(), 2 * figures + 1, "SVG and PNG, and whose they are");
-    (serde_json::from_slice(&demo.stdout).unwrap(), serde_json::from_slice(&plot.stdout).unwrap())
+    (serde_json::from_str(&demo).unwrap(), serde_json::from_str(&plot).unwrap())
 }
 
 /// Both repeat what the servo said.
@@ -154,8 +152,7 @@ fn a_goal_is_recorded_from_the_start_with_the_parameters_of_before() {
         assert_success(&host.run(&["param", "set", name, value]));
     }
     let (directory, bag) = place();
-    let goal = ["goal", "-0.125", "0.2", "0.2", "0", "0", "0", "1", "--record"];
-    assert_success(&host.run(&[goal.as_slice(), &[bag.to_str().unwrap()]].concat()));
+    host.output(&[&FAR[..], &["--record", bag.to_str().unwrap()]].concat());
     assert!(assert_replays(&bag) > 100);
     let runs = recorded(&bag, "run", &built_in()).unwrap().runs;
     let [run] = runs.as_slice() else { panic!("{} runs", runs.len()) };
@@ -168,9 +165,8 @@ fn a_goal_is_recorded_from_the_start_with_the_parameters_of_before() {
     assert_success(&host.run(&[goal.as_slice(), &[bag.to_str().unwrap()]].concat()));
     assert!(assert_replays(&bag) > 100);
     let plots = directory.path().join("plots");
-    let plot = host.run(&["plot", bag.to_str().unwrap(), "--json", "--out", plots.to_str().unwrap()]);
-    assert_success(&plot);
-    let motions: Vec<Value> = serde_json::from_slice(&plot.stdout).unwrap();
+    let plot = host.output(&["plot", bag.to_str().unwrap(), "--json", "--out", plots.to_str().unwrap()]);
+    let motions: Vec<Value> = serde_json::from_str(&plot).unwrap();
     assert!(motions.len() == 1 && motions[0]["path_length_m"].as_f64().unwrap() > 0.1, "{motions:?}");
     assert!(
         motions[0]["arrival_time_s"].as_f64().unwrap() > 1.0 && motions[0]["law"] == "diffc",
@@ -215,7 +211,7 @@ fn what_is_recorded_while_the_arm_stands_replays_from_there_on() {
             Case::Stalled => stall(&host),
         }
         let (_directory, bag) = place();
-        host.start("recorder", &["record", "--out", bag.to_str().unwrap()]);
+        host.record(&bag);
         crate::record::wait_for(&bag, "/dq_servo/events", 1.0);
         if matches!(case, Case::Paused) {
             leave(&host, ["0.1", "0.2", "0.2"]);
@@ -226,8 +222,7 @@ fn what_is_recorded_while_the_arm_stands_replays_from_there_on() {
         assert_success(&host.run(&["param", "set", "controller", "logc"]));
         goal(&host, ["0.1", "0.3", "0.2"]);
         assert_eq!(host.interrupt("recorder").0, Some(0));
-        let off = host.run(&["param", "get", "events"]);
-        assert!(String::from_utf8_lossy(&off.stdout).contains("false"), "it was off before: {off:?}");
+        assert_eq!(host.parameter("events"), "false", "it was off before");
         let servo = replayed(&bag);
         let judged = (servo.different, servo.inputs_missing, servo.not_judged, servo.judged_s.len());
         assert_eq!(judged, (0, 0, 0, 1), "{case:?} {servo:?}");
@@ -241,9 +236,9 @@ fn what_is_recorded_while_the_arm_stands_replays_from_there_on() {
 fn a_record_that_is_turned_on_in_motion_begins_when_the_arm_stands() {
     let mut host = Host::with_both_nodes();
     let (_directory, bag) = place();
-    let keeps_on = ["goal", "-0.125", "0.2", "0.2", "0", "0", "0", "1", "--keep-going", "--timeout", "0.3"];
-    assert_eq!(host.run(&keeps_on).status.code(), Some(1));
-    host.start("recorder", &["record", "--out", bag.to_str().unwrap()]);
+    let keeps_on = host.run(&[&FAR[..], &["--keep-going", "--timeout", "0.3"]].concat());
+    assert_eq!(keeps_on.status.code(), Some(1));
+    host.record(&bag);
     crate::record::wait_for(&bag, "/dq_servo/events", 0.0);
     let runs = recorded(&bag, "run", &built_in()).unwrap().runs;
     let last = runs[0].motions.last().map(|motion| motion.outcome.clone());

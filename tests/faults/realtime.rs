@@ -1,7 +1,6 @@
 //! `realtime_priority`: what the system allows is had, what it does not allow is refused before anything moves.
 
-use crate::host::{Host, wait_for_line};
-use std::time::{Duration, Instant};
+use crate::host::{Host, wait_for_line, wait_until};
 
 const NODES: [(&str, &str); 3] =
     [("servo", "waiting for joint states"), ("puma560", "simulating"), ("guard", "watching /")];
@@ -48,11 +47,7 @@ fn a_cycle_that_may_have_real_time_has_it_and_its_memory_is_locked() {
         wait_for_line(host.start(node, &[&[node], &PRIORITY[..]].concat()), ready);
         let (pid, thread) = (host.pid(node), if node == "puma560" { "plant" } else { node });
         // Some nodes log before their thread has begun.
-        let end = Instant::now() + Duration::from_secs(10);
-        while locked_memory(pid) == 0 {
-            assert!(Instant::now() < end, "{node}: no memory is locked");
-            std::thread::sleep(Duration::from_millis(10));
-        }
+        wait_until(10.0, || (locked_memory(pid) > 0).then_some(()));
         const FIFO: u32 = 1;
         let expected = [("RustDDS Partici", 39), ("RustDDS discove", 39), (thread, 40)];
         let expected = expected.map(|(name, priority)| (name.to_owned(), FIFO, priority));

@@ -1,6 +1,6 @@
 //! Others on the servo's topics.
 
-use crate::host::{FAST, Host, wait_for_line};
+use crate::host::{FAR, FAST, Host, wait_for_line};
 use crate::outcome::{check_memory, run, run_at, run_with_both_nodes};
 
 #[test]
@@ -43,6 +43,6 @@ fn commands_that_nobody_but_a_guard_subscribes_to_are_reported_at_once() {
     host.start("plant", &["puma560", "--ros-args", "-r", elsewhere]);
     wait_for_line(host.start("guard", &["guard"]), "watching /");
     host.start("servo", &["servo"]);
-    host.start("goal", &["goal", "-0.125", "0.2", "0.2", "0", "0", "0", "1", "--timeout", "30"]);
+    host.start("goal", &[&FAR[..], &["--timeout", "30"]].concat());
     wait_for_line(host.child("servo"), "nobody subscribes to /forward_velocity_controller/commands");
 }

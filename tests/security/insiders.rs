@@ -1,13 +1,12 @@
 //! Nodes with keys of one authority: what each may do works, and what it may not do does not.
 
-use crate::host::{Host, assert_success, wait_for_line};
+use crate::host::{FAR, Host, assert_success, wait_for_line, wait_until};
 use crate::keystore::{Keystore, Variables};
 use dq_servo::record::{Bag, BagMessage};
 use dq_servo::wire::decode;
 use dq_servo::wire::messages::{DiagnosticStatus, JointState, StringMessage};
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
-use std::time::{Duration, Instant};
 
 /// Servo and plant on a host, and a recorder that sees all that they see.
 pub struct Site {
@@ -63,12 +62,7 @@ impl Site {
     }
 
     fn wait_for(&self, topic: &str) {
-        let end = Instant::now() + Duration::from_secs(30);
-        let seen = || !messages(&self.bag, topic).is_empty();
-        while !seen() {
-            assert!(Instant::now() < end, "{topic} was not recorded");
-            std::thread::sleep(Duration::from_millis(100));
-        }
+        wait_until(30.0, || messages(&self.bag, topic).pop());
     }
 
     /// Runs a command of who belongs here.
@@ -129,14 +123,12 @@ fn messages(bag: &Path, topic: &str) -> Vec<BagMessage> {
     bag.filter(|message| &*message.topic == topic).collect()
 }
 
-const GOAL: [&str; 8] = ["goal", "-0.125", "0.2", "0.2", "0", "0", "0", "1"];
-
 #[test]
 fn a_secured_servo_and_plant_move_the_arm_and_are_told_what_to_do() {
     let keystore = Keystore::new();
     let site = Site::new(keystore.variables());
     assert_success(&site.run(&["param", "set", "controller", "diffc"], "/dq_servo_param"));
-    let arrived = site.run(&GOAL, "/dq_servo_goal");
+    let arrived = site.run(&FAR, "/dq_servo_goal");
     assert_success(&arrived);
     assert!(String::from_utf8_lossy(&arrived.stdout).starts_with("arrived with diffc"));
     let seen = site.seen();
@@ -151,7 +143,7 @@ fn the_launch_script_starts_secured_nodes() {
     script.env("DQ_SERVO", env!("CARGO_BIN_EXE_dq_servo")).stderr(Stdio::piped()).envs(keystore.variables());
     let mut script = script.spawn().unwrap();
     wait_for_line(&mut script, "waiting_for_state -> holding");
-    let arrived = run(&host, &keystore.variables(), &GOAL, "/dq_servo_goal");
+    let arrived = run(&host, &keystore.variables(), &FAR, "/dq_servo_goal");
     assert_success(&Command::new("kill").args(["-TERM", &script.id().to_string()]).output().unwrap());
     assert_eq!(script.wait().unwrap().code(), Some(143));
     assert_success(&arrived);
@@ -174,7 +166,7 @@ fn who_belongs_may_still_do_no_more_than_its_permissions_say() {
     let keystore = Keystore::new();
     let site = Site::new(keystore.variables());
     for (command, enclave, forbidden) in [
-        (&GOAL[..], "/dq_servo_recorder", "rt/goal_pose"),
+        (&FAR[..], "/dq_servo_recorder", "rt/goal_pose"),
         (&["param", "set", "controller", "diffc"], "/dq_servo_goal", "set_parameters"),
         (&["servo"], "/dq_servo_goal", "rt/forward_velocity_controller/commands"),
         (&["puma560"], "/dq_servo", "rq/puma560/resetRequest"),

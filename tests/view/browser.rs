@@ -90,13 +90,8 @@ fn a_goal_a_law_a_gain_and_the_services_are_set_by_the_page() {
     let mut host = Host::with_both_nodes();
     let link = view(&mut host, &[]);
     Browser::start(&host, "drive", &link).until("done");
-    let get = |name: &str| {
-        let output = host.run(&["param", "get", name]);
-        assert_success(&output);
-        String::from_utf8(output.stdout).unwrap()
-    };
-    assert_eq!(get("controller"), "double_geodesic\n");
-    assert_eq!(get("gains.double_geodesic"), "[1.0, 2.5]\n");
+    assert_eq!(host.parameter("controller"), "double_geodesic");
+    assert_eq!(host.parameter("gains.double_geodesic"), "[1.0, 2.5]");
     host.signal("view", "INT");
     assert_eq!(host.wait("view"), Some(0));
 }
@@ -175,8 +170,7 @@ fn two_laws_race_side_by_side_from_where_the_last_motion_began() {
     let link = view(&mut host, &[]);
     Browser::start(&host, "race", &link).until("done");
     // The arm that is watched has nothing to do with it.
-    let law = host.run(&["param", "get", "controller"]);
-    assert_eq!(String::from_utf8_lossy(&law.stdout), "logc\n");
+    assert_eq!(host.parameter("controller"), "logc");
 }
 
 #[test]
@@ -195,12 +189,7 @@ fn joint_limits_are_shown_and_a_recording_is_begun_and_ended() {
     let bags: Vec<_> = directory.path().read_dir().unwrap().map(|entry| entry.unwrap().path()).collect();
     assert_eq!(bags.len(), 2, "{bags:?}");
     for bag in &bags {
-        assert_success(&host.run(&[
-            "plot",
-            bag.to_str().unwrap(),
-            "--out",
-            &format!("{}_plots", bag.display()),
-        ]));
+        host.output(&["plot", bag.to_str().unwrap(), "--out", &format!("{}_plots", bag.display())]);
     }
 }
 
@@ -214,8 +203,7 @@ fn an_arm_that_slides_is_shown_in_millimetres_with_its_rail() {
     host.start_servo("servo", &[&arm[..], &["-p", "task:=position"]].concat());
     let link = view(&mut host, &[]);
     Browser::start(&host, "slides", &link).until("done");
-    let task = host.run(&["param", "get", "task"]);
-    assert_eq!(String::from_utf8_lossy(&task.stdout), "position_and_axis\n");
+    assert_eq!(host.parameter("task"), "position_and_axis");
 }
 
 /// Each of them would end the program without a word.

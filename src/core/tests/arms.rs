@@ -3,7 +3,6 @@
 use crate::rig::Rig;
 use dq_config::{ARMS, NodeParameters, PlantParameters, ServoParameters, arm_file};
 use dq_core::servo::{PositionLimits, Stall, State};
-use dq_kinematics::arm::Description;
 use dq_kinematics::control::Law;
 use dq_params::{Given, parameters_for};
 
@@ -71,33 +70,6 @@ fn rule_18_no_sound_motion_is_taken_for_an_oscillation() {
             rig.goal_pose(&pose);
             rig.run(3.0);
             assert_ne!(rig.servo.status().stall, Some(Stall::Oscillating), "{name} {law} {number}");
-        }
-    }
-}
-
-#[test]
-fn arms_with_a_description_are_what_it_says() {
-    for (name, base, tool, rounding) in
-        [("panda", "panda_link0", "panda_link8", 1e-9), ("xarm7", "link_base", "link_eef", 1e-4)]
-    {
-        let file = format!("{}/../../tests/data/urdf/{name}.urdf", env!("CARGO_MANIFEST_DIR"));
-        let description = Description::read(&std::fs::read_to_string(file).unwrap(), base, tool).unwrap().arm;
-        let (described, parameters) = (description.chain().unwrap(), servo(name));
-        let names: Vec<_> = description.moving().map(|joint| joint.name.as_str()).collect();
-        assert_eq!(parameters.joints[0].names(), names);
-        for factor in [-1.0, 0.3, 1.7] {
-            let theta: Vec<_> = (0..names.len()).map(|i| factor * (0.2 + 0.3 * i as f64)).collect();
-            let (ours, theirs) = (parameters.arms.chain(), &described);
-            let [ours, theirs] = [ours, theirs].map(|chain| chain.forward_kinematics(&theta).unwrap());
-            assert!((ours.translation() - theirs.translation()).norm() < rounding, "{name} at {theta:?}");
-            assert!(ours.rotation().angle_to(&theirs.rotation()) < 10.0 * rounding, "{name} at {theta:?}");
-        }
-        let limits = &parameters.settings.limits;
-        for (i, joint) in description.moving().enumerate() {
-            let close = |one: f64, other: Option<f64>| (one - other.unwrap()).abs() < 1e-4;
-            assert!(close(limits.position.lower[i], joint.limits.lower), "{name} {}", joint.name);
-            assert!(close(limits.position.upper[i], joint.limits.upper), "{name} {}", joint.name);
-            assert!(close(limits.joint_velocity[i], joint.limits.velocity), "{name} {}", joint.name);
         }
     }
 }

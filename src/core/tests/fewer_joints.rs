@@ -1,10 +1,10 @@
 //! Arms of fewer than six joints, asked for what they can do; and what each arm does with what it is not asked for.
 
-use crate::reference::{puma, settings};
+use crate::aims::{LESS, missed, turned};
+use crate::reference::puma;
 use crate::rig::Rig;
-use crate::tasks::{LESS, missed, turned};
 use dq_config::{NodeParameters, PlantParameters, ServoParameters};
-use dq_core::servo::{Posture, Reason, Revocation, Stall, State};
+use dq_core::servo::{Posture, Stall, State};
 use dq_kinematics::arm::{Chain, Convention, DhRow};
 use dq_kinematics::control::{Aim, Law};
 use dq_params::{Given, Value};
@@ -215,20 +215,6 @@ fn what_the_task_frees_goes_to_the_posture() {
     let positions = rig.positions();
     let wrist = positions[3..].iter().zip(&posture[3..]).map(|(one, other)| (one - other).abs());
     assert!(wrist.sum::<f64>() < 0.05, "{positions:?} {posture:?}");
-}
-
-#[test]
-fn another_task_moves_nothing_until_somebody_asks_for_that() {
-    let mut rig = Rig::new();
-    rig.run(0.1);
-    rig.goal("theta_desired");
-    rig.run(0.5);
-    assert_eq!(rig.state(), State::Tracking);
-    rig.change(|settings| settings.controller.aim = Aim::Position);
-    rig.run(1.0);
-    assert_eq!((rig.state(), rig.speed()), (State::Holding, 0.0));
-    assert_eq!(rig.servo.status().reason, Some(Reason::Revoked(Revocation::AnotherAim)));
-    assert_eq!(settings().controller.aim, Aim::Pose, "the default");
 }
 
 /// A twist that asks for what the task frees moves nothing of that.

@@ -1,25 +1,15 @@
-//! The algebra, the arm and the laws against the reference work and against themselves.
+//! The servo in fake time, on every kind of arm.
 
-mod algebra;
-mod arm;
+#[path = "../../kinematics/tests/aims.rs"]
+mod aims;
 mod arms;
-mod control;
 mod cooperative;
-mod described;
-mod described_limits;
 mod fewer_joints;
-mod frames;
-mod laws;
-mod odd_arms;
 mod opinion;
-mod plain;
+mod own_loop;
 mod posture;
 mod reference;
 mod rig;
 mod search;
 mod second_order;
 mod servo;
-mod setup;
-mod step;
-mod tasks;
-mod tolerance;

@@ -2,36 +2,9 @@
 
 use crate::arms::{servo, start};
 use crate::rig::Rig;
-use dq_config::{NodeParameters, ServoParameters};
 use dq_core::servo::{Posture, State};
-use dq_kinematics::arm::ArmState;
-use dq_kinematics::control::Aim;
-use dq_params::Value;
-use proptest::prelude::*;
 
 const ARM: &str = "panda";
-
-proptest! {
-    #[test]
-    fn what_the_inverse_leaves_free_moves_the_arm_and_not_the_tool(
-        theta in prop::array::uniform7(-1.5..1.5f64), wanted in prop::array::uniform7(-1.0..1.0f64)
-    ) {
-        let parameters = servo(ARM);
-        let (chain, damping) = (parameters.arms.chain(), parameters.settings.controller.damping);
-        let mut state = ArmState::new(chain);
-        chain.evaluate(&theta, &mut state).unwrap();
-        prop_assume!(state.smallest_singular_value() > damping.threshold);
-        let mut free = wanted;
-        damping.leave_tool(&state, Aim::Pose, &mut free);
-        let (omega, v) = state.tool_twist(&free);
-        prop_assert!(omega.norm() < 1e-11 && v.norm() < 1e-11, "{omega} {v}");
-        // A projection: the second time takes nothing.
-        let mut again = free;
-        damping.leave_tool(&state, Aim::Pose, &mut again);
-        let rest: f64 = free.iter().zip(&again).map(|(one, other)| (one - other).abs()).sum();
-        prop_assert!(rest < 1e-11);
-    }
-}
 
 /// How far the joints are from the posture after a motion and ten seconds more, when the arm had settled, and how far the tool strays in
 /// the ten seconds \[m\].
@@ -70,20 +43,4 @@ fn a_posture_is_gone_to_while_the_tool_stays() {
     assert!((time_with - time_without).abs() < 0.1 * time_without, "{time_with} s, without {time_without} s");
     // Far faster than the joints are allowed to go: every cycle is held against the limits.
     moved(10.0);
-}
-
-#[test]
-fn a_posture_is_off_by_default_and_has_a_number_for_each_joint() {
-    assert_eq!(servo(ARM).settings.posture, Posture::default());
-    let (store, _) = ServoParameters::start("/dq_servo", crate::arms::given(ARM)).unwrap();
-    let set = |positions: usize, gain: f64| {
-        let changes = [
-            ("posture.positions".to_owned(), Value::DoubleArray(vec![0.5; positions])),
-            ("posture.gain".to_owned(), Value::Double(gain)),
-        ];
-        ServoParameters::from_store(&store.with(&changes).unwrap()).map(|all| all.settings.posture)
-    };
-    assert_eq!(set(7, 1.0).unwrap(), Posture { positions: vec![0.5; 7], gain: 1.0 });
-    let why = set(6, 1.0).unwrap_err().to_string();
-    assert!(why.contains("posture.positions") && why.contains("7 numbers"), "{why}");
 }

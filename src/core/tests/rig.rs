@@ -1,12 +1,12 @@
 //! A servo and its arms in fake time.
 
 use crate::opinion::Opinion;
-use crate::reference::{dual_parameters, json, numbers, parameters};
+use crate::reference::{dual_parameters, parameters, pose, theta};
 use dq_algebra::UnitDualQuaternion;
 use dq_config::ServoParameters;
 use dq_core::servo::{
     Arms, Event, GoalMotion, GoalReading, Interface, JointOrder, JointReading, Limits, PositionLimits,
-    Reason, Rejection, STARTS, STREAM, Search, Sent, Servo, Settings, State, TwistReading,
+    Reason, Rejection, Revocation, STARTS, STREAM, Search, Sent, Servo, Settings, State, TwistReading,
 };
 use dq_kinematics::arm::Chain;
 use dq_limits::check::{Gaps, Invariants};
@@ -120,8 +120,20 @@ impl Rig {
         Self::start_at(parameters, vec![start], period)
     }
 
+    /// The paper's arm on its way to theta_desired for so long \[s\].
+    pub fn in_motion(seconds: f64) -> Self {
+        Self::new().moving(seconds)
+    }
+
+    /// On its way to theta_desired for so long \[s\].
+    pub fn moving(mut self, seconds: f64) -> Self {
+        self.goal("theta_desired");
+        self.run(seconds);
+        self
+    }
+
     pub fn goal(&mut self, theta: &str) {
-        let pose = crate::reference::puma().forward_kinematics(&numbers(&json()[theta])).unwrap();
+        let pose = pose(theta);
         self.goal_pose(&pose);
     }
 
@@ -460,6 +472,14 @@ impl Rig {
         self.servo.status().state
     }
 
+    /// What has revoked what was asked for.
+    pub fn revoked(&self) -> Option<Revocation> {
+        match self.servo.status().reason {
+            Some(Reason::Revoked(why)) => Some(why),
+            _ => None,
+        }
+    }
+
     pub fn speed(&self) -> f64 {
         self.command.iter().fold(0.0, |max, speed| speed.abs().max(max))
     }
@@ -479,12 +499,17 @@ pub fn reading(pose: &UnitDualQuaternion, stamp: i64) -> GoalReading<'static> {
 
 /// Joint angles of the reference work, by their names.
 fn starts(names: &[&str]) -> Vec<Vec<f64>> {
-    names.iter().map(|name| numbers(&json()[*name])).collect()
+    names.iter().map(|name| theta(name)).collect()
 }
 
 /// The joint state of an arm of six joints that stands at `positions` \[rad\].
 pub fn at_rest<'a>(names: &'a [String], positions: &'a [f64]) -> JointReading<'a> {
-    JointReading { names, positions, velocities: &[0.0; 6], source: 0, stamp_age: None }
+    JointReading { velocities: &[0.0; 6], ..state_of(names, positions, 0) }
+}
+
+/// What a driver of that number says of where these joints are \[rad\], without speeds and without a stamp.
+pub fn state_of<'a>(names: &'a [String], positions: &'a [f64], source: u32) -> JointReading<'a> {
+    JointReading { names, positions, velocities: &[], source, stamp_age: None }
 }
 
 /// Whether what came was no goal and no twist at all.

@@ -1,69 +1,9 @@
-//! The law of second order, logc_pd: what the paper's §10.2 and Bullo & Murray (1995) promise of the PD law on SE(3).
+//! The cycle under the law of second order, logc_pd.
 
-use crate::reference::{puma, settings};
+use crate::reference::settings;
 use crate::rig::Rig;
 use dq_core::servo::State;
-use dq_kinematics::arm::ArmState;
-use dq_kinematics::control::{Approach, Law, pose_error};
-use nalgebra::Vector6;
-
-/// What is left of a motion that begins at rest and obeys `ẍ + K_d ẋ + K_p x = 0`, after `time` \[s\].
-fn left(k_p: f64, k_d: f64, time: f64) -> f64 {
-    let (decay, square) = (0.5 * k_d, 0.25 * k_d * k_d - k_p);
-    let root = square.abs().sqrt();
-    match square {
-        square if square.abs() < 1e-12 => (1.0 + decay * time) * (-decay * time).exp(),
-        square if square > 0.0 => {
-            (-decay * time).exp() * ((root * time).cosh() + decay / root * (root * time).sinh())
-        }
-        _ => (-decay * time).exp() * ((root * time).cos() + decay / root * (root * time).sin()),
-    }
-}
-
-/// The PUMA 560 driven to a goal a turn of 0.5 rad away, which leads past no singularity, and its error now and then, for 3 s.
-fn errors(gains: [f64; 2], period: f64) -> Vec<(f64, Vector6<f64>)> {
-    let (chain, controller) = (puma(), settings().controller.with_gains(Law::LogcPd, gains));
-    let mut joints = vec![0.1, -1.0, 0.2, 0.3, 0.9, 0.1];
-    let goal = chain.forward_kinematics(&[0.4, -0.8, 0.0, 0.1, 1.1, 0.3]).unwrap();
-    let (mut arm, mut approach, mut command) = (ArmState::new(&chain), Approach::new(6), vec![0.0; 6]);
-    let mut errors = Vec::new();
-    for cycle in 0..(3.0 / period) as u32 {
-        chain.evaluate(&joints, &mut arm).unwrap();
-        if cycle % 500 == 0 {
-            errors.push((f64::from(cycle) * period, pose_error(&arm, &goal).screw_log()));
-        }
-        controller.joint_velocity(&arm, &goal, &mut command);
-        assert!(approach.apply(&controller, &arm, period, &mut command));
-        approach.keep(&arm, &command);
-        joints.iter_mut().zip(&command).for_each(|(angle, speed)| *angle += period * speed);
-    }
-    errors
-}
-
-#[test]
-fn from_rest_the_tool_moves_on_one_screw_as_a_mass_with_spring_and_damper() {
-    for [k_p, k_d] in [[4.0, 4.0], [4.0, 10.0], [9.0, 2.0]] {
-        let errors = errors([k_p, k_d], 2e-4);
-        let start = errors[0].1;
-        for (time, error) in &errors {
-            let expected = start * left(k_p, k_d, *time);
-            assert!((error - expected).norm() < 2e-3 * start.norm(), "{k_p} {k_d} after {time} s");
-        }
-    }
-}
-
-#[test]
-fn critical_damping_does_not_overshoot_and_less_does() {
-    let least = |gains| {
-        let errors = errors(gains, 1e-3);
-        let start = errors[0].1;
-        errors.iter().map(|(_, error)| error.dot(&start) / start.norm_squared()).fold(1.0, f64::min)
-    };
-    assert!(least([4.0, 4.0]) > 0.0);
-    // The first swing of ζ = ⅓ goes beyond by exp(−π ζ/√(1−ζ²)) = 0.329.
-    let swing = least([9.0, 2.0]);
-    assert!((swing + 0.329).abs() < 0.02, "{swing}");
-}
+use dq_kinematics::control::Law;
 
 /// The fastest changes of a joint's speed [rad/s²] in the first cycles of a motion.
 fn first_acceleration(law: Law) -> f64 {

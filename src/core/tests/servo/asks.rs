@@ -1,6 +1,6 @@
 //! Who asks, and what ends that whatever else happens: streams of goals, rivals, robots that do not obey, parameters that change.
 
-use crate::reference::{json, numbers, puma};
+use crate::reference::{pose, puma, theta};
 use crate::rig::{PERIOD, Rig, reading};
 use dq_algebra::UnitDualQuaternion;
 use dq_core::servo::{
@@ -11,13 +11,9 @@ use dq_plant::Plant;
 use nalgebra::{UnitQuaternion, Vector3};
 use std::time::Duration;
 
-fn at(theta: &str) -> UnitDualQuaternion {
-    puma().forward_kinematics(&numbers(&json()[theta])).unwrap()
-}
-
 /// Somewhat aside of where the paper's arm begins.
 fn beside() -> UnitDualQuaternion {
-    let theta: Vec<_> = numbers(&json()["theta_initial"]).iter().map(|angle| angle + 0.4).collect();
+    let theta: Vec<_> = theta("theta_initial").iter().map(|angle| angle + 0.4).collect();
     puma().forward_kinematics(&theta).unwrap()
 }
 
@@ -37,13 +33,6 @@ fn stream(rig: &mut Rig, goal: &UnitDualQuaternion, by: u32, every: u32, seconds
     travelled
 }
 
-fn revoked(rig: &Rig) -> Option<Revocation> {
-    match rig.servo.status().reason {
-        Some(Reason::Revoked(why)) => Some(why),
-        _ => None,
-    }
-}
-
 /// The publisher has gone on since: only once it has paused the arm moves.
 fn moves_after_a_pause_only(rig: &mut Rig, goal: &UnitDualQuaternion, every: u32) {
     assert!(stream(rig, goal, 1, every, 3.0) < 1e-9, "it streams on: {}", rig.state());
@@ -57,10 +46,10 @@ fn a_stream_of_goals_does_not_outlive_a_stop() {
     // At 500, 50 and 1 Hz, as `ros2 topic pub` sends.
     for every in [1, 10, 505] {
         let mut rig = Rig::new();
-        stream(&mut rig, &at("theta_desired"), 1, every, 1.1);
+        stream(&mut rig, &pose("theta_desired"), 1, every, 1.1);
         rig.stop();
         rig.run_until(State::Holding, 1.0);
-        moves_after_a_pause_only(&mut rig, &at("theta_desired"), every);
+        moves_after_a_pause_only(&mut rig, &pose("theta_desired"), every);
     }
 }
 
@@ -68,13 +57,13 @@ fn a_stream_of_goals_does_not_outlive_a_stop() {
 fn a_stream_of_goals_does_not_outlive_a_robot_that_jumped() {
     let mut rig = Rig::new();
     rig.check_positions = false;
-    stream(&mut rig, &at("theta_desired"), 1, 10, 1.0);
+    stream(&mut rig, &pose("theta_desired"), 1, 10, 1.0);
     let mut elsewhere = rig.positions();
     elsewhere[3] += 1.5;
     rig.plants[0] = Plant::new(elsewhere, Duration::from_millis(100));
     rig.run(0.3);
-    assert!(matches!(revoked(&rig), Some(Revocation::IsElsewhere(4, ..))), "{:?}", rig.servo.status().reason);
-    moves_after_a_pause_only(&mut rig, &at("theta_desired"), 10);
+    assert!(matches!(rig.revoked(), Some(Revocation::IsElsewhere(4, ..))), "{:?}", rig.servo.status().reason);
+    moves_after_a_pause_only(&mut rig, &pose("theta_desired"), 10);
 }
 
 #[test]
@@ -90,12 +79,12 @@ fn a_stream_of_goals_pushes_an_arm_that_does_not_obey_no_more_often_than_a_singl
         let mut tries = 0;
         for _ in 0..20 {
             let before = rig.speed() > 0.0;
-            stream(&mut rig, &at("theta_desired"), 1, 10, 0.05);
+            stream(&mut rig, &pose("theta_desired"), 1, 10, 0.05);
             tries += u32::from(rig.speed() > 0.0 && !before);
         }
-        stream(&mut rig, &at("theta_desired"), 1, 10, 20.0);
+        stream(&mut rig, &pose("theta_desired"), 1, 10, 20.0);
         assert!(tries <= 3, "{tries}");
-        assert!(matches!(revoked(&rig), Some(Revocation::NotObeyed(..))), "{:?}", rig.servo.status().reason);
+        assert!(matches!(rig.revoked(), Some(Revocation::NotObeyed(..))), "{:?}", rig.servo.status().reason);
         assert_eq!(rig.speed(), 0.0);
     }
 }
@@ -103,7 +92,7 @@ fn a_stream_of_goals_pushes_an_arm_that_does_not_obey_no_more_often_than_a_singl
 #[test]
 fn two_publishers_of_goals_are_rivals_and_one_that_sends_a_single_goal_is_none() {
     let mut rig = Rig::new();
-    let goals = [at("theta_desired"), at("theta_third")];
+    let goals = [pose("theta_desired"), pose("theta_third")];
     let mut held = 0;
     for cycle in 0..5000 {
         // Each at 2 Hz.
@@ -194,7 +183,7 @@ fn an_arm_that_was_switched_off_does_not_go_on_by_itself() {
             assert_eq!((rig.state(), rig.speed()), (State::Holding, 0.0));
             let leap = rig.positions().iter().zip(&place).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
             assert!(leap < 1e-3, "{interface}: {leap} rad");
-            let why = revoked(&rig).unwrap();
+            let why = rig.revoked().unwrap();
             assert!(matches!(why.name(), "not_obeyed" | "fell_behind"), "{why:?}");
             rig.pause(false);
             rig.run_until(State::Settled, 20.0);

@@ -1,8 +1,7 @@
 //! Rules 1 to 4: what comes in, in time, too late, and bad.
 
-use crate::reference::{json, numbers, puma};
-use crate::rig::{PERIOD, Rig};
-use dq_algebra::UnitDualQuaternion;
+use crate::reference::pose;
+use crate::rig::{PERIOD, Rig, state_of};
 use dq_core::servo::{BeyondReach, Event, GoalReading, JointReading, Reason, Rejection, Sent, Stall, State};
 use dq_kinematics::control::Law;
 use std::time::Duration;
@@ -21,30 +20,26 @@ fn rule_1_nothing_moves_before_a_joint_state_and_a_goal() {
 
 #[test]
 fn rule_2_stale_joint_states_stop_the_arm_within_one_timeout_and_fresh_ones_resume() {
-    let mut rig = Rig::new();
-    rig.goal("theta_desired");
-    rig.run(0.5);
+    let mut rig = Rig::in_motion(0.5);
     assert!(rig.speed() > 0.5);
     rig.connect(false);
     rig.run(0.104);
     assert_eq!(rig.state(), State::StaleState);
     rig.run(0.1);
     assert_eq!(rig.speed(), 0.0);
+    // Rule 15 revokes what was asked for after a second.
+    rig.run(0.7);
     rig.connect(true);
     rig.run_until(State::Settled, 30.0);
-}
-
-fn desired() -> UnitDualQuaternion {
-    puma().forward_kinematics(&numbers(&json()["theta_desired"])).unwrap()
 }
 
 #[test]
 fn rule_3_goals_are_latched_unless_a_timeout_makes_them_a_stream() {
     let mut rig = Rig::with(|settings| settings.goal_timeout = Some(Duration::from_millis(200)));
-    rig.stream(&desired());
+    rig.stream(&pose("theta_desired"));
     rig.run(0.19);
     assert_eq!(rig.state(), State::Tracking);
-    rig.stream(&desired());
+    rig.stream(&pose("theta_desired"));
     rig.run(0.19);
     assert_eq!(rig.state(), State::Tracking);
     rig.run(0.2);
@@ -55,9 +50,7 @@ fn rule_3_goals_are_latched_unless_a_timeout_makes_them_a_stream() {
 
 #[test]
 fn rule_4_bad_messages_are_rejected_counted_and_leave_the_last_good_ones() {
-    let mut rig = Rig::new();
-    rig.goal("theta_desired");
-    rig.run(0.1);
+    let mut rig = Rig::in_motion(0.1);
     let before = rig.servo.status().goal;
     let unit = [0.0, 0.0, 0.0, 1.0];
     let now = rig.now;
@@ -81,12 +74,10 @@ fn rule_4_bad_messages_are_rejected_counted_and_leave_the_last_good_ones() {
         (&names[..], nan, "non_finite"),
         (&[][..], vec![], "missing_joint"),
     ] {
-        let reading =
-            JointReading { names, positions: &positions, velocities: &[], source: 0, stamp_age: None };
+        let reading = state_of(names, &positions, 0);
         assert_eq!(rig.servo.take_joint_state(0, &reading, now).unwrap_err().label(), label);
     }
-    let reading =
-        JointReading { names: &names, positions: &[0.0; 6], velocities: &[], source: 0, stamp_age: None };
+    let reading = state_of(&names, &[0.0; 6], 0);
     let rejection = rig.servo.take_joint_state(1, &reading, now).unwrap_err();
     assert_eq!(rejection, Rejection::UnknownArm { arm: 1, arms: 1 });
     rig.run(0.01);
@@ -161,9 +152,7 @@ fn rule_9_a_goal_however_far_beyond_reach_is_told_with_both_distances() {
 
 #[test]
 fn a_cycle_takes_what_comes_in_its_order_and_counts_what_is_no_message() {
-    let mut rig = Rig::new();
-    rig.goal("theta_desired");
-    rig.run(0.5);
+    let mut rig = Rig::in_motion(0.5);
     let unusable = |what: &str| Event::Unusable(Rejection::Malformed(what.to_owned()));
     let position = [0.4, 0.1, 0.3];
     let (orientation_xyzw, frame_id, sent) = ([0.0, 0.0, 0.0, 1.0], "", Sent::default());

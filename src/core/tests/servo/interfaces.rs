@@ -1,9 +1,9 @@
 //! Robots whose controllers take velocities, positions or trajectories: when anything is sent, and what.
 
 use crate::reference::distance;
-use crate::rig::Rig;
+use crate::rig::{Rig, state_of};
 use dq_algebra::UnitDualQuaternion;
-use dq_core::servo::{Contended, Interface, JointReading, Reason, Revocation, State};
+use dq_core::servo::{Contended, Interface, Reason, Revocation, State};
 use std::time::Duration;
 
 /// The interfaces that take positions, with the rates of their cycles [Hz].
@@ -210,8 +210,7 @@ fn a_second_publisher_of_joint_states_stops_an_arm_that_takes_positions_without_
         let mut sent = vec![rig.output.clone().unwrap()];
         for _ in 0..rate {
             let names = &rig.names;
-            let other =
-                JointReading { names, positions: &[0.3; 6], velocities: &[], source: 7, stamp_age: None };
+            let other = state_of(names, &[0.3; 6], 7);
             assert_eq!(rig.servo.take_joint_state(0, &other, rig.now), Ok(false));
             rig.cycle();
             sent.push(rig.output.clone().expect("it is sent where it goes, until it stands and after"));
@@ -243,7 +242,7 @@ fn an_arm_that_jumps_while_two_give_its_joint_states_is_not_sent_back() {
     let mut rig = in_motion(Interface::Position, 500);
     for cycle in 0..500 {
         let names = &rig.names;
-        let other = JointReading { names, positions: &[0.3; 6], velocities: &[], source: 7, stamp_age: None };
+        let other = state_of(names, &[0.3; 6], 7);
         rig.servo.take_joint_state(0, &other, rig.now).unwrap();
         if cycle == 5 {
             rig.plants[0].reset();
@@ -272,9 +271,7 @@ fn an_arm_that_takes_positions_keeps_its_position_limits() {
         settings.interface = Interface::Position;
         settings.limits.position.lower[2] = 1.6;
     });
-    let goal: UnitDualQuaternion = crate::reference::puma()
-        .forward_kinematics(&crate::reference::numbers(&crate::reference::json()["theta_desired"]))
-        .unwrap();
+    let goal: UnitDualQuaternion = crate::reference::pose("theta_desired");
     rig.goal_pose(&goal);
     // The rig holds the positions against the limits.
     rig.run_until(State::Stalled, 40.0);

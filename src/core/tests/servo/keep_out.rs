@@ -77,25 +77,6 @@ fn a_twist_into_a_wall_slides_along_it() {
     assert!((0.009..0.02).contains(&rig.least_gap), "{} m", rig.least_gap);
 }
 
-#[test]
-fn an_arm_that_is_inside_may_leave_and_does_not_by_itself() {
-    let mut rig = rig(&[]);
-    let z = rig.servo.pose().unwrap().translation().z;
-    // The tool is 1 cm deep in it.
-    let table = format!("table half_space 0 0 1 {}", z - 0.04);
-    rig.change(|settings| settings.scene = scene(&Arms::one(puma()), &[&table]));
-    rig.run(0.5);
-    let here = rig.positions();
-    let down = beside(&rig, [0.0, 0.1, -0.2]);
-    rig.goal_pose(&down);
-    rig.run(3.0);
-    let z_then = rig.servo.pose().unwrap().translation().z;
-    assert!(z_then > z - 0.001, "{z_then}");
-    assert_ne!(here, rig.positions());
-    rig.goal_pose(&beside(&rig, [0.0, 0.0, 0.2]));
-    rig.run_until(State::Settled, 20.0);
-}
-
 /// The arm stretched out, with a hand of 10 cm at its tool, all of which a keep-out touches wherever the arm is, but here.
 fn stretched(keep_out: &str) -> Rig {
     let mut rig = Rig::of_arm(puma(), vec![1.3, -0.1, -1.45, 0.0, 0.1, 0.0]);

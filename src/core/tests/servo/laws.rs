@@ -1,6 +1,6 @@
 //! That the laws arrive, and as the reference work says.
 
-use crate::reference::{json, numbers};
+use crate::reference::pose;
 use crate::rig::Rig;
 use dq_algebra::UnitDualQuaternion;
 use dq_core::servo::State;
@@ -50,7 +50,7 @@ fn logc_settles_as_the_reference_run_did() {
 
 #[test]
 fn both_signs_of_a_goal_are_the_same_motion() {
-    let goal = crate::reference::puma().forward_kinematics(&numbers(&json()["theta_desired"])).unwrap();
+    let goal = pose("theta_desired");
     let end = |goal: UnitDualQuaternion| {
         let mut rig = Rig::new();
         rig.set_law(Law::Diffc);

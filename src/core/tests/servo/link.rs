@@ -1,34 +1,21 @@
 //! What connects the servo to its robot: whose joint states count, a robot that was away, one that does not follow.
 
-use crate::rig::{PERIOD, Rig};
+use crate::rig::{PERIOD, Rig, state_of};
 use dq_core::servo::{Contended, JointReading, Reason, Revocation, State};
 use std::time::Duration;
 
 /// A rig under way to its goal.
 fn in_motion() -> Rig {
-    let mut rig = Rig::new();
-    rig.goal("theta_desired");
-    rig.run(0.5);
+    let rig = Rig::in_motion(0.5);
     assert_eq!(rig.state(), State::Tracking);
     rig
 }
 
-fn rearm(rig: &Rig) -> Option<Revocation> {
-    match rig.servo.status().reason {
-        Some(Reason::Revoked(why)) => Some(why),
-        _ => None,
-    }
-}
-
-/// Stands for a second, and goes on when the goal comes again.
-fn needs_the_goal_again(rig: &mut Rig) {
+/// Stands for a second, and goes to its goal in a motion of its own once somebody has wanted that, with nothing in its figures of what
+/// was before.
+fn stands_until(rig: &mut Rig, want: impl FnOnce(&mut Rig)) {
     rig.run(1.0);
     assert_eq!((rig.state(), rig.speed()), (State::Holding, 0.0));
-    goes_on_by(rig, |rig| rig.goal("theta_desired"));
-}
-
-/// Goes to its goal in a motion of its own once somebody has wanted that, with nothing in its figures of what was before.
-fn goes_on_by(rig: &mut Rig, want: impl FnOnce(&mut Rig)) {
     let (count, from) = (rig.servo.status().goal_count, rig.servo.pose().unwrap().translation());
     want(rig);
     rig.run_until(State::Settled, 30.0);
@@ -38,38 +25,21 @@ fn goes_on_by(rig: &mut Rig, want: impl FnOnce(&mut Rig)) {
 }
 
 #[test]
-fn rule_15_a_goal_does_not_outlive_a_long_absence_of_the_robot() {
-    let mut rig = in_motion();
-    rig.connect(false);
-    rig.run(1.2);
-    assert_eq!(rig.state(), State::StaleState);
-    rig.connect(true);
-    rig.cycle();
-    assert!(matches!(rearm(&rig), Some(Revocation::WasAway(away)) if (1.1..1.3).contains(&away)));
-    let reason = rig.servo.status().reason.unwrap();
-    let words = reason.explain(|joint| joint.to_string(), |_, _| String::new(), |_| String::new());
-    assert!(words.starts_with("the robot was away for 1.2 s") && words.contains("~/pause"), "{words}");
-    needs_the_goal_again(&mut rig);
-}
-
-#[test]
-fn rule_15_a_goal_outlives_a_short_absence() {
-    let mut rig = in_motion();
-    rig.connect(false);
-    rig.run(0.9);
-    rig.connect(true);
-    rig.run_until(State::Settled, 30.0);
-}
-
-#[test]
-fn rule_15_the_end_of_a_pause_renews_a_goal_too() {
-    let mut rig = in_motion();
-    rig.connect(false);
-    rig.run(1.2);
-    rig.connect(true);
-    rig.run(0.2);
-    assert_eq!(rig.state(), State::Holding);
-    goes_on_by(&mut rig, |rig| rig.pause(false));
+fn rule_15_a_goal_does_not_outlive_a_long_absence_and_is_renewed_by_itself_or_the_end_of_a_pause() {
+    let ways: [fn(&mut Rig); 2] = [|rig| rig.goal("theta_desired"), |rig| rig.pause(false)];
+    for renew in ways {
+        let mut rig = in_motion();
+        rig.connect(false);
+        rig.run(1.2);
+        assert_eq!(rig.state(), State::StaleState);
+        rig.connect(true);
+        rig.cycle();
+        assert!(matches!(rig.revoked(), Some(Revocation::WasAway(away)) if (1.1..1.3).contains(&away)));
+        let reason = rig.servo.status().reason.unwrap();
+        let words = reason.explain(|joint| joint.to_string(), |_, _| String::new(), |_| String::new());
+        assert!(words.starts_with("the robot was away for 1.2 s") && words.contains("~/pause"), "{words}");
+        stands_until(&mut rig, renew);
+    }
 }
 
 #[test]
@@ -97,8 +67,8 @@ fn rule_15_a_robot_that_came_back_elsewhere_needs_the_goal_again() {
     rig.plants[0] = dq_plant::Plant::new(elsewhere, Duration::from_millis(100));
     rig.connect(true);
     rig.cycle();
-    assert!(matches!(rearm(&rig), Some(Revocation::IsElsewhere(4, ..))), "{:?}", rig.servo.status().reason);
-    needs_the_goal_again(&mut rig);
+    assert!(matches!(rig.revoked(), Some(Revocation::IsElsewhere(4, ..))), "{:?}", rig.servo.status().reason);
+    stands_until(&mut rig, |rig| rig.goal("theta_desired"));
 }
 
 #[test]
@@ -109,8 +79,8 @@ fn rule_15_a_goal_of_long_ago_does_not_move_a_robot_that_starts() {
     rig.run(20.0);
     rig.connect(true);
     rig.cycle();
-    assert!(matches!(rearm(&rig), Some(Revocation::CameLater(age)) if (19.9..20.1).contains(&age)));
-    needs_the_goal_again(&mut rig);
+    assert!(matches!(rig.revoked(), Some(Revocation::CameLater(age)) if (19.9..20.1).contains(&age)));
+    stands_until(&mut rig, |rig| rig.goal("theta_desired"));
 }
 
 #[test]
@@ -148,8 +118,7 @@ fn rule_16_two_publishers_of_our_joints_make_the_arm_stand_until_one_has_gone_an
     let mut seen = 0;
     for _ in 0..1000 {
         let (names, now) = (&rig.names, rig.now);
-        let reading =
-            JointReading { names, positions: &elsewhere, velocities: &[], source: 7, stamp_age: None };
+        let reading = state_of(names, &elsewhere, 7);
         let believed = rig.servo.take_joint_state(0, &reading, now).unwrap();
         assert!(!believed, "the first one is believed");
         rig.cycle();
@@ -162,8 +131,8 @@ fn rule_16_two_publishers_of_our_joints_make_the_arm_stand_until_one_has_gone_an
     assert_eq!((rig.state(), rig.speed()), (State::Holding, 0.0));
     rig.goal("theta_third");
     rig.run(1.5);
-    assert_eq!(rearm(&rig), Some(Revocation::Rivals(Contended::JointStates(0))));
-    needs_the_goal_again(&mut rig);
+    assert_eq!(rig.revoked(), Some(Revocation::Rivals(Contended::JointStates(0))));
+    stands_until(&mut rig, |rig| rig.goal("theta_desired"));
 }
 
 #[test]
@@ -181,8 +150,7 @@ fn rule_16_a_gripper_on_the_same_topic_changes_nothing() {
     let mut rig = in_motion();
     let names: Vec<_> = (0..6).map(|finger| format!("finger{finger}")).collect();
     for _ in 0..500 {
-        let gripper =
-            JointReading { names: &names, positions: &[0.0; 6], velocities: &[], source: 3, stamp_age: None };
+        let gripper = state_of(&names, &[0.0; 6], 3);
         rig.cycle();
         assert_eq!(rig.state(), State::Tracking);
         assert!(rig.servo.take_joint_state(0, &gripper, rig.now).is_err());
@@ -217,7 +185,7 @@ fn rule_17_an_arm_that_does_not_follow_gets_zeros_and_starts_from_rest_when_it_d
         fastest = fastest.max(rig.speed());
         cycles_with_zero += usize::from(rig.speed() == 0.0);
     }
-    assert!(matches!(rearm(&rig), Some(Revocation::NotObeyed(..))), "{:?}", rearm(&rig));
+    assert!(matches!(rig.revoked(), Some(Revocation::NotObeyed(..))), "{:?}", rig.revoked());
     assert!(fastest <= 0.05 + 1e-9 && cycles_with_zero > 4500, "{fastest} rad/s, {cycles_with_zero}");
     rig.following = true;
     rig.run(1.0);
@@ -248,9 +216,7 @@ fn rule_17_an_arm_that_ceases_to_follow_in_motion_is_noticed_and_goes_on_from_re
 
 #[test]
 fn rule_17_one_joint_that_does_not_follow_is_enough() {
-    let mut rig = Rig::new();
-    rig.goal("theta_desired");
-    rig.run(0.15);
+    let mut rig = Rig::in_motion(0.15);
     rig.stuck_joint = Some(2);
     rig.run_until(State::NotFollowing, 0.5);
 }
@@ -269,7 +235,7 @@ fn run_with_wires(wires: fn(&mut [f64])) -> (f64, f64, Option<Revocation>) {
         fastest = speeds.iter().fold(fastest, |fastest, speed| fastest.max(speed.abs()));
     }
     assert_eq!((rig.state(), rig.speed()), (State::Holding, 0.0));
-    (travelled, fastest, rearm(&rig))
+    (travelled, fastest, rig.revoked())
 }
 
 #[test]
@@ -337,21 +303,6 @@ fn rule_17_without_subscribers_the_arm_is_not_driven_and_that_is_said_at_once() 
     assert_eq!(rig.speed(), 0.0);
     rig.servo.set_listeners(0, true);
     rig.run_until(State::Settled, 30.0);
-}
-
-#[test]
-fn of_two_arms_the_one_that_fell_silent_is_known() {
-    for silent in [0, 1] {
-        let mut rig: Rig = Rig::two_arms();
-        rig.connected[silent] = false;
-        rig.run(0.1);
-        assert_eq!((rig.state(), rig.servo.quietest_arm()), (State::WaitingForState, silent));
-        rig.connect(true);
-        rig.run(0.1);
-        rig.connected[1 - silent] = false;
-        rig.run(1.0);
-        assert_eq!((rig.state(), rig.servo.quietest_arm()), (State::StaleState, 1 - silent));
-    }
 }
 
 #[test]

@@ -1,14 +1,13 @@
 //! An arm whose joint states come in several messages: on one topic, from one driver or from two.
 
-use crate::rig::Rig;
-use dq_core::servo::{JointReading, Rejection, State, StateError};
+use crate::rig::{Rig, state_of};
+use dq_core::servo::{Rejection, State, StateError};
 
 /// Gives the servo the joints from `first` to before `end`, as `source` sends them.
 fn part(rig: &mut Rig, (first, end): (usize, usize), source: u32) -> Result<bool, Rejection> {
     let names = rig.names[first..end].to_vec();
     let positions = rig.positions()[first..end].to_vec();
-    let reading =
-        JointReading { names: &names, positions: &positions, velocities: &[], source, stamp_age: None };
+    let reading = state_of(&names, &positions, source);
     rig.servo.take_joint_state(0, &reading, rig.now)
 }
 

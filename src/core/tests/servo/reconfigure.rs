@@ -1,7 +1,7 @@
 //! Rule 21: the way round what a motion has stalled at.
 
 use crate::arms::{anywhere, servo};
-use crate::reference::{distance, json, numbers, puma};
+use crate::reference::{distance, pose, puma};
 use crate::rig::{PERIOD, Rig};
 use dq_core::servo::{
     Event, Found, Interface, NoWayRound, Outcome, Reconfiguration, Reconfigure, Rejection, Revocation,
@@ -49,7 +49,7 @@ fn ask(rig: &mut Rig) -> Result<(), Rejection> {
 
 /// How far the tool is from the pose of theta_desired \[m\].
 fn away(rig: &Rig) -> f64 {
-    let goal = puma().forward_kinematics(&numbers(&json()["theta_desired"])).unwrap();
+    let goal = pose("theta_desired");
     (goal.translation() - rig.servo.pose().unwrap().translation()).norm()
 }
 

@@ -1,10 +1,9 @@
 //! Whatever happens in whatever order: the invariants hold.
 
-use crate::rig::{Rig, reading, twist};
+use crate::rig::{Rig, reading, state_of, twist};
 use dq_algebra::UnitDualQuaternion;
 use dq_core::servo::{
-    self, Goal, GoalMotion, GoalReading, JointReading, Limits, RAMP_TIME, Reconfigure, Rejection, Sent,
-    State, TwistReading,
+    self, Goal, GoalMotion, GoalReading, Limits, RAMP_TIME, Reconfigure, Rejection, Sent, State, TwistReading,
 };
 use dq_kinematics::arm::{Chain, Convention, DhRow};
 use dq_kinematics::control::{Aim, Controller, Law, Map};
@@ -253,7 +252,7 @@ fn apply(rig: &mut Rig, event: Event) {
         Event::BadJointState(i) => {
             let names = &rig.names[..[6, 6, 5, 0][i]];
             let positions: &[f64] = [&[f64::NAN; 6][..], &[1e9; 6], &[0.0; 5], &[]][i];
-            let reading = JointReading { names, positions, velocities: &[], source: 0, stamp_age: None };
+            let reading = state_of(names, positions, 0);
             rig.servo.take_joint_state(0, &reading, now).unwrap_err();
         }
         Event::Law(i) => switch(rig, i),
@@ -423,7 +422,7 @@ proptest! {
     ) {
         let mut rig = Rig::with(|settings| {
             settings.integral = integral;
-            let start = crate::reference::numbers(&crate::reference::json()["theta_initial"]);
+            let start = crate::reference::theta("theta_initial");
             let position = &mut settings.limits.position;
             position.lower = start.iter().zip(room).map(|(angle, (below, _))| angle - below).collect();
             position.upper = start.iter().zip(room).map(|(angle, (_, above))| angle + above).collect();
@@ -461,7 +460,7 @@ fn no_order_of_events_on_ways_round_passes_a_limit() {
         ..ProptestConfig::default()
     });
     let ended = runner.run(&strategy, |(room, places, events, search)| {
-        let start = crate::reference::numbers(&crate::reference::json()["theta_initial"]);
+        let start = crate::reference::theta("theta_initial");
         let limits = start.iter().zip(room).map(|(angle, (below, above))| (angle - below, angle + above));
         let limits: Vec<_> = limits.collect();
         let mut rig = Rig::with(|settings| {

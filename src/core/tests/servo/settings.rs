@@ -52,9 +52,7 @@ fn not_a_number() -> UnitDualQuaternion {
 }
 
 fn in_motion() -> Rig {
-    let mut rig = Rig::new();
-    rig.goal("theta_desired");
-    rig.run(0.3);
+    let rig = Rig::in_motion(0.3);
     assert!(rig.speed() > 0.1);
     rig
 }

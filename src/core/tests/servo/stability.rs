@@ -1,6 +1,6 @@
 //! Up to which latency each law is stable by itself: measured, beside the formula; the table of the guide is this test's.
 
-use crate::reference::{json, numbers, parameters};
+use crate::reference::{parameters, theta};
 use dq_algebra::UnitDualQuaternion;
 use dq_core::servo::{Arms, largest_rate};
 use dq_kinematics::control::{Approach, Controller, Law};
@@ -20,7 +20,7 @@ struct Loop {
 impl Loop {
     fn new(law: Law) -> Self {
         let mut arm = parameters().arms;
-        let theta = numbers(&json()["theta_desired"]);
+        let theta = theta("theta_desired");
         arm.evaluate(&theta);
         let controller = Controller { law, ..parameters().settings.controller };
         Self { goal: arm.pose(), arm, controller, theta }

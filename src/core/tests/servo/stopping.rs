@@ -59,9 +59,6 @@ fn rule_13_a_deceleration_that_is_never_given_stops_within_a_second() {
 
 #[test]
 fn rule_13_each_joint_stops_by_its_own_deceleration() {
-    let mut rig = in_motion();
-    rig.stop();
-    rig.run(0.2);
     let mut rig = Rig::with(|settings| {
         settings.limits.joint_deceleration = vec![10.0, 20.0, 30.0, 40.0, 50.0, 60.0];
     });

@@ -1,16 +1,16 @@
 //! Goals that wait for their frames: what drops a goal in force, or asks for it anew, does the same to those that came before it
 //! and are found after it.
 
-use crate::reference::{json, numbers, puma};
-use crate::rig::{Rig, reading};
-use dq_core::servo::{Contended, GoalReading, Interface, JointReading, Rejection, Revocation, Sent, State};
+use crate::reference::pose;
+use crate::rig::{Rig, reading, state_of};
+use dq_core::servo::{Contended, GoalReading, Interface, Rejection, Revocation, Sent, State};
 use dq_kinematics::control::{Aim, Law};
 use dq_plant::Plant;
 use std::time::Duration;
 
 /// A goal elsewhere, found after it has waited for so many seconds.
 fn found(seconds: f64) -> GoalReading<'static> {
-    let pose = puma().forward_kinematics(&numbers(&json()["theta_third"])).unwrap();
+    let pose = pose("theta_third");
     GoalReading { waited: Duration::from_secs_f64(seconds), ..reading(&pose, 0) }
 }
 
@@ -102,7 +102,7 @@ fn a_goal_that_is_set_going_while_the_robot_is_away_stays_so_when_an_older_one_i
     rig.run(0.8);
     rig.pause(false);
     rig.run(0.2);
-    let goal = puma().forward_kinematics(&numbers(&json()["theta_desired"])).unwrap();
+    let goal = pose("theta_desired");
     rig.take_single(&GoalReading { waited: Duration::from_millis(900), ..reading(&goal, 0) }).unwrap();
     rig.run(0.5);
     rig.connect(true);
@@ -127,7 +127,7 @@ fn two_publishers_and_a_blocked_arm_overtake_a_goal_that_waits_for_its_frame() {
     let rivals = |rig: &mut Rig| {
         for _ in 0..10 {
             let (names, positions) = (&rig.names, &[0.3; 6]);
-            let other = JointReading { names, positions, velocities: &[], source: 7, stamp_age: None };
+            let other = state_of(names, positions, 7);
             rig.servo.take_joint_state(0, &other, rig.now).unwrap();
             rig.cycle();
         }

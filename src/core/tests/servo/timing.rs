@@ -5,9 +5,7 @@ use dq_core::servo::State;
 
 #[test]
 fn rule_11_a_late_cycle_never_integrates_twice() {
-    let mut rig = Rig::new();
-    rig.goal("theta_desired");
-    rig.run(0.02);
+    let mut rig = Rig::in_motion(0.02);
     for missed in [1, 5, 20, 45] {
         // The rig holds each command to the acceleration of one period, however late it is.
         rig.cycle_late(missed);
@@ -19,9 +17,7 @@ fn rule_11_a_late_cycle_never_integrates_twice() {
 
 #[test]
 fn rule_11_while_cycles_are_missed_the_plant_stops_by_itself_and_then_the_motion_goes_on() {
-    let mut rig = Rig::new();
-    rig.goal("theta_desired");
-    rig.run(0.5);
+    let mut rig = Rig::in_motion(0.5);
     let (before, speed) = (rig.plants[0].positions().to_vec(), rig.speed());
     rig.cycle_late(450);
     // Of the 0.9 s that was missed the plant has moved for its timeout of 0.1 s, and then for the late cycle itself.
@@ -33,9 +29,7 @@ fn rule_11_while_cycles_are_missed_the_plant_stops_by_itself_and_then_the_motion
 
 #[test]
 fn rule_11_time_that_stands_still_or_goes_back_is_no_progress_and_no_harm() {
-    let mut rig = Rig::new();
-    rig.goal("theta_desired");
-    rig.run(0.2);
+    let mut rig = Rig::in_motion(0.2);
     rig.now -= 50 * PERIOD;
     rig.cycle();
     assert_eq!(rig.state(), State::Tracking);

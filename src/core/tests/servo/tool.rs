@@ -1,6 +1,6 @@
 //! A tool beside the tool frame, and another one while the arm moves.
 
-use crate::reference::{json, numbers, puma};
+use crate::reference::{pose, puma};
 use crate::rig::Rig;
 use dq_algebra::UnitDualQuaternion;
 use dq_core::servo::{Arms, BeyondReach, PositionLimits, Reason, Revocation, State};
@@ -10,10 +10,6 @@ use nalgebra::{UnitQuaternion, Vector3};
 fn gripper() -> UnitDualQuaternion {
     let rotation = UnitQuaternion::from_scaled_axis(Vector3::new(0.4, -0.3, 0.8));
     UnitDualQuaternion::from_parts(rotation, Vector3::new(0.03, -0.02, 0.15))
-}
-
-fn flange(theta: &str) -> UnitDualQuaternion {
-    puma().forward_kinematics(&numbers(&json()[theta])).unwrap()
 }
 
 fn apart(one: &UnitDualQuaternion, other: &UnitDualQuaternion) -> f64 {
@@ -27,11 +23,11 @@ fn the_tool_s_offset_goes_to_the_goal() {
             settings.tool_offset = gripper();
             settings.controller.law = law;
         });
-        rig.goal_pose(&(flange("theta_desired") * gripper()));
+        rig.goal_pose(&(pose("theta_desired") * gripper()));
         rig.run_until(State::Settled, 30.0);
         rig.run(5.0);
         let at = puma().forward_kinematics(&rig.positions()).unwrap();
-        assert!(apart(&at, &flange("theta_desired")) < 1.1e-2, "{law}: {at:?}");
+        assert!(apart(&at, &pose("theta_desired")) < 1.1e-2, "{law}: {at:?}");
         let pose = rig.servo.pose().unwrap();
         assert!(apart(&pose, &(at * gripper())) < 1e-3, "what is reported is the tool's");
     }
@@ -61,7 +57,7 @@ fn another_tool_stands_until_somebody_asks_it_to_move() {
     assert_eq!((status.goal_count, status.figures.elapsed), (count + 1, 0.0), "another motion");
     rig.run_until(State::Settled, 30.0);
     let at = puma().forward_kinematics(&rig.positions()).unwrap();
-    assert!(apart(&(at * gripper()), &flange("theta_desired")) < 1.1e-2);
+    assert!(apart(&(at * gripper()), &pose("theta_desired")) < 1.1e-2);
     // The way of the tool does not count the leap from one to the other.
     assert!(rig.servo.status().figures.path_length < 2.0);
     // One that has arrived stands with the tool that it has now.
@@ -71,7 +67,7 @@ fn another_tool_stands_until_somebody_asks_it_to_move() {
     assert_eq!(rig.servo.status().reason, Some(Reason::Revoked(Revocation::AnotherTool)));
     rig.goal("theta_desired");
     rig.run_until(State::Settled, 30.0);
-    assert!(apart(&rig.servo.pose().unwrap(), &flange("theta_desired")) < 1.1e-2);
+    assert!(apart(&rig.servo.pose().unwrap(), &pose("theta_desired")) < 1.1e-2);
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! Descriptions that are no XML, as ROS 2's own reader takes them.
 
-use crate::{NodeParameters, ServoParameters};
+use dq_config::{NodeParameters, ServoParameters};
 use dq_params::{Given, ParameterError, ParameterStore, Value};
 
 fn start(file: &str, [base, tool]: [&str; 2]) -> Result<(ParameterStore, Vec<String>), ParameterError> {

@@ -1,7 +1,7 @@
 //! The table of the laws: what each cell is, and what the literature promises of derived gains.
 
 use crate::control::{Loop, pose, theta};
-use crate::reference::{puma, settings};
+use crate::puma::{controller, puma};
 use crate::tolerance::ALGEBRA;
 use dq_algebra::UnitDualQuaternion;
 use dq_kinematics::control::{
@@ -31,14 +31,14 @@ impl FreeBody {
     }
 }
 
-fn controller(law: Law, gain: f64) -> Controller {
-    settings().controller.with_law(law, gain)
+fn with_gain(law: Law, gain: f64) -> Controller {
+    controller().with_law(law, gain)
 }
 
 /// Path by straight line and overshoot [mm] on the reference's own motion.
 fn motion(law: Law, gain: f64, step: f64) -> (f64, f64) {
     let mut control = Loop::new(law, pose("theta_desired"));
-    control.controller = controller(law, gain);
+    control.controller = with_gain(law, gain);
     let mut joints = theta("theta_initial");
     let start = pose("theta_initial").translation();
     let way = control.goal.translation() - start;
@@ -71,7 +71,7 @@ fn curvature_overshoot_and_gain_come_from_the_transpose_not_from_r8() {
 fn each_cell_of_the_table_is_its_map_times_its_error() {
     for law in Law::ALL {
         let mut control = Loop::new(law, pose("theta_desired"));
-        control.controller = controller(law, 2.0);
+        control.controller = with_gain(law, 2.0);
         let velocity = control.velocity(&theta("theta_initial"));
         let jacobian = control.state.body_jacobian();
         let twist = control.controller.body_twist(&pose_error(&control.state, &control.goal));
@@ -115,7 +115,7 @@ fn lq_is_the_optimum_of_its_cost() {
     // Near the goal, where the error is what the cost is defined with.
     let start = 1e-3 * Vector6::new(0.3, -0.5, 0.2, 0.7, 0.1, -0.4);
     let cost = |weight_factor: f64| {
-        let lq = settings().controller.with_gains(Law::Lq, weights.map(|weight| weight_factor * weight));
+        let lq = controller().with_gains(Law::Lq, weights.map(|weight| weight_factor * weight));
         let mut body = FreeBody::new(lq, start);
         let mut sum = 0.0;
         for _ in 0..10_000 {
@@ -142,7 +142,7 @@ fn h_infinity_keeps_its_bounds_and_not_with_less_gain() {
     let bounds = [0.4_f64, 0.7];
     // How much of the bound the energy of the output takes, under two equal disturbances that change slowly.
     let shares = |gain_factor: f64| {
-        let law = settings().controller.with_gains(Law::HInfinity, bounds.map(|bound| bound / gain_factor));
+        let law = controller().with_gains(Law::HInfinity, bounds.map(|bound| bound / gain_factor));
         let mut body = FreeBody::new(law, Vector6::zeros());
         let (mut rotation, mut position, mut disturbance) = (0.0, 0.0, 0.0);
         for k in 0..60_000 {
@@ -164,7 +164,7 @@ fn h_infinity_keeps_its_bounds_and_not_with_less_gain() {
 #[test]
 fn predefined_time_arrives_in_its_time_from_everywhere() {
     for size in [0.01, 0.5, 2.0, 4.0, 50.0] {
-        let law = settings().controller.with_gains(Law::PredefinedTime, [2.0, 1e9]);
+        let law = controller().with_gains(Law::PredefinedTime, [2.0, 1e9]);
         let mut body =
             FreeBody::new(law, size * Vector6::new(0.0, 0.0, 0.06, 0.0, 0.8, 0.596_99).normalize());
         let (start, h, mut steps) = (body.error(), 1e-5, 0);
@@ -197,7 +197,7 @@ fn turned(angle: f64) -> UnitDualQuaternion {
 /// The tool turns from `angle` [rad] to 0 by logc, seen with an error of ±`noise` [rad] that is worst for it: it always shows the
 /// tool on the other side of the half turn. How far it has turned in 10 s, and how often the sign has changed.
 fn turn_with_noise(angle: f64, noise: f64, hysteresis: Option<f64>) -> (f64, u32) {
-    let (goal, law) = (turned(0.0), controller(Law::Logc, 1.0));
+    let (goal, law) = (turned(0.0), with_gain(Law::Logc, 1.0));
     let (mut at, mut turned_by, mut flips) = (angle, 0.0, 0);
     let mut memory = SignMemory::nearest(&goal, &turned(angle));
     for _ in 0..10_000 {
@@ -223,7 +223,7 @@ fn turn_with_noise(angle: f64, noise: f64, hysteresis: Option<f64>) -> (f64, u32
 fn unwinding_without_the_sign_rule_a_tool_goes_the_long_way_round() {
     // 10° past a full turn of the quaternion: nearly there, but with the other sign.
     let nearly = 2.0 * std::f64::consts::PI - 10.0_f64.to_radians();
-    let law = controller(Law::Logc, 1.0);
+    let law = with_gain(Law::Logc, 1.0);
     let unwinding = law.body_twist(&turned(nearly))[2];
     assert!((unwinding + nearly).abs() < 1e-12, "back by {unwinding}");
     let (way, flips) = turn_with_noise(nearly, 0.0, Some(0.1));
@@ -256,7 +256,7 @@ fn the_inverse_of_the_difference_in_r8_is_not_diffc_inverse() {
         let [from, to] = [(); 2].map(|()| DVector::from_fn(6, |_, _| angle()));
         let [here, goal] = [&from, &to].map(|theta| puma().forward_kinematics(theta.as_slice()).unwrap());
         let mut control = Loop::new(Law::DiffcInverse, nearer_goal(&goal, &here));
-        control.controller = controller(Law::DiffcInverse, 1.0);
+        control.controller = with_gain(Law::DiffcInverse, 1.0);
         let ours = control.velocity(&from);
         let difference = control.goal.to_vector8() - here.to_vector8();
         let theirs = control.state.pose_jacobian().pseudo_inverse(1e-9).unwrap() * difference;

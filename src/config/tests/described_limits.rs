@@ -2,9 +2,9 @@
 //! that a description of rows is given.
 
 use crate::described::{GANTRY, frames, given, started};
-use dq_config::{NodeParameters, PlantParameters};
+use dq_config::{ForArm, NodeParameters, PlantParameters, ServoParameters, arm_file};
 use dq_kinematics::arm::{DescribedArm, Description, Motion};
-use dq_params::{Given, Value};
+use dq_params::{Given, Value, parameters_for};
 use nalgebra::Vector3;
 
 /// Numbers for a parameter.
@@ -180,10 +180,17 @@ fn joints_that_start_beyond_their_limits_are_named() {
     );
 }
 
+/// The parameters of an arm of the box.
+pub fn of_arm(name: &str) -> Vec<Given> {
+    let (name, text) = arm_file(name).unwrap();
+    let values = parameters_for(text, name, "/dq_servo").unwrap().into_iter();
+    values.map(|(name, value)| Given::new(name, value, "the box")).collect()
+}
+
 /// What RViz and others read of an arm of rows: its parameters' limits.
 #[test]
 fn the_description_of_rows_has_the_limits_that_the_parameters_give() {
-    let (store, _) = PlantParameters::start("/arm", crate::arms::given("ur5e")).unwrap();
+    let (store, _) = PlantParameters::start("/arm", of_arm("ur5e")).unwrap();
     let plant = PlantParameters::from_store(&store).unwrap();
     let links: Vec<_> = (1..=6).map(|i| format!("link{i}")).collect();
     let arm = DescribedArm::of_chain(&plant.arm.chain, "arm", &plant.arm.joints, ["base", "tool0"], &links);
@@ -191,14 +198,14 @@ fn the_description_of_rows_has_the_limits_that_the_parameters_give() {
     let read = Description::read(&text, "base", "tool0").unwrap().arm;
     let limits: Vec<_> = read.moving().map(|joint| joint.limits).collect();
     assert_eq!(limits, plant.limits);
-    let servo = crate::arms::servo("ur5e").settings.limits;
+    let servo = ServoParameters::for_arm("ur5e").unwrap().settings.limits;
     let of_servo = (servo.position.lower[2], servo.position.upper[2], servo.joint_velocity[2]);
     assert_eq!((limits[2].lower, limits[2].upper), (Some(of_servo.0), Some(of_servo.1)));
     assert_eq!(limits[2].velocity, Some(of_servo.2));
     assert!(read.moving().all(|joint| joint.motion == Motion::Revolute));
     // URDF has no limits without a speed: nobody could read those.
     let without_speeds = |value: &Given| value.name != "limits.joint_velocity";
-    let given: Vec<_> = crate::arms::given("ur5e").into_iter().filter(without_speeds).collect();
+    let given: Vec<_> = of_arm("ur5e").into_iter().filter(without_speeds).collect();
     let (store, _) = PlantParameters::start("/arm", given).unwrap();
     let plant = PlantParameters::from_store(&store).unwrap();
     let arm = DescribedArm::of_chain(&plant.arm.chain, "arm", &plant.arm.joints, ["base", "tool0"], &links);
@@ -213,6 +220,6 @@ fn the_description_of_rows_has_the_limits_that_the_parameters_give() {
     let builtin = limits(Vec::new());
     assert!(builtin.iter().all(|limits| limits.lower.is_none() && limits.velocity == Some(5.0)));
     let bare: Vec<_> =
-        crate::arms::given("panda").into_iter().filter(|value| !value.name.starts_with("limits.")).collect();
+        of_arm("panda").into_iter().filter(|value| !value.name.starts_with("limits.")).collect();
     assert_eq!(limits(bare), [dq_kinematics::arm::JointLimits::default(); 7]);
 }

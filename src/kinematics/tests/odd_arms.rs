@@ -1,6 +1,7 @@
 //! Arms of an odd number of joints, of which two are computed at a time.
 
-use crate::tolerance::{ALGEBRA, FINITE_DIFFERENCE};
+use crate::FINITE_DIFFERENCE;
+use crate::tolerance::ALGEBRA;
 use dq_algebra::UnitDualQuaternion;
 use dq_kinematics::arm::{ArmState, Chain, Joint, JointKind};
 use nalgebra::{Unit, Vector3};

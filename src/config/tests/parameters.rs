@@ -1,7 +1,10 @@
 //! The parameters of our nodes: what is taken, what is refused, and how an arm is described.
 
-use super::*;
-use dq_params::{Constraint, Declarer};
+use dq_config::*;
+use dq_core::servo::Posture;
+use dq_params::{
+    Constraint, Declaration, Declarer, Given, ParameterStore, Parameters, Value, parameters_for,
+};
 use std::time::Duration;
 
 #[test]
@@ -399,4 +402,20 @@ fn every_arm_is_declared_alike() {
         ServoParameters::declare(&mut declarer).unwrap();
         assert_eq!(declarer.into_declarations(), ServoParameters::declarations().unwrap());
     }
+}
+
+#[test]
+fn a_posture_is_off_by_default_and_has_a_number_for_each_joint() {
+    assert_eq!(ServoParameters::for_arm("panda").unwrap().settings.posture, Posture::default());
+    let (store, _) = ServoParameters::start("/dq_servo", crate::described_limits::of_arm("panda")).unwrap();
+    let set = |positions: usize, gain: f64| {
+        let changes = [
+            ("posture.positions".to_owned(), Value::DoubleArray(vec![0.5; positions])),
+            ("posture.gain".to_owned(), Value::Double(gain)),
+        ];
+        ServoParameters::from_store(&store.with(&changes).unwrap()).map(|all| all.settings.posture)
+    };
+    assert_eq!(set(7, 1.0).unwrap(), Posture { positions: vec![0.5; 7], gain: 1.0 });
+    let why = set(6, 1.0).unwrap_err().to_string();
+    assert!(why.contains("posture.positions") && why.contains("7 numbers"), "{why}");
 }

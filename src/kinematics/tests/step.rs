@@ -1,7 +1,7 @@
 //! The control step gives what its plain formulation gives.
 
 use crate::plain::PlainArm;
-use crate::reference::{puma, settings};
+use crate::puma::{controller, puma};
 use crate::tolerance::REFERENCE;
 use dq_algebra::UnitDualQuaternion;
 use dq_kinematics::arm::{ArmState, Chain, Convention, DhRow};
@@ -41,7 +41,7 @@ const NEAR_WITH_ANY_ARM: f64 = 100.0 * REFERENCE;
 
 /// Kinematics, Jacobian, singular value and three laws at `theta`, on the way to the pose at `goal`.
 fn check(convention: Convention, rows: &[DhRow], theta: &[f64], goal: &[f64]) {
-    check_damped(settings().controller.damping, NEAR, convention, rows, theta, goal);
+    check_damped(controller().damping, NEAR, convention, rows, theta, goal);
 }
 
 /// The same with another damping; joint velocities may be off by this part of the largest.
@@ -73,11 +73,11 @@ fn check_damped(
     assert!((sigma * sigma - expected * expected).abs() < REFERENCE, "{sigma} instead of {expected}");
     // Below, rounding decides whether a square is above another one.
     if sigma > 1e-4 {
-        let below = |part: f64| settings().controller.singular_value_below(part * sigma, &arm);
+        let below = |part: f64| controller().singular_value_below(part * sigma, &arm);
         assert_eq!([below(0.99), below(1.01), below(f64::INFINITY)], [None, Some(sigma), Some(sigma)]);
     }
     for law in [Law::Diffc, Law::Logc, Law::DoubleGeodesic] {
-        let controller = Controller { law, damping, ..settings().controller };
+        let controller = Controller { law, damping, ..controller() };
         let (mut ours, mut expected) = (vec![0.0; theta.len()], vec![0.0; theta.len()]);
         controller.joint_velocity(&arm, &goal, &mut ours);
         let gains = controller.gains(law);
@@ -141,7 +141,7 @@ fn check_arm_of_right_angles(rows: &[(i8, u8, u8)], theta: &[f64], goal: &[f64])
     chain.evaluate(theta, &mut arm).unwrap();
     plain.evaluate(theta);
     let goal = nearer_goal(&chain.forward_kinematics(goal).unwrap(), &plain.base_from_tool);
-    let controller = Controller { law: Law::DoubleGeodesic, ..settings().controller };
+    let controller = Controller { law: Law::DoubleGeodesic, ..controller() };
     let (mut ours, mut expected) = (vec![0.0; theta.len()], vec![0.0; theta.len()]);
     controller.joint_velocity(&arm, &goal, &mut ours);
     plain.double_geodesic(controller.gains(controller.law), &controller.damping, &goal, &mut expected);
@@ -187,7 +187,7 @@ proptest! {
     ) {
         let row = |(alpha, a, d, theta_offset)| DhRow { alpha, a, d, theta_offset };
         let rows: Vec<_> = rows.into_iter().map(row).collect();
-        let (damping, theta, goal) = (settings().controller.damping, &theta[..rows.len()], &goal[..rows.len()]);
+        let (damping, theta, goal) = (controller().damping, &theta[..rows.len()], &goal[..rows.len()]);
         for convention in [Convention::ModifiedDh, Convention::StandardDh] {
             check_damped(damping, NEAR_WITH_ANY_ARM, convention, &rows, theta, goal);
         }
@@ -201,7 +201,7 @@ proptest! {
     ) {
         let mut theta = theta;
         theta[4] = wrist;
-        let damping = settings().controller.damping;
+        let damping = controller().damping;
         check_damped(damping, NEAR_BESIDE_SINGULARITY, Convention::ModifiedDh, &puma_rows(), &theta, &goal);
     }
 

@@ -1,6 +1,6 @@
 //! Meshes as programs write them, and what is none.
 
-use crate::{NodeParameters, ServoParameters, mesh_file};
+use dq_config::{NodeParameters, ServoParameters, mesh_file};
 use dq_core::servo::Measured;
 use dq_params::{Given, Value};
 use std::f64::consts::FRAC_PI_2;

@@ -1,11 +1,17 @@
 //! Laws of the algebra, on a grid and at random.
 
-use crate::reference::{distance, json, numbers};
-use crate::tolerance::{ALGEBRA, LOG, REFERENCE};
+mod reference;
+mod tolerance;
+
 use dq_algebra::*;
-use nalgebra::{Quaternion, UnitQuaternion, Vector3, Vector6};
+use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3, Vector6};
 use proptest::prelude::*;
+use reference::{distance, json, numbers};
 use std::f64::consts::PI;
+use tolerance::{ALGEBRA, REFERENCE};
+
+/// Logarithms near π, where an angle's digits are lost to the translation's lever.
+const LOG: f64 = 1e-11;
 
 fn assert_close(a: &[f64], b: &[f64], tolerance: f64) {
     assert!(distance(a, b) <= tolerance, "{a:?}\nis not\n{b:?}");
@@ -184,6 +190,16 @@ fn printed_logarithms_of_the_paper_are_met() {
     let computed = &json()["computed"]["screw_log_relative"];
     assert_close(&twist.as_slice()[..3], &numbers(&computed["rotation_vector"]), REFERENCE);
     assert_close(&twist.as_slice()[3..], &numbers(&computed["screw_translation"]), REFERENCE);
+}
+
+#[test]
+fn poses_come_from_and_go_to_nalgebra() {
+    let rotation = UnitQuaternion::from_euler_angles(0.3, -0.2, 1.4);
+    let frame = Isometry3::from_parts(Translation3::new(0.1, 0.2, 0.3), rotation);
+    let back = Isometry3::from(UnitDualQuaternion::from(frame));
+    assert!((back.to_homogeneous() - frame.to_homogeneous()).norm() < 1e-15);
+    let turned = UnitDualQuaternion::from(rotation);
+    assert_eq!((turned.rotation(), turned.translation()), (rotation, Vector3::zeros()));
 }
 
 proptest! {

@@ -1,5 +1,5 @@
 //! The control step as its formulas are written, with products of dual quaternions, 6×6 and 8×n matrices and their decompositions: what
-//! the program's own, faster ways are held against, by `core` to 1e-12 and by the rig `control_step` in time.
+//! the program's own, faster ways are held against, by the tests to 1e-12 and by the rig `control_step` in time.
 
 use dq_algebra::{UnitDualQuaternion, Vector8};
 use dq_kinematics::arm::{Convention, DhRow};

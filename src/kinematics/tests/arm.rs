@@ -1,12 +1,19 @@
 //! Forward kinematics and Jacobians.
 
-use crate::reference::{distance, json, numbers, puma, rows};
-use crate::tolerance::{ALGEBRA, FINITE_DIFFERENCE, REFERENCE};
+use crate::FINITE_DIFFERENCE;
+use crate::puma::puma;
+use crate::reference::{distance, json, numbers};
+use crate::tolerance::{ALGEBRA, REFERENCE};
 use dq_algebra::{UnitDualQuaternion, dual_hamilton_plus};
 use dq_kinematics::arm::{ArmError, ArmState, Chain, Convention, DescribedArm, DhRow, Joint, JointKind};
 use nalgebra::{Unit, Vector3};
 use proptest::prelude::*;
 use serde_json::Value;
+
+/// Rows of a matrix given as a list of lists.
+pub fn rows(value: &Value) -> Vec<Vec<f64>> {
+    value.as_array().unwrap().iter().map(numbers).collect()
+}
 
 fn state(chain: &Chain, theta: &[f64]) -> ArmState {
     let mut state = ArmState::new(chain);

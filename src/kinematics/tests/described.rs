@@ -1,10 +1,9 @@
 //! Arms that robot descriptions give, and descriptions that give none.
 
-use crate::tolerance::{ALGEBRA, FINITE_DIFFERENCE};
+use crate::FINITE_DIFFERENCE;
+use crate::tolerance::ALGEBRA;
 use dq_algebra::UnitDualQuaternion;
-use dq_config::{NodeParameters, PlantParameters, ServoParameters};
 use dq_kinematics::arm::{ArmState, Chain, DescribedArm, Description, JointKind, Motion, guess_frames};
-use dq_params::{Given, Value};
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 use proptest::prelude::*;
 use std::process::{Command, Output};
@@ -86,7 +85,7 @@ fn pinocchio_agrees_on_the_ur5_the_panda_the_tiago_and_the_puma() {
     let mut tiago = [Revolute; 8];
     tiago[0] = Prismatic;
     check_against_pinocchio(&file("tiago"), "base_link", "arm_tool_link", &tiago);
-    let puma = crate::reference::puma();
+    let puma = crate::puma::puma();
     let names = |prefix: &str| (1..=6).map(|i| format!("{prefix}{i}")).collect::<Vec<_>>();
     let arm =
         DescribedArm::of_chain(&puma, "puma560", &names("joint"), ["base_link", "tool0"], &names("link"))
@@ -99,7 +98,7 @@ fn pinocchio_agrees_on_the_ur5_the_panda_the_tiago_and_the_puma() {
 
 #[test]
 fn the_described_puma_is_the_puma_of_the_rows() {
-    let (puma, theta) = (crate::reference::puma(), [0.3, -1.2, 0.7, 2.0, -0.4, 1.1]);
+    let (puma, theta) = (crate::puma::puma(), [0.3, -1.2, 0.7, 2.0, -0.4, 1.1]);
     let names = |prefix: &str| (1..=6).map(|i| format!("{prefix}{i}")).collect::<Vec<_>>();
     let arm =
         DescribedArm::of_chain(&puma, "puma560", &names("joint"), ["base_link", "tool0"], &names("link"))
@@ -115,14 +114,7 @@ fn the_described_puma_is_the_puma_of_the_rows() {
 }
 
 /// Revolute about x, prismatic along a slant, continuous about −z, and a tool.
-pub const GANTRY: &str = "<robot name='g'><link name='a'/><link name='b'/><link name='c'/><link name='d'/><link name='e'/><link name='f'/>
-  <joint name='j1' type='revolute'><parent link='a'/><child link='b'/><origin xyz='0.1 0.2 0.3' rpy='0.4 0.5 0.6'/>
-    <limit lower='-1' upper='2' velocity='1.5' effort='1'/></joint>
-  <joint name='j2' type='prismatic'><parent link='b'/><child link='c'/><axis xyz='1 2 -2'/>
-    <limit lower='-0.1' upper='0.4' velocity='0.5' effort='1'/></joint>
-  <joint name='j3' type='continuous'><parent link='c'/><child link='d'/><axis xyz='0 0 -1'/><limit velocity='3' effort='1'/></joint>
-  <joint name='j4' type='fixed'><parent link='d'/><child link='e'/><origin xyz='0 0.5 0' rpy='0 1.57 0'/></joint>
-  <joint name='finger' type='prismatic'><parent link='d'/><child link='f'/><mimic joint='j2'/></joint></robot>";
+const GANTRY: &str = include_str!("../../../tests/data/urdf/gantry.urdf");
 
 fn gantry() -> Chain {
     Description::read(GANTRY, "a", "e").unwrap().arm.chain().unwrap()
@@ -294,50 +286,6 @@ fn what_is_beside_the_chain_may_be_wrong() {
     assert!(Description::read(&free, "a", "e").unwrap().beside.is_empty());
 }
 
-pub fn given(values: &[(&str, Value)]) -> Vec<Given> {
-    let value = |(name, value): &(&str, Value)| Given::new(*name, value.clone(), "test");
-    values.iter().map(value).collect()
-}
-
-pub fn frames(base: &str, tool: &str) -> [(&'static str, Value); 2] {
-    [("base_frame", Value::String(base.to_owned())), ("tool_frame", Value::String(tool.to_owned()))]
-}
-
-pub fn started(values: &[(&str, Value)]) -> Result<ServoParameters, String> {
-    let (store, warnings) =
-        ServoParameters::start("/dq_servo", given(values)).map_err(|why| why.to_string())?;
-    assert_eq!(warnings, [""; 0]);
-    ServoParameters::from_store(&store).map_err(|why| why.to_string())
-}
-
-#[test]
-fn a_description_gives_what_nobody_gives_and_is_overridden_by_who_does() {
-    let mut values = frames("a", "e").to_vec();
-    values.push(("robot_description", Value::String(GANTRY.to_owned())));
-    let limits = started(&values).unwrap().settings.limits;
-    assert_eq!(limits.joint_velocity, [1.5, 0.5, 3.0]);
-    assert_eq!(limits.joint_acceleration, [3.0, 1.0, 6.0]);
-    assert_eq!(
-        (limits.position.lower[..2].to_vec(), limits.position.upper[..2].to_vec()),
-        (vec![-1.0, -0.1], vec![2.0, 0.4])
-    );
-    assert!(limits.position.lower[2] <= -1e5 && limits.position.upper[2] >= 1e5, "continuous");
-    values.push(("limits.joint_velocity", Value::DoubleArray(vec![1.0, 0.2, 1.0])));
-    let parameters = started(&values).unwrap();
-    assert_eq!(parameters.settings.limits.joint_velocity, [1.0, 0.2, 1.0]);
-    assert_eq!(parameters.joints[0].names(), ["j1", "j2", "j3"]);
-
-    let (store, _) = ServoParameters::start("/dq_servo", given(&values)).unwrap();
-    let Some(Value::String(in_force)) = store.get("robot_description") else { panic!() };
-    assert!(!in_force.contains("finger") && in_force.contains("j2"), "what counts of it: {in_force}");
-    // A dump starts another one that is the same.
-    let dump: Vec<_> = store.iter().map(|(declared, value)| (declared.name, value.clone())).collect();
-    assert_eq!(started(&dump).unwrap(), parameters);
-    let (plant, _) = PlantParameters::start("/arm", given(&values)).unwrap();
-    assert_eq!(plant.get("robot_description"), Some(&Value::String(GANTRY.to_owned())), "published whole");
-    assert_eq!(PlantParameters::from_store(&plant).unwrap().initial_positions, [0.0; 3]);
-}
-
 /// The longest arm, without wheels, head, gripper and fingers; from `base_link` to `tool0`, where there are these.
 #[test]
 fn frames_that_nobody_names_are_guessed() {
@@ -355,50 +303,4 @@ fn frames_that_nobody_names_are_guessed() {
         assert_eq!(arm.moving().count(), joints, "{robot}");
         assert_eq!(guess_frames(&text, [Some("here"), Some("there")]).unwrap(), ["here", "there"]);
     }
-    let given = given(&[("robot_file", Value::String(file("ur5")))]);
-    let (store, warnings) = ServoParameters::start("/dq_servo", given).unwrap();
-    let frames = "from base_frame \"base_link\" to tool_frame \"tool0\"";
-    assert!(warnings.len() == 1 && warnings[0].contains(frames), "{warnings:?}");
-    let parameters = ServoParameters::from_store(&store).unwrap();
-    assert_eq!((parameters.goal_frame.as_str(), parameters.tool_frame.as_str()), ("base_link", "tool0"));
-}
-
-#[test]
-fn a_description_without_what_it_needs_is_refused() {
-    let description =
-        ("robot_description", Value::String(GANTRY.replace("<limit velocity='3' effort='1'/>", "")));
-    let with = |more: &[(&'static str, Value)]| {
-        let mut values = frames("a", "e").to_vec();
-        values.extend_from_slice(more);
-        started(&values)
-    };
-    let why = with(std::slice::from_ref(&description)).unwrap_err();
-    assert!(why.contains("\"j3\"") && why.contains("limits.joint_velocity"), "{why}");
-    with(&[description.clone(), ("limits.joint_velocity", Value::DoubleArray(vec![1.0; 3]))]).unwrap();
-    // Its frames are guessed.
-    let why = started(&[description]).unwrap_err();
-    assert!(why.contains("limits.joint_velocity"), "{why}");
-    let why = with(&[]).unwrap_err();
-    assert!(why.contains("robot_description or robot_file"), "{why}");
-    let why = with(&[("robot_file", Value::String("/nowhere.urdf".to_owned()))]).unwrap_err();
-    assert!(why.starts_with("/nowhere.urdf: "), "{why}");
-    let other = Value::StringArray(vec!["j1".to_owned(), "j3".to_owned(), "j2".to_owned()]);
-    let gantry = ("robot_description", Value::String(GANTRY.to_owned()));
-    let why = with(&[gantry, ("joints", other)]).unwrap_err();
-    assert!(why.contains("joints") && why.contains("[\"j1\", \"j2\", \"j3\"]"), "{why}");
-    let slow = ("limits.joint_deceleration", Value::DoubleArray(vec![9.0, 0.4, 9.0]));
-    let gantry = ("robot_description", Value::String(GANTRY.to_owned()));
-    let why = with(&[gantry, slow]).unwrap_err();
-    assert!(why.contains("for joint 2: expected at least 0.5 m/s^2"), "{why}");
-}
-
-#[test]
-fn a_description_from_a_file_is_the_same_arm() {
-    let mut values = frames("base_link", "arm_tool_link").to_vec();
-    values.push(("robot_file", Value::String(file("tiago"))));
-    let parameters = started(&values).unwrap();
-    assert_eq!(parameters.settings.limits.joint_velocity[0], 0.07);
-    let moving = Description::read(&text("tiago"), "base_link", "arm_tool_link").unwrap().arm;
-    assert_eq!(moving.moving().next().unwrap().motion, Motion::Prismatic);
-    assert_eq!(parameters.joints[0].names()[0], "torso_lift_joint");
 }

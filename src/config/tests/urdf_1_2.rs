@@ -1,11 +1,11 @@
 //! What URDF 1.2 adds: rotations as quaternions, capsules, limits of acceleration, deceleration and jerk.
 
-use crate::{NodeParameters, ServoParameters};
+use dq_config::{NodeParameters, ServoParameters};
 use dq_kinematics::arm::Description;
 use dq_params::{Given, ParameterStore, Value};
 use nalgebra::Vector3;
 
-const ARM: &str = include_str!("../../tests/data/cases/urdf/urdf_1_2.urdf");
+const ARM: &str = include_str!("../../../tests/data/cases/urdf/urdf_1_2.urdf");
 
 fn start(text: &str, more: &[(&str, Value)]) -> (ParameterStore, Vec<String>) {
     let texts = [("robot_description", text), ("base_frame", "base"), ("tool_frame", "l6")];

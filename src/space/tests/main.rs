@@ -1,6 +1,5 @@
 //! The tree of frames: where frames are, when that is known, and what it takes from whoever publishes.
 
-use crate::tolerance::ALGEBRA;
 use dq_algebra::UnitDualQuaternion;
 use dq_space::frames::{
     Answer, Followed, FrameError, FrameMotion, FrameTree, FramedGoal, Ignored, Transform, WaitingGoals,
@@ -9,6 +8,8 @@ use nalgebra::{UnitQuaternion, Vector3};
 use proptest::prelude::*;
 use std::time::Duration;
 
+/// How near is equal.
+const ALGEBRA: f64 = 1e-13;
 const SECOND: i64 = 1_000_000_000;
 
 fn pose(x: f64, angle: f64) -> UnitDualQuaternion {

@@ -1,7 +1,9 @@
 //! The laws in closed loop, without the servo's limits.
 
-use crate::reference::{distance, json, numbers, puma, settings};
-use crate::tolerance::{LOOP, REFERENCE};
+use crate::LOOP;
+use crate::puma::{controller, puma};
+use crate::reference::{distance, json, numbers};
+use crate::tolerance::REFERENCE;
 use dq_algebra::UnitDualQuaternion;
 use dq_kinematics::arm::{ArmState, Chain};
 use dq_kinematics::control::{Aim, AllowedRate, Controller, Damping, Law, SignMemory, pose_error};
@@ -19,7 +21,7 @@ pub struct Loop {
 impl Loop {
     pub fn new(law: Law, goal: UnitDualQuaternion) -> Self {
         let chain = puma();
-        let controller = Controller { law, ..settings().controller };
+        let controller = Controller { law, ..controller() };
         Self { state: ArmState::new(&chain), chain, controller, goal }
     }
 

@@ -1,0 +1,135 @@
+//! What nodes take of a robot description.
+
+use dq_config::{ForArm, NodeParameters, PlantParameters, ServoParameters};
+use dq_kinematics::arm::{Description, Motion};
+use dq_params::{Given, Value};
+
+pub const GANTRY: &str = include_str!("../../../tests/data/urdf/gantry.urdf");
+
+fn file(name: &str) -> String {
+    format!("{}/../../tests/data/urdf/{name}.urdf", env!("CARGO_MANIFEST_DIR"))
+}
+
+fn text(name: &str) -> String {
+    std::fs::read_to_string(file(name)).unwrap()
+}
+
+pub fn given(values: &[(&str, Value)]) -> Vec<Given> {
+    let value = |(name, value): &(&str, Value)| Given::new(*name, value.clone(), "test");
+    values.iter().map(value).collect()
+}
+
+pub fn frames(base: &str, tool: &str) -> [(&'static str, Value); 2] {
+    [("base_frame", Value::String(base.to_owned())), ("tool_frame", Value::String(tool.to_owned()))]
+}
+
+pub fn started(values: &[(&str, Value)]) -> Result<ServoParameters, String> {
+    let (store, warnings) =
+        ServoParameters::start("/dq_servo", given(values)).map_err(|why| why.to_string())?;
+    assert_eq!(warnings, [""; 0]);
+    ServoParameters::from_store(&store).map_err(|why| why.to_string())
+}
+
+#[test]
+fn a_description_gives_what_nobody_gives_and_is_overridden_by_who_does() {
+    let mut values = frames("a", "e").to_vec();
+    values.push(("robot_description", Value::String(GANTRY.to_owned())));
+    let limits = started(&values).unwrap().settings.limits;
+    assert_eq!(limits.joint_velocity, [1.5, 0.5, 3.0]);
+    assert_eq!(limits.joint_acceleration, [3.0, 1.0, 6.0]);
+    assert_eq!(
+        (limits.position.lower[..2].to_vec(), limits.position.upper[..2].to_vec()),
+        (vec![-1.0, -0.1], vec![2.0, 0.4])
+    );
+    assert!(limits.position.lower[2] <= -1e5 && limits.position.upper[2] >= 1e5, "continuous");
+    values.push(("limits.joint_velocity", Value::DoubleArray(vec![1.0, 0.2, 1.0])));
+    let parameters = started(&values).unwrap();
+    assert_eq!(parameters.settings.limits.joint_velocity, [1.0, 0.2, 1.0]);
+    assert_eq!(parameters.joints[0].names(), ["j1", "j2", "j3"]);
+
+    let (store, _) = ServoParameters::start("/dq_servo", given(&values)).unwrap();
+    let Some(Value::String(in_force)) = store.get("robot_description") else { panic!() };
+    assert!(!in_force.contains("finger") && in_force.contains("j2"), "what counts of it: {in_force}");
+    // A dump starts another one that is the same.
+    let dump: Vec<_> = store.iter().map(|(declared, value)| (declared.name, value.clone())).collect();
+    assert_eq!(started(&dump).unwrap(), parameters);
+    let (plant, _) = PlantParameters::start("/arm", given(&values)).unwrap();
+    assert_eq!(plant.get("robot_description"), Some(&Value::String(GANTRY.to_owned())), "published whole");
+    assert_eq!(PlantParameters::from_store(&plant).unwrap().initial_positions, [0.0; 3]);
+}
+
+#[test]
+fn a_description_without_what_it_needs_is_refused() {
+    let description =
+        ("robot_description", Value::String(GANTRY.replace("<limit velocity='3' effort='1'/>", "")));
+    let with = |more: &[(&'static str, Value)]| {
+        let mut values = frames("a", "e").to_vec();
+        values.extend_from_slice(more);
+        started(&values)
+    };
+    let why = with(std::slice::from_ref(&description)).unwrap_err();
+    assert!(why.contains("\"j3\"") && why.contains("limits.joint_velocity"), "{why}");
+    with(&[description.clone(), ("limits.joint_velocity", Value::DoubleArray(vec![1.0; 3]))]).unwrap();
+    // Its frames are guessed.
+    let why = started(&[description]).unwrap_err();
+    assert!(why.contains("limits.joint_velocity"), "{why}");
+    let why = with(&[]).unwrap_err();
+    assert!(why.contains("robot_description or robot_file"), "{why}");
+    let why = with(&[("robot_file", Value::String("/nowhere.urdf".to_owned()))]).unwrap_err();
+    assert!(why.starts_with("/nowhere.urdf: "), "{why}");
+    let other = Value::StringArray(vec!["j1".to_owned(), "j3".to_owned(), "j2".to_owned()]);
+    let gantry = ("robot_description", Value::String(GANTRY.to_owned()));
+    let why = with(&[gantry, ("joints", other)]).unwrap_err();
+    assert!(why.contains("joints") && why.contains("[\"j1\", \"j2\", \"j3\"]"), "{why}");
+    let slow = ("limits.joint_deceleration", Value::DoubleArray(vec![9.0, 0.4, 9.0]));
+    let gantry = ("robot_description", Value::String(GANTRY.to_owned()));
+    let why = with(&[gantry, slow]).unwrap_err();
+    assert!(why.contains("for joint 2: expected at least 0.5 m/s^2"), "{why}");
+}
+
+#[test]
+fn a_description_from_a_file_is_the_same_arm() {
+    let mut values = frames("base_link", "arm_tool_link").to_vec();
+    values.push(("robot_file", Value::String(file("tiago"))));
+    let parameters = started(&values).unwrap();
+    assert_eq!(parameters.settings.limits.joint_velocity[0], 0.07);
+    let moving = Description::read(&text("tiago"), "base_link", "arm_tool_link").unwrap().arm;
+    assert_eq!(moving.moving().next().unwrap().motion, Motion::Prismatic);
+    assert_eq!(parameters.joints[0].names()[0], "torso_lift_joint");
+}
+
+#[test]
+fn frames_that_are_guessed_are_told() {
+    let given = given(&[("robot_file", Value::String(file("ur5")))]);
+    let (store, warnings) = ServoParameters::start("/dq_servo", given).unwrap();
+    let frames = "from base_frame \"base_link\" to tool_frame \"tool0\"";
+    assert!(warnings.len() == 1 && warnings[0].contains(frames), "{warnings:?}");
+    let parameters = ServoParameters::from_store(&store).unwrap();
+    assert_eq!((parameters.goal_frame.as_str(), parameters.tool_frame.as_str()), ("base_link", "tool0"));
+}
+
+#[test]
+fn arms_with_a_description_are_what_it_says() {
+    for (name, base, tool, rounding) in
+        [("panda", "panda_link0", "panda_link8", 1e-9), ("xarm7", "link_base", "link_eef", 1e-4)]
+    {
+        let description = Description::read(&text(name), base, tool).unwrap().arm;
+        let (described, parameters) = (description.chain().unwrap(), ServoParameters::for_arm(name).unwrap());
+        let names: Vec<_> = description.moving().map(|joint| joint.name.as_str()).collect();
+        assert_eq!(parameters.joints[0].names(), names);
+        for factor in [-1.0, 0.3, 1.7] {
+            let theta: Vec<_> = (0..names.len()).map(|i| factor * (0.2 + 0.3 * i as f64)).collect();
+            let (ours, theirs) = (parameters.arms.chain(), &described);
+            let [ours, theirs] = [ours, theirs].map(|chain| chain.forward_kinematics(&theta).unwrap());
+            assert!((ours.translation() - theirs.translation()).norm() < rounding, "{name} at {theta:?}");
+            assert!(ours.rotation().angle_to(&theirs.rotation()) < 10.0 * rounding, "{name} at {theta:?}");
+        }
+        let limits = &parameters.settings.limits;
+        for (i, joint) in description.moving().enumerate() {
+            let close = |one: f64, other: Option<f64>| (one - other.unwrap()).abs() < 1e-4;
+            assert!(close(limits.position.lower[i], joint.limits.lower), "{name} {}", joint.name);
+            assert!(close(limits.position.upper[i], joint.limits.upper), "{name} {}", joint.name);
+            assert!(close(limits.joint_velocity[i], joint.limits.velocity), "{name} {}", joint.name);
+        }
+    }
+}

@@ -1,0 +1,67 @@
+//! Chains and servos of arms by name, by robot description and by DH rows.
+
+use dq_config::{ARMS, BUILTIN_FILE, ForArm, NodeParameters, ServoParameters, SetupError};
+use dq_core::servo::Servo;
+use dq_kinematics::arm::{Chain, Convention, DhRow};
+use dq_params::parameters_for;
+use std::time::Duration;
+
+#[test]
+fn every_arm_of_the_box_has_its_servo_by_its_name_and_another_name_is_refused_with_theirs() {
+    for (name, text) in ARMS {
+        let parameters = ServoParameters::for_arm(name).unwrap();
+        let values = parameters_for(text, name, "/dq_servo").unwrap();
+        assert_eq!(parameters, ServoParameters::from_values(values, name).unwrap());
+        assert_eq!(&Chain::for_arm(name).unwrap(), parameters.arms.chain());
+        assert_eq!(Servo::for_arm(name).unwrap().settings(), &parameters.settings);
+    }
+    let refused = Chain::for_arm("ur6e").unwrap_err();
+    assert_eq!(refused, SetupError::UnknownArm("ur6e".to_owned()));
+    assert!(
+        refused.to_string().starts_with("no built-in arm is called \"ur6e\": expected one of puma560, ur3e")
+    );
+    assert!(Servo::for_arm("").is_err());
+}
+
+#[test]
+fn a_robot_description_gives_the_servo_its_limits_and_what_it_lacks_is_told() {
+    let urdf = "<robot name='crane'><link name='mast'/><link name='boom'/><link name='hook'/>
+      <joint name='turn' type='revolute'><parent link='mast'/><child link='boom'/><axis xyz='0 0 1'/>
+        <limit lower='-2' upper='2' velocity='0.5' effort='1'/></joint>
+      <joint name='lower' type='prismatic'><parent link='boom'/><child link='hook'/><origin xyz='4 0 0'/>
+        <axis xyz='0 0 -1'/><limit lower='0' upper='3' velocity='1' effort='1'/></joint></robot>";
+    let parameters = ServoParameters::from_urdf(urdf, "mast", "hook").unwrap();
+    assert_eq!(parameters.joints[0].names(), ["turn", "lower"]);
+    assert_eq!(parameters.arms.chain().forward_kinematics(&[0.0, 1.0]).unwrap().translation().z, -1.0);
+    let servo = ServoParameters::from_urdf(urdf, "mast", "hook").unwrap().build().unwrap();
+    let limits = &servo.settings().limits;
+    assert_eq!(limits.joint_velocity, [0.5, 1.0]);
+    assert_eq!((&limits.position.lower, &limits.position.upper), (&vec![-2.0, 0.0], &vec![2.0, 3.0]));
+    let why = |text: &str, tool| ServoParameters::from_urdf(text, "mast", tool).err().unwrap().to_string();
+    assert!(why(urdf, "jib").contains("jib"), "{}", why(urdf, "jib"));
+    let without = urdf.replace("velocity='0.5'", "");
+    assert!(why(&without, "hook").contains("\"turn\" has no velocity limit"), "{}", why(&without, "hook"));
+    assert!(!why("<robot", "hook").is_empty());
+}
+
+#[test]
+fn an_arm_of_ones_own_needs_one_limit_a_joint() {
+    let row = |a| DhRow { alpha: 0.0, a, d: 0.0, theta_offset: 0.0 };
+    let chain = Chain::new(Convention::StandardDh, &[row(0.5), row(0.25)]).unwrap();
+    let of = |velocity: &[f64], acceleration: &[f64]| {
+        ServoParameters::for_chain(chain.clone(), velocity, acceleration)
+    };
+    let parameters = of(&[1.0, 2.0], &[3.0, 4.0]).unwrap();
+    assert_eq!(parameters.joints[0].names(), ["joint1", "joint2"]);
+    let limits = &parameters.settings.limits;
+    assert_eq!((limits.deceleration(0), limits.position.upper[1]), (3.0, f64::INFINITY));
+    // All else is as a node has it to which nothing is given.
+    let values = parameters_for(BUILTIN_FILE, "", "/dq_servo").unwrap();
+    let node = ServoParameters::from_values(values, "").unwrap();
+    assert_eq!(parameters.settings.controller, node.settings.controller);
+    let refused = of(&[1.0], &[3.0, 4.0]).unwrap_err().to_string();
+    assert_eq!(refused, "limits.joint_velocity has 1 entries, expected 2: one a joint");
+    assert!(of(&[1.0, f64::NAN], &[3.0, 4.0]).is_err());
+    let never = parameters.with_period(Duration::ZERO).build().err().unwrap().to_string();
+    assert_eq!(never, "period has 0, expected a time above 0");
+}
