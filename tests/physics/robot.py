@@ -1,6 +1,6 @@
 """Arms with mass: MuJoCo's, in lockstep with the servo. The models are those of the wheel of robosuite, without their meshes.
 
-Time is the simulator's: 1 ms a step, a cycle of the servo every 2 ms. No clock of the machine has a part in it.
+Time is the simulator's: 1 ms a step, a cycle of the servo every 2 ms. No clock of the machine has a part in it, unless the servo brings one.
 """
 
 from dataclasses import dataclass, field
@@ -88,12 +88,12 @@ class Run:
 
 
 class Robot:
-    """An arm and its servo."""
+    """An arm and its servo: the Python package's, where no other is given."""
 
-    def __init__(self, plant: Plant, parameters=None, law=None):
+    def __init__(self, plant: Plant, parameters=None, servo=None):
         self.plant, self.start = plant, STARTS[plant.arm]
         self.chain = dq.Chain.builtin(plant.arm)
-        self.servo = dq.Servo(plant.arm, parameters, law=law)
+        self.servo = servo or dq.Servo(plant.arm, parameters)
         self.model = model(plant)
         self.data = mujoco.MjData(self.model)
         self.data.qpos[:] = self.start

@@ -81,10 +81,10 @@ def pushed(push, began):
     return push_now
 
 
-def run(row, number):
+def run(row, number, servo=None):
     """The motion of that row to the goal of that number: what came of it, and what was seen."""
-    robot = Robot(row.plant, row.parameters)
-    robot.run(0.5)
+    robot = Robot(row.plant, row.parameters, servo)
+    robot.run(LONGEST, until="holding", linger=0.5)
     robot.go(robot.random_goal(number))
     began = robot.now
     each = None if row.push is None else pushed(row.push, began)
@@ -100,7 +100,7 @@ def result(robot, seen, began):
         settled=None if settled is None else settled - began - PERIOD,
         stays=bool(after) and set(after) == {"settled"},
         error=seen.errors[-1],
-        overshoot=status["overshoot_m"],
+        overshoot=float(status["overshoot_m"]),
         torque=float(np.max(torques / robot.model.actuator_forcerange[:, 1])),
         speed=float(np.max(speeds / np.array(parameters["limits.joint_velocity"]))),
         states=set(seen.states),

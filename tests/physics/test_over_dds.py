@@ -1,0 +1,55 @@
+"""Arms with mass behind the program `dq_servo servo`, over DDS in real time: once for each kind of servo."""
+
+import json
+import subprocess
+import sys
+import unittest
+from pathlib import Path
+
+import rows
+from test_physics import check
+
+# A network of its own, with loopback only.
+NETWORK = "ip link set lo up && ip link set lo multicast on && ip route add 224.0.0.0/4 dev lo"
+# On a machine that is busy with something else it is run again.
+ATTEMPTS = 3
+
+
+def over_dds(*arguments):
+    """What came of one motion, of a robot and a servo that meet in a network of their own; and their log."""
+    program = [sys.executable, str(Path(__file__).with_name("over_dds.py")), *arguments]
+    shell = ["sh", "-c", f'{NETWORK} && ROS_DOMAIN_ID=77 exec "$@"', "sh"]
+    done = subprocess.run(["unshare", "--map-root-user", "--net", *shell, *program], capture_output=True, text=True, timeout=90)
+    if done.returncode:
+        raise AssertionError(done.stderr)
+    result = rows.Result(**json.loads(done.stdout))
+    result.states = set(result.states)
+    return result, done.stderr
+
+
+class OverDds(unittest.TestCase):
+    def arrives_once(self, arm, servos):
+        result, log = over_dds(arm, servos, "1")
+        try:
+            check(self, rows.Row("over DDS"), result)
+            self.assertLess(result.settled, 3.0, "as in lockstep, or little later")
+        except AssertionError as why:
+            raise AssertionError(f"{why}\n{result}\n{log}") from None
+
+    def arrives(self, *robot):
+        for _ in range(ATTEMPTS - 1):
+            try:
+                return self.arrives_once(*robot)
+            except AssertionError as why:
+                print(f"{robot} is run again: {why}", file=sys.stderr)
+        return self.arrives_once(*robot)
+
+    def test_velocity_servos(self):
+        self.arrives("ur5e", "velocity")
+
+    def test_integrating_servos(self):
+        self.arrives("panda", "integrating")
+
+
+if __name__ == "__main__":
+    unittest.main()
