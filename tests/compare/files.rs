@@ -22,6 +22,14 @@ fn write(study: &Study, file: &Path, part: u64, parts: u64) {
     study.write(file, format!("{part}/{parts}").parse().unwrap(), |_| {}).unwrap();
 }
 
+/// With all its runs in a file.
+fn written(study: Study) -> (Study, Folder, PathBuf) {
+    let folder = Folder::new();
+    let file = folder.file("compare.jsonl");
+    write(&study, &file, 1, 1);
+    (study, folder, file)
+}
+
 #[test]
 fn parts_put_together_are_the_same_bytes_as_one_run_on_one_core() {
     let (study, folder) = (study(1, 3), Folder::new());
@@ -63,9 +71,7 @@ fn parts_are_checked_and_put_together() {
 /// An older program's runs, or another machine's that computes otherwise: one digit of one task.
 #[test]
 fn runs_that_this_program_would_not_make_are_not_gone_on_with() {
-    let (study, folder) = (study(1, 3), Folder::new());
-    let file = folder.file("compare.jsonl");
-    write(&study, &file, 1, 1);
+    let (study, _folder, file) = written(study(1, 3));
     let text = fs::read_to_string(&file).unwrap();
     let mut lines: Vec<_> = text.split_inclusive('\n').map(str::to_owned).collect();
     let line = &mut lines[40];
@@ -79,9 +85,7 @@ fn runs_that_this_program_would_not_make_are_not_gone_on_with() {
 
 #[test]
 fn what_a_kill_leaves_is_gone_on_with() {
-    let (study, folder) = (study(1, 3), Folder::new());
-    let file = folder.file("compare.jsonl");
-    write(&study, &file, 1, 1);
+    let (study, _folder, file) = written(study(1, 3));
     let whole = fs::read(&file).unwrap();
     for cut in [0, 1, whole.len() / 3, whole.len() - 1] {
         fs::write(&file, &whole[..cut]).unwrap();
@@ -94,10 +98,7 @@ fn what_a_kill_leaves_is_gone_on_with() {
 
 #[test]
 fn a_file_of_another_study_is_not_gone_on_with() {
-    let folder = Folder::new();
-    let file = folder.file("compare.jsonl");
-    let one = study(1, 3);
-    write(&one, &file, 1, 1);
+    let (one, _folder, file) = written(study(1, 3));
     let before = fs::read(&file).unwrap();
     for other in [study(1, 4), study(2, 3)] {
         let why = other.write(&file, Part::WHOLE, |_| {}).unwrap_err();
@@ -118,9 +119,7 @@ fn a_file_of_another_study_is_not_gone_on_with() {
 /// What disks do: told by its line before any work is done, with what helps.
 #[test]
 fn damaged_lines_are_told() {
-    let (study, folder) = (study(1, 3), Folder::new());
-    let file = folder.file("compare.jsonl");
-    write(&study, &file, 1, 1);
+    let (study, _folder, file) = written(study(1, 3));
     let whole = fs::read_to_string(&file).unwrap();
     let lines: Vec<_> = whole.split_inclusive('\n').collect();
     let half = &lines[3][..20];
@@ -141,9 +140,7 @@ fn damaged_lines_are_told() {
 /// Of all that a line says of its run, one thing is another in each: both ends are as they should be.
 #[test]
 fn lines_that_are_not_where_they_belong_are_told() {
-    let (study, folder) = (study(2, 3), Folder::new());
-    let file = folder.file("compare.jsonl");
-    write(&study, &file, 1, 1);
+    let (study, _folder, file) = written(study(2, 3));
     let text = fs::read_to_string(&file).unwrap();
     let lines: Vec<_> = text.split_inclusive('\n').collect();
     // The next task, the next condition, the next law.

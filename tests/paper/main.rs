@@ -1,28 +1,18 @@
 //! The reference work repeated: its numbers met, its claims judged.
 
 mod figures;
+#[path = "../../src/algebra/tests/reference.rs"]
+mod reference;
 
 use dq_servo::config::{NodeParameters, ServoParameters};
 use dq_servo::control::Law;
 use dq_servo::paper::{Claim, Experiment, Laboratory, Reproduction, TaskSpaceLogc, half_log_rate, reproduce};
+use reference::{distance, json, numbers};
 use serde_json::Value;
 use std::sync::OnceLock;
 
-fn reference() -> Value {
-    serde_json::from_str(include_str!("../data/reference.json")).unwrap()
-}
-
-fn numbers(value: &Value) -> Vec<f64> {
-    value.as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).collect()
-}
-
 fn number(value: &Value) -> f64 {
     value.as_f64().unwrap_or_else(|| panic!("{value}"))
-}
-
-fn distance(a: &[f64], b: &[f64]) -> f64 {
-    assert_eq!(a.len(), b.len());
-    a.iter().zip(b).map(|(x, y)| (x - y).abs()).fold(0.0, f64::max)
 }
 
 /// The paper's.
@@ -46,7 +36,7 @@ fn row(law: &str, gain: f64) -> &'static Value {
 
 #[test]
 fn diffc_meets_the_computed_figures_of_the_reference_work() {
-    let computed = reference()["computed"]["diffc_K185"].clone();
+    let computed = json()["computed"]["diffc_K185"].clone();
     let diffc = row("diffc", 185.0);
     let percent = numbers(&diffc["joint_error_percent"]);
     assert!(distance(&percent, &numbers(&computed["joint_error_percent_at_10s"])) < 1e-4);
@@ -62,7 +52,7 @@ fn diffc_meets_the_computed_figures_of_the_reference_work() {
     close(&diffc["path_length_m"], &computed["path_length_first_10s"], 1e-4);
     close_mm(
         &row("diffc", 1.0)["position_error_m"],
-        &reference()["computed"]["diffc_K1"]["position_error_mm_at_10s"],
+        &json()["computed"]["diffc_K1"]["position_error_mm_at_10s"],
         1e-5,
     );
 }
@@ -190,7 +180,7 @@ fn the_gain_changes_the_speed_and_not_the_path() {
 
 #[test]
 fn figure_4_is_the_reference_work_s() {
-    let theirs = reference()["figure4"].clone();
+    let theirs = json()["figure4"].clone();
     let ours = &reproduction().results["figure4"];
     assert!(distance(&numbers(&ours["initial"]), &numbers(&theirs["initial"])) < 1e-12);
     let crossings = numbers(&ours["last_crossing_s"]);
@@ -243,26 +233,14 @@ fn equations_33_to_36_are_shown_by_numbers() {
     assert!(apart("log_q", "log_q1_plus_log_q2") > 0.1, "eq. 34");
     assert!(apart("log_q_minus_log_q1", "log_q2") > 0.1, "eq. 35");
     assert!(apart("log_conjugate_q1_q", "log_q2") < 1e-12, "eq. 36");
-    let printed = numbers(&reference()["printed"]["half_log_initial_paper"]["half_rotation_vector"]);
+    let printed = numbers(&json()["printed"]["half_log_initial_paper"]["half_rotation_vector"]);
     assert!(distance(&numbers(&sides["log_q"])[..3], &printed) < 1e-12);
-}
-
-#[test]
-fn logc_and_double_geodesic_settle_at_their_gain() {
-    // exp(−t) = 2 % at 3.91 s; logc's position takes 4.2 s, across the singularity.
-    let logc = &row("logc", 1.0);
-    assert!((number(&logc["settling_time_2_percent_rotation_s"]) - 3.91).abs() < 0.02);
-    assert!((number(&logc["settling_time_2_percent_position_s"]) - 4.2).abs() < 0.05);
-    assert!((number(&logc["peak_joint_speed_rad_s"]) - 2.5).abs() < 0.1);
-    let ratio = |law, gain| number(&row(law, gain)["path_ratio"]);
-    assert!(ratio("double_geodesic", 1.0) < ratio("logc", 1.0) && ratio("logc", 1.0) < ratio("diffc", 185.0));
-    assert!(number(&row("logc", 1.0)["overshoot_m"]) < 1e-3);
 }
 
 #[test]
 fn two_arms_meet_the_computed_end_of_the_reference_work() {
     let end = numbers(&reproduction().results["figures"]["fig3"]["theta_beta_alpha_at_end_rad"]);
-    let computed = reference()["computed"]["relative_position_K10"]["theta_beta_alpha_15s"].clone();
+    let computed = json()["computed"]["relative_position_K10"]["theta_beta_alpha_15s"].clone();
     assert!(distance(&end, &numbers(&computed)) < 1e-6);
 }
 

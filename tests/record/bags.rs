@@ -8,7 +8,9 @@ use dq_servo::wire::{
 use rustdds::RepresentationIdentifier;
 use rustdds::serialization::to_writer_with_rep_id;
 use serde_json::Value;
+use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 use std::time::Duration;
 
 /// A message before it is in a bag.
@@ -150,4 +152,57 @@ pub fn alter_record(sample: &mut Sample, alter_it: impl FnOnce(&mut CycleRecord)
         record.events.iter().for_each(|event| event.write(&mut message.data));
         CycleRecord::end(record.output.as_deref(), &mut message.data);
     });
+}
+
+/// A file of a folder that goes with the test.
+pub fn place(name: &str) -> (tempfile::TempDir, PathBuf) {
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join(name);
+    (directory, path)
+}
+
+/// The bag of the demo.
+pub const DEMO: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/bag_demo");
+
+/// Where its servo's record is.
+pub const EVENTS: &str = "/dq_servo/events";
+
+pub fn demo() -> Vec<Sample> {
+    read(Path::new(DEMO))
+}
+
+/// The demo's bag with its messages changed.
+pub fn demo_with(path: &Path, change: impl FnOnce(&mut Vec<Sample>)) {
+    let mut samples = demo();
+    change(&mut samples);
+    write(path, WriterOptions::default(), &samples);
+}
+
+/// The demo's bag with its messages of that type altered.
+pub fn altered<M: Message>(path: &Path, mut change: impl FnMut(&mut M)) {
+    demo_with(path, |samples| {
+        let of_type = samples.iter_mut().filter(|sample| sample.message == M::TYPE);
+        of_type.for_each(|sample| alter(sample, &mut change));
+    });
+}
+
+/// The demo's bag with its records altered.
+pub fn altered_records(path: &Path, mut change: impl FnMut(&mut CycleRecord)) {
+    demo_with(path, |samples| {
+        let records = samples.iter_mut().filter(|sample| sample.topic == EVENTS);
+        records.for_each(|sample| alter_record(sample, &mut change));
+    });
+}
+
+/// The demo's bag without some of its messages, as `ros2 bag record -a` makes it: it subscribes late.
+pub fn demo_without(path: &Path, mut is_missing: impl FnMut(&Sample) -> bool) {
+    demo_with(path, |samples| samples.retain(|sample| !is_missing(sample)));
+}
+
+/// Runs the program: its code, and what it says on stdout and on stderr.
+pub fn dq_servo(arguments: &[&dyn AsRef<OsStr>]) -> (Option<i32>, String, String) {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_dq_servo"));
+    let output = command.args(arguments.iter().map(|argument| argument.as_ref())).output().unwrap();
+    let [stdout, stderr] = [output.stdout, output.stderr].map(|bytes| String::from_utf8(bytes).unwrap());
+    (output.status.code(), stdout, stderr)
 }

@@ -1,12 +1,13 @@
 //! The figures of recorded runs.
 
-use crate::bags::{Sample, alter, jazzy, read, write};
-use crate::runs::{DEMO, only_run, puma560};
+use crate::bags::{DEMO, Sample, alter, demo, dq_servo, jazzy, place, write};
+use crate::runs::{only_run, puma560};
 use assert_cmd::Command;
 use dq_servo::draw::{Figure, Width};
 use dq_servo::record::WriterOptions;
 use dq_servo::runs::{RecordedRun, plot, recorded};
 use dq_servo::wire::messages::DiagnosticStatus;
+use std::ffi::OsStr;
 use std::path::Path;
 
 /// What a reader looks for in the figures of a run there and back under two laws.
@@ -36,9 +37,8 @@ fn a_law_under_which_nothing_moved_has_no_curve_of_its_own() {
         let series = figures[1].data["panels"][0]["series"].as_array().unwrap();
         series.iter().map(|series| series["name"].as_str().unwrap().to_owned()).collect::<Vec<_>>()
     };
-    let directory = tempfile::tempdir().unwrap();
-    let bag = directory.path().join("bag");
-    let mut messages = read(Path::new(DEMO));
+    let (_directory, bag) = place("bag");
+    let mut messages = demo();
     let goal = messages.iter().rposition(|message| message.topic == "/goal_pose").unwrap();
     let status = messages[..goal].iter().rposition(|message| message.topic == "/dq_servo/status").unwrap();
     alter(&mut messages[status], |status: &mut DiagnosticStatus| {
@@ -55,7 +55,7 @@ fn a_law_under_which_nothing_moved_has_no_curve_of_its_own() {
 #[test]
 fn what_is_far_from_the_rest_of_a_run_is_left_out_of_its_figures_and_named() {
     const DAY: i64 = 86_400_000_000_000;
-    let original = read(Path::new(DEMO));
+    let original = demo();
     let states = |of: &Sample| of.topic.ends_with("joint_states");
     let state = original.iter().find(|message| states(message)).unwrap().clone();
     let moved = |message: &Sample, time: i64| Sample { time, ..message.clone() };
@@ -186,15 +186,14 @@ fn bags_are_drawn_over_each_other() {
 fn plot_writes_its_figures_and_a_table_or_json() {
     let directory = tempfile::tempdir().unwrap();
     let out = directory.path().join("plots");
-    let plot_of = |bag: &Path, out: &Path, more: &[&str]| {
-        Command::cargo_bin("dq_servo").unwrap().arg("plot").arg(bag).arg("--out").arg(out).args(more).assert()
+    let of_demo = |more: &[&dyn AsRef<OsStr>]| {
+        let plot: [&dyn AsRef<OsStr>; 4] = [&"plot", &DEMO, &"--out", &out];
+        let (code, said, _) = dq_servo(&[&plot, more].concat());
+        assert_eq!(code, Some(0));
+        said
     };
-    let printed = |bag: &Path, out: &Path, more: &[&str]| {
-        String::from_utf8(plot_of(bag, out, more).success().get_output().stdout.clone()).unwrap()
-    };
-    let of_demo = |more: &[&str]| printed(Path::new(DEMO), &out, more);
     let other = jazzy(directory.path(), "sqlite3");
-    let no_table = printed(&other, &directory.path().join("others"), &[]);
+    let (_, no_table, _) = dq_servo(&[&"plot", &other, &"--out", &directory.path().join("others")]);
     assert!(no_table.starts_with("the bag has no motions"), "{no_table}");
     let table = of_demo(&[]);
     assert!(table.contains("effort") && table.contains("rad²/s"), "{table}");
@@ -202,9 +201,9 @@ fn plot_writes_its_figures_and_a_table_or_json() {
         table.lines().take_while(|line| !line.is_empty()).all(|line| line.chars().count() <= 80),
         "{table}"
     );
-    let rows: Vec<serde_json::Value> = serde_json::from_str(&of_demo(&["--json"])).unwrap();
+    let rows: Vec<serde_json::Value> = serde_json::from_str(&of_demo(&[&"--json"])).unwrap();
     assert_eq!((rows[0]["motion"].as_u64(), rows[0]["stalls"].as_f64()), (Some(1), Some(0.0)));
-    of_demo(&["--csv"]);
+    of_demo(&[&"--csv"]);
     let rows = |name: &str| {
         let text = std::fs::read_to_string(out.join(name)).unwrap();
         let lines: Vec<_> = text.lines().map(|line| line.split(',').count()).collect();
@@ -216,15 +215,12 @@ fn plot_writes_its_figures_and_a_table_or_json() {
     assert_eq!(rows("pose_error.csv"), (run.errors.len(), 3));
     assert_eq!(rows("velocity_commands.csv"), (run.commands[0].velocities.len(), 7));
     let before = std::fs::read(out.join("path.svg")).unwrap();
-    let refused = plot_of(&other, &out, &[]).code(2).get_output().stderr.clone();
-    assert!(
-        String::from_utf8(refused)
-            .unwrap()
-            .contains("has figures of another run: choose another folder by --out")
-    );
+    let (code, _, refused) = dq_servo(&[&"plot", &other, &"--out", &out]);
+    assert_eq!(code, Some(2));
+    assert!(refused.contains("has figures of another run: choose another folder by --out"), "{refused}");
     assert_eq!(std::fs::read(out.join("path.svg")).unwrap(), before);
     std::fs::remove_file(out.join("bags.txt")).unwrap();
-    plot_of(Path::new(DEMO), &out, &[]).code(2);
+    assert_eq!(dq_servo(&[&"plot", &DEMO, &"--out", &out]).0, Some(2));
     for name in ["pose_error", "joint_positions", "joint_velocities", "path", "singular_value"] {
         let png = std::fs::read(out.join(format!("{name}.png"))).unwrap();
         assert!(png.starts_with(b"\x89PNG") && png.len() > 5000, "{name}");
@@ -236,9 +232,7 @@ fn plot_writes_its_figures_and_a_table_or_json() {
 fn figures_for_a_paper_are_as_wide_as_its_columns() {
     let directory = tempfile::tempdir().unwrap();
     for (width, inches, dots) in [("one-column", 3.5, 2100.0), ("two-columns", 7.16, 4296.0)] {
-        let mut command = Command::cargo_bin("dq_servo").unwrap();
-        command.args(["plot", DEMO, "--width", width, "--out"]).arg(directory.path());
-        assert!(command.output().unwrap().status.success());
+        assert_eq!(dq_servo(&[&"plot", &DEMO, &"--width", &width, &"--out", &directory.path()]).0, Some(0));
         for name in ["pose_error", "joint_velocities", "path"] {
             let file = directory.path().join(name);
             let svg = std::fs::read_to_string(file.with_extension("svg")).unwrap();

@@ -1,29 +1,22 @@
 //! Bags that are damaged, or made to do harm: what is whole is read, what is lost is said, in bounded memory and time.
 
 use crate::bags::{
-    Sample, alter, alter_record, data_file, encode, jazzy, read, read_through, samples, write,
+    EVENTS, Sample, altered, altered_records, data_file, demo, dq_servo, encode, jazzy, place, read,
+    read_through, samples, write,
 };
 use crate::measured;
 use crate::reading::mcap_file;
-use crate::runs::{DEMO, EVENTS, puma560};
-use assert_cmd::Command;
+use crate::runs::puma560;
 use dq_servo::draw::Width;
 use dq_servo::params::Value;
 use dq_servo::record::{Bag, BagError, WriterOptions};
 use dq_servo::runs::{plot, recorded, replay};
-use dq_servo::wire::messages::{JointState, Message, UInt8MultiArray};
+use dq_servo::wire::messages::{JointState, Message as _, UInt8MultiArray};
 use dq_servo::wire::{CycleRecord, ParameterEvent, Recorded};
 use mcap::WriteOptions;
 use std::collections::BTreeSet;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::Duration;
-
-/// A file of a folder that goes with the test.
-fn place(name: &str) -> (tempfile::TempDir, PathBuf) {
-    let directory = tempfile::tempdir().unwrap();
-    let path = directory.path().join(name);
-    (directory, path)
-}
 
 #[track_caller]
 fn assert_lines(losses: &[String], path: &Path) {
@@ -319,26 +312,6 @@ fn pipes_and_devices_are_not_waited_for() {
     assert_eq!((read, losses.len()), (samples, 2));
 }
 
-/// The demo's bag with its messages of that type altered.
-fn altered<M: Message>(path: &Path, mut change: impl FnMut(&mut M)) {
-    let mut samples = read(Path::new(DEMO));
-    samples
-        .iter_mut()
-        .filter(|sample| sample.message == M::TYPE)
-        .for_each(|sample| alter(sample, &mut change));
-    write(path, WriterOptions::default(), &samples);
-}
-
-/// The demo's bag with its records altered.
-fn altered_records(path: &Path, mut change: impl FnMut(&mut CycleRecord)) {
-    let mut samples = read(Path::new(DEMO));
-    samples
-        .iter_mut()
-        .filter(|sample| sample.topic == EVENTS)
-        .for_each(|sample| alter_record(sample, &mut change));
-    write(path, WriterOptions::default(), &samples);
-}
-
 #[test]
 fn times_and_numbers_of_2_to_the_63_are_taken_as_they_are() {
     let far = Duration::MAX;
@@ -426,7 +399,7 @@ fn the_program_says_what_was_lost_and_draws_the_rest() {
     let (_directory, bag) = place("bag");
     std::fs::create_dir(&bag).unwrap();
     let file = bag.join("bag_0.mcap");
-    mcap_file(&file, WriteOptions::new().chunk_size(Some(1 << 16)), "cdr", &read(Path::new(DEMO)));
+    mcap_file(&file, WriteOptions::new().chunk_size(Some(1 << 16)), "cdr", &demo());
     let whole = std::fs::read(&file).unwrap();
     let out = bag.join("plots");
     let plot_damaged_at = |place: usize| {
@@ -434,9 +407,8 @@ fn the_program_says_what_was_lost_and_draws_the_rest() {
         bytes[place] ^= 1;
         std::fs::write(&file, bytes).unwrap();
         std::fs::write(bag.join("metadata.yaml"), "").unwrap();
-        let mut command = Command::cargo_bin("dq_servo").unwrap();
-        let output = command.arg("plot").arg(&bag).arg("--out").arg(&out).output().unwrap();
-        (output.status.code(), String::from_utf8(output.stderr).unwrap())
+        let (code, _, said) = dq_servo(&[&"plot", &bag, &"--out", &out]);
+        (code, said)
     };
     let (code, said) = plot_damaged_at(2000);
     assert!(code == Some(2) && said.contains("damaged or cut off at byte"), "{said}");

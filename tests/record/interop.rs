@@ -1,6 +1,6 @@
 //! PyPI `rosbags`, an independent implementation, reads our bags, and we read its.
 
-use crate::bags::{Sample, data_file, read, read_through, samples, topics, write};
+use crate::bags::{Sample, data_file, place, read, read_through, samples, topics, write};
 use dq_servo::record::WriterOptions;
 use serde::Deserialize;
 use std::path::Path;
@@ -70,8 +70,7 @@ fn bags_of_rosbags_are_read() {
 /// write. `mcap recover` (Foxglove's tool) makes one.
 #[test]
 fn rosbags_needs_the_footer_of_a_file() {
-    let directory = tempfile::tempdir().unwrap();
-    let bag = directory.path().join("bag");
+    let (_directory, bag) = place("bag");
     write(&bag, WriterOptions::default(), &samples(10));
     let bytes = std::fs::read(data_file(&bag)).unwrap();
     std::fs::write(data_file(&bag), &bytes[..bytes.len() - 20]).unwrap();

@@ -1,8 +1,7 @@
 //! Bags that have part of a run: what is not in them is reported, and made up by no figure.
 
-use crate::bags::{Sample, alter, read, write};
-use crate::runs::{DEMO, only_run};
-use assert_cmd::Command;
+use crate::bags::{DEMO, Sample, alter, demo, demo_with, dq_servo, read, write};
+use crate::runs::only_run;
 use dq_servo::draw::{Figure, Width};
 use dq_servo::record::WriterOptions;
 use dq_servo::runs::{RecordedRun, plot};
@@ -20,22 +19,12 @@ fn first_goal(messages: &[Sample]) -> i64 {
 
 /// The demo's bag with its joint states altered.
 fn with_joint_states(bag: &Path, mut change: impl FnMut(i64, &mut JointState)) {
-    let mut messages = read(Path::new(DEMO));
-    for message in messages.iter_mut().filter(|message| message.topic == "/joint_states") {
-        let time = message.time;
-        alter(message, |state| change(time, state));
-    }
-    write(bag, WriterOptions::default(), &messages);
-}
-
-/// What `plot` says on stdout and on stderr.
-fn plotted(bag: &Path, options: &[&str]) -> (String, String) {
-    let mut command = Command::cargo_bin("dq_servo").unwrap();
-    let output = command.arg("plot").arg(bag).arg("--out").arg(bag.with_extension("plots")).args(options);
-    let output = output.output().unwrap();
-    assert!(output.status.success());
-    let [stdout, stderr] = [output.stdout, output.stderr].map(|bytes| String::from_utf8(bytes).unwrap());
-    (stdout, stderr)
+    demo_with(bag, |messages| {
+        for message in messages.iter_mut().filter(|message| message.topic == "/joint_states") {
+            let time = message.time;
+            alter(message, |state| change(time, state));
+        }
+    });
 }
 
 #[test]
@@ -50,7 +39,8 @@ fn speeds_that_are_not_in_the_bag_are_not_made_up() {
     assert!(speeds.contains("command") && !speeds.contains("measured"));
     messages.retain(|message| !message.topic.ends_with("/commands"));
     write(&bag, WriterOptions::default(), &messages);
-    let (_, said) = plotted(&bag, &["--json"]);
+    let (code, _, said) = dq_servo(&[&"plot", &bag, &"--out", &bag.with_extension("plots")]);
+    assert_eq!(code, Some(0));
     assert!(said.contains("no joint velocities and no commands"), "{said}");
     assert!(!bag.with_extension("plots").join("joint_velocities.png").exists());
 }
@@ -87,13 +77,13 @@ fn longest_step(run: &RecordedRun) -> f64 {
 fn a_jump_of_the_robot_or_of_its_tool_is_no_way() {
     let directory = tempfile::tempdir().unwrap();
     let whole = only_run(Path::new(DEMO));
-    let middle = first_goal(&read(Path::new(DEMO))) + 2 * SECOND;
+    let middle = first_goal(&demo()) + 2 * SECOND;
     let reset = directory.path().join("reset");
     with_joint_states(&reset, |time, state| state.position[0] += if time > middle { 1.0 } else { 0.0 });
     let reset = only_run(&reset);
     assert!(longest_step(&whole) < 0.05 && longest_step(&reset) < 0.05, "{}", longest_step(&reset));
     assert_eq!(lines(&reset, "joint_positions"), lines(&whole, "joint_positions") + 6);
-    let mut messages = read(Path::new(DEMO));
+    let mut messages = demo();
     let mut changes = 0;
     for message in messages.iter_mut().filter(|message| message.topic == "/dq_servo/parameters") {
         alter(message, |event: &mut ParameterEvent| {

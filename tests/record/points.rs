@@ -1,25 +1,23 @@
 //! What it takes to draw long runs, and bags of nothing but changes: as much as is drawn.
 
-use crate::bags::{Sample, alter, read, write};
+use crate::bags::{Sample, alter, demo, place, write};
 use crate::measured;
-use crate::runs::{DEMO, puma560};
+use crate::runs::puma560;
 use dq_servo::draw::Width;
 use dq_servo::record::WriterOptions;
 use dq_servo::runs::{RecordedRun, plot, recorded};
 use dq_servo::wire::messages::{DiagnosticStatus, JointState, KeyValue, Time};
-use std::path::Path;
 
 /// With what tests beside these take \[bytes\].
 const LIMIT: usize = 200 << 20;
 
 fn of(topic: &str) -> Sample {
-    read(Path::new(DEMO)).into_iter().find(|sample| sample.topic == topic).unwrap()
+    demo().into_iter().find(|sample| sample.topic == topic).unwrap()
 }
 
 /// The run of these messages, and how much is held at the peak to read and to draw it.
 fn drawn(samples: &[Sample]) -> (RecordedRun, usize) {
-    let directory = tempfile::tempdir().unwrap();
-    let bag = directory.path().join("bag");
+    let (_directory, bag) = place("bag");
     write(&bag, WriterOptions::default(), samples);
     measured(|| {
         let mut runs = recorded(&bag, "bag", &puma560()).unwrap().runs;

@@ -1,8 +1,10 @@
 //! Bags explained: the runs in them, and one clear line for what is no run.
 
-use crate::bags::{Sample, alter, alter_record, jazzy, read, samples, write};
+use crate::bags::{
+    DEMO, EVENTS, Sample, alter, alter_record, demo, demo_without, dq_servo, jazzy, place, read, samples,
+    write,
+};
 use crate::interop::peer_samples;
-use assert_cmd::Command;
 use dq_servo::config::ServoParameters;
 use dq_servo::draw::Width;
 use dq_servo::nodes::Prepared;
@@ -12,6 +14,7 @@ use dq_servo::ros::RosArgs;
 use dq_servo::runs::{Recorded, RecordedRun, Replayed, RunError, plot, recorded, replay};
 use dq_servo::wire::messages::{DiagnosticStatus, JointState, KeyValue, Time, UInt8MultiArray};
 use dq_servo::wire::{CycleRecord, Parameter, ParameterEvent, Recorded as RecordedEvent, decode};
+use std::ffi::OsStr;
 use std::path::Path;
 
 #[path = "../examples/replay_a_bag.rs"]
@@ -28,11 +31,6 @@ const SECOND: i64 = 1_000_000_000;
 pub fn puma560() -> ServoParameters {
     Prepared::<ServoParameters>::new(&RosArgs::default()).unwrap().parameters().clone()
 }
-
-pub const DEMO: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/bag_demo");
-
-/// Where its servo's record is.
-pub const EVENTS: &str = "/dq_servo/events";
 
 pub fn replay_all(bag: &Path) -> Result<Vec<Replayed>, RunError> {
     replay(&mut Bag::open(bag).unwrap())
@@ -114,7 +112,7 @@ fn one_bit_of_one_command_is_a_difference_and_so_is_one_of_what_came() {
     let directory = tempfile::tempdir().unwrap();
     let original = replay_demo(Path::new(DEMO));
     let altered = |name: &str, change: fn(&mut CycleRecord)| {
-        let mut messages = read(Path::new(DEMO));
+        let mut messages = demo();
         let sends = |message: &&mut Sample| message.topic == EVENTS;
         let mut records: Vec<_> = messages.iter_mut().filter(sends).collect();
         let middle = records.len() / 2;
@@ -160,7 +158,7 @@ fn each_life_of_a_servo_has_its_own_parameters() {
     let directory = tempfile::tempdir().unwrap();
     let original = only_run(Path::new(DEMO));
     let restarted = |name: &str, given: &[(&str, Value)]| {
-        let mut messages = read(Path::new(DEMO));
+        let mut messages = demo();
         let goal = messages.iter().rposition(|message| message.topic == "/goal_pose").unwrap();
         let time = messages[goal].time - 20_000_000;
         messages.retain(|message| {
@@ -208,7 +206,7 @@ fn each_life_of_a_servo_has_its_own_parameters() {
 
 /// The demo's bag as if this had been the keep-out, or whatever the parameter is, and the servo had said that of the clearance.
 fn among_keep_outs(path: &Path, (name, keep_out): (&str, &str), clearance: &str) -> RecordedRun {
-    let mut messages = read(Path::new(DEMO));
+    let mut messages = demo();
     for message in messages.iter_mut().filter(|message| message.topic == "/dq_servo/parameters") {
         alter(message, |event: &mut ParameterEvent| {
             let texts = Value::StringArray(vec![keep_out.to_owned()]);
@@ -261,22 +259,14 @@ fn an_arm_that_was_in_what_it_must_keep_out_of_is_named() {
     assert_eq!(ends("keep-outs"), [2; 12], "all edges of the box, of the floor far below none");
 }
 
-/// The demo's bag without some of its messages, as `ros2 bag record -a` makes it: it subscribes late.
-pub fn demo_without(path: &Path, mut is_missing: impl FnMut(&Sample) -> bool) {
-    let mut messages = read(Path::new(DEMO));
-    messages.retain(|message| !is_missing(message));
-    write(path, WriterOptions::default(), &messages);
-}
-
 /// What the servo said of its motions holds, whatever else the recorder missed, and a gripper on a topic of its own is a warning.
 #[test]
 fn motions_are_what_the_servo_said() {
-    let directory = tempfile::tempdir().unwrap();
     let whole = only_run(Path::new(DEMO)).motions;
     assert_eq!(whole.iter().map(|motion| motion.law.as_str()).collect::<Vec<_>>(), ["logc", "diffc"]);
     assert!(whole.iter().all(|motion| motion.outcome == "arrived" && motion.figures.arrival_time.is_some()));
-    let bag = directory.path().join("bag");
-    let mut messages = read(Path::new(DEMO));
+    let (_directory, bag) = place("bag");
+    let mut messages = demo();
     messages.retain(|message| message.topic != "/goal_pose" && !message.topic.ends_with("/commands"));
     let state = messages.iter().find(|message| message.topic == "/joint_states").unwrap();
     let mut gripper = Sample { topic: "/gripper/joint_states".to_owned(), ..state.clone() };
@@ -297,7 +287,7 @@ fn motions_are_what_the_servo_said() {
 fn a_recording_that_begins_late_has_the_motions_that_it_saw_with_all_their_figures() {
     let directory = tempfile::tempdir().unwrap();
     let whole = only_run(Path::new(DEMO)).motions;
-    let messages = read(Path::new(DEMO));
+    let messages = demo();
     let begin = messages[0].time;
     let first = messages.iter().find(|message| message.topic.ends_with("/motions")).unwrap().time;
     for (name, after, expected) in [("in_motion", SECOND, 2), ("settled", 8 * SECOND, 1)] {
@@ -327,10 +317,8 @@ fn a_bag_without_goals_is_drawn_and_has_no_motions() {
     assert!(way.contains("start") && !way.contains("goal"));
     let speeds = figures.iter().find(|figure| figure.name == "joint_velocities").unwrap();
     assert_eq!(speeds.data["panels"][0]["x"], "time from the beginning [s]");
-    let mut plot = Command::cargo_bin("dq_servo").unwrap();
-    let output = plot.arg("plot").arg(path("bag")).arg("--out").arg(path("out")).output().unwrap();
-    let said = String::from_utf8_lossy(&output.stdout);
-    assert!(output.status.success() && said.starts_with("the bag has no motions"), "{said}");
+    let (code, said, _) = dq_servo(&[&"plot", &path("bag"), &"--out", &path("out")]);
+    assert!(code == Some(0) && said.starts_with("the bag has no motions"), "{said}");
     assert!(path("out/path.png").exists() && !path("out/pose_error.png").exists());
 }
 
@@ -351,11 +339,10 @@ fn replay_judges_what_it_has_all_inputs_of_and_says_what_that_is() {
     assert_eq!((gap.different, gap.inputs_missing, gap.judged_s.len()), (0, 1, 1), "{gap:?}");
     assert!(gap.commands > 200 && gap.not_judged > 300, "{gap:?}");
     assert_eq!(gap.commands + gap.not_judged + 1, whole.commands);
-    let output = Command::cargo_bin("dq_servo").unwrap().arg("replay").arg(path("gap")).output().unwrap();
-    let said = String::from_utf8_lossy(&output.stdout);
-    assert!(output.status.success() && said.contains("judged: 0.000 to"), "{said}");
+    let (code, said, _) = dq_servo(&[&"replay", &path("gap")]);
+    assert!(code == Some(0) && said.contains("judged: 0.000 to"), "{said}");
     // A record that is damaged is one that is missing.
-    let mut messages = read(Path::new(DEMO));
+    let mut messages = demo();
     let mut records = messages.iter_mut().filter(|message| message.topic == EVENTS);
     alter(records.nth(299).unwrap(), |record: &mut UInt8MultiArray| record.data.truncate(20));
     write(&path("damaged"), WriterOptions::default(), &messages);
@@ -370,9 +357,8 @@ fn replay_judges_what_it_has_all_inputs_of_and_says_what_that_is() {
 /// The record begins anew each time that the servo is a new one.
 #[test]
 fn a_record_that_begins_again_is_compared_again() {
-    let directory = tempfile::tempdir().unwrap();
-    let bag = directory.path().join("twice");
-    let mut messages = read(Path::new(DEMO));
+    let (_directory, bag) = place("twice");
+    let mut messages = demo();
     let lasts = messages.last().unwrap().time - messages[0].time + SECOND;
     let mut later = messages.clone();
     later.iter_mut().for_each(|message| message.time += lasts);
@@ -393,9 +379,8 @@ fn a_bag_without_the_record_s_beginning_is_plotted_and_says_why_it_cannot_be_rep
             cycles += usize::from(message.topic == EVENTS);
             message.topic == EVENTS && cycles <= from
         });
-        let output = Command::cargo_bin("dq_servo").unwrap().arg("replay").arg(&bag).output().unwrap();
-        let said = String::from_utf8_lossy(&output.stderr);
-        assert!(output.status.code() == Some(2) && said.contains(needle), "{name}: {said}");
+        let (code, _, said) = dq_servo(&[&"replay", &bag]);
+        assert!(code == Some(2) && said.contains(needle), "{name}: {said}");
         assert_eq!(said.lines().count(), 1, "{said}");
         assert_eq!(only_run(&bag).motions.len(), 2);
     }
@@ -405,9 +390,8 @@ fn a_bag_without_the_record_s_beginning_is_plotted_and_says_why_it_cannot_be_rep
 /// hindrance.
 #[test]
 fn replay_makes_the_motions_of_a_bag_that_does_not_have_them() {
-    let directory = tempfile::tempdir().unwrap();
-    let bag = directory.path().join("bag");
-    let mut messages = read(Path::new(DEMO));
+    let (_directory, bag) = place("bag");
+    let mut messages = demo();
     messages.retain(|message| message.topic != "/dq_servo/motions");
     let last = messages.iter().rfind(|message| message.topic == EVENTS).unwrap();
     let other = Sample { topic: format!("/other{EVENTS}"), ..last.clone() };
@@ -423,10 +407,8 @@ fn replay_makes_the_motions_of_a_bag_that_does_not_have_them() {
         let lengths = [made, told].map(|motion| motion.figures.path_length);
         assert!((lengths[0] - lengths[1]).abs() < 1e-9, "{lengths:?}");
     }
-    let mut command = Command::cargo_bin("dq_servo").unwrap();
-    let output = command.args(["replay", "--motions"]).arg(&bag).output().unwrap();
-    let said = String::from_utf8_lossy(&output.stdout);
-    assert!(output.status.success() && said.contains("0 differ") && said.contains("diffc"), "{said}");
+    let (code, said, _) = dq_servo(&[&"replay", &"--motions", &bag]);
+    assert!(code == Some(0) && said.contains("0 differ") && said.contains("diffc"), "{said}");
 }
 
 #[test]
@@ -441,17 +423,18 @@ fn what_is_no_run_is_told_so() {
     let told = replay_all(&jazzy).unwrap_err().to_string();
     assert!(told.contains("~/events") && told.contains("the parameter events"), "{told}");
     std::fs::write(path("empty"), "").unwrap();
-    for (arguments, needle) in [
-        (vec!["plot", "nothing"], "nothing"),
-        (vec!["plot", path("empty").to_str().unwrap()], "empty"),
-        (vec!["plot", concat!(env!("CARGO_MANIFEST_DIR"), "/README.md")], "README.md"),
-        (vec!["plot", jazzy.to_str().unwrap(), path("strangers").to_str().unwrap()], "joint_states"),
-        (vec!["replay", jazzy.to_str().unwrap()], "~/events"),
-        (vec!["replay", path("empty").to_str().unwrap()], "empty"),
+    let none = concat!(env!("CARGO_MANIFEST_DIR"), "/README.md");
+    for (command, bags, needle) in [
+        ("plot", vec![Path::new("nothing")], "nothing"),
+        ("plot", vec![&path("empty")], "empty"),
+        ("plot", vec![Path::new(none)], "README.md"),
+        ("plot", vec![&jazzy, &path("strangers")], "joint_states"),
+        ("replay", vec![&jazzy], "~/events"),
+        ("replay", vec![&path("empty")], "empty"),
     ] {
-        let output = Command::cargo_bin("dq_servo").unwrap().args(&arguments).output().unwrap();
-        let told = String::from_utf8(output.stderr).unwrap();
-        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {told}");
-        assert!(told.lines().count() == 1 && told.contains(needle), "{arguments:?}: {told}");
+        let bags = bags.iter().map(|bag| bag as &dyn AsRef<OsStr>);
+        let (code, _, told) =
+            dq_servo(&[&command as &dyn AsRef<OsStr>].into_iter().chain(bags).collect::<Vec<_>>());
+        assert!(code == Some(2) && told.lines().count() == 1 && told.contains(needle), "{command}: {told}");
     }
 }

@@ -1,6 +1,6 @@
 //! What the writer writes.
 
-use crate::bags::{data_file, read, read_through, samples, topics, write};
+use crate::bags::{data_file, place, read, read_through, samples, topics, write};
 use dq_servo::record::{BagError, BagWriter, TopicRecord, WriterOptions};
 use dq_servo::wire::type_hash;
 use std::path::Path;
@@ -8,8 +8,7 @@ use std::time::Duration;
 
 #[test]
 fn what_is_written_is_read_back_to_the_bit() {
-    let directory = tempfile::tempdir().unwrap();
-    let (bag, samples) = (directory.path().join("bag"), samples(100));
+    let ((_directory, bag), samples) = (place("bag"), samples(100));
     let summary = write(&bag, WriterOptions::default(), &samples);
     assert_eq!((summary.messages, summary.files, summary.dropped), (1500, 1, 0));
     for path in [bag.clone(), data_file(&bag)] {
@@ -52,8 +51,7 @@ fn files_are_split_by_size_and_by_duration_and_none_is_lost() {
 
 #[test]
 fn the_file_says_what_rosbag2_s_does() {
-    let directory = tempfile::tempdir().unwrap();
-    let bag = directory.path().join("bag");
+    let (_directory, bag) = place("bag");
     write(&bag, WriterOptions::default(), &samples(1));
     let bytes = std::fs::read(data_file(&bag)).unwrap();
     let summary = mcap::Summary::read(&bytes).unwrap().unwrap();
@@ -160,8 +158,7 @@ fn begun(bag: &Path, samples: &[crate::bags::Sample]) -> BagWriter {
 
 #[test]
 fn the_bag_of_a_recorder_that_was_killed_is_whole_to_anyone() {
-    let directory = tempfile::tempdir().unwrap();
-    let (bag, samples) = (directory.path().join("bag"), samples(1));
+    let ((_directory, bag), samples) = (place("bag"), samples(1));
     std::mem::forget(begun(&bag, &samples));
     assert_eq!(read(&bag), samples);
     assert_eq!(crate::interop::peer_samples(&["read", bag.to_str().unwrap()]), samples);

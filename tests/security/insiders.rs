@@ -150,15 +150,11 @@ fn the_launch_script_starts_secured_nodes() {
 }
 
 #[test]
-fn the_secured_demo_moves_there_and_back() {
+fn the_secured_demos_move_there_and_back() {
     let keystore = Keystore::new();
-    assert_success(&run(&Host::new(), &keystore.variables(), &["demo"], "/dq_servo_demo"));
-}
-
-#[test]
-fn the_secured_demo_with_two_arms_moves_there_and_back() {
-    let keystore = Keystore::new();
-    assert_success(&run(&Host::new(), &keystore.variables(), &["demo", "--dual"], "/dq_servo_demo"));
+    for demo in [&["demo"][..], &["demo", "--dual"]] {
+        assert_success(&run(&Host::new(), &keystore.variables(), demo, "/dq_servo_demo"));
+    }
 }
 
 #[test]

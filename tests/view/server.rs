@@ -1,7 +1,7 @@
 //! Who is let in, what is refused, and that nobody is waited for.
 
 use crate::page::Page;
-use dq_servo::view::{Answer, Ask};
+use dq_servo::view::{Answer, Ask, Server, Settings, ViewError, ends};
 use serde_json::{Value, json};
 use std::time::{Duration, Instant};
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
@@ -155,17 +155,14 @@ async fn ninety_strangers_who_come_again_and_again_keep_no_guest_out() {
     strangers.iter().for_each(tokio::task::JoinHandle::abort);
 }
 
+async fn bind(listen: &str, token: Option<&str>) -> Result<Server, ViewError> {
+    let (listen, token) = (listen.to_owned(), token.map(str::to_owned));
+    Server::bind(Settings { listen, token, drive: true, warn: Box::new(|_| {}) }, ends().1).await
+}
+
 #[tokio::test]
 async fn a_token_may_be_given_and_must_be_one() {
-    let bind = async |token: &str| {
-        let settings = dq_servo::view::Settings {
-            listen: "127.0.0.1:0".to_owned(),
-            token: Some(token.to_owned()),
-            drive: true,
-            warn: Box::new(|_| {}),
-        };
-        dq_servo::view::Server::bind(settings, dq_servo::view::ends().1).await
-    };
+    let bind = async |token: &str| bind("127.0.0.1:0", Some(token)).await;
     assert!(bind("0123456789abcdef").await.unwrap().link().ends_with("/?token=0123456789abcdef"));
     let Err(why) = bind("guessed").await else { panic!("a token that can be guessed") };
     assert!(why.to_string().contains("16 characters"), "{why}");
@@ -179,14 +176,7 @@ async fn an_address_that_cannot_be_had_is_an_error() {
         ("nonsense", ""),
         ("127.0.0.1:99999", ""),
     ] {
-        let (_, browsers) = dq_servo::view::ends();
-        let settings = dq_servo::view::Settings {
-            listen: address.to_owned(),
-            token: None,
-            drive: true,
-            warn: Box::new(|_| {}),
-        };
-        let Err(error) = dq_servo::view::Server::bind(settings, browsers).await else { panic!("{address}") };
+        let Err(error) = bind(address, None).await else { panic!("{address}") };
         let text = error.to_string();
         assert!(text.contains(address) && text.contains(why) && !text.contains('\n'), "{text}");
     }

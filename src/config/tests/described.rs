@@ -1,8 +1,9 @@
 //! What nodes take of a robot description.
 
+use crate::{given, start, started, text};
 use dq_config::{ForArm, NodeParameters, PlantParameters, ServoParameters};
 use dq_kinematics::arm::{Description, Motion};
-use dq_params::{Given, Value};
+use dq_params::Value;
 
 pub const GANTRY: &str = include_str!("../../../tests/data/urdf/gantry.urdf");
 
@@ -10,30 +11,18 @@ fn file(name: &str) -> String {
     format!("{}/../../tests/data/urdf/{name}.urdf", env!("CARGO_MANIFEST_DIR"))
 }
 
-fn text(name: &str) -> String {
+fn read(name: &str) -> String {
     std::fs::read_to_string(file(name)).unwrap()
 }
 
-pub fn given(values: &[(&str, Value)]) -> Vec<Given> {
-    let value = |(name, value): &(&str, Value)| Given::new(*name, value.clone(), "test");
-    values.iter().map(value).collect()
-}
-
 pub fn frames(base: &str, tool: &str) -> [(&'static str, Value); 2] {
-    [("base_frame", Value::String(base.to_owned())), ("tool_frame", Value::String(tool.to_owned()))]
-}
-
-pub fn started(values: &[(&str, Value)]) -> Result<ServoParameters, String> {
-    let (store, warnings) =
-        ServoParameters::start("/dq_servo", given(values)).map_err(|why| why.to_string())?;
-    assert_eq!(warnings, [""; 0]);
-    ServoParameters::from_store(&store).map_err(|why| why.to_string())
+    [("base_frame", text(base)), ("tool_frame", text(tool))]
 }
 
 #[test]
 fn a_description_gives_what_nobody_gives_and_is_overridden_by_who_does() {
     let mut values = frames("a", "e").to_vec();
-    values.push(("robot_description", Value::String(GANTRY.to_owned())));
+    values.push(("robot_description", text(GANTRY)));
     let limits = started(&values).unwrap().settings.limits;
     assert_eq!(limits.joint_velocity, [1.5, 0.5, 3.0]);
     assert_eq!(limits.joint_acceleration, [3.0, 1.0, 6.0]);
@@ -47,21 +36,20 @@ fn a_description_gives_what_nobody_gives_and_is_overridden_by_who_does() {
     assert_eq!(parameters.settings.limits.joint_velocity, [1.0, 0.2, 1.0]);
     assert_eq!(parameters.joints[0].names(), ["j1", "j2", "j3"]);
 
-    let (store, _) = ServoParameters::start("/dq_servo", given(&values)).unwrap();
+    let (store, _) = start(&values).unwrap();
     let Some(Value::String(in_force)) = store.get("robot_description") else { panic!() };
     assert!(!in_force.contains("finger") && in_force.contains("j2"), "what counts of it: {in_force}");
     // A dump starts another one that is the same.
     let dump: Vec<_> = store.iter().map(|(declared, value)| (declared.name, value.clone())).collect();
     assert_eq!(started(&dump).unwrap(), parameters);
     let (plant, _) = PlantParameters::start("/arm", given(&values)).unwrap();
-    assert_eq!(plant.get("robot_description"), Some(&Value::String(GANTRY.to_owned())), "published whole");
+    assert_eq!(plant.get("robot_description"), Some(&text(GANTRY)), "published whole");
     assert_eq!(PlantParameters::from_store(&plant).unwrap().initial_positions, [0.0; 3]);
 }
 
 #[test]
 fn a_description_without_what_it_needs_is_refused() {
-    let description =
-        ("robot_description", Value::String(GANTRY.replace("<limit velocity='3' effort='1'/>", "")));
+    let description = ("robot_description", text(&GANTRY.replace("<limit velocity='3' effort='1'/>", "")));
     let with = |more: &[(&'static str, Value)]| {
         let mut values = frames("a", "e").to_vec();
         values.extend_from_slice(more);
@@ -75,14 +63,14 @@ fn a_description_without_what_it_needs_is_refused() {
     assert!(why.contains("limits.joint_velocity"), "{why}");
     let why = with(&[]).unwrap_err();
     assert!(why.contains("robot_description or robot_file"), "{why}");
-    let why = with(&[("robot_file", Value::String("/nowhere.urdf".to_owned()))]).unwrap_err();
+    let why = with(&[("robot_file", text("/nowhere.urdf"))]).unwrap_err();
     assert!(why.starts_with("/nowhere.urdf: "), "{why}");
     let other = Value::StringArray(vec!["j1".to_owned(), "j3".to_owned(), "j2".to_owned()]);
-    let gantry = ("robot_description", Value::String(GANTRY.to_owned()));
+    let gantry = ("robot_description", text(GANTRY));
     let why = with(&[gantry, ("joints", other)]).unwrap_err();
     assert!(why.contains("joints") && why.contains("[\"j1\", \"j2\", \"j3\"]"), "{why}");
     let slow = ("limits.joint_deceleration", Value::DoubleArray(vec![9.0, 0.4, 9.0]));
-    let gantry = ("robot_description", Value::String(GANTRY.to_owned()));
+    let gantry = ("robot_description", text(GANTRY));
     let why = with(&[gantry, slow]).unwrap_err();
     assert!(why.contains("for joint 2: expected at least 0.5 m/s^2"), "{why}");
 }
@@ -90,18 +78,17 @@ fn a_description_without_what_it_needs_is_refused() {
 #[test]
 fn a_description_from_a_file_is_the_same_arm() {
     let mut values = frames("base_link", "arm_tool_link").to_vec();
-    values.push(("robot_file", Value::String(file("tiago"))));
+    values.push(("robot_file", text(&file("tiago"))));
     let parameters = started(&values).unwrap();
     assert_eq!(parameters.settings.limits.joint_velocity[0], 0.07);
-    let moving = Description::read(&text("tiago"), "base_link", "arm_tool_link").unwrap().arm;
+    let moving = Description::read(&read("tiago"), "base_link", "arm_tool_link").unwrap().arm;
     assert_eq!(moving.moving().next().unwrap().motion, Motion::Prismatic);
     assert_eq!(parameters.joints[0].names()[0], "torso_lift_joint");
 }
 
 #[test]
 fn frames_that_are_guessed_are_told() {
-    let given = given(&[("robot_file", Value::String(file("ur5")))]);
-    let (store, warnings) = ServoParameters::start("/dq_servo", given).unwrap();
+    let (store, warnings) = start(&[("robot_file", text(&file("ur5")))]).unwrap();
     let frames = "from base_frame \"base_link\" to tool_frame \"tool0\"";
     assert!(warnings.len() == 1 && warnings[0].contains(frames), "{warnings:?}");
     let parameters = ServoParameters::from_store(&store).unwrap();
@@ -113,7 +100,7 @@ fn arms_with_a_description_are_what_it_says() {
     for (name, base, tool, rounding) in
         [("panda", "panda_link0", "panda_link8", 1e-9), ("xarm7", "link_base", "link_eef", 1e-4)]
     {
-        let description = Description::read(&text(name), base, tool).unwrap().arm;
+        let description = Description::read(&read(name), base, tool).unwrap().arm;
         let (described, parameters) = (description.chain().unwrap(), ServoParameters::for_arm(name).unwrap());
         let names: Vec<_> = description.moving().map(|joint| joint.name.as_str()).collect();
         assert_eq!(parameters.joints[0].names(), names);

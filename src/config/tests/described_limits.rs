@@ -1,7 +1,8 @@
 //! Limits in descriptions: those that are none (0, missing, or without room between them, as many exporters write them), and those
 //! that a description of rows is given.
 
-use crate::described::{GANTRY, frames, given, started};
+use crate::described::{GANTRY, frames};
+use crate::{given, started, text};
 use dq_config::{ForArm, NodeParameters, PlantParameters, ServoParameters, arm_file};
 use dq_kinematics::arm::{DescribedArm, Description, Motion};
 use dq_params::{Given, Value, parameters_for};
@@ -12,7 +13,7 @@ type List = (&'static str, Vec<f64>);
 
 fn values(document: &str, more: &[List]) -> Vec<(&'static str, Value)> {
     let mut values = frames("a", "e").to_vec();
-    values.push(("robot_description", Value::String(document.to_owned())));
+    values.push(("robot_description", text(document)));
     values.extend(more.iter().map(|(name, list)| (*name, Value::DoubleArray(list.clone()))));
     values
 }
@@ -61,8 +62,7 @@ fn a_limit_that_is_none_is_refused_with_what_to_give_and_overridden_by_who_gives
         );
     }
     // What is given wrongly is named, not what would follow from it.
-    let fast =
-        values(GANTRY, &[]).into_iter().chain([("limits.joint_velocity", Value::String("fast".to_owned()))]);
+    let fast = values(GANTRY, &[]).into_iter().chain([("limits.joint_velocity", text("fast"))]);
     for wrong in [values(GANTRY, &[("limits.joint_velocity", vec![1.0, 0.0, 1.0])]), fast.collect()] {
         let refused = started(&wrong).unwrap_err();
         assert!(refused.starts_with("parameter \"limits.joint_velocity\""), "{refused}");

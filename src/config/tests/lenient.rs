@@ -1,13 +1,8 @@
 //! Descriptions that are no XML, as ROS 2's own reader takes them.
 
+use crate::{start, text};
 use dq_config::{NodeParameters, ServoParameters};
-use dq_params::{Given, ParameterError, ParameterStore, Value};
-
-fn start(file: &str, [base, tool]: [&str; 2]) -> Result<(ParameterStore, Vec<String>), ParameterError> {
-    let values = [("robot_file", file), ("base_frame", base), ("tool_frame", tool)];
-    let given = values.map(|(name, value)| Given::new(name, Value::String(value.to_owned()), "test"));
-    ServoParameters::start("/dq_servo", given.to_vec())
-}
+use dq_params::{ParameterStore, Value};
 
 fn bytes(hex: &str) -> Vec<u8> {
     let pairs = hex.as_bytes().chunks_exact(2).map(|pair| str::from_utf8(pair).unwrap());
@@ -40,14 +35,16 @@ fn what_urdfdom_reads_of_a_mutated_description_is_read_alike() {
     let mutations = std::fs::read_to_string(format!("{data}/mutations.txt")).unwrap();
     let folder = tempfile::tempdir().unwrap();
     let mutated = folder.path().join("robot.urdf");
+    let file = ("robot_file", text(mutated.to_str().unwrap()));
+    let values = [file, ("base_frame", text("base")), ("tool_frame", text("hand"))];
     let (mut alike, mut missed) = (0, Vec::new());
     for line in mutations.lines() {
-        let (text, expected) = mutation(&robot, line);
-        std::fs::write(&mutated, &text).unwrap();
-        let read = start(mutated.to_str().unwrap(), ["base", "hand"]);
+        let (bytes, expected) = mutation(&robot, line);
+        std::fs::write(&mutated, &bytes).unwrap();
+        let read = start(&values);
         // What urdfdom refuses may be read here: only it must not end the process.
         let Some(expected) = expected else { continue };
-        let shown = String::from_utf8_lossy(&text);
+        let shown = String::from_utf8_lossy(&bytes);
         let Ok((store, warnings)) = read else {
             missed.push(format!("{}\n{shown}", read.unwrap_err()));
             continue;

@@ -7,3 +7,26 @@ mod meshes;
 mod parameters;
 mod setup;
 mod urdf_1_2;
+
+use dq_config::{NodeParameters, ServoParameters};
+use dq_params::{Given, ParameterError, ParameterStore, Value};
+
+fn text(text: &str) -> Value {
+    Value::String(text.to_owned())
+}
+
+fn given(values: &[(&str, Value)]) -> Vec<Given> {
+    values.iter().map(|(name, value)| Given::new(*name, value.clone(), "test")).collect()
+}
+
+/// What a servo that is given these parameters has, and what it warns of.
+fn start(values: &[(&str, Value)]) -> Result<(ParameterStore, Vec<String>), ParameterError> {
+    ServoParameters::start("/dq_servo", given(values))
+}
+
+/// The servo that is given these parameters, of which it warns of none.
+fn started(values: &[(&str, Value)]) -> Result<ServoParameters, String> {
+    let (store, warnings) = start(values).map_err(|why| why.to_string())?;
+    assert_eq!(warnings, [""; 0]);
+    ServoParameters::from_store(&store).map_err(|why| why.to_string())
+}

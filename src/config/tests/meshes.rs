@@ -1,8 +1,9 @@
 //! Meshes as programs write them, and what is none.
 
+use crate::{start, started, text};
 use dq_config::{NodeParameters, ServoParameters, mesh_file};
 use dq_core::servo::Measured;
-use dq_params::{Given, Value};
+use dq_params::Value;
 use std::f64::consts::FRAC_PI_2;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -122,14 +123,9 @@ fn fitted(mesh: &[u8], scale: &str) -> (Vec<String>, Vec<String>) {
     );
     let file = folder.path().join("robot.urdf");
     std::fs::write(&file, robot).unwrap();
-    let given = [
-        ("robot_file", Value::String(file.to_str().unwrap().to_owned())),
-        ("base_frame", Value::String("base_link".to_owned())),
-        ("tool_frame", Value::String("tool0".to_owned())),
-        ("constraints", Value::Bool(true)),
-    ];
-    let given = given.map(|(name, value)| Given::new(name, value, "test"));
-    let (store, warnings) = ServoParameters::start("/dq_servo", given.to_vec()).unwrap();
+    let frames = [("base_frame", text("base_link")), ("tool_frame", text("tool0"))];
+    let robot = [("robot_file", text(file.to_str().unwrap())), ("constraints", Value::Bool(true))];
+    let (store, warnings) = start(&[robot, frames].concat()).unwrap();
     assert!(ServoParameters::from_store(&store).is_ok());
     let Some(Value::StringArray(body)) = store.get("body") else { panic!() };
     (body.clone(), warnings)
@@ -164,18 +160,14 @@ fn a_mesh_without_size_or_numbers_has_the_capsule_along_its_link_and_is_said() {
 /// first link carries: the first joint \[rad\], and how near the axis of that came to the post \[m\].
 fn way_past_a_post(robot: &Path) -> (f64, f64) {
     const POST: [f64; 3] = [0.0, 0.35, 0.0];
-    let text = |text: &str| Value::String(text.to_owned());
-    let given = [
+    let parameters = started(&[
         ("robot_file", text(robot.to_str().unwrap())),
         ("base_frame", text("base_link")),
         ("tool_frame", text("tool0")),
         ("constraints", Value::Bool(true)),
         ("keep_out", Value::StringArray(vec!["post sphere 0 0.35 0 0.05".to_owned()])),
-    ];
-    let given = given.map(|(name, value)| Given::new(name, value, "test"));
-    let (store, warnings) = ServoParameters::start("/dq_servo", given.to_vec()).unwrap();
-    assert_eq!(warnings, Vec::<String>::new());
-    let parameters = ServoParameters::from_store(&store).unwrap();
+    ]);
+    let parameters = parameters.unwrap();
     let (mut angles, mut speeds) = ([0.0, 0.4, -0.8], [0.0; 3]);
     let goal = parameters.arms.chain().forward_kinematics(&[FRAC_PI_2, 0.4, -0.8]).unwrap();
     let mut servo = parameters.build().unwrap();

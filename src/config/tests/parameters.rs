@@ -1,9 +1,10 @@
 //! The parameters of our nodes: what is taken, what is refused, and how an arm is described.
 
 use dq_config::*;
-use dq_core::servo::Posture;
+use dq_core::servo::{Posture, Settings};
 use dq_params::{
-    Constraint, Declaration, Declarer, Given, ParameterStore, Parameters, Value, parameters_for,
+    Constraint, Declaration, Declarer, Given, ParameterError, ParameterStore, Parameters, Value,
+    parameters_for,
 };
 use std::time::Duration;
 
@@ -24,6 +25,12 @@ fn store() -> ParameterStore {
 
 fn change(name: &str, yaml: &str) -> Vec<(String, Value)> {
     vec![(name.to_owned(), Value::from_yaml(yaml).unwrap())]
+}
+
+/// The settings after these changes.
+fn with(changes: &[(&str, &str)]) -> Result<Settings, ParameterError> {
+    let changes: Vec<_> = changes.iter().flat_map(|(name, yaml)| change(name, yaml)).collect();
+    ServoParameters::from_store(&store().with(&changes).unwrap()).map(|all| all.settings)
 }
 
 #[test]
@@ -83,10 +90,7 @@ fn each_law_has_as_many_gains_as_it_takes() {
 
 #[test]
 fn a_deceleration_stops_each_joint_within_a_second_or_is_refused() {
-    let with = |changes: &[(&str, &str)]| {
-        let changes: Vec<_> = changes.iter().flat_map(|(name, yaml)| change(name, yaml)).collect();
-        ServoParameters::from_store(&store().with(&changes).unwrap()).map(|all| all.settings.limits)
-    };
+    let with = |changes: &[(&str, &str)]| with(changes).map(|settings| settings.limits);
     let (velocity, deceleration) = ("limits.joint_velocity", "limits.joint_deceleration");
     assert_eq!(with(&[(deceleration, "[5, 5, 5, 5, 5, 5]")]).unwrap().joint_deceleration, [5.0; 6]);
     // The velocity limits are 5 rad/s.
@@ -101,10 +105,7 @@ fn a_deceleration_stops_each_joint_within_a_second_or_is_refused() {
 
 #[test]
 fn a_jerk_is_one_for_all_joints_or_one_each_and_lets_accelerations_come_in_time() {
-    let with = |changes: &[(&str, &str)]| {
-        let changes: Vec<_> = changes.iter().flat_map(|(name, yaml)| change(name, yaml)).collect();
-        ServoParameters::from_store(&store().with(&changes).unwrap()).map(|all| all.settings.limits)
-    };
+    let with = |changes: &[(&str, &str)]| with(changes).map(|settings| settings.limits);
     let jerk = "limits.jerk";
     assert_eq!(with(&[]).unwrap().joint_jerk, [f64::INFINITY; 6]);
     assert_eq!(with(&[(jerk, "[300]")]).unwrap().joint_jerk, [300.0; 6]);
@@ -122,10 +123,7 @@ fn a_jerk_is_one_for_all_joints_or_one_each_and_lets_accelerations_come_in_time(
 
 #[test]
 fn what_is_to_be_kept_out_of_is_read_or_refused_with_the_reason() {
-    let with = |changes: &[(&str, &str)]| {
-        let changes: Vec<_> = changes.iter().flat_map(|(name, yaml)| change(name, yaml)).collect();
-        ServoParameters::from_store(&store().with(&changes).unwrap()).map(|all| all.settings.scene)
-    };
+    let with = |changes: &[(&str, &str)]| with(changes).map(|settings| settings.scene);
     let keep_out = |text: &str| with(&[("keep_out", &format!("[\"{text}\"]"))]);
     assert_eq!(keep_out("table half_space 0 0 1 -0.1"), Ok(None), "constraints are off");
     let on = ("constraints", "true");

@@ -1,17 +1,16 @@
 //! What URDF 1.2 adds: rotations as quaternions, capsules, limits of acceleration, deceleration and jerk.
 
+use crate::text;
 use dq_config::{NodeParameters, ServoParameters};
 use dq_kinematics::arm::Description;
-use dq_params::{Given, ParameterStore, Value};
+use dq_params::{ParameterStore, Value};
 use nalgebra::Vector3;
 
 const ARM: &str = include_str!("../../../tests/data/cases/urdf/urdf_1_2.urdf");
 
-fn start(text: &str, more: &[(&str, Value)]) -> (ParameterStore, Vec<String>) {
-    let texts = [("robot_description", text), ("base_frame", "base"), ("tool_frame", "l6")];
-    let texts = texts.map(|(name, text)| (name, Value::String(text.to_owned())));
-    let given = texts.iter().chain(more).map(|(name, value)| Given::new(*name, value.clone(), "test"));
-    ServoParameters::start("/dq_servo", given.collect()).unwrap()
+fn start(urdf: &str, more: &[(&str, Value)]) -> (ParameterStore, Vec<String>) {
+    let arm = [("robot_description", text(urdf)), ("base_frame", text("base")), ("tool_frame", text("l6"))];
+    crate::start(&[&arm, more].concat()).unwrap()
 }
 
 fn numbers(store: &ParameterStore, name: &str) -> Vec<f64> {

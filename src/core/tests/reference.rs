@@ -4,6 +4,7 @@ use dq_algebra::UnitDualQuaternion;
 use dq_config::{DualParameters, NodeParameters, ServoParameters};
 use dq_core::servo::Settings;
 use dq_kinematics::arm::Chain;
+use nalgebra::Vector3;
 use std::sync::LazyLock;
 
 #[path = "../../algebra/tests/reference.rs"]
@@ -36,6 +37,11 @@ pub fn settings() -> Settings {
 /// Joint angles \[rad\] by their name.
 pub fn theta(name: &str) -> Vec<f64> {
     numbers::numbers(&numbers::json()[name])
+}
+
+/// That pose, moved along the base's x axis \[m\].
+pub fn moved_by(pose: &UnitDualQuaternion, x: f64) -> UnitDualQuaternion {
+    UnitDualQuaternion::from_parts(pose.rotation(), pose.translation() + Vector3::x() * x)
 }
 
 /// The tool's pose there.

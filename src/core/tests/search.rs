@@ -1,7 +1,7 @@
 //! The search for another configuration, on every built-in arm and on two arms.
 
 use crate::arms::{anywhere, servo};
-use crate::reference::{dual_parameters, parameters};
+use crate::reference::{distance, dual_parameters, parameters};
 use dq_algebra::UnitDualQuaternion;
 use dq_config::{ARMS, ServoParameters};
 use dq_core::servo::{GoalError, STARTS, Search, Settings};
@@ -84,7 +84,7 @@ fn a_turn_that_leads_to_the_same_place_is_not_gone() {
     let there = [-3.0, -1.2, 1.4, -0.9, -1.3, -1.0];
     let found = look(&parameters, &here, &there, STARTS).unwrap();
     let expected = [-3.0 + std::f64::consts::TAU, -1.2, 1.4, -0.9, -1.3, -1.0 + std::f64::consts::TAU];
-    let off = found.iter().zip(expected).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    let off = distance(&found, &expected);
     assert!(off < 1e-2, "{found:?}");
     // Where the limits forbid it, it is.
     parameters.settings.limits.position.upper[0] = 3.1;

@@ -3,9 +3,10 @@
 use crate::FINITE_DIFFERENCE;
 use crate::puma::puma;
 use crate::reference::{distance, json, numbers};
+use crate::step::seven_rows;
 use crate::tolerance::{ALGEBRA, REFERENCE};
 use dq_algebra::{UnitDualQuaternion, dual_hamilton_plus};
-use dq_kinematics::arm::{ArmError, ArmState, Chain, Convention, DescribedArm, DhRow, Joint, JointKind};
+use dq_kinematics::arm::{ArmError, ArmState, Chain, Convention, DhRow, Joint, JointKind};
 use nalgebra::{Unit, Vector3};
 use proptest::prelude::*;
 use serde_json::Value;
@@ -15,21 +16,10 @@ pub fn rows(value: &Value) -> Vec<Vec<f64>> {
     value.as_array().unwrap().iter().map(numbers).collect()
 }
 
-fn state(chain: &Chain, theta: &[f64]) -> ArmState {
+pub fn state(chain: &Chain, theta: &[f64]) -> ArmState {
     let mut state = ArmState::new(chain);
     chain.evaluate(theta, &mut state).unwrap();
     state
-}
-
-/// A seven-joint arm of the other convention with offsets, so that nothing depends on the PUMA.
-fn seven_joints() -> Chain {
-    let row = |i: usize| DhRow {
-        alpha: [1.5, -1.2, 0.3, 0.0, 1.0, -1.5, 0.4][i],
-        a: [0.1, 0.3, 0.0, 0.2, 0.05, 0.0, 0.1][i],
-        d: [0.3, 0.0, 0.25, 0.0, 0.1, 0.2, 0.05][i],
-        theta_offset: [0.0, 0.5, -0.3, 1.0, 0.0, 0.2, -1.0][i],
-    };
-    Chain::new(Convention::StandardDh, &(0..7).map(row).collect::<Vec<_>>()).unwrap()
 }
 
 #[test]
@@ -45,17 +35,6 @@ fn printed_poses_of_the_paper_are_met_with_their_signs() {
     let third = puma().forward_kinematics(&numbers(&reference["theta_third"])).unwrap();
     let printed = numbers(&reference["printed"]["translation_third"]);
     assert!(distance(third.translation().as_slice(), &printed) < REFERENCE);
-}
-
-#[test]
-fn printed_relative_pose_of_the_paper_is_met() {
-    let reference = json();
-    let pose = |theta: &str| puma().forward_kinematics(&numbers(&reference[theta])).unwrap();
-    let relative = pose("theta_desired").conjugate() * pose("theta_initial");
-    let printed = numbers(&reference["printed"]["relative_q"]);
-    assert!(distance(relative.to_vector8().as_slice(), &printed) < REFERENCE);
-    let translation = numbers(&reference["printed"]["relative_translation_initial"]);
-    assert!(distance(relative.translation().as_slice(), &translation) < REFERENCE);
 }
 
 #[test]
@@ -90,10 +69,12 @@ fn an_independent_implementation_agrees_on_poses_and_jacobians() {
     }
 }
 
-/// Central differences of the pose along each joint against the pose Jacobian.
-fn check_by_finite_differences(chain: &Chain, theta: &[f64]) {
+/// Central differences of the pose along each joint are the pose Jacobian, of which rows 2–4 and 6–8 of `2 H⁺₈(q*) J` are the body
+/// Jacobian.
+pub fn check_jacobians(chain: &Chain, theta: &[f64]) {
     const STEP: f64 = 1e-6;
-    let jacobian = state(chain, theta).pose_jacobian();
+    let state = state(chain, theta);
+    let jacobian = state.pose_jacobian();
     for (i, column) in jacobian.column_iter().enumerate() {
         let pose = |step: f64| {
             let mut moved = theta.to_vec();
@@ -103,14 +84,8 @@ fn check_by_finite_differences(chain: &Chain, theta: &[f64]) {
         let difference = (pose(STEP) - pose(-STEP)) / (2.0 * STEP);
         assert!((difference - column).norm() < FINITE_DIFFERENCE, "joint {i} at {theta:?}");
     }
-}
-
-/// Rows 2–4 and 6–8 of `2 H⁺₈(q*) J` are the body Jacobian.
-fn check_body_jacobian(chain: &Chain, theta: &[f64]) {
-    let state = state(chain, theta);
     let conjugate = *state.base_from_tool().conjugate().as_dual_quaternion();
-    let twists = 2.0 * dual_hamilton_plus(&conjugate) * state.pose_jacobian();
-    let body = state.body_jacobian();
+    let (twists, body) = (2.0 * dual_hamilton_plus(&conjugate) * jacobian, state.body_jacobian());
     assert!((twists.rows(1, 3) - body.rows(0, 3)).norm() < ALGEBRA * 10.0);
     assert!((twists.rows(5, 3) - body.rows(3, 3)).norm() < ALGEBRA * 10.0);
 }
@@ -156,45 +131,16 @@ fn what_does_not_fit_is_refused() {
     assert!("craig".parse::<Convention>().is_err());
 }
 
-#[test]
-fn the_urdf_places_the_joints_as_the_chain_does() {
-    let chain = puma();
-    let names = |prefix: &str| (1..=6).map(|i| format!("{prefix}{i}")).collect::<Vec<_>>();
-    let frames = ["base_link", "tool0"];
-    let text = DescribedArm::of_chain(&chain, "puma560", &names("joint"), frames, &names("link"))
-        .unwrap()
-        .drawn_urdf();
-    let origins: Vec<_> = text
-        .lines()
-        .skip_while(|line| !line.contains("<joint"))
-        .filter_map(|line| line.trim().strip_prefix("<origin xyz=\""))
-        .map(|rest| {
-            let (xyz, rpy) = rest.trim_end_matches("\"/>").split_once("\" rpy=\"").unwrap();
-            let parse = |text: &str| text.split(' ').map(|x| x.parse().unwrap()).collect::<Vec<f64>>();
-            let (t, r) = (parse(xyz), parse(rpy));
-            let turn = nalgebra::UnitQuaternion::from_euler_angles(r[0], r[1], r[2]);
-            UnitDualQuaternion::from_parts(turn, Vector3::new(t[0], t[1], t[2]))
-        })
-        .collect();
-    assert_eq!(origins.len(), 7);
-    let product = origins.into_iter().fold(UnitDualQuaternion::identity(), |product, next| product * next);
-    let expected = chain.forward_kinematics(&[0.0; 6]).unwrap();
-    assert!((product.translation() - expected.translation()).norm() < ALGEBRA);
-    assert!(product.rotation().angle_to(&expected.rotation()) < 1e-7);
-}
-
 proptest! {
     #[test]
     fn jacobians_agree_with_finite_differences(theta in prop::array::uniform7(-3.0..3.0f64)) {
-        check_by_finite_differences(&puma(), &theta[..6]);
-        check_by_finite_differences(&seven_joints(), &theta);
-        check_body_jacobian(&puma(), &theta[..6]);
-        check_body_jacobian(&seven_joints(), &theta);
+        check_jacobians(&puma(), &theta[..6]);
+        check_jacobians(&Chain::new(Convention::StandardDh, &seven_rows()).unwrap(), &theta);
     }
 
     #[test]
     fn no_pose_is_beyond_reach(theta in prop::array::uniform7(-3.0..3.0f64)) {
-        let chain = seven_joints();
+        let chain = Chain::new(Convention::StandardDh, &seven_rows()).unwrap();
         prop_assert!(chain.forward_kinematics(&theta).unwrap().translation().norm() <= chain.reach(std::iter::empty()));
         let links = chain.link_poses(&theta).unwrap();
         let tool = *links.last().unwrap() * chain.last_link_from_tool();

@@ -76,8 +76,12 @@ fn each_cell_of_the_table_is_its_map_times_its_error() {
         let jacobian = control.state.body_jacobian();
         let twist = control.controller.body_twist(&pose_error(&control.state, &control.goal));
         match law.map() {
-            // The R⁸ difference is no twist: its own test is in control.rs.
-            Map::Transpose if law == Law::Diffc => {}
+            // The R⁸ difference is no twist.
+            Map::Transpose if law == Law::Diffc => {
+                let difference = control.goal.to_vector8() - control.state.base_from_tool().to_vector8();
+                let expected = control.state.pose_jacobian().transpose() * difference * 2.0;
+                assert!((velocity - expected).norm() < ALGEBRA * 100.0);
+            }
             Map::Transpose => {
                 assert!((velocity - jacobian.transpose() * twist).norm() < ALGEBRA * 100.0, "{law}");
             }

@@ -1,6 +1,7 @@
 //! Arms of an odd number of joints, of which two are computed at a time.
 
 use crate::FINITE_DIFFERENCE;
+use crate::arm::state;
 use crate::tolerance::ALGEBRA;
 use dq_algebra::UnitDualQuaternion;
 use dq_kinematics::arm::{ArmState, Chain, Joint, JointKind};
@@ -23,14 +24,7 @@ fn arms_of_an_odd_number_of_joints_keep_their_order() {
         joint(JointKind::Prismatic, Vector3::new(0.0, 0.3, 0.1), Vector3::new(0.0, 1.0, 2.0)),
     ];
     let chain = Chain::from_joints(&joints, &UnitDualQuaternion::identity()).unwrap();
-    let at = |theta: &[f64]| {
-        let state = |theta: &[f64]| {
-            let mut state = ArmState::new(&chain);
-            chain.evaluate(theta, &mut state).unwrap();
-            state
-        };
-        ArmState::relative(&state(&theta[..3]), &state(&theta[3..]))
-    };
+    let at = |theta: &[f64]| ArmState::relative(&state(&chain, &theta[..3]), &state(&chain, &theta[3..]));
     let theta = [0.3, 0.2, -0.1, 0.7, 0.1, 0.4];
     let arms = at(&theta);
     assert_eq!(arms.joint_count(), 6);
@@ -63,11 +57,7 @@ fn a_state_of_any_arm_becomes_that_of_the_arm_that_is_evaluated() {
     use JointKind::{Prismatic, Revolute};
     let theta = [0.3, 0.2, -0.1];
     let orders = [[Revolute; 3], [Prismatic, Revolute, Prismatic], [Revolute, Prismatic, Revolute]];
-    let state = |kinds: &[JointKind]| {
-        let (chain, mut state) = (chain(kinds), ArmState::new(&chain(kinds)));
-        chain.evaluate(&theta[..kinds.len()], &mut state).unwrap();
-        state
-    };
+    let state = |kinds: &[JointKind]| crate::arm::state(&chain(kinds), &theta[..kinds.len()]);
     for (one, other) in orders.iter().flat_map(|one| orders.map(|other| (one, other))) {
         let mut used = state(&other);
         chain(one).evaluate(&theta, &mut used).unwrap();

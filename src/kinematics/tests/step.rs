@@ -21,7 +21,7 @@ fn puma_rows() -> Vec<DhRow> {
 }
 
 /// Seven joints with offsets: more than are computed at once.
-fn seven_rows() -> Vec<DhRow> {
+pub fn seven_rows() -> Vec<DhRow> {
     let row = |i: usize| DhRow {
         alpha: [1.5, -1.2, 0.3, 0.0, 1.0, -1.5, 0.4][i],
         a: [0.1, 0.3, 0.0, 0.2, 0.05, 0.0, 0.1][i],

@@ -1,6 +1,6 @@
 //! Who asks, and what ends that whatever else happens: streams of goals, rivals, robots that do not obey, parameters that change.
 
-use crate::reference::{pose, puma, theta};
+use crate::reference::{distance, pose, puma, theta};
 use crate::rig::{PERIOD, Rig, reading};
 use dq_algebra::UnitDualQuaternion;
 use dq_core::servo::{
@@ -166,7 +166,7 @@ fn stopped_for(interface: Interface, seconds: f64) -> Rig {
     let place = rig.positions();
     rig.run(seconds);
     if let Some(output) = rig.output.clone().filter(|_| interface.takes_positions()) {
-        let farthest = output.iter().zip(&place).map(|(sent, is)| (sent - is).abs()).fold(0.0, f64::max);
+        let farthest = distance(&output, &place);
         assert!(farthest < 1e-3, "it would leap by {farthest} rad");
     }
     rig.following = true;
@@ -181,7 +181,7 @@ fn an_arm_that_was_switched_off_does_not_go_on_by_itself() {
             let place = rig.positions();
             rig.run(3.0);
             assert_eq!((rig.state(), rig.speed()), (State::Holding, 0.0));
-            let leap = rig.positions().iter().zip(&place).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            let leap = distance(&rig.positions(), &place);
             assert!(leap < 1e-3, "{interface}: {leap} rad");
             let why = rig.revoked().unwrap();
             assert!(matches!(why.name(), "not_obeyed" | "fell_behind"), "{why:?}");

@@ -143,6 +143,25 @@ impl Follow {
         }
     }
 
+    /// Beside a goal on a line at that speed [m/s] until then \[s\], of which each 20 ms a message is sent.
+    pub(super) fn along_line(
+        &mut self,
+        speed: f64,
+        until: f64,
+        mut send: impl FnMut(&mut Self, i64, &UnitDualQuaternion),
+    ) {
+        let mut sent = 0;
+        while self.time() < until {
+            while 0.02 * f64::from(sent) <= self.time() {
+                let goal = line(&self.start, speed, 0.02 * f64::from(sent));
+                send(self, i64::from(sent), &goal);
+                sent += 1;
+            }
+            let goal = line(&self.start, speed, self.time());
+            self.cycle(&goal);
+        }
+    }
+
     /// The mean distance \[mm\] over the second half.
     pub(super) fn lag(&self) -> f64 {
         let half = &self.errors[self.errors.len() / 2..];

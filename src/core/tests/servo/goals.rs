@@ -1,16 +1,11 @@
 //! One goal after another, and streams of them.
 
-use crate::reference::pose;
+use crate::reference::{moved_by, pose};
 use crate::rig::{PERIOD, Rig};
 use dq_algebra::UnitDualQuaternion;
 use dq_core::servo::State;
 use nalgebra::Vector3;
 use std::time::Duration;
-
-fn shifted(pose: &UnitDualQuaternion, by: f64) -> UnitDualQuaternion {
-    UnitDualQuaternion::from_translation_angle_axis(Vector3::new(by, 0.0, 0.0), 0.0, &Vector3::x_axis())
-        * *pose
-}
 
 fn turned(pose: &UnitDualQuaternion, by: f64) -> UnitDualQuaternion {
     *pose * UnitDualQuaternion::from_translation_angle_axis(Vector3::zeros(), by, &Vector3::z_axis())
@@ -32,7 +27,7 @@ fn the_slack_of_a_settled_arm_is_for_its_goal_and_not_for_the_next() {
     assert_eq!(rig.state(), State::Settled);
     // 1.5 mm away, where the tolerance is 1 mm.
     let there = rig.servo.pose().unwrap();
-    rig.goal_pose(&shifted(&there, 0.0015));
+    rig.goal_pose(&moved_by(&there, 0.0015));
     rig.cycle();
     assert_eq!(rig.state(), State::Tracking);
     rig.run_until(State::Settled, 10.0);
@@ -40,7 +35,7 @@ fn the_slack_of_a_settled_arm_is_for_its_goal_and_not_for_the_next() {
     assert!(figures.arrival_time.unwrap() > 0.0 && figures.position_error <= 0.001, "{figures:?}");
     // In its own goal's slack it stays settled.
     let mut settled = rig.servo.pose().unwrap();
-    settled = shifted(&settled, 0.0005);
+    settled = moved_by(&settled, 0.0005);
     rig.goal_pose(&settled);
     rig.cycle();
     assert_eq!(rig.state(), State::Settled);
@@ -64,7 +59,7 @@ fn both_signs_of_a_goal_are_one_goal_and_do_not_defeat_the_stall_watch() {
 #[test]
 fn a_stream_of_goals_that_cannot_be_told_apart_is_one_motion() {
     let mut rig = Rig::new();
-    stream(&mut rig, 8.0, |i| shifted(&pose("theta_desired"), [0.0, 2e-4, -3e-4][i % 3]));
+    stream(&mut rig, 8.0, |i| moved_by(&pose("theta_desired"), [0.0, 2e-4, -3e-4][i % 3]));
     let status = rig.servo.status();
     assert_eq!((status.state, status.goal_count), (State::Settled, 1));
     // As a goal that is sent once: 6.6 s and 0.63 m.
@@ -80,9 +75,9 @@ fn a_stream_that_shakes_does_not_defeat_the_stall_watch_but_one_that_moves_does(
         rig.state() == State::Stalled
     };
     // 6 mm to and fro, of a way of half a metre.
-    assert!(stalls(|i| shifted(&pose("theta_desired"), [0.0, 3e-3, -3e-3][i % 3])));
+    assert!(stalls(|i| moved_by(&pose("theta_desired"), [0.0, 3e-3, -3e-3][i % 3])));
     // 0.1 m/s: the goal of before is no longer asked for.
-    assert!(!stalls(|i| shifted(&pose("theta_desired"), 0.1 * i as f64 * PERIOD.as_secs_f64())));
+    assert!(!stalls(|i| moved_by(&pose("theta_desired"), 0.1 * i as f64 * PERIOD.as_secs_f64())));
 }
 
 #[test]
@@ -90,7 +85,7 @@ fn after_a_stall_another_goal_that_is_no_stream_is_tried_however_near_it_is() {
     let mut rig = held();
     rig.goal_pose(&pose("theta_desired"));
     rig.run_until(State::Stalled, 8.0);
-    rig.goal_pose(&shifted(&pose("theta_desired"), 0.01));
+    rig.goal_pose(&moved_by(&pose("theta_desired"), 0.01));
     rig.cycle();
     assert!(rig.state() != State::Stalled);
 }

@@ -36,6 +36,13 @@ pub fn rig(keep_outs: &[&str]) -> Rig {
     rig
 }
 
+/// A table of that height [m], below which the arm must not come.
+fn put_table(rig: &mut Rig, z: f64) {
+    rig.change(|settings| {
+        settings.scene = scene(&Arms::one(puma()), &[&format!("table half_space 0 0 1 {z}")])
+    });
+}
+
 /// The tool's pose, moved along the base's axes \[m\].
 pub fn beside(rig: &Rig, way: [f64; 3]) -> UnitDualQuaternion {
     let here = rig.servo.pose().unwrap();
@@ -47,9 +54,8 @@ fn a_goal_inside_is_come_as_near_to_as_may_be_and_the_pair_that_holds_it_is_said
     for law in Law::ALL {
         let mut rig = rig(&[]);
         rig.set_law(law);
-        let floor = rig.servo.pose().unwrap().translation().z - 0.2;
-        let table = format!("table half_space 0 0 1 {floor}");
-        rig.change(|settings| settings.scene = scene(&Arms::one(puma()), &[&table]));
+        let z = rig.servo.pose().unwrap().translation().z;
+        put_table(&mut rig, z - 0.2);
         rig.goal_pose(&beside(&rig, [0.0, 0.05, -0.4]));
         rig.run_until(State::Constrained, 20.0);
         rig.run_until(State::Stalled, 60.0);
@@ -66,8 +72,7 @@ fn a_goal_inside_is_come_as_near_to_as_may_be_and_the_pair_that_holds_it_is_said
 fn a_twist_into_a_wall_slides_along_it() {
     let mut rig = rig(&[]);
     let start = rig.servo.pose().unwrap().translation();
-    let table = format!("table half_space 0 0 1 {}", start.z - 0.15);
-    rig.change(|settings| settings.scene = scene(&Arms::one(puma()), &[&table]));
+    put_table(&mut rig, start.z - 0.15);
     for _ in 0..2500 {
         rig.twist([-0.02, 0.1, -0.1], [0.0; 3], "base_link").unwrap();
         rig.cycle();
@@ -77,19 +82,19 @@ fn a_twist_into_a_wall_slides_along_it() {
     assert!((0.009..0.02).contains(&rig.least_gap), "{} m", rig.least_gap);
 }
 
+/// The scene of the paper's arm with a body of these capsules.
+fn of_body(capsules: &[&str], keep_out: &str) -> Option<Arc<Scene>> {
+    let names: Vec<_> = (1..=6).map(|joint| format!("joint{joint}")).collect();
+    let capsules: Vec<_> = capsules.iter().map(|text| (*text).to_owned()).collect();
+    let (body, keep_outs) = (Body::parse(&capsules, &names, 1).unwrap(), vec![keep_out.parse().unwrap()]);
+    Some(Arc::new(Scene::new(body, keep_outs, &[puma()], &[(-3.0, 3.0); 6]).unwrap()))
+}
+
 /// The arm stretched out, with a hand of 10 cm at its tool, all of which a keep-out touches wherever the arm is, but here.
 fn stretched(keep_out: &str) -> Rig {
     let mut rig = Rig::of_arm(puma(), vec![1.3, -0.1, -1.45, 0.0, 0.1, 0.0]);
-    let names: Vec<_> = (1..=6).map(|joint| format!("joint{joint}")).collect();
-    let texts =
-        ["joint2 0 0 0 0.43 0 0 0.05", "joint3 0 0 0 0 0.43 0 0.05", "joint6 0 0 -0.05 0 0 0.05 0.03"];
-    let texts = texts.map(str::to_owned);
-    rig.change(|settings| {
-        let body = Body::parse(&texts, &names, 1).unwrap();
-        let keep_outs = vec![keep_out.parse().unwrap()];
-        let scene = Scene::new(body, keep_outs, &[puma()], &[(-3.0, 3.0); 6]).unwrap();
-        settings.scene = Some(Arc::new(scene));
-    });
+    let body = ["joint2 0 0 0 0.43 0 0 0.05", "joint3 0 0 0 0 0.43 0 0.05", "joint6 0 0 -0.05 0 0 0.05 0.03"];
+    rig.change(|settings| settings.scene = of_body(&body, keep_out));
     rig.run(0.1);
     rig
 }
@@ -126,14 +131,8 @@ fn an_arm_that_is_all_inside_of_a_keep_out_goes_no_deeper_and_says_so() {
 fn what_the_arm_stands_in_does_not_hold_it() {
     // The first link turns in it, and no joint takes it out.
     let mut rig = stretched("far half_space 0 0 1 -9");
-    let names: Vec<_> = (1..=6).map(|joint| format!("joint{joint}")).collect();
-    let texts = ["joint1 0.01 0 -0.3 0 0.02 0 0.05", "joint3 0 0 0 0 0.43 0 0.05"].map(str::to_owned);
-    rig.change(|settings| {
-        let body = Body::parse(&texts, &names, 1).unwrap();
-        let table = vec!["table half_space 0 0 1 -0.2".parse().unwrap()];
-        let scene = Scene::new(body, table, &[puma()], &[(-3.0, 3.0); 6]).unwrap();
-        settings.scene = Some(Arc::new(scene));
-    });
+    let body = ["joint1 0.01 0 -0.3 0 0.02 0 0.05", "joint3 0 0 0 0 0.43 0 0.05"];
+    rig.change(|settings| settings.scene = of_body(&body, "table half_space 0 0 1 -0.2"));
     let round = beside(&rig, [0.3, -0.2, 0.1]);
     rig.goal_pose(&round);
     rig.run_until(State::Settled, 20.0);
@@ -149,8 +148,7 @@ fn a_keep_out_that_appears_in_the_way_or_upon_the_arm_is_gone_no_deeper_into() {
         rig.run(0.4);
         let z = rig.servo.pose().unwrap().translation().z;
         assert!(rig.servo.command().iter().any(|speed| speed.abs() > 0.2), "it moves");
-        let table = format!("table half_space 0 0 1 {}", z - ahead);
-        rig.change(|settings| settings.scene = scene(&Arms::one(puma()), &[&table]));
+        put_table(&mut rig, z - ahead);
         rig.run(0.3);
         let stopped = rig.servo.pose().unwrap().translation().z;
         rig.run(2.0);
@@ -221,9 +219,8 @@ fn another_scene_is_taken_without_an_allocation() {
 fn an_arm_that_goes_round_keeps_clear_too() {
     let mut rig = rig(&[]);
     let z = rig.servo.pose().unwrap().translation().z;
-    let table = format!("table half_space 0 0 1 {}", z - 0.1);
+    put_table(&mut rig, z - 0.1);
     rig.change(|settings| {
-        settings.scene = scene(&Arms::one(puma()), &[&table]);
         settings.reconfigure = Reconfigure::Always;
         settings.progress_timeout = Some(Duration::from_millis(200));
         settings.limits.position.lower = vec![-2.8; 6];

@@ -1,6 +1,6 @@
 //! What the servo records of its motions.
 
-use crate::reference::pose;
+use crate::reference::{moved_by, pose};
 use crate::rig::{Rig, reading};
 use dq_algebra::UnitDualQuaternion;
 use dq_core::servo::{
@@ -11,23 +11,10 @@ use std::time::Duration;
 
 type Motion = dq_core::servo::Motion;
 
-fn beside(pose: &UnitDualQuaternion, by: f64) -> UnitDualQuaternion {
-    UnitDualQuaternion::from_translation_angle_axis(Vector3::new(by, 0.0, 0.0), 0.0, &Vector3::x_axis())
-        * *pose
-}
-
 /// Sends a goal from the publisher of that number.
 fn send(rig: &mut Rig, pose: &UnitDualQuaternion, by: u32, stamp: i64) {
-    let (t, r) = (pose.translation(), pose.rotation());
-    let reading = GoalReading {
-        position: t.into(),
-        orientation_xyzw: [r.i, r.j, r.k, r.w],
-        frame_id: "",
-        stamp,
-        waited: Duration::ZERO,
-        sent: Sent { by, ago: Duration::ZERO },
-    };
-    rig.take_goal(&reading).unwrap();
+    let sent = Sent { by, ago: Duration::ZERO };
+    rig.take_goal(&GoalReading { sent, ..reading(pose, stamp) }).unwrap();
 }
 
 /// Numbers and outcomes of what was recorded since this was last asked.
@@ -70,7 +57,7 @@ fn a_motion_is_recorded_when_it_begins_and_when_it_arrives_and_what_the_arm_does
 fn goals_of_one_publisher_that_follow_each_other_are_one_motion_which_arrives_once_they_have_ceased() {
     let mut rig = Rig::new();
     for i in 0..20 {
-        send(&mut rig, &beside(&pose("theta_desired"), 0.002 * f64::from(i)), 0, i64::from(i));
+        send(&mut rig, &moved_by(&pose("theta_desired"), 0.002 * f64::from(i)), 0, i64::from(i));
         rig.run(0.5);
     }
     assert_eq!(news(&mut rig), [(1, Outcome::Underway)]);
@@ -80,9 +67,9 @@ fn goals_of_one_publisher_that_follow_each_other_are_one_motion_which_arrives_on
     let [ended] = ended.as_slice() else { panic!("{ended:?}") };
     assert_eq!((ended.number, ended.outcome, ended.stamp), (1, Outcome::Arrived, 19));
     // What comes from another, or later, is another motion, though it is the same goal.
-    send(&mut rig, &beside(&pose("theta_desired"), 0.038), 1, 20);
+    send(&mut rig, &moved_by(&pose("theta_desired"), 0.038), 1, 20);
     rig.run(STREAM.as_secs_f64() + 0.1);
-    send(&mut rig, &beside(&pose("theta_desired"), 0.038), 1, 21);
+    send(&mut rig, &moved_by(&pose("theta_desired"), 0.038), 1, 21);
     rig.cycle();
     let both = [Outcome::Underway, Outcome::Arrived];
     let expected: Vec<_> =
@@ -97,7 +84,7 @@ fn a_goal_that_moves_with_its_frame_is_arrived_at_though_it_moves() {
     let mut rig = Rig::new();
     send(&mut rig, &pose("theta_desired"), 0, 0);
     for second in 0..12 {
-        let goal = beside(&pose("theta_desired"), 0.002 * f64::from(second % 2));
+        let goal = moved_by(&pose("theta_desired"), 0.002 * f64::from(second % 2));
         rig.servo.move_goal(&GoalMotion::To(reading(&goal, 0)), rig.now).unwrap();
         rig.run(1.0);
     }
@@ -114,7 +101,7 @@ fn a_motion_that_does_not_arrive_says_why() {
         rig
     };
     let mut rig = begun();
-    send(&mut rig, &beside(&pose("theta_desired"), 0.1), 1, 2);
+    send(&mut rig, &moved_by(&pose("theta_desired"), 0.1), 1, 2);
     assert_eq!(news(&mut rig), [(1, Outcome::Replaced)]);
     let mut rig = begun();
     rig.stop();
@@ -139,8 +126,7 @@ fn a_motion_that_does_not_arrive_says_why() {
 #[test]
 fn a_motion_that_stalls_goes_on_where_something_changes() {
     let mut rig = Rig::with(|settings| settings.progress_timeout = Some(Duration::from_secs(1)));
-    let reach = beside(&pose("theta_desired"), 0.0);
-    let far = UnitDualQuaternion::from_parts(reach.rotation(), Vector3::new(0.0, 0.0, -0.86));
+    let far = UnitDualQuaternion::from_parts(pose("theta_desired").rotation(), Vector3::new(0.0, 0.0, -0.86));
     rig.change(|settings| settings.beyond_reach = dq_core::servo::BeyondReach::Approach);
     send(&mut rig, &far, 0, 1);
     rig.run_until(State::Stalled, 60.0);
@@ -165,7 +151,7 @@ fn a_motion_that_stalls_goes_on_where_something_changes() {
 fn of_motions_that_nobody_asks_for_the_last_are_kept() {
     let mut rig = Rig::new();
     for by in 0..200 {
-        send(&mut rig, &beside(&pose("theta_desired"), 0.01 * f64::from(by % 5)), by, 0);
+        send(&mut rig, &moved_by(&pose("theta_desired"), 0.01 * f64::from(by % 5)), by, 0);
         rig.cycle();
     }
     let kept: Vec<Motion> = rig.servo.take_motions().collect();

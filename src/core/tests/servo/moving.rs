@@ -169,18 +169,10 @@ fn the_sign_is_carried_from_goal_to_goal() {
     let arm = start_of(-0.3);
     let run = |alternating: bool| {
         let mut follow = Follow::begin(&arm, true);
-        let mut sent = 0;
-        while follow.time() < 0.9 {
-            while f64::from(sent) / 50.0 <= follow.time() {
-                let taken = f64::from(sent) / 50.0;
-                let goal = line(&follow.start, 0.5, taken);
-                let goal = if alternating && sent % 2 == 1 { -goal } else { goal };
-                follow.send(&goal, EPOCH + (taken * 1e9) as i64);
-                sent += 1;
-            }
-            let goal = line(&follow.start, 0.5, follow.time());
-            follow.cycle(&goal);
-        }
+        follow.along_line(0.5, 0.9, |follow, sent, goal| {
+            let goal = if alternating && sent % 2 == 1 { -*goal } else { *goal };
+            follow.send(&goal, EPOCH + 20_000_000 * sent);
+        });
         follow.errors.last().unwrap().norm()
     };
     let (one, both) = (run(false), run(true));
@@ -191,16 +183,8 @@ fn the_sign_is_carried_from_goal_to_goal() {
 fn stamps_that_make_no_sense_are_not_believed() {
     let arm = start_of(-0.3);
     let run = |stamp: fn(i64) -> i64| {
-        let (mut follow, mut sent) = (Follow::begin(&arm, true), 0);
-        while follow.time() < 1.0 {
-            while f64::from(sent) / 50.0 <= follow.time() {
-                let goal = line(&follow.start, 0.5, f64::from(sent) / 50.0);
-                follow.send(&goal, stamp(i64::from(sent)));
-                sent += 1;
-            }
-            let goal = line(&follow.start, 0.5, follow.time());
-            follow.cycle(&goal);
-        }
+        let mut follow = Follow::begin(&arm, true);
+        follow.along_line(0.5, 1.0, |follow, sent, goal| follow.send(goal, stamp(sent)));
         1e3 * follow.errors.last().unwrap().norm()
     };
     for stamp in [

@@ -2,15 +2,15 @@
 
 use crate::rig::{Rig, reading, state_of, twist};
 use dq_algebra::UnitDualQuaternion;
+use dq_config::ForArm;
 use dq_core::servo::{
     self, Goal, GoalMotion, GoalReading, Limits, RAMP_TIME, Reconfigure, Rejection, Sent, State, TwistReading,
 };
-use dq_kinematics::arm::{Chain, Convention, DhRow};
+use dq_kinematics::arm::Chain;
 use dq_kinematics::control::{Aim, Controller, Law, Map};
 use nalgebra::{UnitQuaternion, Vector3, Vector6};
 use proptest::prelude::*;
 use proptest::test_runner::TestRunner;
-use std::f64::consts::FRAC_PI_2;
 use std::time::Duration;
 
 /// What may happen to a servo.
@@ -320,26 +320,7 @@ fn apply_all(mut rig: Rig, events: Vec<Event>, jerk: f64) {
 
 /// The paper's arm, a UR5e (six joints, standard rows) and a Panda (seven, modified), each where it can move.
 pub fn arms() -> [Rig; 3] {
-    let row = |(alpha, a, d)| DhRow { alpha, a, d, theta_offset: 0.0 };
-    let ur5e = [
-        (FRAC_PI_2, 0.0, 0.1625),
-        (0.0, -0.425, 0.0),
-        (0.0, -0.3922, 0.0),
-        (FRAC_PI_2, 0.0, 0.1333),
-        (-FRAC_PI_2, 0.0, 0.0997),
-        (0.0, 0.0, 0.0996),
-    ];
-    let panda = [
-        (0.0, 0.0, 0.333),
-        (-FRAC_PI_2, 0.0, 0.0),
-        (FRAC_PI_2, 0.0, 0.316),
-        (FRAC_PI_2, 0.0825, 0.0),
-        (-FRAC_PI_2, -0.0825, 0.384),
-        (FRAC_PI_2, 0.0, 0.0),
-        (FRAC_PI_2, 0.088, 0.107),
-    ];
-    let ur5e = Chain::new(Convention::StandardDh, &ur5e.map(row)).unwrap();
-    let panda = Chain::new(Convention::ModifiedDh, &panda.map(row)).unwrap();
+    let [ur5e, panda] = ["ur5e", "panda"].map(|name| Chain::for_arm(name).unwrap());
     [
         Rig::new(),
         Rig::of_arm(ur5e, vec![0.3, -1.2, 1.5, -1.8, -1.4, 0.2]),
