@@ -7,15 +7,21 @@ use super::message::{BagMessage, Topic};
 use super::storage::Storage;
 use super::unreadable::UnreadableParts;
 use std::cmp::Reverse;
-use std::collections::{BTreeMap, BinaryHeap};
+use std::collections::BTreeMap;
 use std::path::Path;
 
-/// The messages that are given have this many bytes at most, and a hundred times the bag's size besides: no more is believed to be a
-/// recording. What zstd makes of the messages of an arm at rest is about a twentieth of them.
-const ROOM: (u64, u64) = (64 << 20, 100);
+/// How many bytes at most: so many for each byte of the bag, and the least besides.
+struct Bound {
+    least: u64,
+    ratio: u64,
+}
+
+/// So much may the messages be that are given: no more is believed to be a recording. What zstd makes of the messages of an arm at rest is
+/// about a twentieth of them.
+const ROOM: Bound = Bound { least: 64 << 20, ratio: 100 };
 
 /// The same of the chunks that are unpacked for them: images and maps of one colour may be there, which take time but no room.
-const WORK: (u64, u64) = (1 << 30, 2000);
+const WORK: Bound = Bound { least: 1 << 30, ratio: 2000 };
 
 /// Blocks that overlap in time are unpacked together as long as their messages have fewer bytes than this.
 const OVERLAP: usize = 64 << 20;
@@ -29,7 +35,8 @@ pub struct Bag {
     files: Vec<Storage>,
     /// File and block, the next one last.
     blocks: Vec<(usize, Block)>,
-    waiting: BinaryHeap<Reverse<Waiting>>,
+    /// Messages whose turn has not come.
+    waiting: BTreeMap<Turn, BagMessage>,
     /// Bytes of the messages that wait.
     held: usize,
     /// Bytes of messages that may still be given.
@@ -38,29 +45,13 @@ pub struct Bag {
     losses: UnreadableParts,
 }
 
-/// A message whose turn has not come.
-#[derive(Debug)]
-struct Waiting {
-    /// Log time, then where it is stored: file, block and number.
-    turn: (i64, usize, usize, usize),
-    message: BagMessage,
-}
-
-impl PartialEq for Waiting {
-    fn eq(&self, other: &Self) -> bool {
-        self.turn == other.turn
-    }
-}
-impl Eq for Waiting {}
-impl PartialOrd for Waiting {
-    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
-        Some(self.cmp(other))
-    }
-}
-impl Ord for Waiting {
-    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
-        self.turn.cmp(&other.turn)
-    }
+/// When a message is given: at its log time, then by where it is stored.
+#[derive(Debug, PartialEq, Eq, PartialOrd, Ord)]
+struct Turn {
+    log_time: i64,
+    file: usize,
+    block: usize,
+    index: usize,
 }
 
 impl Bag {
@@ -73,7 +64,7 @@ impl Bag {
         let paths = if path.is_dir() { files_of(path, &mut losses)? } else { vec![path.to_owned()] };
         let size: u64 = paths.iter().filter_map(|path| Some(std::fs::metadata(path).ok()?.len())).sum();
         let [room, work] =
-            [ROOM, WORK].map(|(least, ratio)| ratio.saturating_mul(size).saturating_add(least));
+            [ROOM, WORK].map(|bound| bound.ratio.saturating_mul(size).saturating_add(bound.least));
         let limit = Limit { room, work };
         let (mut files, mut first_error) = (Vec::new(), None);
         for path in &paths {
@@ -93,7 +84,7 @@ impl Bag {
             .flat_map(|(file, storage)| storage.blocks().into_iter().map(move |block| (file, block)))
             .collect();
         blocks.sort_by_key(|(file, block)| Reverse((block.start, *file, block.number)));
-        Ok(Self { files, blocks, waiting: BinaryHeap::new(), held: 0, room, types: None, losses })
+        Ok(Self { files, blocks, waiting: BTreeMap::new(), held: 0, room, types: None, losses })
     }
 
     /// The same bag, of which only the messages of these types (`package/msg/Name`) are given.
@@ -123,14 +114,14 @@ impl Bag {
     }
 
     /// Unpacks the next block.
-    fn load(&mut self, file: usize, number: usize) {
+    fn load(&mut self, file: usize, block: usize) {
         let storage = &mut self.files[file];
-        let unpacked = storage.load(number, self.types, self.room);
+        let unpacked = storage.load(block, self.types, self.room);
         unpacked.lost.iter().for_each(|what| self.losses.add(storage.path(), what));
         for (index, message) in unpacked.messages.into_iter().enumerate() {
             self.held += message.cdr.len();
             self.room = self.room.saturating_sub(message.cdr.len() as u64);
-            self.waiting.push(Reverse(Waiting { turn: (message.log_time, file, number, index), message }));
+            self.waiting.insert(Turn { log_time: message.log_time, file, block, index }, message);
         }
         if self.room == 0 && !self.blocks.is_empty() {
             self.losses.add(
@@ -153,17 +144,14 @@ impl Iterator for Bag {
     fn next(&mut self) -> Option<BagMessage> {
         while let Some((file, block)) = self.blocks.last().copied() {
             // More than is held at once is given block by block.
-            let its_turn = self
-                .waiting
-                .peek()
-                .is_none_or(|Reverse(first)| block.start <= first.turn.0 && self.held < OVERLAP);
-            if !its_turn {
+            let first = self.waiting.first_key_value();
+            if first.is_some_and(|(first, _)| block.start > first.log_time || self.held >= OVERLAP) {
                 break;
             }
             self.blocks.pop();
             self.load(file, block.number);
         }
-        let Reverse(Waiting { message, .. }) = self.waiting.pop()?;
+        let (_, message) = self.waiting.pop_first()?;
         self.held -= message.cdr.len();
         Some(message)
     }

@@ -28,10 +28,18 @@ const MESSAGE_LIMIT: i32 = 128 * 1024 * 1024;
 pub(super) struct SqliteFile {
     connection: Connection,
     topics: Topics,
-    /// Time \[ns\] and id of every message, in order of time.
-    order: Vec<(i64, i64)>,
+    /// Of every message, in order of time.
+    order: Vec<MessageRow>,
     /// Where the database is, if not in its own place; gone with this.
     _copy: Option<TempDir>,
+}
+
+/// The row of a message.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+struct MessageRow {
+    /// \[ns\].
+    log_time: i64,
+    id: i64,
 }
 
 /// By id.
@@ -94,7 +102,9 @@ impl SqliteFile {
     /// Its messages by time, some at a time.
     pub fn blocks(&self) -> Vec<Block> {
         let pages = self.order.chunks(PAGE).enumerate();
-        pages.map(|(number, page)| Block { start: page.first().map_or(0, |first| first.0), number }).collect()
+        pages
+            .map(|(number, page)| Block { start: page.first().map_or(0, |row| row.log_time), number })
+            .collect()
     }
 
     /// Its topics.
@@ -126,8 +136,8 @@ impl SqliteFile {
                 }
             };
         let (mut damaged, mut last_reason) = (0, String::new());
-        for (time, id) in page {
-            match self.topics.read(&mut statement, (*time, *id), types, limit - unpacked.bytes) {
+        for row in page {
+            match self.topics.read(&mut statement, *row, types, limit - unpacked.bytes) {
                 Ok(message) => {
                     unpacked.bytes += message.as_ref().map_or(0, |message| message.cdr.len() as u64);
                     unpacked.messages.extend(message);
@@ -147,7 +157,7 @@ impl Topics {
     fn read(
         &mut self,
         statement: &mut Statement,
-        (log_time, id): (i64, i64),
+        MessageRow { log_time, id }: MessageRow,
         types: Types,
         limit: u64,
     ) -> rusqlite::Result<Option<BagMessage>> {
@@ -191,12 +201,12 @@ fn read_topics(connection: &Connection) -> rusqlite::Result<Topics> {
     Ok(Topics(statement.query_map([], entry)?.collect::<rusqlite::Result<_>>()?))
 }
 
-/// Time and id of every message by time; those of one time by id. Past damage it goes on from the other end.
-fn read_order(connection: &Connection, lost: &mut impl FnMut(String)) -> rusqlite::Result<Vec<(i64, i64)>> {
+/// The rows of all messages by time; those of one time by id. Past damage it goes on from the other end.
+fn read_order(connection: &Connection, lost: &mut impl FnMut(String)) -> rusqlite::Result<Vec<MessageRow>> {
     let mut order = Vec::new();
     let up = "SELECT id, timestamp FROM messages NOT INDEXED ORDER BY id";
     if let Err(why) = read_rows(connection, up, None, &mut order) {
-        let last = order.last().map(|(_, id)| *id);
+        let last = order.last().map(|row: &MessageRow| row.id);
         let down = "SELECT id, timestamp FROM messages NOT INDEXED ORDER BY id DESC";
         // The same damage ends it, or another.
         let _ = read_rows(connection, down, last, &mut order);
@@ -211,7 +221,7 @@ fn read_rows(
     connection: &Connection,
     query: &str,
     end: Option<i64>,
-    order: &mut Vec<(i64, i64)>,
+    order: &mut Vec<MessageRow>,
 ) -> rusqlite::Result<()> {
     let mut statement = connection.prepare(query)?;
     let mut rows = statement.query([])?;
@@ -226,7 +236,7 @@ fn read_rows(
         }
         before = Some((id, way.unwrap_or(std::cmp::Ordering::Equal)));
         // A time that is no number is of no message.
-        order.extend(row.get(1).ok().map(|time: i64| (time, id)));
+        order.extend(row.get(1).ok().map(|log_time| MessageRow { log_time, id }));
     }
     Ok(())
 }

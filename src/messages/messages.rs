@@ -49,6 +49,7 @@ macro_rules! message {
         pub struct $name {
             $(
                 $(#[$field_meta])*
+                #[doc = ""]
                 #[doc = concat!("The field `", stringify!($field), "` of the definition.")]
                 pub $field: $kind
             ),*

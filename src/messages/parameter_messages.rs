@@ -8,7 +8,6 @@ message! {
     /// A parameter value: a type tag and one field a type.
     ParameterValue = "rcl_interfaces/msg/ParameterValue" {
         /// 0 not set, 1 bool, 2 integer, 3 double, 4 string, 5 to 9 their arrays (5: bytes).
-        ///
         kind: u8,
         bool_value: bool,
         integer_value: i64,
@@ -54,7 +53,6 @@ message! {
         from_value: f64,
         to_value: f64,
         /// Step; 0 for none.
-        ///
         step: f64,
     }
 }
@@ -64,7 +62,6 @@ message! {
         from_value: i64,
         to_value: i64,
         /// Step; 0 for none.
-        ///
         step: u64,
     }
 }
@@ -128,11 +125,9 @@ message! {
     /// Which parameters to list.
     ListRequest = "rcl_interfaces/srv/ListParameters_Request" {
         /// Only those below these; empty for all.
-        ///
         #[serde(deserialize_with = "dq_common::text::deserialize_cuts")]
         prefixes: Vec<String>,
         /// Levels below the prefix; 0 for all.
-        ///
         depth: u64,
     }
 }

@@ -42,19 +42,15 @@ message! {
     Marker = "visualization_msgs/msg/Marker" {
         header: Header,
         /// With `id` the name of the marker.
-        ///
         ns: String,
         id: i32,
         /// A constant of `Marker.msg`: [`LINE_STRIP`](Self::LINE_STRIP), [`LINE_LIST`](Self::LINE_LIST) and others.
-        ///
         #[serde(rename = "type")]
         kind: i32,
         /// [`ADD`](Self::ADD) or [`DELETE`](Self::DELETE).
-        ///
         action: i32,
         pose: Pose,
         /// Of lines `x` is the width \[m\].
-        ///
         scale: Vector3,
         color: ColorRGBA,
         lifetime: DurationMessage,
@@ -120,15 +116,12 @@ message! {
     InteractiveMarkerControl = "visualization_msgs/msg/InteractiveMarkerControl" {
         name: String,
         /// Turns x to the direction in which, or about which, the handle moves.
-        ///
         orientation: Quaternion,
         orientation_mode: u8,
         /// [`MOVE_AXIS`](Self::MOVE_AXIS), [`ROTATE_AXIS`](Self::ROTATE_AXIS) or others.
-        ///
         interaction_mode: u8,
         always_visible: bool,
         /// How it looks; where there are none, the client draws an arrow or a ring.
-        ///
         markers: Vec<Marker>,
         independent_marker_orientation: bool,
         description: String,
@@ -150,7 +143,6 @@ message! {
         name: String,
         description: String,
         /// Size of the handles \[m\].
-        ///
         scale: f32,
         menu_entries: Vec<MenuEntry>,
         controls: Vec<InteractiveMarkerControl>,
@@ -169,10 +161,8 @@ message! {
     InteractiveMarkerUpdate = "visualization_msgs/msg/InteractiveMarkerUpdate" {
         server_id: String,
         /// Counts the updates: a client that misses one asks for all markers again.
-        ///
         seq_num: u64,
         /// [`UPDATE`](Self::UPDATE).
-        ///
         #[serde(rename = "type")]
         kind: u8,
         markers: Vec<InteractiveMarker>,
@@ -197,10 +187,8 @@ message! {
         #[serde(deserialize_with = "dq_common::text::deserialize_cut")]
         control_name: String,
         /// [`POSE_UPDATE`](Self::POSE_UPDATE), [`MOUSE_UP`](Self::MOUSE_UP) or others.
-        ///
         event_type: u8,
         /// Where the user has the marker, in the frame of the header.
-        ///
         pose: Pose,
         menu_entry_id: u32,
         mouse_point: Point,
@@ -219,7 +207,6 @@ message! {
     /// The empty request of `visualization_msgs/srv/GetInteractiveMarkers`: CDR gives an empty structure one dummy octet.
     GetInteractiveMarkersRequest = "visualization_msgs/srv/GetInteractiveMarkers_Request" {
         /// The octet that rosidl puts into empty structures.
-        ///
         structure_needs_at_least_one_member: u8,
     }
 }
@@ -228,7 +215,6 @@ message! {
     GetInteractiveMarkersResponse = "visualization_msgs/srv/GetInteractiveMarkers_Response" {
         server_id: String,
         /// Of the last update.
-        ///
         sequence_number: u64,
         markers: Vec<InteractiveMarker>,
     }

@@ -4,6 +4,7 @@ mod queue;
 mod recorder;
 mod selection;
 
+pub use queue::Progress;
 pub use recorder::Recorder;
 pub use selection::Selection;
 

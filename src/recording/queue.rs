@@ -34,6 +34,15 @@ struct Counts {
     waiting: AtomicUsize,
 }
 
+/// How many messages were written so far, and how many dropped.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Progress {
+    /// In the bag.
+    pub written: u64,
+    /// Lost.
+    pub dropped: u64,
+}
+
 /// The end of the queue that receivers hold. Never blocks.
 #[derive(Clone)]
 pub(super) struct Queue {
@@ -65,9 +74,11 @@ impl Queue {
         self.counts.dropped.fetch_add(count, Ordering::Relaxed);
     }
 
-    /// Messages written and messages dropped so far.
-    pub fn progress(&self) -> (u64, u64) {
-        (self.counts.written.load(Ordering::Relaxed), self.counts.dropped.load(Ordering::Relaxed))
+    /// How far the recording is.
+    pub fn progress(&self) -> Progress {
+        let [written, dropped] =
+            [&self.counts.written, &self.counts.dropped].map(|count| count.load(Ordering::Relaxed));
+        Progress { written, dropped }
     }
 }
 
@@ -194,7 +205,7 @@ mod tests {
             // Numbers that change as a moving arm's do.
             cdr[112..].copy_from_slice(&(number as f64 * 1e-3).sin().to_le_bytes());
             // As fast as the writer takes them: a full queue would drop.
-            while number - queue.progress().0 > 50_000 {
+            while number - queue.progress().written > 50_000 {
                 std::thread::yield_now();
             }
             queue.message(&topics[number as usize % 2], i64::try_from(number).unwrap(), 0, cdr);
@@ -222,7 +233,7 @@ mod tests {
         let queue = Queue { items, counts: counts.clone() };
         // Nobody writes yet.
         (0..CAPACITY + 10).for_each(|_| queue.message(&topic(), 0, 0, vec![0; 8]));
-        assert_eq!(queue.progress(), (0, 10));
+        assert_eq!(queue.progress(), Progress { written: 0, dropped: 10 });
         drop(queue);
         let summary = Sink { bag, topics: HashMap::new(), counts }.run(receiver).unwrap();
         assert_eq!(summary.messages, u64::try_from(CAPACITY).unwrap());
@@ -233,10 +244,10 @@ mod tests {
         let (items, receiver) = sync_channel(CAPACITY);
         let queue = Queue { items, counts: Arc::default() };
         (0..500).for_each(|_| queue.message(&topic(), 0, 0, vec![0; 1 << 20]));
-        assert_eq!((queue.progress(), receiver.try_iter().count()), ((0, 436), 64));
+        assert_eq!((queue.progress().dropped, receiver.try_iter().count()), (436, 64));
         let alone = Queue { items: sync_channel(1).0, counts: Arc::default() };
         alone.message(&topic(), 0, 0, vec![0; ROOM + 1]);
-        assert_eq!(alone.progress().1, 1, "nobody takes it");
+        assert_eq!(alone.progress().dropped, 1, "nobody takes it");
     }
 
     #[tokio::test]
@@ -248,7 +259,7 @@ mod tests {
         queue.topic(&Arc::new(unknown));
         assert!(thread.failed().await.contains("type a/msg/B has no definition"));
         queue.message(&topic(), 0, 0, vec![0; 4]);
-        assert_eq!(queue.progress(), (0, 1));
+        assert_eq!(queue.progress().dropped, 1);
         drop(queue);
         assert!(matches!(thread.join(), Err(RecordingError::Bag(BagError::UnknownType { .. }))));
     }

@@ -1,7 +1,7 @@
 //! Records the topics of a running graph.
 
 use super::RecordingError;
-use super::queue::{Queue, WritingThread};
+use super::queue::{Progress, Queue, WritingThread};
 use super::selection::Selection;
 use dq_bags::{BagError, BagWriter, TopicRecord, WriterOptions, WrittenBag};
 use dq_messages::{DurabilityKind, OfferedQos, ReliabilityKind, definition};
@@ -51,8 +51,8 @@ impl Recorder {
         Ok(Self { thread, queue, watcher, recorded, heard })
     }
 
-    /// Messages written and messages dropped so far.
-    pub fn progress(&self) -> (u64, u64) {
+    /// How far it is.
+    pub fn progress(&self) -> Progress {
         self.queue.progress()
     }
 

@@ -18,9 +18,14 @@ const RETRY: Duration = Duration::from_millis(5);
 
 /// The end of the queue that everybody has. It never blocks.
 pub(crate) struct Queue {
-    /// Lines, each with how many were lost since the one before.
-    lines: SyncSender<(String, u64)>,
+    lines: SyncSender<Line>,
     counts: Arc<Counts>,
+}
+
+struct Line {
+    text: String,
+    /// How many were lost since the one before.
+    lost: u64,
 }
 
 #[derive(Default)]
@@ -66,7 +71,7 @@ impl Queue {
         let Counts { waiting, lost } = &*self.counts;
         let before = lost.swap(0, SeqCst);
         waiting.fetch_add(1, SeqCst);
-        if self.lines.try_send((text, before)).is_err() {
+        if self.lines.try_send(Line { text, lost: before }).is_err() {
             waiting.fetch_sub(1, SeqCst);
             lost.fetch_add(before + 1, SeqCst);
         }
@@ -92,10 +97,10 @@ struct Writer<W> {
 
 impl<W: Write> Writer<W> {
     /// Writes until the queue is gone.
-    fn run(mut self, lines: Receiver<(String, u64)>) {
-        for (line, lost) in lines {
+    fn run(mut self, lines: Receiver<Line>) {
+        for Line { text, lost } in lines {
             self.note_lost(lost);
-            self.write(&line, 1);
+            self.write(&text, 1);
             if self.counts.waiting.load(SeqCst) == 1 {
                 let lost = self.counts.lost.swap(0, SeqCst);
                 self.note_lost(lost);

@@ -46,8 +46,8 @@ fn other_programs_are_paired_with_the_law_on_their_tasks() {
     let other: String = other.iter().map(|run| format!("{run}\n")).collect();
     let findings = read(&study, folder.path(), &(same + &other)).unwrap();
     let compared = |law: &str, quantity| {
-        let (of, other) = ((quantity, Matched::SettlingTime), Law::Logc.name());
-        findings.comparison(of, (ALL_ARMS, false), law, other).unwrap()
+        let other = Law::Logc.name();
+        findings.comparison(quantity, Matched::SettlingTime, ALL_ARMS, false, law, other).unwrap()
     };
     let again = compared("again", Quantity::Settled);
     assert_eq!((again.pairs, again.more, again.p_holm), (3, [0, 0], 1.0));

@@ -8,7 +8,7 @@ use crate::cli::print;
 use crate::cli::signals::Signals;
 use crate::cli::spinner::Spinner;
 use crate::record::{WriterOptions, WrittenBag};
-use crate::recording::{Recorder, RecordingError, Selection};
+use crate::recording::{Progress, Recorder, RecordingError, Selection};
 use crate::ros::{Environment, LogLevel, Logging, Resolver, RosArgs, RosError, Session};
 use crate::stderr;
 use anyhow::bail;
@@ -95,7 +95,7 @@ async fn show_progress(recorder: &Recorder) {
     let mut tick = tokio::time::interval(PROGRESS);
     loop {
         tick.tick().await;
-        let ((written, dropped), topics) = (recorder.progress(), recorder.topics().len());
+        let (Progress { written, dropped }, topics) = (recorder.progress(), recorder.topics().len());
         spinner
             .show(format!("recording {topics} topics: {written} messages, {dropped} dropped; ctrl-C ends"));
     }

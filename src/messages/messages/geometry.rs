@@ -32,7 +32,6 @@ message! {
     /// Position and orientation.
     Pose = "geometry_msgs/msg/Pose" {
         /// Position \[m\].
-        ///
         position: Point,
         orientation: Quaternion,
     }
@@ -62,7 +61,6 @@ message! {
     /// Position and orientation of a child frame.
     Transform = "geometry_msgs/msg/Transform" {
         /// Translation \[m\].
-        ///
         translation: Vector3,
         rotation: Quaternion,
     }

@@ -22,7 +22,6 @@ message! {
     /// How a multi-array is laid out.
     MultiArrayLayout = "std_msgs/msg/MultiArrayLayout" {
         /// The dimensions, outermost first; empty for a plain list.
-        ///
         #[serde(deserialize_with = "dq_common::text::deserialize_few")]
         dim: Vec<MultiArrayDimension>,
         data_offset: u32,
@@ -50,15 +49,12 @@ message! {
         #[serde(deserialize_with = "dq_common::text::deserialize_cuts")]
         name: Vec<String>,
         /// Positions \[rad\].
-        ///
         #[serde(deserialize_with = "dq_common::text::deserialize_few")]
         position: Vec<f64>,
         /// Velocities [rad/s].
-        ///
         #[serde(deserialize_with = "dq_common::text::deserialize_few")]
         velocity: Vec<f64>,
         /// Efforts [N m].
-        ///
         #[serde(deserialize_with = "dq_common::text::deserialize_few")]
         effort: Vec<f64>,
     }
@@ -67,19 +63,15 @@ message! {
     /// Where the joints are to be at a time, each list as long as the trajectory's names or empty.
     JointTrajectoryPoint = "trajectory_msgs/msg/JointTrajectoryPoint" {
         /// Positions \[rad\].
-        ///
         #[serde(deserialize_with = "dq_common::text::deserialize_few")]
         positions: Vec<f64>,
         /// Velocities [rad/s].
-        ///
         #[serde(deserialize_with = "dq_common::text::deserialize_few")]
         velocities: Vec<f64>,
         /// Accelerations [rad/s²].
-        ///
         #[serde(deserialize_with = "dq_common::text::deserialize_few")]
         accelerations: Vec<f64>,
         /// Efforts [N m].
-        ///
         #[serde(deserialize_with = "dq_common::text::deserialize_few")]
         effort: Vec<f64>,
         time_from_start: DurationMessage,

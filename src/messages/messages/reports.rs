@@ -49,7 +49,6 @@ message! {
     /// Status of one component.
     DiagnosticStatus = "diagnostic_msgs/msg/DiagnosticStatus" {
         /// 0 OK, 1 WARN, 2 ERROR, 3 STALE.
-        ///
         level: u8,
         #[serde(deserialize_with = "dq_common::text::deserialize_cut")]
         name: String,

@@ -7,7 +7,6 @@ message! {
     /// The empty request of `std_srvs/srv/Trigger`: CDR gives an empty structure one dummy octet.
     TriggerRequest = "std_srvs/srv/Trigger_Request" {
         /// The octet that rosidl puts into empty structures.
-        ///
         structure_needs_at_least_one_member: u8,
     }
 }

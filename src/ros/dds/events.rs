@@ -2,12 +2,12 @@
 
 use super::first_sample_request::FirstSampleRequest;
 use super::incompatible_qos::Mismatch;
-use super::matches::{Matches, State};
+use super::matches::{Matches, OwnEndpoint, Pair, State};
 use super::peer_recovery::{Lost, Peer, Prefix, prefix};
 use dq_common::text::cut;
 use futures::StreamExt;
 use rustdds::dds::statusevents::{DomainParticipantStatusEvent as Event, LostReason};
-use rustdds::{DomainParticipantStatusListener, GUID, StatusEvented};
+use rustdds::{DomainParticipantStatusListener, StatusEvented};
 use std::collections::BTreeSet;
 use std::sync::Arc;
 use std::time::Instant;
@@ -62,9 +62,11 @@ impl Matches {
     fn peer(&self, participant: Prefix) -> Option<Peer> {
         let state = self.lock();
         let (mut known, mut heard_on) = (None, BTreeSet::new());
-        for (ours, remote) in state.pairs.iter().filter(|(_, remote)| prefix(remote.prefix) == participant) {
+        for Pair { ours, remote } in
+            state.pairs.iter().filter(|pair| prefix(pair.remote.prefix) == participant)
+        {
             // What is no node's own is not named.
-            let Some((topic, warn)) = state.topics.get(ours) else { continue };
+            let Some(OwnEndpoint { topic, warn }) = state.own.get(ours) else { continue };
             if state.writers.contains_key(remote) {
                 heard_on.insert(topic.clone());
             }
@@ -80,7 +82,7 @@ impl Matches {
         match event {
             Event::RemoteReaderMatched { local_writer: ours, remote_reader: remote }
             | Event::RemoteWriterMatched { local_reader: ours, remote_writer: remote } => {
-                state.pairs.insert((ours, remote));
+                state.pairs.insert(Pair { ours, remote });
             }
             Event::WriterDetected { writer } => {
                 state.first_found.find(writer.guid);
@@ -102,9 +104,8 @@ impl Matches {
                 offered_qos,
             } => {
                 let mismatch = Mismatch::new(&requested_qos, &offered_qos);
-                self.warn(&mut state, (local_writer, remote_reader), move |topic, peer| {
-                    mismatch.warning_of_publisher(topic, peer)
-                });
+                let pair = Pair { ours: local_writer, remote: remote_reader };
+                self.warn(&mut state, pair, move |topic, peer| mismatch.warning_of_publisher(topic, peer));
             }
             Event::RemoteWriterQosIncompatible {
                 local_reader,
@@ -119,30 +120,23 @@ impl Matches {
                     publisher.get_or_insert(remote_writer);
                     return;
                 }
-                self.warn(&mut state, (local_reader, remote_writer), move |topic, peer| {
-                    mismatch.warning_of_subscriber(topic, peer)
-                });
+                let pair = Pair { ours: local_reader, remote: remote_writer };
+                self.warn(&mut state, pair, move |topic, peer| mismatch.warning_of_subscriber(topic, peer));
             }
             _ => {}
         }
     }
 
     /// Warns once of a pair between which nothing passes, as soon as the peer's name is known.
-    fn warn(
-        &self,
-        state: &mut State,
-        pair: (GUID, GUID),
-        text: impl FnOnce(&str, &str) -> String + Send + 'static,
-    ) {
-        let (ours, remote) = pair;
-        let Some((topic, warn)) = state.topics.get(&ours).cloned() else { return };
+    fn warn(&self, state: &mut State, pair: Pair, text: impl FnOnce(&str, &str) -> String + Send + 'static) {
+        let Some(OwnEndpoint { topic, warn }) = state.own.get(&pair.ours).cloned() else { return };
         if state.incompatible.contains_key(&pair) {
             return;
         }
         state.incompatible.insert(pair, None);
         let matches = self.clone();
         tokio::spawn(async move {
-            let warning = text(&topic, &matches.introduced(remote).await);
+            let warning = text(&topic, &matches.introduced(pair.remote).await);
             warn(&warning);
             if let Some(kept) = matches.lock().incompatible.get_mut(&pair) {
                 *kept = Some(warning);

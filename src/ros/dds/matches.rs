@@ -34,15 +34,29 @@ pub(crate) struct Matches {
     pub(super) owners: Arc<dyn Owners>,
 }
 
+/// One of our endpoints with a remote one.
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+pub(super) struct Pair {
+    pub ours: GUID,
+    pub remote: GUID,
+}
+
+/// What is known of one of our endpoints.
+#[derive(Clone)]
+pub(super) struct OwnEndpoint {
+    pub topic: String,
+    /// Where its owner is warned.
+    pub warn: Warn,
+}
+
 /// What they add up to.
 #[derive(Default)]
 pub(super) struct State {
-    /// Topic name of each of our endpoints, and where its owner is warned.
-    pub topics: HashMap<GUID, (String, Warn)>,
-    /// Our endpoint with a remote one.
-    pub pairs: HashSet<(GUID, GUID)>,
-    /// Our endpoint with a remote one whose QoS is incompatible, and the warning of it once there is one.
-    pub incompatible: HashMap<(GUID, GUID), Option<String>>,
+    pub own: HashMap<GUID, OwnEndpoint>,
+    /// Those that are matched.
+    pub pairs: HashSet<Pair>,
+    /// Those whose QoS is incompatible, and the warning of it once there is one.
+    pub incompatible: HashMap<Pair, Option<String>>,
     /// Our readers that have a way to hear who publishes best effort only, and who does.
     pub adapting: HashMap<GUID, Option<GUID>>,
     /// DDS topic name of each writer in the domain, matched or not.
@@ -62,21 +76,17 @@ impl Matches {
 
     /// Names one of our endpoints, whose owner is warned of what QoS keeps from it.
     pub fn register(&self, ours: GUID, topic: &str, warn: Warn) {
-        self.lock().topics.insert(ours, (topic.to_owned(), warn));
+        self.lock().own.insert(ours, OwnEndpoint { topic: topic.to_owned(), warn });
     }
 
     /// How many remote endpoints are matched with ours.
     pub fn count(&self, ours: GUID) -> usize {
-        self.lock()
-            .pairs
-            .iter()
-            .filter(|(local, other)| *local == ours && other.prefix != ours.prefix)
-            .count()
+        self.lock().pairs.iter().filter(|pair| pair.ours == ours && pair.remote.prefix != ours.prefix).count()
     }
 
     /// Whether the remote endpoint is matched with any of ours.
     pub fn has_remote(&self, remote: GUID) -> bool {
-        self.lock().pairs.iter().any(|(_, other)| *other == remote)
+        self.lock().pairs.iter().any(|pair| pair.remote == remote)
     }
 
     /// How many writers other than `ours` the topic has in the whole domain.
@@ -101,7 +111,7 @@ impl Matches {
     pub fn has_all_readers(&self, ours: GUID, topic: &str) -> bool {
         let state = self.lock();
         let known = |reader: &GUID| {
-            let pair = (ours, *reader);
+            let pair = Pair { ours, remote: *reader };
             state.pairs.contains(&pair) || state.incompatible.contains_key(&pair)
         };
         let on_topic = |name: &String| name.strip_prefix("rt") == Some(topic);
@@ -126,17 +136,17 @@ impl Matches {
     /// The warning of a publisher that our reader does not hear, if there is one.
     pub fn unheard(&self, ours: GUID) -> Option<String> {
         let state = self.lock();
-        let mut of_ours = state.incompatible.iter().filter(|((reader, _), _)| *reader == ours);
+        let mut of_ours = state.incompatible.iter().filter(|(pair, _)| pair.ours == ours);
         of_ours.find_map(|(_, warning)| warning.clone())
     }
 
     /// Our endpoint has gone.
     pub fn forget_ours(&self, ours: GUID) {
         let mut state = self.lock();
-        state.topics.remove(&ours);
+        state.own.remove(&ours);
         state.adapting.remove(&ours);
-        state.pairs.retain(|(own, _)| *own != ours);
-        state.incompatible.retain(|(own, _), _| *own != ours);
+        state.pairs.retain(|pair| pair.ours != ours);
+        state.incompatible.retain(|pair, _| pair.ours != ours);
         state.forget(|endpoint| endpoint == ours);
     }
 
@@ -173,8 +183,8 @@ impl Matches {
 impl State {
     /// Forgets the remote endpoints that have gone.
     pub fn forget(&mut self, gone: impl Fn(GUID) -> bool) {
-        self.pairs.retain(|(_, remote)| !gone(*remote));
-        self.incompatible.retain(|(_, remote), _| !gone(*remote));
+        self.pairs.retain(|pair| !gone(pair.remote));
+        self.incompatible.retain(|pair, _| !gone(pair.remote));
         self.writers.retain(|writer, _| !gone(*writer));
         self.readers.retain(|reader, _| !gone(*reader));
     }

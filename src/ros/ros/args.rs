@@ -68,6 +68,15 @@ pub struct Remap {
     pub to: String,
 }
 
+/// `logger:=level`
+#[derive(Clone, Debug, PartialEq)]
+pub struct LoggerLevel {
+    /// The logger of that name, and those below it.
+    pub logger: String,
+    /// What they log.
+    pub level: LogLevel,
+}
+
 /// Where parameter values come from, in the order of the command line: later ones win.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Override {
@@ -100,8 +109,8 @@ pub struct RosArgs {
     pub overrides: Vec<Override>,
     /// What is logged.
     pub log_level: Option<LogLevel>,
-    /// What is logged by a logger of that name, and by those below it.
-    pub logger_levels: Vec<(String, LogLevel)>,
+    /// What loggers log.
+    pub logger_levels: Vec<LoggerLevel>,
     /// Log lines do not go to the terminal.
     pub without_stdout_logs: bool,
     /// Log lines do not go to `/rosout`.
@@ -142,10 +151,7 @@ fn take_section(args: &mut impl Iterator<Item = String>, ros: &mut RosArgs) -> R
             "-r" | "--remap" => ros.remaps.push(remap(&value()?)?),
             "-p" | "--param" => ros.overrides.push(parameter(&value()?)?),
             "--params-file" => ros.overrides.push(Override::File(value()?.into())),
-            "--log-level" => match log_level(&value()?)? {
-                (Some(logger), level) => ros.logger_levels.push((logger, level)),
-                (None, level) => ros.log_level = Some(level),
-            },
+            "--log-level" => take_log_level(&value()?, ros)?,
             "-e" | "--enclave" => ros.enclave = Some(enclave(value()?)?),
             "--enable-stdout-logs" => ros.without_stdout_logs = false,
             "--disable-stdout-logs" => ros.without_stdout_logs = true,
@@ -207,7 +213,7 @@ fn enclave(name: String) -> Result<String, ArgsError> {
 }
 
 /// `[logger:=]level`
-fn log_level(text: &str) -> Result<(Option<String>, LogLevel), ArgsError> {
+fn take_log_level(text: &str, ros: &mut RosArgs) -> Result<(), ArgsError> {
     let (logger, level) =
         text.rsplit_once(":=").map_or((None, text), |(logger, level)| (Some(logger), level));
     let level = level.parse().map_err(|()| ArgsError::Malformed {
@@ -215,7 +221,11 @@ fn log_level(text: &str) -> Result<(Option<String>, LogLevel), ArgsError> {
         value: text.to_owned(),
         expected: "debug, info, warn, error or fatal",
     })?;
-    Ok((logger.map(str::to_owned), level))
+    match logger {
+        Some(logger) => ros.logger_levels.push(LoggerLevel { logger: logger.to_owned(), level }),
+        None => ros.log_level = Some(level),
+    }
+    Ok(())
 }
 
 #[cfg(test)]

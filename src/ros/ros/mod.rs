@@ -37,4 +37,4 @@ pub use parameter_client::ParameterClient;
 pub use parameter_server::ParameterServer;
 pub use resolver::Resolver;
 pub use session::Session;
-pub use topics::{OwnTopic, Publisher, Subscription};
+pub use topics::{OwnTopic, Publisher, Publishing, Subscription};

@@ -1,6 +1,6 @@
 //! A node's names as its command line has them: expansion and remapping.
 
-use super::args::{LogLevel, RosArgs};
+use super::args::{LogLevel, LoggerLevel, Remap, RosArgs};
 use super::names::{NameError, NodeName, check_absolute, join};
 
 /// What kind of name a remapping rule is tried on.
@@ -14,8 +14,8 @@ enum Kind {
 #[derive(Clone, Debug)]
 pub struct Resolver {
     node: NodeName,
-    rules: Vec<(String, String)>,
-    logger_levels: Vec<(String, LogLevel)>,
+    rules: Vec<Remap>,
+    logger_levels: Vec<LoggerLevel>,
 }
 
 impl Resolver {
@@ -25,19 +25,19 @@ impl Resolver {
     /// [`NameError`] where a rule has no valid name.
     pub fn new(default_name: &str, args: &RosArgs) -> Result<Self, NameError> {
         let of = |node: &str| {
-            let rules =
-                args.remaps.iter().filter(|rule| rule.node.as_deref().is_none_or(|only| only == node));
-            rules.map(|rule| (rule.from.clone(), rule.to.clone())).collect::<Vec<_>>()
+            let is_of = |rule: &&Remap| rule.node.as_deref().is_none_or(|only| only == node);
+            args.remaps.iter().filter(is_of).cloned().collect::<Vec<_>>()
         };
-        let special = |rules: Vec<(String, String)>, key: &str, default: &str| {
-            rules.into_iter().find(|(from, _)| from == key).map_or(default.to_owned(), |(_, to)| to)
+        let special = |rules: Vec<Remap>, key: &str, default: &str| {
+            rules.into_iter().find(|rule| rule.from == key).map_or(default.to_owned(), |rule| rule.to)
         };
         let name = special(of(default_name), "__node", default_name);
         // As in rcl: from then on rules of one node are those of its new name.
         let node = NodeName::new(&special(of(&name), "__ns", "/"), &name)?;
-        let rules = of(&name).into_iter().filter(|(from, _)| from != "__ns" && from != "__node").collect();
+        let mut rules = of(&name);
+        rules.retain(|rule| rule.from != "__ns" && rule.from != "__node");
         let resolver = Self { node, rules, logger_levels: args.logger_levels.clone() };
-        for (from, to) in &resolver.rules {
+        for Remap { from, to, .. } in &resolver.rules {
             resolver.expand(without_scheme(from), "name to remap from")?;
             resolver.expand(to, "name to remap to")?;
         }
@@ -60,8 +60,8 @@ impl Resolver {
         let has_it = |above: &str| {
             logger.strip_prefix(above).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
         };
-        let levels = self.logger_levels.iter().filter(|(above, _)| has_it(above));
-        levels.max_by_key(|(above, _)| above.len()).map(|(_, level)| *level)
+        let levels = self.logger_levels.iter().filter(|above| has_it(&above.logger));
+        levels.max_by_key(|above| above.logger.len()).map(|above| above.level)
     }
 
     /// The fully qualified name of a topic.
@@ -84,7 +84,7 @@ impl Resolver {
     fn resolve(&self, name: &str, kind: Kind) -> Result<String, NameError> {
         let label = if kind == Kind::Topic { "topic name" } else { "service name" };
         let expanded = self.expand(name, label)?;
-        for (from, to) in &self.rules {
+        for Remap { from, to, .. } in &self.rules {
             let other_scheme = if kind == Kind::Topic { "rosservice://" } else { "rostopic://" };
             if !from.starts_with(other_scheme) && self.expand(without_scheme(from), label)? == expanded {
                 return self.expand(to, label);

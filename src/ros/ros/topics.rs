@@ -14,6 +14,7 @@ use rustdds::GUID;
 use serde::{Serialize, Serializer};
 use std::cell::Cell;
 use std::marker::PhantomData;
+use std::ops::Deref;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Weak};
 use std::time::Duration;
@@ -40,10 +41,23 @@ enum Outlet<M: Message> {
 /// Publishes messages of one type; never blocks.
 pub struct Publisher<M: Message> {
     inner: Outlet<M>,
+    publishing: Publishing,
+}
+
+/// What is the same of a publisher of any type: its topic, and who hears it.
+pub struct Publishing {
     guid: GUID,
     topic: String,
     dropped: AtomicU64,
     matches: Matches,
+}
+
+impl<M: Message> Deref for Publisher<M> {
+    type Target = Publishing;
+
+    fn deref(&self) -> &Publishing {
+        &self.publishing
+    }
 }
 
 impl<M: Message> Publisher<M> {
@@ -60,7 +74,7 @@ impl<M: Message> Publisher<M> {
 
     fn of(guid: GUID, inner: Outlet<M>, endpoints: &Endpoints, plan: &Plan) -> Self {
         let (topic, matches) = (plan.name.clone(), endpoints.domain.matches.clone());
-        Self { inner, guid, topic, dropped: AtomicU64::new(0), matches }
+        Self { inner, publishing: Publishing { guid, topic, dropped: AtomicU64::new(0), matches } }
     }
 
     /// Queues a message for all readers. One for which a frozen reader left no room is dropped and counted. Who publishes an [`Arc`] of
@@ -89,7 +103,9 @@ impl<M: Message> Publisher<M> {
             self.publish(make());
         }
     }
+}
 
+impl Publishing {
     /// Messages dropped so far.
     pub fn dropped(&self) -> u64 {
         self.dropped.load(Ordering::Relaxed)

@@ -12,6 +12,12 @@ use std::path::Path;
 /// So many runs are done at once, then written: what a kill costs at most.
 const BATCH: u64 = 2048;
 
+/// The whole lines of a file of runs.
+pub(super) struct WholeLines {
+    pub count: u64,
+    pub bytes: u64,
+}
+
 impl Study {
     /// Writes the lines of `part` of the runs to the file, going on after those that it has; `done` is called with how many are done.
     ///
@@ -22,7 +28,7 @@ impl Study {
         let runs = part.runs(self.run_count());
         let options = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(file);
         let mut lines = options.map_err(error)?;
-        let (have, bytes) = self.check(file, &lines, &runs)?;
+        let WholeLines { count: have, bytes } = self.check(file, &lines, &runs)?;
         // What a kill left of a line.
         lines.set_len(bytes).and_then(|()| lines.seek(SeekFrom::End(0))).map_err(error)?;
         done(have);
@@ -47,7 +53,7 @@ impl Study {
     pub fn read(&self, file: &Path, each: impl FnMut(Record<'static>)) -> Result<(), CompareError> {
         let error = |why| CompareError::file(file, why);
         let (lines, expected) = (File::open(file).map_err(error)?, self.run_count());
-        let (count, bytes) = self.lines(file, &lines, &(0..expected), each)?;
+        let WholeLines { count, bytes } = self.lines(file, &lines, &(0..expected), each)?;
         match count == expected {
             _ if bytes < lines.metadata().map_err(error)?.len() => Err(CompareError::damaged(file, count)),
             true => Ok(()),
@@ -55,14 +61,13 @@ impl Study {
         }
     }
 
-    /// Checks the whole lines: the first, the last, and one of each cell must be what this program makes of these runs. Returns how many
-    /// there are, and of how many bytes.
+    /// Checks the whole lines: the first, the last, and one of each cell must be what this program makes of these runs.
     pub(super) fn check(
         &self,
         file: &Path,
         lines: &File,
         runs: &Range<u64>,
-    ) -> Result<(u64, u64), CompareError> {
+    ) -> Result<WholeLines, CompareError> {
         let mut sampled = self.sampled().skip_while(|number| *number < runs.start).peekable();
         let (mut next, mut last, mut looked_at) = (runs.start, None, Vec::new());
         let have = self.lines(file, lines, runs, |record| {
@@ -92,7 +97,7 @@ impl Study {
         lines: &File,
         runs: &Range<u64>,
         mut each: impl FnMut(Record<'static>),
-    ) -> Result<(u64, u64), CompareError> {
+    ) -> Result<WholeLines, CompareError> {
         let (mut count, mut bytes, mut line) = (0, 0, Vec::new());
         let mut reader = BufReader::new(lines);
         let error = |why| CompareError::file(file, why);
@@ -107,6 +112,6 @@ impl Study {
             (count, bytes) = (count + 1, bytes + line.len() as u64);
             line.clear();
         }
-        Ok((count, bytes))
+        Ok(WholeLines { count, bytes })
     }
 }

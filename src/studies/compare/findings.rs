@@ -76,8 +76,10 @@ impl Findings {
     /// How the law of the name `law` differs from `other` in what was compared of the two.
     pub fn comparison(
         &self,
-        (quantity, matched): (Quantity, Matched),
-        (arm, limits): (&str, bool),
+        quantity: Quantity,
+        matched: Matched,
+        arm: &str,
+        limits: bool,
         law: &str,
         other: &str,
     ) -> Option<Comparison> {

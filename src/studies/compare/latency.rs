@@ -66,6 +66,19 @@ pub(super) fn ageing(study: &Study, summary: &Summary) -> Result<Vec<Ageing>, Co
     each.map(|(law, limits)| Ages { study, summary, law, limits, tried: BTreeMap::new() }.find()).collect()
 }
 
+/// A task by its arm's place and its number.
+#[derive(Clone, Copy)]
+struct ArmTask {
+    arm: usize,
+    number: u32,
+}
+
+/// How many tasks settle, and of how many.
+struct Count {
+    settled: usize,
+    of: usize,
+}
+
 /// A law at the ages that were tried.
 struct Ages<'a> {
     study: &'a Study,
@@ -113,18 +126,18 @@ impl Ages<'_> {
         })
     }
 
-    /// The tasks that settle with fresh joint states, of these numbers, each by its arm's place and its number.
-    fn settling(&self, numbers: Range<u32>) -> impl Iterator<Item = (usize, u32)> + '_ {
-        let tasks = move |arm| numbers.clone().map(move |task| (arm, task));
+    /// The tasks that settle with fresh joint states, of these numbers.
+    fn settling(&self, numbers: Range<u32>) -> impl Iterator<Item = ArmTask> + '_ {
+        let tasks = move |arm| numbers.clone().map(move |number| ArmTask { arm, number });
         let tasks = (0..self.study.arms.len()).flat_map(tasks);
         tasks.filter(|task| self.settles(*task, "ideal") == Some(true))
     }
 
     /// Whether a task settles behind one of the comparison's plants.
-    fn settles(&self, (arm, task): (usize, u32), plant: &str) -> Option<bool> {
-        let arm = &self.study.arms[arm].name;
+    fn settles(&self, task: ArmTask, plant: &str) -> Option<bool> {
+        let arm = &self.study.arms[task.arm].name;
         let key = Key::new(Matched::SettlingTime, self.law, arm, self.limits, plant);
-        self.summary.rows(&key).get(task as usize).map(Option::is_some)
+        self.summary.rows(&key).get(task.number as usize).map(Option::is_some)
     }
 
     /// Of these the share that settles with joint states of that age.
@@ -133,33 +146,33 @@ impl Ages<'_> {
             return Ok(*share);
         }
         let (first, all) = (FIRST.min(self.study.tasks), self.study.tasks);
-        let (mut settled, mut of) = self.count(AGES[place], 0..first)?;
+        let Count { mut settled, mut of } = self.count(AGES[place], 0..first)?;
         let wide = Interval::share(settled, of, NO_DOUBT);
         if known(AGES[place]).is_some() || (wide.low..=wide.high).contains(&HOLDS) {
             let rest = self.count(AGES[place], first..all)?;
-            (settled, of) = (settled + rest.0, of + rest.1);
+            (settled, of) = (settled + rest.settled, of + rest.of);
         }
         let share = Interval::share(settled, of, Z);
         self.tried.insert(place, share);
         Ok(share)
     }
 
-    /// Of the tasks of these numbers, how many settle with joint states of that age \[cycles\], and of how many.
-    fn count(&self, age: usize, numbers: Range<u32>) -> Result<(usize, usize), CompareError> {
+    /// Counts the tasks of these numbers that settle with joint states of that age \[cycles\].
+    fn count(&self, age: usize, numbers: Range<u32>) -> Result<Count, CompareError> {
         let plant = Plant { name: "latency", latency: age, noise: 0.0 };
-        let settles = |(arm, task): (usize, u32)| {
-            if let Some(settles) = known(age).and_then(|known| self.settles((arm, task), known.name)) {
+        let settles = |task: ArmTask| {
+            if let Some(settles) = known(age).and_then(|known| self.settles(task, known.name)) {
                 return Ok(settles);
             }
-            let arm = &self.study.arms[arm];
+            let arm = &self.study.arms[task.arm];
             let gain = self.study.gain(Matched::SettlingTime, &arm.name, self.law);
             let controller = arm.parameters.settings.controller.with_law(self.law, gain);
             let closed_loop = ClosedLoop { arm, controller, plant, limits: self.limits };
-            let ended = closed_loop.run(&arm.task(self.study.seed, task)?, task)?;
+            let ended = closed_loop.run(&arm.task(self.study.seed, task.number)?, task.number)?;
             Ok::<_, CompareError>(ended.outcome == Outcome::Settled)
         };
         let tasks: Vec<_> = self.settling(numbers).collect();
         let settled = tasks.into_par_iter().map(settles).collect::<Result<Vec<_>, _>>()?;
-        Ok((settled.iter().filter(|settled| **settled).count(), settled.len()))
+        Ok(Count { settled: settled.iter().filter(|settled| **settled).count(), of: settled.len() })
     }
 }

@@ -125,7 +125,7 @@ pub(super) fn comparisons(summary: &Summary, arms: &[String], more: Vec<Comparis
                 all.extend(
                     quantities
                         .iter()
-                        .filter_map(|quantity| compared(*quantity, matched, (arm, limits), names(), rows)),
+                        .filter_map(|quantity| compared(*quantity, matched, arm, limits, names(), rows)),
                 );
             }
         };
@@ -150,7 +150,8 @@ pub(super) fn comparisons(summary: &Summary, arms: &[String], more: Vec<Comparis
 pub(super) fn compared(
     quantity: Quantity,
     matched: Matched,
-    (arm, limits): (&str, bool),
+    arm: &str,
+    limits: bool,
     laws: [String; 2],
     [first, second]: [&[Option<Row>]; 2],
 ) -> Option<Comparison> {

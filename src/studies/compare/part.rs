@@ -64,7 +64,7 @@ impl Study {
         for part in Part::each(of) {
             let (path, runs) = (folder.join(part.file_name()), part.runs(self.run_count()));
             let lines = File::open(&path).map_err(|why| CompareError::file(&path, why))?;
-            let (count, _) = self.check(&path, &lines, &runs)?;
+            let count = self.check(&path, &lines, &runs)?.count;
             let expected = runs.end - runs.start;
             if count != expected {
                 return Err(CompareError::Count { file: path.display().to_string(), count, expected });

@@ -82,7 +82,7 @@ impl Peers {
             let quantities = [&[Quantity::Settled][..], &FIGURES].concat();
             quantities.into_iter().filter_map(move |quantity| {
                 let laws = [key.law.clone(), REFERENCE.0.name().to_owned()];
-                compared(quantity, Matched::SettlingTime, (ALL_ARMS, key.limits), laws, both)
+                compared(quantity, Matched::SettlingTime, ALL_ARMS, key.limits, laws, both)
             })
         });
         each.collect()

@@ -60,7 +60,7 @@ impl Laws<'_> {
 
     fn compared(&self, quantity: Quantity, law: Law, other: Law) -> Option<Comparison> {
         let (law, other) = (law.name(), other.name());
-        self.findings.comparison((quantity, Matched::SettlingTime), (ALL_ARMS, true), law, other)
+        self.findings.comparison(quantity, Matched::SettlingTime, ALL_ARMS, true, law, other)
     }
 
     /// Of `others` the one whose difference from `law` is least sure.
@@ -108,11 +108,12 @@ impl Laws<'_> {
 
     /// Arms on which a law differs from the reference the other way round than on all of them.
     fn on_each_arm(&self) -> Vec<String> {
-        let settled = (Quantity::Settled, Matched::SettlingTime);
         let mut reversed = Vec::new();
         for (arm, law) in self.findings.arms.iter().flat_map(|arm| Law::all().map(move |law| (arm, law))) {
-            let of =
-                |arm: &str| self.findings.comparison(settled, (arm, true), law.name(), REFERENCE.0.name());
+            let of = |arm: &str| {
+                let (quantity, matched) = (Quantity::Settled, Matched::SettlingTime);
+                self.findings.comparison(quantity, matched, arm, true, law.name(), REFERENCE.0.name())
+            };
             let (Some(here), Some(all)) = (of(arm), of(ALL_ARMS)) else { continue };
             if here.tells() && all.tells() && here.difference.value * all.difference.value < 0.0 {
                 reversed.push(format!("`{law}` on {arm} with {} points", told(&here)));

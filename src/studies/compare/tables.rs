@@ -55,7 +55,7 @@ fn row_of_differences(findings: &Findings, matched: Matched, limits: bool, law: 
         Quantity::Effort,
         Quantity::PeakSpeed,
     ];
-    let of = |quantity| findings.comparison((quantity, matched), (ALL_ARMS, limits), law, REFERENCE.0.name());
+    let of = |quantity| findings.comparison(quantity, matched, ALL_ARMS, limits, law, REFERENCE.0.name());
     format!("| {law} | {} |\n", OF.map(|quantity| difference(of(quantity).as_ref())).join(" | "))
 }
 
@@ -134,8 +134,10 @@ pub(super) fn of_arm(findings: &Findings, arm: &str) -> String {
         let cell = |limits| findings.cell(Matched::SettlingTime, law, arm, limits, "ideal");
         for limits in [false, true] {
             let less = findings.comparison(
-                (Quantity::Settled, Matched::SettlingTime),
-                (arm, limits),
+                Quantity::Settled,
+                Matched::SettlingTime,
+                arm,
+                limits,
                 law.name(),
                 REFERENCE.0.name(),
             );

@@ -19,8 +19,9 @@ pub struct Trajectory {
 /// The time between two samples \[s\]: fine enough for diffc's first hundredth of a second, in which it goes a third of its way.
 pub const INTERVAL: f64 = 1e-3;
 
-/// Relative and absolute tolerance of an integration step: for figures and for the comparison with the reference work.
-const PRECISION: (f64, f64) = (1e-9, 1e-11);
+/// Tolerances of an integration step: for figures and for the comparison with the reference work.
+const RELATIVE_TOLERANCE: f64 = 1e-9;
+const ABSOLUTE_TOLERANCE: f64 = 1e-11;
 
 /// Longest integration, in steps: what needs more is going round in circles.
 const MOST_STEPS: usize = 1_000_000;
@@ -40,14 +41,14 @@ pub fn integrate(
     start: &[f64],
     duration: f64,
 ) -> Result<Trajectory, PaperError> {
-    let (relative, absolute) = PRECISION;
+    let method = ExplicitRungeKutta::dopri5().rtol(RELATIVE_TOLERANCE).atol(ABSOLUTE_TOLERANCE);
     let solution = IVP::ode_from_fn(
         |_, state: &Vec<f64>, change: &mut Vec<f64>| velocity(state, change),
         0.0,
         duration,
         start.to_vec(),
     )
-    .method(ExplicitRungeKutta::dopri5().rtol(relative).atol(absolute).max_steps(MOST_STEPS))
+    .method(method.max_steps(MOST_STEPS))
     .t_eval(times(duration))
     .solve()
     .map_err(|why| PaperError::Simulation(format!("{why:?}")))?;

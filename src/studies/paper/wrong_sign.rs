@@ -32,13 +32,13 @@ pub fn wrong_sign(lab: &Laboratory) -> Result<(Vec<Departure>, Figure), PaperErr
         (true, chosen, "diffc with the rule", Line::Solid),
     ] {
         let curve = departure(lab, &goal)?;
-        let series = |value: fn(&(f64, f64, f64)) -> f64| Series {
+        let series = |value: fn(&Away) -> f64| Series {
             name: name.to_owned(),
             color: law_color(Law::Diffc),
             line,
-            points: curve.iter().map(|point| (point.0, value(point))).collect(),
+            points: curve.iter().map(|away| (away.time, value(away))).collect(),
         };
-        let (distance, angle) = (series(|point| point.1), series(|point| point.2));
+        let (distance, angle) = (series(|away| away.distance), series(|away| away.angle));
         let largest = |series: &Series| series.points.iter().map(|point| point.1).fold(0.0, f64::max);
         departures.push(Departure {
             with_rule,
@@ -56,15 +56,24 @@ pub fn wrong_sign(lab: &Laboratory) -> Result<(Vec<Departure>, Figure), PaperErr
     Ok((departures, chart("wrong_sign", "Started on the goal, which is given as −q", &rows)))
 }
 
-/// Time \[s\], distance \[mm\] and angle \[°\] from the goal on which the arm starts.
-fn departure(lab: &Laboratory, goal: &UnitDualQuaternion) -> Result<Vec<(f64, f64, f64)>, PaperError> {
+/// How far the tool is at a time \[s\] from the goal on which it started.
+struct Away {
+    time: f64,
+    /// \[mm\].
+    distance: f64,
+    /// \[°\].
+    angle: f64,
+}
+
+/// The way of an arm that starts on that goal.
+fn departure(lab: &Laboratory, goal: &UnitDualQuaternion) -> Result<Vec<Away>, PaperError> {
     let controller = lab.controller(Law::Diffc, lab.experiment.diffc.gain);
     let (arm, duration) = (Arms::one(lab.chain.clone()), lab.experiment.wrong_sign.duration);
     let run = follow(arm.clone(), &controller, goal, &lab.experiment.theta_desired, duration)?;
     let poses = run.poses(arm);
     let point = |(time, pose): (&f64, &UnitDualQuaternion)| {
         let [distance, angle] = pose.distances(goal);
-        (*time, 1e3 * distance, angle.to_degrees())
+        Away { time: *time, distance: 1e3 * distance, angle: angle.to_degrees() }
     };
     Ok(run.times.iter().zip(&poses).map(point).collect())
 }
