@@ -3,47 +3,38 @@
 use crate::aims::{LESS, missed, turned};
 use crate::reference::puma;
 use crate::rig::Rig;
-use dq_config::{NodeParameters, PlantParameters, ServoParameters};
+use dq_config::ServoParameters;
 use dq_core::servo::{Posture, Stall, State};
 use dq_kinematics::arm::{Chain, Convention, DhRow};
 use dq_kinematics::control::{Aim, Law};
-use dq_params::{Given, Value};
 use nalgebra::Vector3;
 use std::f64::consts::FRAC_PI_2;
 
-fn row(alpha: f64, a: f64, d: f64) -> DhRow {
-    DhRow { alpha, a, d, theta_offset: 0.0 }
+fn rows() -> [DhRow; 5] {
+    let rows =
+        [(FRAC_PI_2, 0.0, 0.3), (0.0, 0.4, 0.0), (0.0, 0.35, 0.0), (FRAC_PI_2, 0.0, 0.0), (0.0, 0.0, 0.1)];
+    rows.map(|(alpha, a, d)| DhRow { alpha, a, d, theta_offset: 0.0 })
 }
 
 /// Waist, shoulder, elbow.
 fn three_joints() -> Chain {
-    let rows = [row(FRAC_PI_2, 0.0, 0.3), row(0.0, 0.4, 0.0), row(0.0, 0.35, 0.0)];
-    Chain::new(Convention::StandardDh, &rows).unwrap()
+    Chain::new(Convention::StandardDh, &rows()[..3]).unwrap()
 }
 
 /// The same with a wrist that pitches and one that rolls: it points only where its waist looks.
 fn five_joints() -> Chain {
-    let rows = [
-        row(FRAC_PI_2, 0.0, 0.3),
-        row(0.0, 0.4, 0.0),
-        row(0.0, 0.35, 0.0),
-        row(FRAC_PI_2, 0.0, 0.0),
-        row(0.0, 0.0, 0.1),
-    ];
-    Chain::new(Convention::StandardDh, &rows).unwrap()
+    Chain::new(Convention::StandardDh, &rows()).unwrap()
 }
 
-/// A robot description of joints in a row: name, type, axis, where the next link is.
-fn urdf(joints: &[(&str, &str, &str)]) -> String {
+/// A robot description of joints in a row: axis, where the link is on which it turns.
+fn urdf(joints: &[(&str, &str)]) -> String {
     let mut text = "<robot name=\"arm\"><link name=\"link0\"/>".to_owned();
-    for (i, (kind, axis, origin)) in joints.iter().enumerate() {
+    for (i, (axis, origin)) in joints.iter().enumerate() {
+        let next = i + 1;
         text += &format!(
-            "<link name=\"link{}\"/><joint name=\"joint{}\" type=\"{kind}\"><parent link=\"link{i}\"/>\
-             <child link=\"link{}\"/><origin xyz=\"{origin}\"/><axis xyz=\"{axis}\"/>\
-             <limit lower=\"-2.8\" upper=\"2.8\" velocity=\"2\" effort=\"1\"/></joint>",
-            i + 1,
-            i + 1,
-            i + 1
+            "<link name=\"link{next}\"/><joint name=\"joint{next}\" type=\"revolute\"><parent link=\"link{i}\"/>\
+             <child link=\"link{next}\"/><origin xyz=\"{origin}\"/><axis xyz=\"{axis}\"/>\
+             <limit lower=\"-2.8\" upper=\"2.8\" velocity=\"2\" effort=\"1\"/></joint>"
         );
     }
     let count = joints.len();
@@ -59,17 +50,12 @@ const SCARA: &str = include_str!("../../../tests/data/urdf/scara.urdf");
 /// Waist, shoulder, elbow, and a wrist that pitches and yaws: it points anywhere, and cannot roll.
 fn welder() -> String {
     urdf(&[
-        ("revolute", "0 0 1", "0 0 0.3"),
-        ("revolute", "0 1 0", "0 0 0"),
-        ("revolute", "0 1 0", "0.4 0 0"),
-        ("revolute", "0 1 0", "0.35 0 0"),
-        ("revolute", "0 0 1", "0.05 0 0"),
+        ("0 0 1", "0 0 0.3"),
+        ("0 1 0", "0 0 0"),
+        ("0 1 0", "0.4 0 0"),
+        ("0 1 0", "0.35 0 0"),
+        ("0 0 1", "0.05 0 0"),
     ])
-}
-
-fn given(description: &str) -> Vec<Given> {
-    let text = |(name, value): (&str, &str)| Given::new(name, Value::String(value.to_owned()), "test");
-    [("robot_description", description), ("base_frame", "link0"), ("tool_frame", "tool")].map(text).to_vec()
 }
 
 /// An arm with its kinematics.
@@ -80,12 +66,7 @@ fn with_rows(chain: Chain, start: &[f64]) -> Arm {
 }
 
 fn described(description: &str, start: Vec<f64>) -> Arm {
-    let (store, warnings) = ServoParameters::start("/dq_servo", given(description)).unwrap();
-    assert_eq!(warnings, [""; 0]);
-    // The plant takes it too.
-    let (plant, _) = PlantParameters::start("/arm", given(description)).unwrap();
-    assert_eq!(PlantParameters::from_store(&plant).unwrap().initial_positions.len(), start.len());
-    let parameters = ServoParameters::from_store(&store).unwrap();
+    let parameters = ServoParameters::from_urdf(description, "link0", "tool").unwrap();
     let chain = parameters.arms.chain().clone();
     (Rig::of(parameters, start), chain)
 }
@@ -126,11 +107,7 @@ fn three_joints_go_to_positions_under_each_law() {
         there_and_back(arm, Aim::Position, law, &[0.5, -0.3, 0.4]);
     }
     let described = described(
-        &urdf(&[
-            ("revolute", "0 0 1", "0 0 0.3"),
-            ("revolute", "0 1 0", "0 0 0"),
-            ("revolute", "0 1 0", "0.4 0 0"),
-        ]),
+        &urdf(&[("0 0 1", "0 0 0.3"), ("0 1 0", "0 0 0"), ("0 1 0", "0.4 0 0")]),
         vec![0.2, -0.8, 1.4],
     );
     there_and_back(described, Aim::Position, Law::Logc, &[0.5, -0.3, 0.4]);

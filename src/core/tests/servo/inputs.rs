@@ -97,14 +97,7 @@ fn joint_states_are_matched_by_name() {
     let mut positions = rig.plants[0].positions().to_vec();
     positions.reverse();
     positions.push(f64::NAN);
-    let velocities = [0.0; 7];
-    let reading = JointReading {
-        names: &names,
-        positions: &positions,
-        velocities: &velocities,
-        source: 0,
-        stamp_age: None,
-    };
+    let reading = JointReading { velocities: &[0.0; 7], ..state_of(&names, &positions, 0) };
     rig.servo.take_joint_state(0, &reading, rig.now).unwrap();
     rig.servo.step(rig.now);
     let expected = crate::reference::puma().forward_kinematics(rig.plants[0].positions()).unwrap();

@@ -86,14 +86,6 @@ fn a_pause_and_a_stop_leave_the_arm_where_it_came_to_rest() {
     }
 }
 
-#[test]
-fn late_cycles_make_no_larger_steps() {
-    let mut rig = in_motion(Interface::Position, 500);
-    // The rig holds every position against the one before.
-    (0..20).for_each(|cycle| rig.cycle_late(cycle));
-    rig.run_until(State::Settled, 20.0);
-}
-
 /// It is sent on by a period a cycle, however late that is.
 #[test]
 fn an_arm_that_is_sent_positions_by_late_cycles_is_seen_to_follow() {

@@ -4,18 +4,6 @@ use crate::rig::{PERIOD, Rig};
 use dq_core::servo::State;
 
 #[test]
-fn rule_11_a_late_cycle_never_integrates_twice() {
-    let mut rig = Rig::in_motion(0.02);
-    for missed in [1, 5, 20, 45] {
-        // The rig holds each command to the acceleration of one period, however late it is.
-        rig.cycle_late(missed);
-        assert_eq!(rig.state(), State::Tracking);
-        rig.run(0.01);
-    }
-    rig.run_until(State::Settled, 30.0);
-}
-
-#[test]
 fn rule_11_while_cycles_are_missed_the_plant_stops_by_itself_and_then_the_motion_goes_on() {
     let mut rig = Rig::in_motion(0.5);
     let (before, speed) = (rig.plants[0].positions().to_vec(), rig.speed());
