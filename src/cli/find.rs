@@ -2,7 +2,7 @@
 
 use super::Usage;
 use crate::ros::names::NodeName;
-use crate::ros::{Environment, LogLevel, Logging, Node, Resolver, RosArgs, RosError, Session};
+use crate::ros::{Environment, LogLevel, Logging, Node, Resolver, RosArgs, Session};
 use anyhow::bail;
 use std::collections::BTreeSet;
 use std::time::{Duration, Instant};
@@ -81,9 +81,8 @@ pub(super) struct Search {
 impl Search {
     /// Begins the search for the nodes that `targets` means, by a node called `name`.
     pub fn begin(name: &str, kind: Kind, targets: &Targets, ros_args: &RosArgs) -> anyhow::Result<Self> {
-        let names = Resolver::new(name, ros_args).map_err(RosError::from)?;
-        let only =
-            targets.node.as_ref().map(|node| names.service(node)).transpose().map_err(RosError::from)?;
+        let names = Resolver::new(name, ros_args)?;
+        let only = targets.node.as_ref().map(|node| names.service(node)).transpose()?;
         only.as_deref().map(NodeName::parse).transpose()?;
         let namespace = names.node().namespace().to_owned();
         let session = Session::open(&Environment::from_process(ros_args)?)?;
@@ -114,7 +113,7 @@ impl Search {
             if let Some(name) = next {
                 self.found.insert(name.clone());
                 self.last = Instant::now();
-                self.warn_of_namesakes(name);
+                super::warn(self.node.watch_name(name).warning().as_slice());
                 return Ok(Some(name.clone()));
             }
             let only_one = self.only.is_some() && !self.found.is_empty();
@@ -138,10 +137,6 @@ impl Search {
             None if self.all || below.is_empty() => true,
             None => self.kind == Kind::Plant && ["/left", "/right"].contains(&below),
         }
-    }
-
-    fn warn_of_namesakes(&self, name: &str) {
-        super::warn(self.node.watch_name(name).warning().as_slice());
     }
 
     fn nothing(&self, there: &BTreeSet<String>) -> anyhow::Result<Option<String>> {

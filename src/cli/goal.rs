@@ -6,7 +6,7 @@ use super::print;
 use super::signals::Signals;
 use super::tools::recording::Recording;
 use super::watch::Watch;
-use crate::ros::{Environment, LogLevel, Logging, Node, Resolver, RosArgs, RosError, Session};
+use crate::ros::{Environment, LogLevel, Logging, Node, Resolver, RosArgs, Session};
 use crate::servo;
 use crate::stderr;
 use crate::wire::messages::{Trigger, TriggerRequest};
@@ -52,16 +52,16 @@ impl Goal {
         })?;
         let environment = Environment::from_process(ros_args)?;
         let session = Session::open(&environment)?;
-        let names = Resolver::new("dq_servo_goal", ros_args).map_err(RosError::from)?;
+        let names = Resolver::new("dq_servo_goal", ros_args)?;
         let mut node = session.node(names.clone(), Logging::new(ros_args, LogLevel::Warn))?;
-        let mut watch = Watch::new(&mut node, (kind, kind.node_name()), &self.frame)?;
+        let mut watch = Watch::new(&mut node, kind, kind.node_name(), &self.frame)?;
         let mut signals = Signals::new()?;
         let recording = self.record.as_deref();
         let recording =
             recording.map(|bag| Recording::of_running(bag, &environment, ros_args)).transpose()?;
         let motion = async {
             if let Some(recording) = &recording {
-                recording.hears((kind, kind.node_name()), &names).await?;
+                recording.hears(kind, kind.node_name(), &names).await?;
             }
             watch.go(goal, timeout).await
         };

@@ -171,7 +171,7 @@ mod tests {
             clearance: None,
             reconfiguration: None,
             figures: Some(Figures::default()),
-            cycle_jitter_us: (0.0, 0.0),
+            cycle_jitter: Default::default(),
         }
     }
 

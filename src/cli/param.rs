@@ -92,13 +92,13 @@ impl Param {
             let verb = usage.split(" [").next().unwrap_or(usage);
             return Err(Usage(format!("expected {usage}, got {words:?} (see dq_servo {verb} --help)")).into());
         }
-        let names = Resolver::new("dq_servo_param", ros_args).map_err(RosError::from)?;
+        let names = Resolver::new("dq_servo_param", ros_args)?;
         let (node, rest) = match words.split_first() {
             Some((node, rest)) if rest.len() == after_node => (node.as_str(), rest),
             _ => (ServoParameters::NODE_NAME, words),
         };
         check_is_node(node, &config::names()?, usage)?;
-        let target = names.service(node).map_err(RosError::from)?;
+        let target = names.service(node)?;
         NodeName::parse(&target)?;
         let value = rest.get(1).map(|text| Value::from_yaml(text)).transpose()?;
         let file = match (&self.action, rest) {

@@ -34,7 +34,7 @@ pub(super) struct Watch {
 
 impl Watch {
     /// On `node`, for the servo of that kind called `servo`; goals are in `frame` (empty: the base frame).
-    pub fn new(node: &mut Node, (kind, servo): (ServoKind, &str), frame: &str) -> Result<Self, RosError> {
+    pub fn new(node: &mut Node, kind: ServoKind, servo: &str, frame: &str) -> Result<Self, RosError> {
         let contract = kind.contract(Contract::builtin()?);
         let status = contract.topic::<DiagnosticStatus>("~/status", Direction::Out)?;
         let motions = contract.topic::<DiagnosticStatus>("~/motions", Direction::Out)?;

@@ -2,9 +2,8 @@
 
 use super::{collada_file, stl_file};
 use dq_common::text::cut;
+use dq_common::text_file;
 use mesh_loader::{Loader, Scene};
-use std::fs::File;
-use std::io::{self, Read};
 use std::panic::catch_unwind;
 use std::path::{Component, Path, PathBuf};
 
@@ -22,6 +21,7 @@ pub fn load(file: &str, description: Option<&Path>) -> Result<Scene, String> {
     let of_ros = |variable: &str| std::env::var(variable).unwrap_or_default();
     let folders = ["AMENT_PREFIX_PATH", "ROS_PACKAGE_PATH"].map(of_ros);
     let path = find(file, description, &folders).ok_or_else(|| missing(file))?;
+    let read = |path: &Path| text_file::bytes(path, LARGEST);
     let load = || {
         let bytes = read(&path).map_err(|why| why.to_string())?;
         match kind(file).as_deref() {
@@ -55,18 +55,6 @@ fn missing(file: &str) -> String {
 
 fn kind(file: &str) -> Option<String> {
     Some(Path::new(file).extension()?.to_str()?.to_lowercase())
-}
-
-fn read(path: &Path) -> io::Result<Vec<u8>> {
-    let file = File::open(path)?;
-    if !file.metadata()?.is_file() {
-        return Err(io::Error::other("it is no file"));
-    }
-    let mut bytes = Vec::new();
-    if file.take(LARGEST + 1).read_to_end(&mut bytes)? as u64 > LARGEST {
-        return Err(io::Error::other(format!("it has more than {LARGEST} bytes")));
-    }
-    Ok(bytes)
 }
 
 /// Where the file is. A `package://` is in an installed prefix, in a folder of packages, or in a folder above the description's own file;

@@ -67,13 +67,13 @@ pub enum BackgroundTask {
     EndRecording,
 }
 
-/// BackgroundTasks, and where their answers go.
-pub type BackgroundTasks = mpsc::Receiver<(BackgroundTask, oneshot::Sender<Answer>)>;
+/// Background tasks that were asked for.
+pub type BackgroundTasks = mpsc::Receiver<Asked<BackgroundTask>>;
 
-/// Something that a browser asks of the robot, and where its answer goes.
-pub struct Asked {
+/// Something that a browser asks, and where its answer goes.
+pub struct Asked<A> {
     /// What is asked.
-    pub ask: Ask,
+    pub ask: A,
     /// Takes the answer.
     pub answer: oneshot::Sender<Answer>,
 }
@@ -91,7 +91,7 @@ pub struct RobotEnd {
     /// What the arm looks like, as the page reads it; empty where no description says so.
     pub looks: watch::Sender<Arc<[u8]>>,
     /// What browsers ask.
-    pub asks: mpsc::Receiver<Asked>,
+    pub asks: mpsc::Receiver<Asked<Ask>>,
 }
 
 /// The browsers' end.
@@ -102,7 +102,7 @@ pub struct PageEnd {
     race: watch::Receiver<Arc<str>>,
     markers: watch::Receiver<Arc<str>>,
     looks: watch::Receiver<Arc<[u8]>>,
-    asks: mpsc::Sender<Asked>,
+    asks: mpsc::Sender<Asked<Ask>>,
 }
 
 /// Requests that wait for the robot's end at most; those beyond are refused.
@@ -110,21 +110,16 @@ const WAITING: usize = 64;
 
 /// The two ends of a new channel; nothing is shown yet.
 pub fn ends() -> (RobotEnd, PageEnd) {
-    let (robot_sender, robot) = watch::channel(Arc::from(""));
-    let (now_sender, now) = watch::channel(Arc::from(""));
-    let (race_sender, race) = watch::channel(Arc::from(""));
-    let (markers_sender, markers) = watch::channel(Arc::from(""));
-    let (looks_sender, looks) = watch::channel(Arc::from([]));
-    let (asks_sender, asks) = mpsc::channel(WAITING);
-    (
-        RobotEnd {
-            robot: robot_sender,
-            now: now_sender,
-            race: race_sender,
-            markers: markers_sender,
-            looks: looks_sender,
-            asks,
-        },
-        PageEnd { robot, now, race, markers, looks, asks: asks_sender },
-    )
+    let nothing = || watch::Sender::new(Arc::from(""));
+    let (robot, now, race, markers) = (nothing(), nothing(), nothing(), nothing());
+    let (looks, (asker, asks)) = (watch::Sender::new(Arc::from([])), mpsc::channel(WAITING));
+    let page = PageEnd {
+        robot: robot.subscribe(),
+        now: now.subscribe(),
+        race: race.subscribe(),
+        markers: markers.subscribe(),
+        looks: looks.subscribe(),
+        asks: asker,
+    };
+    (RobotEnd { robot, now, race, markers, looks, asks }, page)
 }

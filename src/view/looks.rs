@@ -1,6 +1,6 @@
 //! What the arm looks like by its robot description: the visual shapes of all links, as triangles that move with the joints.
 
-use super::surface::{Surface, Triangle, mesh, moved, triangles};
+use super::surface::{Corner, Surface, Triangle, mesh, moved, triangles};
 use dq_common::text_file;
 use dq_kinematics::arm::{Chain, Description, LONGEST_DESCRIPTION, Place, Rgb, Shape, Visual, visuals};
 use nalgebra::{Point3, Vector3};
@@ -99,11 +99,11 @@ impl Looks {
 }
 
 fn scaled(triangle: &Triangle, scale: &Vector3<f64>) -> Triangle {
-    triangle.map(|(place, normal)| {
+    triangle.map(|Corner { place, normal }| {
         let place = Point3::from(place.coords.component_mul(scale));
         // Normals of what is stretched lean the other way; a scale has one sign as a rule.
         let normal = normal.component_div(scale).try_normalize(1e-12).unwrap_or(normal);
-        (place, normal)
+        Corner { place, normal }
     })
 }
 

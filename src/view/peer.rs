@@ -51,12 +51,19 @@ struct Shared {
     stop: OnceCell<Client<Trigger>>,
     pause: OnceCell<Client<SetBool>>,
     known: Mutex<Known>,
-    /// Where the arm was when the goal in force came, and that goal.
-    motion: Mutex<Option<(Vec<f64>, PoseNumbers)>>,
+    motion: Mutex<Option<ToRepeat>>,
     /// Takes what is not the robot's to do.
-    tasks: mpsc::Sender<(BackgroundTask, oneshot::Sender<Answer>)>,
+    tasks: mpsc::Sender<Asked<BackgroundTask>>,
     /// Notified when the servo has (re)appeared, so that its parameters are read.
     appeared: Notify,
+}
+
+/// The motion to the goal in force, as a race repeats it.
+#[derive(Clone)]
+struct ToRepeat {
+    /// Where the joints were when the goal came.
+    start: Vec<f64>,
+    goal: PoseNumbers,
 }
 
 impl Peer {
@@ -71,13 +78,13 @@ impl Peer {
         names: Resolver,
         logging: Logging,
         end: RobotEnd,
-        tasks: mpsc::Sender<(BackgroundTask, oneshot::Sender<Answer>)>,
+        tasks: mpsc::Sender<Asked<BackgroundTask>>,
     ) -> Result<Self, RosError> {
         let mut node = session.node(names.clone(), logging)?;
         let log = node.log().clone();
         let servo = kind.node_name();
         let full_name = names.service(servo)?;
-        let seen = Seen::new(&mut node, (kind, servo), full_name.clone())?;
+        let seen = Seen::new(&mut node, kind, servo, full_name.clone())?;
         let goal = kind.contract(Contract::builtin()?);
         let goals = node
             .publisher_as(goal.topic::<PoseStamped>(kind.goal_topic(), Direction::In)?, kind.goal_topic())?;
@@ -144,7 +151,7 @@ async fn show(
         let news = seen.take(known.robot());
         if let Some(report) = seen.report().filter(|report| report.goal_count != goals) {
             goals = report.goal_count;
-            *locked(&shared.motion) = before.zip(report.goal);
+            *locked(&shared.motion) = before.zip(report.goal).map(|(start, goal)| ToRepeat { start, goal });
         }
         let mut restarted = false;
         events.each(|event, _| {
@@ -160,7 +167,7 @@ async fn show(
         });
         if news || shown.elapsed() >= IDLE {
             if !seen.heard() {
-                seen.set_two_arms(shared.has_two_arms());
+                seen.two_arms = shared.has_two_arms();
             }
             shown = Instant::now();
             now.send_replace(seen.frame(known.robot()).into());
@@ -227,7 +234,7 @@ async fn read_parameters(shared: Arc<Shared>, servo: String, frame: watch::Sende
 }
 
 /// Answers what browsers ask, each by itself.
-async fn serve(shared: Arc<Shared>, mut asks: mpsc::Receiver<Asked>) {
+async fn serve(shared: Arc<Shared>, mut asks: mpsc::Receiver<Asked<Ask>>) {
     while let Some(Asked { ask, answer }) = asks.recv().await {
         let shared = shared.clone();
         tokio::spawn(async move {
@@ -290,7 +297,7 @@ impl Shared {
         if self.kind == ServoKind::TwoArms {
             return Answer::refused("laws are compared with one arm");
         }
-        let Some((start, goal)) = locked(&self.motion).clone() else {
+        let Some(ToRepeat { start, goal }) = locked(&self.motion).clone() else {
             return Answer::refused("there is no motion to repeat yet: send the arm to a goal first");
         };
         let Some(parameters) = self.known().robot().map(|robot| robot.values().to_vec()) else {
@@ -302,7 +309,7 @@ impl Shared {
     async fn task(&self, task: BackgroundTask) -> Answer {
         let (answer, answered) = oneshot::channel();
         let ended = || Answer::refused("the view ends");
-        match self.tasks.send((task, answer)).await {
+        match self.tasks.send(Asked { ask: task, answer }).await {
             Ok(()) => answered.await.unwrap_or_else(|_| ended()),
             Err(_) => ended(),
         }

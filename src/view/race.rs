@@ -56,7 +56,7 @@ impl RaceWatch {
             let kind = ServoKind::OneArm;
             let full_name = names.service(kind.node_name()).map_err(RosError::from)?;
             let mut node = session.node(names, logging)?;
-            let seen = Seen::new(&mut node, (kind, kind.node_name()), full_name)?;
+            let seen = Seen::new(&mut node, kind, kind.node_name(), full_name)?;
             let goals = node.publisher_as(goal, "goal_pose")?;
             lanes.push(Lane { law: law.clone(), seen, goals, _node: node });
         }

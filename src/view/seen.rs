@@ -11,6 +11,7 @@ use dq_nodes::wire::{
 };
 use dq_nodes::wire::{MotionReport, Outcome, StatusReport};
 use dq_ros::ros::{Node, RosError, Subscription};
+use serde::Serialize;
 use serde_json::{Value, json};
 use std::time::{Duration, Instant};
 
@@ -24,25 +25,44 @@ pub(super) struct Seen {
     errors: Subscription<TwistStamped>,
     /// Of each arm.
     joint_states: Vec<Subscription<JointState>>,
-    status: Option<(StatusReport, f64, Instant)>,
+    status: Option<HeardStatus>,
     /// The last motion, or goal that was rejected.
     motion: Option<MotionReport>,
-    /// The stamp of the last goal that was rejected, and why.
-    rejected: Option<(String, String)>,
+    rejected: Option<RejectedGoal>,
     pose: Option<PoseStamped>,
     error: Option<TwistStamped>,
-    /// Of each arm that was heard its positions \[rad\] and velocities [rad/s].
-    arms: Vec<Option<(Vec<f64>, Vec<f64>)>>,
-    two_arms: bool,
+    /// Of each arm that was heard.
+    arms: Vec<Option<ArmState>>,
+    /// Whether there is a servo for two arms instead.
+    pub two_arms: bool,
+}
+
+/// What the servo reported last.
+struct HeardStatus {
+    report: StatusReport,
+    smallest_singular_value: f64,
+    at: Instant,
+}
+
+/// The last goal that was rejected.
+#[derive(Serialize)]
+struct RejectedGoal {
+    stamp: String,
+    why: String,
+}
+
+/// The joints of an arm in its order.
+#[derive(Clone)]
+struct ArmState {
+    /// \[rad\].
+    positions: Vec<f64>,
+    /// [rad/s]; none where the robot does not report them.
+    velocities: Vec<f64>,
 }
 
 impl Seen {
     /// Listens to the servo `servo` of that kind; its full name is `full_name`.
-    pub fn new(
-        node: &mut Node,
-        (kind, servo): (ServoKind, &str),
-        full_name: String,
-    ) -> Result<Self, RosError> {
+    pub fn new(node: &mut Node, kind: ServoKind, servo: &str, full_name: String) -> Result<Self, RosError> {
         let (out, incoming) = (Direction::Out, Direction::In);
         let mut joint_states = Vec::new();
         for arm in kind.arms() {
@@ -89,8 +109,8 @@ impl Seen {
         let Some(message) = self.statuses.newest().message else { return false };
         let Some(report) = StatusReport::from_message(&message) else { return false };
         let sigma = message.values.iter().find(|pair| pair.key == "smallest_singular_value");
-        let sigma = sigma.and_then(|pair| pair.value.parse().ok()).unwrap_or(f64::NAN);
-        self.status = Some((report, sigma, Instant::now()));
+        let smallest_singular_value = sigma.and_then(|pair| pair.value.parse().ok()).unwrap_or(f64::NAN);
+        self.status = Some(HeardStatus { report, smallest_singular_value, at: Instant::now() });
         true
     }
 
@@ -101,7 +121,8 @@ impl Seen {
             news = true;
             match motion.outcome {
                 Outcome::Rejected => {
-                    self.rejected = Some((motion.goal_stamp, motion.why.unwrap_or_default()))
+                    let why = motion.why.unwrap_or_default();
+                    self.rejected = Some(RejectedGoal { stamp: motion.goal_stamp, why });
                 }
                 _ => self.motion = Some(motion),
             }
@@ -121,26 +142,21 @@ impl Seen {
 
     /// What the servo reported last.
     pub fn report(&self) -> Option<&StatusReport> {
-        self.status.as_ref().map(|(report, ..)| report)
+        self.status.as_ref().map(|status| &status.report)
     }
 
     /// Where the joints of all arms are \[rad\], once each arm was heard.
     pub fn positions(&self) -> Option<Vec<f64>> {
-        self.heard_arms().map(|arms| arms.iter().flat_map(|(positions, _)| positions).copied().collect())
+        self.heard_arms().map(|arms| arms.iter().flat_map(|arm| &arm.positions).copied().collect())
     }
 
     /// How fast they turn [rad/s], as far as the robot reports it.
     fn velocities(&self) -> Option<Vec<f64>> {
-        self.heard_arms().map(|arms| arms.iter().flat_map(|(_, velocities)| velocities).copied().collect())
+        self.heard_arms().map(|arms| arms.iter().flat_map(|arm| &arm.velocities).copied().collect())
     }
 
-    fn heard_arms(&self) -> Option<Vec<&(Vec<f64>, Vec<f64>)>> {
+    fn heard_arms(&self) -> Option<Vec<&ArmState>> {
         self.arms.iter().map(Option::as_ref).collect()
-    }
-
-    /// Takes whether there is a servo for two arms instead.
-    pub fn set_two_arms(&mut self, two_arms: bool) {
-        self.two_arms = two_arms;
     }
 
     /// Whether the servo was heard lately.
@@ -149,12 +165,12 @@ impl Seen {
     }
 
     fn silence(&self) -> Option<Duration> {
-        self.status.as_ref().map(|(.., heard)| heard.elapsed())
+        self.status.as_ref().map(|status| status.at.elapsed())
     }
 
     /// What the servo is doing, in words.
     pub fn words(&self) -> String {
-        let heard = self.status.as_ref().map(|(report, _, heard)| (report, heard.elapsed()));
+        let heard = self.report().zip(self.silence());
         explain(&self.servo, heard, self.two_arms)
     }
 
@@ -171,7 +187,7 @@ impl Seen {
             "tool": tool,
             "goal": goal,
             "error": self.error.as_ref().map(distance),
-            "sigma": self.status.as_ref().map(|(_, sigma, _)| sigma),
+            "sigma": self.status.as_ref().map(|status| status.smallest_singular_value),
             "speeds": speeds.iter().zip(robot.joint_velocity_limits()).map(share).collect::<Vec<_>>(),
         })
     }
@@ -203,17 +219,17 @@ impl Seen {
     }
 
     fn status(&self) -> Option<Value> {
-        let (report, sigma, _) = self.status.as_ref()?;
+        let HeardStatus { report, smallest_singular_value, .. } = self.status.as_ref()?;
         Some(json!({
             "state": report.state.name(),
             "warning": report.state.is_warning() || report.goal_beyond_reach,
             "law": report.law,
             "goal": report.goal,
             "goal_count": report.goal_count,
-            "rejected_goal": self.rejected.as_ref().map(|(stamp, why)| json!({ "stamp": stamp, "why": why })),
-            "smallest_singular_value": sigma,
-            "jitter_p99_us": report.cycle_jitter_us.0,
-            "jitter_max_us": report.cycle_jitter_us.1,
+            "rejected_goal": self.rejected,
+            "smallest_singular_value": smallest_singular_value,
+            "jitter_p99_us": report.cycle_jitter.p99,
+            "jitter_max_us": report.cycle_jitter.max,
         }))
     }
 
@@ -224,7 +240,7 @@ impl Seen {
         of: impl Fn(&Chain, &[f64]) -> Result<R, ArmError>,
     ) -> Option<Vec<R>> {
         let (chains, arms) = (robot?.chains(), self.heard_arms()?);
-        chains.into_iter().zip(arms).map(|(chain, (positions, _))| of(chain, positions).ok()).collect()
+        chains.into_iter().zip(arms).map(|(chain, arm)| of(chain, &arm.positions).ok()).collect()
     }
 
     /// The tools of the arms.
@@ -263,14 +279,14 @@ fn listen<M: Message>(
     node.subscription_as(contract.topic::<M>(entry, direction)?, topic)
 }
 
-/// Positions \[rad\] and velocities [rad/s] of an arm's joints in its order; none where the message is not of this arm.
-fn of_arm(joints: &JointOrder, state: &JointState) -> Option<(Vec<f64>, Vec<f64>)> {
+/// The state of the arm with these joints; none where the message is not of this arm.
+fn of_arm(joints: &JointOrder, state: &JointState) -> Option<ArmState> {
     let sorted = |values: &[f64]| {
         let mut into = vec![0.0; joints.names().len()];
         joints.positions(&state.name, values, &mut into).ok().map(|()| into)
     };
     let positions = sorted(&state.position)?;
-    Some((positions, sorted(&state.velocity).unwrap_or_default()))
+    Some(ArmState { positions, velocities: sorted(&state.velocity).unwrap_or_default() })
 }
 
 fn replace<T>(known: &mut Option<T>, newer: Option<T>) -> bool {

@@ -7,7 +7,7 @@ use axum::extract::ws::{CloseFrame, Message, WebSocket};
 use serde_json::json;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
-use tokio::sync::{mpsc, oneshot};
+use tokio::sync::{mpsc, oneshot, watch};
 use tokio::time::{interval, timeout};
 
 /// The largest message from a browser \[bytes\].
@@ -88,22 +88,10 @@ impl Session {
 
     async fn take(&mut self, event: Event) -> Result<(), Gone> {
         match event {
-            Event::Robot => {
-                let frame = self.page.robot.borrow_and_update().to_string();
-                self.send(frame).await
-            }
-            Event::Now => {
-                let frame = self.page.now.borrow_and_update().to_string();
-                self.send(frame).await
-            }
-            Event::Race => {
-                let frame = self.page.race.borrow_and_update().to_string();
-                self.send(frame).await
-            }
-            Event::Markers => {
-                let frame = self.page.markers.borrow_and_update().to_string();
-                self.send(frame).await
-            }
+            Event::Robot => self.show(|page| &mut page.robot).await,
+            Event::Now => self.show(|page| &mut page.now).await,
+            Event::Race => self.show(|page| &mut page.race).await,
+            Event::Markers => self.show(|page| &mut page.markers).await,
             // The browser fetches them, in its own time.
             Event::Looks => {
                 let size = self.page.looks.borrow_and_update().len();
@@ -114,6 +102,11 @@ impl Session {
             Event::Tick if self.heard.elapsed() > SILENCE => Err(Gone),
             Event::Tick => self.push(Message::Ping(Vec::new().into())).await,
         }
+    }
+
+    async fn show(&mut self, of: fn(&mut PageEnd) -> &mut watch::Receiver<Arc<str>>) -> Result<(), Gone> {
+        let frame = of(&mut self.page).borrow_and_update().to_string();
+        self.send(frame).await
     }
 
     async fn hear(&mut self, frame: Option<Result<Message, axum::Error>>) -> Result<(), Gone> {

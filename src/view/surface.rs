@@ -8,8 +8,16 @@ use std::collections::HashMap;
 use std::f64::consts::TAU;
 use std::path::Path;
 
-/// A triangle's corners: place \[m\] and normal.
-pub(super) type Triangle = [(Point3<f64>, Vector3<f64>); 3];
+/// A triangle's corners.
+pub(super) type Triangle = [Corner; 3];
+
+/// A corner of a triangle.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Corner {
+    /// \[m\].
+    pub place: Point3<f64>,
+    pub normal: Vector3<f64>,
+}
 
 /// Cylinders and balls have so many sides.
 const SIDES: usize = 32;
@@ -37,7 +45,7 @@ impl Surface {
         }
     }
 
-    fn corner(&mut self, (place, normal): &(Point3<f64>, Vector3<f64>), color: Rgb, cell: f64) -> u32 {
+    fn corner(&mut self, Corner { place, normal }: &Corner, color: Rgb, cell: f64) -> u32 {
         let key = (
             [place.x, place.y, place.z].map(|part| (part / cell).round() as i32),
             [normal.x, normal.y, normal.z].map(|part| (4.0 * part).round() as i8),
@@ -112,10 +120,9 @@ fn triangle(mesh: &Mesh, face: [u32; 3]) -> Option<Triangle> {
         let given = mesh.normals.get(at as usize).map(|normal| Vector3::from(normal.map(f64::from)));
         given.and_then(|normal| normal.try_normalize(1e-9)).unwrap_or(flat)
     };
-    let triangle = [0, 1, 2].map(|at| (corners[at], normal(face[at])));
-    let is_finite = |(place, normal): &(Point3<f64>, Vector3<f64>)| {
-        place.iter().chain(normal.iter()).all(|part| part.is_finite())
-    };
+    let triangle = [0, 1, 2].map(|at| Corner { place: corners[at], normal: normal(face[at]) });
+    let is_finite =
+        |Corner { place, normal }: &Corner| place.iter().chain(normal.iter()).all(|part| part.is_finite());
     triangle.iter().all(is_finite).then_some(triangle)
 }
 
@@ -126,7 +133,8 @@ type Meridian = (f64, f64, (f64, f64));
 fn turned(profile: &[Meridian]) -> Vec<Triangle> {
     let corner = |&(along, away, (forward, out)): &Meridian, side: usize| {
         let (sin, cos) = (TAU * side as f64 / SIDES as f64).sin_cos();
-        (Point3::new(away * cos, away * sin, along), Vector3::new(out * cos, out * sin, forward))
+        let normal = Vector3::new(out * cos, out * sin, forward);
+        Corner { place: Point3::new(away * cos, away * sin, along), normal }
     };
     let rings = profile.iter().zip(&profile[1..]);
     rings
@@ -150,7 +158,7 @@ fn boxed(edges: Vector3<f64>) -> Vec<Triangle> {
             place[axis] = sign * half[axis];
             place[(axis + 1) % 3] = u * half[(axis + 1) % 3];
             place[(axis + 2) % 3] = v * half[(axis + 2) % 3];
-            (place, normal)
+            Corner { place, normal }
         };
         let [a, b, c, d] = [corner(-1.0, -1.0), corner(1.0, -1.0), corner(-1.0, 1.0), corner(1.0, 1.0)];
         [[a, b, c], [c, b, d]]
@@ -160,7 +168,7 @@ fn boxed(edges: Vector3<f64>) -> Vec<Triangle> {
 
 /// The triangle elsewhere.
 pub(super) fn moved(triangle: &Triangle, to: &Isometry3<f64>) -> Triangle {
-    triangle.map(|(place, normal)| (to * place, to * normal))
+    triangle.map(|Corner { place, normal }| Corner { place: to * place, normal: to * normal })
 }
 
 #[cfg(test)]
@@ -168,7 +176,7 @@ mod tests {
     use super::*;
 
     fn area(triangles: &[Triangle]) -> f64 {
-        let of = |[(a, _), (b, _), (c, _)]: &Triangle| 0.5 * (b - a).cross(&(c - a)).norm();
+        let of = |[a, b, c]: &Triangle| 0.5 * (b.place - a.place).cross(&(c.place - a.place)).norm();
         triangles.iter().map(of).sum()
     }
 
@@ -183,7 +191,7 @@ mod tests {
         for (shape, expected) in shapes {
             let triangles = triangles(&shape);
             assert!((area(&triangles) / expected - 1.0).abs() < 0.02, "{shape:?}");
-            let outwards = |(place, normal): &(Point3<f64>, Vector3<f64>)| place.coords.dot(normal) > 0.0;
+            let outwards = |Corner { place, normal }: &Corner| place.coords.dot(normal) > 0.0;
             assert!(triangles.iter().flatten().all(outwards), "{shape:?}");
         }
     }
@@ -209,7 +217,10 @@ mod tests {
             mesh(name, Some(&own))
         };
         let [(triangle, color)] = read("a.stl", corner).unwrap()[..] else { panic!() };
-        assert_eq!((triangle[1].0, triangle[0].1, color), (Point3::new(1.0, 0.0, 0.0), Vector3::z(), None));
+        assert_eq!(
+            (triangle[1].place, triangle[0].normal, color),
+            (Point3::new(1.0, 0.0, 0.0), Vector3::z(), None)
+        );
         let square = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n";
         assert_eq!(read("b.obj", square).unwrap().len(), 2);
         for damaged in ["solid s\nfacet normal", "v 0 0\nf 1 2 9", "<COLLADA></COLLADA", ""] {

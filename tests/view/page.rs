@@ -1,6 +1,6 @@
 //! A page with nobody behind it, for the tests of the server: on a free port of this host.
 
-use dq_servo::view::{Asked, RobotEnd, Server, Settings, ends};
+use dq_servo::view::{Ask, Asked, RobotEnd, Server, Settings, ends};
 use futures::{SinkExt, StreamExt};
 use serde_json::Value;
 use std::net::SocketAddr;
@@ -90,7 +90,7 @@ impl Page {
     }
 
     /// What a browser asked.
-    pub async fn asked(&mut self) -> Asked {
+    pub async fn asked(&mut self) -> Asked<Ask> {
         timeout(SOON, self.robot.asks.recv()).await.expect("a request").unwrap()
     }
 

@@ -4,7 +4,7 @@ use super::race::Lanes;
 use super::recording::Recording;
 use crate::ros::{Environment, RosArgs};
 use crate::text::cut;
-use crate::view::{Answer, BackgroundTask, BackgroundTasks, Race};
+use crate::view::{Answer, Asked, BackgroundTask, BackgroundTasks, Race};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
@@ -47,8 +47,8 @@ impl Runner {
                     continue;
                 }
             };
-            let Some((task, answer)) = asked else { break };
-            let given = match task {
+            let Some(Asked { ask, answer }) = asked else { break };
+            let given = match ask {
                 BackgroundTask::Race(race) => self.race(race),
                 BackgroundTask::Record => self.record(),
                 BackgroundTask::EndRecording => self.end_recording().await,

@@ -18,7 +18,7 @@ use crate::paper::Experiment;
 use crate::ros::args::{Override, Remap};
 use crate::ros::{Environment, RosArgs};
 use crate::stderr;
-use crate::wire::{EVENTS, MotionReport, PoseNumbers, pose_numbers};
+use crate::wire::{CycleJitter, EVENTS, MotionReport, PoseNumbers, pose_numbers};
 use serde_json::json;
 use std::cell::Cell;
 use std::path::PathBuf;
@@ -271,8 +271,8 @@ fn json(motions: &[MotionReport]) -> serde_json::Value {
         listed["law"] = json!(report.law);
         listed["primitive"] = json!(report.aim);
         listed["settling_time_2_percent_s"] = json!(report.figures.settling_time());
-        (listed["cycle_jitter_p99_us"], listed["cycle_jitter_max_us"]) =
-            (json!(report.cycle_jitter_us.0), json!(report.cycle_jitter_us.1));
+        listed["cycle_jitter_p99_us"] = json!(report.cycle_jitter.p99);
+        listed["cycle_jitter_max_us"] = json!(report.cycle_jitter.max);
         listed
     };
     serde_json::Value::from_iter(motions.iter().map(motion))
@@ -286,7 +286,9 @@ fn table(Played { motions, joints }: &Played) -> String {
         let law = table::in_lines(&report.law_and_aim());
         table.add_row([law].into_iter().chain(figures).chain([seconds(report.figures.arrival_time)]));
     }
-    let late = motions.iter().map(|report| report.cycle_jitter_us);
-    let (most, latest) = late.fold((0.0_f64, 0.0_f64), |(p99, max), (a, b)| (p99.max(a), max.max(b)));
+    let late = |of: fn(&CycleJitter) -> f64| {
+        motions.iter().map(|report| of(&report.cycle_jitter)).fold(0.0, f64::max)
+    };
+    let (most, latest) = (late(|jitter| jitter.p99), late(|jitter| jitter.max));
     format!("{table}\n\nCycles woke late by at most {most:.0} µs (99 %) and {latest:.0} µs (all).")
 }

@@ -7,9 +7,7 @@ use crate::cli::watch::{DISCOVERY, Watch};
 use crate::config::{PlantParameters, ServoParameters};
 use crate::nodes::{PlantNode, Prepared, ServoNode};
 use crate::params::Value;
-use crate::ros::{
-    Environment, LogLevel, Logging, Node, ParameterClient, Resolver, RosArgs, RosError, Session,
-};
+use crate::ros::{Environment, LogLevel, Logging, Node, ParameterClient, Resolver, RosArgs, Session};
 use crate::servo::State;
 use crate::wire::{MotionReport, PoseNumbers, ServoKind};
 use anyhow::bail;
@@ -66,9 +64,9 @@ impl<'a> NodeSet<'a> {
         let (servo_name, kind) = (servo.node(), ServoKind::of(&servo.parameters().arms));
         let (of_servo, of_demo) = (Session::open(environment)?, Session::open(environment)?);
         let servo = ServoNode::start(&of_servo, servo)?;
-        let names = Resolver::new("dq_servo_demo", ros_args).map_err(RosError::from)?;
+        let names = Resolver::new("dq_servo_demo", ros_args)?;
         let mut node = of_demo.node(names.clone(), Logging::new(ros_args, LogLevel::Warn))?;
-        let watch = Watch::new(&mut node, (kind, &servo_name), "")?;
+        let watch = Watch::new(&mut node, kind, &servo_name, "")?;
         sessions.extend([of_servo, of_demo]);
         Ok(Self {
             watch,
@@ -111,7 +109,7 @@ impl<'a> NodeSet<'a> {
         if !self.ready {
             self.servo_ready().await?;
             if let Some(recording) = self.recording {
-                recording.hears((self.kind, &self.servo_name), &self.names).await?;
+                recording.hears(self.kind, &self.servo_name, &self.names).await?;
             }
             self.ready = true;
         }

@@ -9,7 +9,7 @@ use crate::cli::signals::Signals;
 use crate::cli::spinner::Spinner;
 use crate::record::{WriterOptions, WrittenBag};
 use crate::recording::{Progress, Recorder, RecordingError, Selection};
-use crate::ros::{Environment, LogLevel, Logging, Resolver, RosArgs, RosError, Session};
+use crate::ros::{Environment, LogLevel, Logging, Resolver, RosArgs, Session};
 use crate::stderr;
 use anyhow::bail;
 use std::path::PathBuf;
@@ -41,9 +41,8 @@ const PROGRESS: Duration = Duration::from_millis(200);
 impl Record {
     pub(super) async fn run(&self, ros_args: &RosArgs) -> anyhow::Result<()> {
         let mut signals = Signals::new()?;
-        let names = Resolver::new("dq_servo_recorder", ros_args).map_err(RosError::from)?;
-        let named = self.topics.iter().map(|name| names.topic(name)).collect::<Result<Vec<_>, _>>();
-        let named = named.map_err(RosError::from)?;
+        let names = Resolver::new("dq_servo_recorder", ros_args)?;
+        let named = self.topics.iter().map(|name| names.topic(name)).collect::<Result<Vec<_>, _>>()?;
         let selection = match named.as_slice() {
             [] => Selection::contract(ros_args)?,
             named => Selection::names(named.iter().cloned()),

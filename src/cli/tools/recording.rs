@@ -5,7 +5,7 @@ use crate::cli::error::Incomplete;
 use crate::record::{WriterOptions, WrittenBag};
 use crate::recording::{Recorder, Selection};
 use crate::ros::names::NameError;
-use crate::ros::{Environment, LogLevel, Logging, Resolver, RosArgs, RosError, Session};
+use crate::ros::{Environment, LogLevel, Logging, Resolver, RosArgs, Session};
 use crate::servo::Interface;
 use crate::stderr;
 use crate::wire::{ServoKind, command_topic};
@@ -32,7 +32,7 @@ impl Recording {
     /// Begins to record every topic of the wire contract. Must be called within a tokio runtime.
     pub fn start(directory: &Path, environment: &Environment, ros_args: &RosArgs) -> anyhow::Result<Self> {
         let session = Session::open(environment)?;
-        let names = Resolver::new("dq_servo_recorder", ros_args).map_err(RosError::from)?;
+        let names = Resolver::new("dq_servo_recorder", ros_args)?;
         let node = session.node(names, Logging::new(ros_args, LogLevel::Warn))?;
         let options = WriterOptions::default();
         let recorder = Recorder::start(node, directory, Selection::contract(ros_args)?, options)?;
@@ -54,7 +54,7 @@ impl Recording {
     }
 
     /// Waits until it hears the arms and what comes to their `servo`, and would hear a goal and the commands that follow it.
-    pub async fn hears(&self, (kind, servo): (ServoKind, &str), names: &Resolver) -> anyhow::Result<()> {
+    pub async fn hears(&self, kind: ServoKind, servo: &str, names: &Resolver) -> anyhow::Result<()> {
         let of_arms = kind.arms().iter().map(|arm| names.topic(&format!("{arm}joint_states")));
         let of_arms = of_arms.collect::<Result<Vec<_>, NameError>>()?;
         let of_arms: Vec<_> = of_arms.iter().map(String::as_str).collect();

@@ -4,7 +4,7 @@ use super::background_tasks::Runner;
 use crate::cli::print::print_line;
 use crate::cli::run;
 use crate::cli::signals::Signals;
-use crate::ros::{Environment, LogLevel, Logging, Resolver, RosArgs, RosError, Session};
+use crate::ros::{Environment, LogLevel, Logging, Resolver, RosArgs, Session};
 use crate::view::{self, PageEnd, Peer, RobotEnd, Server, Settings};
 use crate::wire::ServoKind;
 use tokio::sync::{mpsc, oneshot, watch};
@@ -165,7 +165,7 @@ impl ViewerNode {
         robot: RobotEnd,
     ) -> anyhow::Result<Self> {
         let session = Session::open(environment)?;
-        let names = Resolver::new("dq_servo_view", ros_args).map_err(RosError::from)?;
+        let names = Resolver::new("dq_servo_view", ros_args)?;
         let (ask, tasks) = mpsc::channel(1);
         let runner = Runner::new(environment, ros_args, robot.race.clone());
         let peer = Peer::start(kind, &session, names, Logging::new(ros_args, LogLevel::Warn), robot, ask)?;

@@ -2,11 +2,12 @@
 
 use super::events::EventsRecord;
 use super::senders::Senders;
+use super::servo::Wiring;
+use crate::wire::joint_reading;
 use crate::wire::messages::{Float64, JointState, Time};
-use crate::wire::{NodeContract, ServoKind, joint_reading};
 use dq_config::StatesReliability;
 use dq_core::servo::{Event, JointOrder, Rejection, Servo};
-use dq_ros::ros::{Clock, EndpointId, Node, RosError, Subscription};
+use dq_ros::ros::{Clock, EndpointId, RosError, Subscription};
 use std::sync::Arc;
 
 /// Where an arm's joint states come from.
@@ -30,11 +31,12 @@ pub(super) struct ArmInput {
 
 /// What comes from the arms with these joints, whose joint states are subscribed to with that reliability.
 pub(super) fn subscribe(
-    node: &mut Node,
-    (kind, contract): (ServoKind, &NodeContract),
+    wiring: &mut Wiring,
     joints: Vec<JointOrder>,
-    (reliability, clock): (StatesReliability, &Clock),
+    reliability: StatesReliability,
+    clock: &Clock,
 ) -> Result<Vec<ArmInput>, RosError> {
+    let Wiring { node, kind, contract } = wiring;
     let subscribe = |(arm, joints): (&&str, JointOrder)| {
         let topic = format!("{arm}joint_states");
         let joint_states = match reliability {
@@ -49,29 +51,21 @@ pub(super) fn subscribe(
         // A keystore from before there was the topic lacks the right to it; the robot's speed is measured too.
         let speed_scaling =
             speed_scaling.inspect_err(|why| node.log().warn(&format!("no speed scaling: {why}")));
-        Ok(ArmInput::new(joints, (joint_states?, speed_scaling.ok()), clock.clone()))
+        Ok(ArmInput {
+            joints,
+            joint_states: Arc::new(joint_states?),
+            speed_scaling: speed_scaling.ok(),
+            state: JointState::default(),
+            publishers: Senders::default(),
+            clock: clock.clone(),
+            stamp: Time::default(),
+            speed: None,
+        })
     };
     kind.arms().iter().zip(joints).map(subscribe).collect()
 }
 
 impl ArmInput {
-    fn new(
-        joints: JointOrder,
-        (joint_states, speed_scaling): (Subscription<JointState>, Option<Subscription<Float64>>),
-        clock: Clock,
-    ) -> Self {
-        Self {
-            joints,
-            joint_states: Arc::new(joint_states),
-            speed_scaling,
-            state: JointState::default(),
-            publishers: Senders::default(),
-            clock,
-            stamp: Time::default(),
-            speed: None,
-        }
-    }
-
     /// Gives the servo every joint state that came of the arm of that number, of which the last that fits counts: on one topic there may be
     /// those of a gripper too. And the last that it says of its speed.
     pub fn feed(&mut self, arm: usize, record: &mut EventsRecord, servo: &mut Servo) {

@@ -3,12 +3,13 @@
 
 use super::guards::{self, GuardStatuses};
 use super::rivals::Rival;
+use super::servo::Wiring;
 use super::shutdown::{Outcome, SHORTEST_FINAL_ZEROS, ShutdownError};
-use crate::wire::messages::{Float64MultiArray, JointTrajectory, Message};
+use crate::wire::messages::Message;
 use crate::wire::status::rivalry;
-use crate::wire::{NodeContract, Rewrite, ServoKind, command_array, command_topic, command_trajectory};
+use crate::wire::{Command, Rewrite, command_array, command_topic, command_trajectory};
 use dq_core::servo::{Interface, JointOrder};
-use dq_ros::ros::{EndpointId, Node, Publisher, RosError};
+use dq_ros::ros::{EndpointId, Publisher, Publishing, RosError};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
@@ -39,11 +40,7 @@ trait Outlet: Send + Sync {
     fn publish(&self, numbers: &[f64]);
     /// Lets the arm stand, also where the cycle hangs while it publishes.
     fn stand(&self);
-    fn topic(&self) -> &str;
-    fn readers(&self) -> usize;
-    fn dropped(&self) -> u64;
-    fn rivals(&self) -> usize;
-    fn id(&self) -> EndpointId;
+    fn publishing(&self) -> &Publishing;
 }
 
 /// A publisher of commands of one type, and the message that each of them is written into.
@@ -53,13 +50,6 @@ struct Sent<M: Message> {
     message: Mutex<Arc<M>>,
     /// What an arm stands by that would else move on; one that takes positions stands where it was sent last.
     standstill: Option<Arc<M>>,
-}
-
-impl<M: Message> Sent<M> {
-    fn new(publisher: Publisher<M>, message: M, standstill: Option<M>) -> Self {
-        let (message, standstill) = (Mutex::new(Arc::new(message)), standstill.map(Arc::new));
-        Self { publisher, message, standstill }
-    }
 }
 
 impl<M: Message + Rewrite> Outlet for Sent<M> {
@@ -73,73 +63,77 @@ impl<M: Message + Rewrite> Outlet for Sent<M> {
         self.standstill.iter().for_each(|standstill| self.publisher.publish(standstill.clone()));
     }
 
-    fn topic(&self) -> &str {
-        self.publisher.topic()
-    }
-
-    fn readers(&self) -> usize {
-        self.publisher.readers()
-    }
-
-    fn dropped(&self) -> u64 {
-        self.publisher.dropped()
-    }
-
-    fn rivals(&self) -> usize {
-        self.publisher.other_publishers()
-    }
-
-    fn id(&self) -> EndpointId {
-        self.publisher.id()
+    fn publishing(&self) -> &Publishing {
+        &self.publisher
     }
 }
 
-/// A publisher of commands, of which those that would wait behind others are dropped where they are to be `in_time`.
-fn publisher<M: Message>(
-    node: &mut Node,
-    (contract, topic): (&NodeContract, &str),
-    in_time: bool,
-) -> Result<Publisher<M>, RosError> {
-    if in_time { node.publisher_in_time(contract, topic) } else { node.publisher(contract, topic) }
+/// How commands are sent.
+#[derive(Clone, Copy)]
+pub(super) struct Sending {
+    pub interface: Interface,
+    /// One a period.
+    pub period: Duration,
+    /// Whether those that would wait behind others are dropped, as of a cycle that may run ahead of DDS's threads.
+    pub in_time: bool,
 }
 
 impl ArmCommands {
     /// Of an arm with these `joints` whose topics begin with `prefix`.
     fn new(
-        node: &mut Node,
-        contract: &NodeContract,
-        (prefix, joints): (&str, &JointOrder),
-        (interface, period, in_time): (Interface, Duration, bool),
+        wiring: &mut Wiring,
+        prefix: &str,
+        joints: &JointOrder,
+        sending: Sending,
     ) -> Result<Self, RosError> {
-        let topic = format!("{prefix}{}", command_topic(interface));
+        let topic = format!("{prefix}{}", command_topic(sending.interface));
         let joint_count = joints.names().len();
         let zeros = vec![0.0; joint_count];
-        let guards = guards::subscribe(node, contract, prefix)?;
-        let (outlet, rival): (Box<dyn Outlet>, _) = match interface {
+        let guards = guards::subscribe(wiring.node, wiring.contract, prefix)?;
+        let (outlet, rival): (Box<dyn Outlet>, _) = match sending.interface {
             Interface::Velocity | Interface::Position => {
-                let standstill = (!interface.takes_positions()).then(|| command_array(zeros.clone()));
-                let publisher = publisher::<Float64MultiArray>(node, (contract, &topic), in_time)?;
-                let rival = Rival::watch(node, (contract, &topic), &publisher, guards.clone())?;
-                (Box::new(Sent::new(publisher, command_array(zeros), standstill)), rival)
+                let moves_on = !sending.interface.takes_positions();
+                let standstill = moves_on.then(|| command_array(zeros.clone()));
+                Self::outlet(wiring, &topic, sending, &guards, command_array(zeros), standstill)?
             }
             Interface::Trajectory => {
-                let message = command_trajectory(joints.names().to_vec(), zeros, period);
-                let publisher = publisher::<JointTrajectory>(node, (contract, &topic), in_time)?;
-                let rival = Rival::watch(node, (contract, &topic), &publisher, guards.clone())?;
-                (Box::new(Sent::new(publisher, message, None)), rival)
+                let message = command_trajectory(joints.names().to_vec(), zeros, sending.period);
+                Self::outlet(wiring, &topic, sending, &guards, message, None)?
             }
         };
         Ok(Self { outlet, joint_count, guards, heard: AtomicBool::new(false), rival })
     }
 
+    /// The publisher that writes into `message`, and who else may send such commands.
+    fn outlet<M: Command + Rewrite>(
+        Wiring { node, contract, .. }: &mut Wiring,
+        topic: &str,
+        sending: Sending,
+        guards: &GuardStatuses,
+        message: M,
+        standstill: Option<M>,
+    ) -> Result<(Box<dyn Outlet>, Arc<Rival>), RosError> {
+        let publisher = match sending.in_time {
+            true => node.publisher_in_time(contract, topic)?,
+            false => node.publisher(contract, topic)?,
+        };
+        let rival = Rival::watch(node, contract, &publisher, topic, guards.clone())?;
+        let (message, standstill) = (Mutex::new(Arc::new(message)), standstill.map(Arc::new));
+        Ok((Box::new(Sent { publisher, message, standstill }), rival))
+    }
+
+    fn publishing(&self) -> &Publishing {
+        self.outlet.publishing()
+    }
+
     /// How many subscribe that are no guards.
     fn readers(&self) -> usize {
-        self.outlet.readers().saturating_sub(self.guards.publishers())
+        self.publishing().readers().saturating_sub(self.guards.publishers())
     }
 
     /// How many others publish that are no guards.
     fn rivals(&self) -> usize {
-        self.outlet.rivals().saturating_sub(self.guards.publishers())
+        self.publishing().other_publishers().saturating_sub(self.guards.publishers())
     }
 }
 
@@ -147,16 +141,10 @@ impl ArmCommands {
 const ZEROS_AT_THE_END: u32 = 10;
 
 impl Commands {
-    /// The publishers of the node, for arms with these joints that take such commands, one a `period`. Where they are to be `in_time`, as
-    /// of a cycle that may run ahead of DDS's threads, those that would wait behind others are dropped.
-    pub fn new(
-        node: &mut Node,
-        (kind, contract): (ServoKind, &NodeContract),
-        arms: &[JointOrder],
-        (interface, period, in_time): (Interface, Duration, bool),
-    ) -> Result<Self, RosError> {
-        let each = kind.arms().iter().copied().zip(arms);
-        let arms = each.map(|arm| ArmCommands::new(node, contract, arm, (interface, period, in_time)));
+    /// The publishers of the node, for arms with these joints.
+    pub fn new(wiring: &mut Wiring, arms: &[JointOrder], sending: Sending) -> Result<Self, RosError> {
+        let each = wiring.kind.arms().iter().zip(arms);
+        let arms = each.map(|(prefix, joints)| ArmCommands::new(wiring, prefix, joints, sending));
         let arms = arms.collect::<Result<_, RosError>>()?;
         Ok(Self { arms, begun: AtomicBool::new(false), ended: AtomicBool::new(false) })
     }
@@ -202,7 +190,7 @@ impl Commands {
 
     /// Of each arm, the full name of its topic and how many subscribe to it.
     pub fn readers(&self) -> impl Iterator<Item = (&str, usize)> {
-        self.arms.iter().map(|arm| (arm.outlet.topic(), arm.readers()))
+        self.arms.iter().map(|arm| (arm.publishing().topic(), arm.readers()))
     }
 
     /// Looks who subscribes to them. That takes a lock which discovery holds too, so it is not the cycle's to do.
@@ -223,23 +211,23 @@ impl Commands {
     /// Who sends commands to the arm number `arm`: 0 is this node, 1 its rival.
     pub fn publisher(&self, arm: usize, number: u32) -> Option<EndpointId> {
         let arm = self.arms.get(arm)?;
-        if number == 0 { Some(arm.outlet.id()) } else { arm.rival.publisher() }
+        if number == 0 { Some(arm.publishing().id()) } else { arm.rival.publisher() }
     }
 
     /// The full name of the commands' topic for the arm number `arm`.
     pub fn topic(&self, arm: usize) -> &str {
-        self.arms.get(arm).map_or("", |arm| arm.outlet.topic())
+        self.arms.get(arm).map_or("", |arm| arm.publishing().topic())
     }
 
     /// Commands that found no room in a writer, or would have waited in it.
     pub fn dropped(&self) -> u64 {
-        self.arms.iter().map(|arm| arm.outlet.dropped()).sum()
+        self.arms.iter().map(|arm| arm.publishing().dropped()).sum()
     }
 
     /// What to say where others publish commands too.
     pub fn rivals(&self) -> Option<String> {
         let arm = self.arms.iter().find(|arm| arm.rivals() > 0)?;
-        Some(rivalry(arm.outlet.topic(), arm.rivals() + 1))
+        Some(rivalry(arm.publishing().topic(), arm.rivals() + 1))
     }
 
     /// What the guards of each arm say.
@@ -268,8 +256,9 @@ mod tests {
     use super::super::shutdown;
     use super::*;
     use crate::alone::{node, outside};
-    use crate::wire::Contract;
-    use dq_ros::ros::Subscription;
+    use crate::wire::messages::Float64MultiArray;
+    use crate::wire::{Contract, ServoKind};
+    use dq_ros::ros::{Node, Subscription};
     use std::ops::ControlFlow;
     use std::sync::OnceLock;
     use std::time::Duration;
@@ -283,8 +272,9 @@ mod tests {
 
     fn commands(node: &mut Node, contract: &Contract) -> Commands {
         let arms = [JointOrder::new(vec!["one".to_owned(), "other".to_owned()])];
-        Commands::new(node, (ServoKind::OneArm, &contract.servo), &arms, (Interface::Velocity, PERIOD, true))
-            .unwrap()
+        let sending = Sending { interface: Interface::Velocity, period: PERIOD, in_time: true };
+        let mut wiring = Wiring { node, kind: ServoKind::OneArm, contract: &contract.servo };
+        Commands::new(&mut wiring, &arms, sending).unwrap()
     }
 
     /// A publisher that is held up: all has ended before its first command is sent. It keeps whether it sent zeros last.
@@ -303,23 +293,7 @@ mod tests {
             self.stands.store(true, Ordering::Relaxed);
         }
 
-        fn topic(&self) -> &str {
-            ""
-        }
-
-        fn readers(&self) -> usize {
-            0
-        }
-
-        fn dropped(&self) -> u64 {
-            0
-        }
-
-        fn rivals(&self) -> usize {
-            0
-        }
-
-        fn id(&self) -> EndpointId {
+        fn publishing(&self) -> &Publishing {
             unreachable!()
         }
     }

@@ -148,15 +148,6 @@ fn sleep_until(deadline: Duration) {
     while let Err(rustix::io::Errno::INTR) = clock_nanosleep_absolute(ClockId::Monotonic, &request) {}
 }
 
-/// Whether `interval` has passed since `last`, which then becomes `now`.
-pub(super) fn due(last: &mut Duration, now: Duration, interval: Duration) -> bool {
-    let due = now.saturating_sub(*last) >= interval;
-    if due {
-        *last = now;
-    }
-    due
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

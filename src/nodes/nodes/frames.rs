@@ -1,9 +1,10 @@
 //! What TF says, off the cycle's thread: the cycle asks where a goal is, and finds the answer there when it comes.
 
+use super::servo::Wiring;
 use crate::wire::messages::{TFMessage, TransformStamped};
-use crate::wire::{NodeContract, transform_reading};
+use crate::wire::transform_reading;
 use dq_core::servo::{GoalFrameMode, GoalFrames};
-use dq_ros::ros::{Clock, Logger, Node, RosError, Subscription};
+use dq_ros::ros::{Clock, Logger, RosError, Subscription};
 use dq_space::frames::{
     Answer, Followed, FrameError, FrameMotion, FrameTree, FramedGoal, Ignored, WaitingGoals,
 };
@@ -47,8 +48,8 @@ pub(super) struct Frames {
     over: u64,
     /// Goals up to this number do not move with their frames any more.
     unfollowed: u64,
-    /// What has become of the goal of that number that is followed, until the cycle takes it.
-    motion: Option<(u64, FrameMotion)>,
+    /// What has become of the goal that is followed, until the cycle takes it.
+    motion: Option<FrameMotion>,
 }
 
 /// What the listener has found out.
@@ -61,10 +62,12 @@ enum Report {
 impl Frames {
     /// Subscribes to TF, whose stamps are of `clock` and which becomes known to `tree`; goals are looked up in the frame `base`.
     pub fn new(
-        node: &mut Node,
-        (contract, clock): (&NodeContract, &Clock),
-        (base, tool): (&str, &str),
-        (settings, tree): (GoalFrames, Tree),
+        Wiring { node, contract, .. }: &mut Wiring,
+        clock: &Clock,
+        base: &str,
+        tool: &str,
+        settings: GoalFrames,
+        tree: Tree,
     ) -> Result<Self, RosError> {
         let (asks, inbox) = unbounded_channel();
         let (sender, reports) = mpsc::channel();
@@ -130,7 +133,7 @@ impl Frames {
         loop {
             match self.reports.try_recv().ok()? {
                 Report::Motion(number, motion) if number > self.unfollowed => {
-                    self.motion = Some((number, motion));
+                    self.motion = Some(motion);
                 }
                 Report::Answer(answer) if answer.goal.number > self.over => return Some(answer),
                 _ => {}
@@ -138,8 +141,8 @@ impl Frames {
         }
     }
 
-    /// What has become of the goal of that number that is followed, after the last [`answer`](Self::answer).
-    pub fn motion(&mut self) -> Option<(u64, FrameMotion)> {
+    /// What has become of the goal that is followed, after the last [`answer`](Self::answer).
+    pub fn motion(&mut self) -> Option<FrameMotion> {
         self.motion.take()
     }
 }

@@ -1,13 +1,13 @@
 //! The guard node: watches the commands to one arm, and stops the arm when they cease in motion.
 
-use super::cycle_thread::{CycleThread, Schedule, Tick, due};
+use super::complaint::due;
+use super::cycle_thread::{CycleThread, Schedule, Tick};
 use super::parameters::CYCLE_ENDED;
 use super::{NodeError, Prepared, shutdown};
 use crate::wire::messages::*;
 use crate::wire::status::KeyValues;
 use crate::wire::{
-    Command, Contract, Direction, GetTypeDescription, NodeContract, command_array, command_topic,
-    command_trajectory, describe,
+    Command, Contract, Direction, NodeContract, command_array, command_topic, command_trajectory,
 };
 use dq_config::{GuardParameters, NodeParameters};
 use dq_core::servo::{Interface, JointOrder};
@@ -48,7 +48,6 @@ impl GuardNode {
         let mut node = session.node(names, logging)?;
         warnings.iter().for_each(|warning| node.log().warn(warning));
         let (timeouts, inbox) = channel();
-        node.serve::<GetTypeDescription>("~/get_type_description", |request| describe(&request))?;
         ParameterServer::start(
             &mut node,
             &contract,
@@ -228,12 +227,7 @@ impl Watch {
         values.add("commands", self.commands.topic());
         values.add("stops", self.guard.stops());
         let stopping = self.guard.is_stopping();
-        self.status.publish(DiagnosticStatus {
-            level: u8::from(stopping),
-            name: self.node.clone(),
-            message: if stopping { "stopping" } else { "watching" }.to_owned(),
-            hardware_id: String::new(),
-            values: values.list,
-        });
+        let message = if stopping { "stopping" } else { "watching" };
+        self.status.publish(values.status(stopping, &self.node, message.to_owned()));
     }
 }

@@ -3,12 +3,12 @@
 
 use super::frames::Tree;
 use super::in_force::InForce;
-use crate::wire::NodeContract;
+use super::servo::Wiring;
 use crate::wire::messages::Point;
 use crate::wire::visualization::{Marker, MarkerArray};
 use dq_common::text::{NAME, cut, shown};
 use dq_core::servo::Goal;
-use dq_ros::ros::{Logger, Node, RosError, Subscription};
+use dq_ros::ros::{Logger, RosError, Subscription};
 use dq_space::frames::{FramedKeepOut, FramedKeepOuts, KeepOutKey, KeepOutRefused};
 use dq_space::space::{NO_TURN, Solid};
 use nalgebra::Vector3;
@@ -20,13 +20,12 @@ use tokio::time::Instant;
 const INTERVAL: Duration = Duration::from_millis(50);
 const WARNING_INTERVAL: Duration = Duration::from_secs(1);
 
-/// Obeys the markers that come to `node`, of which those in frames of `tree` are known in its frame `base`.
+/// Obeys the markers that come to the node, of which those in frames of `tree` are known in its frame `base`.
 ///
 /// # Errors
 /// [`RosError`] where the network refuses.
 pub(super) fn obey(
-    node: &mut Node,
-    contract: &NodeContract,
+    Wiring { node, contract, .. }: &mut Wiring,
     tree: Tree,
     base: &str,
     in_force: Arc<InForce>,

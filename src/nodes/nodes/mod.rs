@@ -4,6 +4,7 @@
 mod allocations;
 mod arm_input;
 mod commands;
+mod complaint;
 mod cycle_thread;
 mod description;
 mod events;

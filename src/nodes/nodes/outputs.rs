@@ -5,14 +5,15 @@ use super::events::EventsTopic;
 use super::guards::Guards;
 use super::in_force::NotObeyed;
 use super::pictures::{Easel, Moment};
-use super::snapshot::Snapshot;
+use super::ros_inputs::RejectedGoal;
+use super::servo::Wiring;
+use super::snapshot::{MotionNews, Snapshot};
 use crate::wire::messages::*;
 use crate::wire::status::{self, KeyValues, Reported, ServoReport, milliseconds};
-use crate::wire::{MotionContext, MotionReport, NodeContract, ServoKind, SpreadFigures};
+use crate::wire::{MotionContext, MotionReport, ServoKind, SpreadFigures};
 use dq_core::servo::{Status, joint_name};
-use dq_kinematics::control::Controller;
 use dq_limits::check::GuardState;
-use dq_ros::ros::{Clock, EndpointId, Node, Publisher, RosError};
+use dq_ros::ros::{Clock, EndpointId, Publisher, RosError};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -23,8 +24,9 @@ pub(super) const GUARD_GONE: &str = "the guard is gone: nobody would stop the ar
 pub(super) struct Outputs {
     node: String,
     goal_frame: String,
-    kind: ServoKind,
-    joints: Vec<String>,
+    pub kind: ServoKind,
+    /// The names of all joints, arm after arm.
+    pub joints: Vec<String>,
     pub commands: Arc<Commands>,
     events: Arc<EventsTopic>,
     /// Of each arm.
@@ -42,16 +44,18 @@ pub(super) struct Outputs {
 impl Outputs {
     /// The publishers of the node besides its `commands`, for joints that are called `joints` in all; pictures are drawn from `easel`.
     pub fn new(
-        node: &mut Node,
-        contract: &NodeContract,
-        ((commands, events), easel, clock): ((Arc<Commands>, Arc<EventsTopic>), Easel, Clock),
-        (kind, joints): (ServoKind, Vec<String>),
+        Wiring { node, kind, contract }: &mut Wiring,
+        commands: Arc<Commands>,
+        events: Arc<EventsTopic>,
+        easel: Easel,
+        clock: Clock,
+        joints: Vec<String>,
         goal_frame: String,
     ) -> Result<Self, RosError> {
         Ok(Self {
             node: node.name().name().to_owned(),
             goal_frame,
-            kind,
+            kind: *kind,
             joints,
             guards: commands.guards().map(Guards::new).collect(),
             commands,
@@ -67,25 +71,10 @@ impl Outputs {
         })
     }
 
-    /// The topic of goals.
-    pub fn goal_topic(&self) -> &'static str {
-        self.kind.goal_topic()
-    }
-
     /// Looks who subscribes to the commands, and to the record of what led to them.
     pub fn look_for_readers(&self) {
         self.commands.look_for_readers();
         self.events.look_for_readers();
-    }
-
-    /// The law in force, as the status reports it.
-    pub fn law(&self, controller: &Controller) -> Vec<(&'static str, &'static str)> {
-        self.kind.law(controller)
-    }
-
-    /// Why the arm does not arrive, and what to try.
-    pub fn reason(&self, status: &Status) -> Option<String> {
-        status.explain(&self.joints)
     }
 
     /// The name of the joint of that number, counted from 1 arm after arm.
@@ -96,16 +85,6 @@ impl Outputs {
     /// The joint that its position limit holds back.
     pub fn joint_at_limit(&self, status: &Status) -> Option<&str> {
         self.joints.get(status.joint_at_limit?.checked_sub(1)?).map(String::as_str)
-    }
-
-    /// Commands that were not sent: a subscriber acknowledges none, or DDS's thread gets no time.
-    pub fn commands_dropped(&self) -> u64 {
-        self.commands.dropped()
-    }
-
-    /// What to say where others publish commands too.
-    pub fn rivals(&self) -> Option<String> {
-        self.commands.rivals()
     }
 
     /// Looks at `now` whether each arm has a guard; returns that where it has changed.
@@ -126,7 +105,7 @@ impl Outputs {
             tool: Some(controlled.into()),
             goal: goal.map(|goal| goal.base_from_goal().into()),
             motion: cycle.status.goal_count,
-            law: self.kind.law(&cycle.controller).first().map_or("", |(_, name)| name),
+            law: self.kind.law(&cycle.controller).law,
             scene: cycle.scene.clone(),
             closest: cycle.status.closest,
         });
@@ -173,9 +152,7 @@ impl Outputs {
 
     /// What has become of motions and goals; `describe` names an endpoint's node.
     pub fn publish_news(&self, cycle: &Snapshot, describe: impl Fn(EndpointId) -> String) {
-        let jitter =
-            [cycle.timing.lateness.p99, cycle.timing.lateness.max].map(|time| time.as_secs_f64() * 1e6);
-        for (motion, asker, frame) in &cycle.news.motions {
+        for MotionNews { motion, asker, goal_frame } in &cycle.news.motions {
             let asked_by = asker.map(&describe);
             let ago = cycle.now.saturating_sub(motion.began);
             let began = Time::now()
@@ -186,15 +163,15 @@ impl Outputs {
                 law: self.kind.law(&motion.controller),
                 gains: self.kind.gains(&motion.controller),
                 why,
-                goal_frame: frame,
+                goal_frame,
                 asked_by: asked_by.as_deref(),
                 began: Some(&Time::from_nanoseconds(began)),
-                cycle_jitter_us: jitter.into(),
+                cycle_jitter: (&cycle.timing.lateness).into(),
             };
             self.motions.publish(MotionReport::new(motion, context).message(&self.node));
         }
-        for (stamp, asker, why) in &cycle.news.rejected {
-            let report = MotionReport::rejected(stamp, asker.map(&describe), why.text());
+        for RejectedGoal { stamp, by, why } in &cycle.news.rejected {
+            let report = MotionReport::rejected(stamp, by.map(&describe), why.text());
             self.motions.publish(report.message(&self.node));
         }
     }
@@ -217,7 +194,7 @@ impl Outputs {
             }
         }
         values.add("overruns", cycle.timing.overruns);
-        values.add("commands_dropped", self.commands_dropped());
+        values.add("commands_dropped", self.commands.dropped());
         values.add("commands_replaced", cycle.replaced.count);
         for (reason, count) in cycle.rejections.by_reason() {
             values.add(&format!("rejected.{reason}"), count);
@@ -225,14 +202,9 @@ impl Outputs {
         let unheard = self.commands.readers().find(|(_, readers)| *readers == 0);
         let unheard = unheard.map(|(topic, _)| format!("nobody subscribes to {topic}"));
         let unguarded = (self.guard == GuardState::Gone).then(|| GUARD_GONE.to_owned());
-        let rivals = self.rivals().or(reason.map(str::to_owned)).or(unheard).or(unguarded);
-        let status = DiagnosticStatus {
-            level: u8::from(state.is_warning() || rivals.is_some()),
-            name: format!("{}: cycle", self.node),
-            message: rivals.unwrap_or_else(|| state.to_string()),
-            hardware_id: String::new(),
-            values: values.list,
-        };
+        let rivals = self.commands.rivals().or(reason.map(str::to_owned)).or(unheard).or(unguarded);
+        let (warns, name) = (state.is_warning() || rivals.is_some(), format!("{}: cycle", self.node));
+        let status = values.status(warns, &name, rivals.unwrap_or_else(|| state.to_string()));
         self.diagnostics.publish(DiagnosticArray { header: self.clock.header(""), status: vec![status] });
     }
 }

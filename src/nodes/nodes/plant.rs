@@ -1,5 +1,6 @@
 //! The plant node: a kinematic arm that plays the robot's part, `puma560`.
 
+use super::complaint::{Complaint, due};
 use super::cycle_thread::{CycleThread, Schedule, Tick};
 use super::guards::{self, Guards};
 use super::parameters::CYCLE_ENDED;
@@ -7,7 +8,7 @@ use super::requests::{self, Reply};
 use super::{NodeError, Prepared};
 use crate::wire::messages::*;
 use crate::wire::status::{self, KeyValues};
-use crate::wire::{Contract, GetTypeDescription, NodeContract, command_topic, describe};
+use crate::wire::{Contract, NodeContract, command_topic};
 use dq_config::{ArmParameters, NodeParameters, PlantParameters};
 use dq_core::servo::Interface;
 use dq_kinematics::arm::{ArmError, DescribedArm, DescribedJoint, Description, JointLimits};
@@ -60,7 +61,6 @@ impl PlantNode {
                 requests::ask(&reset, Request::Reset, "back to initial_positions", requests::PATIENCE).await
             }
         })?;
-        node.serve::<GetTypeDescription>("~/get_type_description", |request| describe(&request))?;
         ParameterServer::start(
             &mut node,
             &Contract::builtin()?.plant,
@@ -74,7 +74,7 @@ impl PlantNode {
         let schedule = Schedule { period: arm.period, realtime_priority: arm.realtime_priority };
         let mut plant = Plant::new(initial_positions, command_timeout);
         plant.set_realism(realism);
-        let mut cycle = Cycle::new(&mut node, (arm, limits), (&frame_prefix, interface), plant, inbox)?;
+        let mut cycle = Cycle::new(&mut node, arm, limits, &frame_prefix, interface, plant, inbox)?;
         let joints = cycle.plant.positions().len();
         node.log().info(&format!("simulating {joints} joint{}", if joints == 1 { "" } else { "s" }));
         let cycle = CycleThread::start("plant", schedule, move |tick| cycle.tick(tick))?;
@@ -112,10 +112,10 @@ struct Cycle {
     transforms_sent: Duration,
     diagnostics_sent: Duration,
     rejected: u64,
-    rivals: Option<String>,
+    rivals: Complaint,
     name_watch: NameWatch,
-    namesakes: Option<String>,
-    complained: Option<Duration>,
+    namesakes: Complaint,
+    complained: Duration,
     log: Logger,
 }
 
@@ -192,8 +192,10 @@ const DIAGNOSTICS_INTERVAL: Duration = Duration::from_secs(1);
 impl Cycle {
     fn new(
         node: &mut Node,
-        (arm, limits): (ArmParameters, Vec<JointLimits>),
-        (frame_prefix, interface): (&str, Interface),
+        arm: ArmParameters,
+        limits: Vec<JointLimits>,
+        frame_prefix: &str,
+        interface: Interface,
         plant: Plant,
         inbox: Receiver<Request>,
     ) -> Result<Self, NodeError> {
@@ -211,12 +213,9 @@ impl Cycle {
             described.arm.joints.into_iter().partition(|joint| joint.motion.kind().is_some());
         // What nobody moves stays where it is.
         let standing = fixed.iter().chain(&described.beside);
-        let transforms =
-            standing.map(|joint| transform(joint, joint.limits.start(), (&clock, frame_prefix))).collect();
-        tf_static.publish(TFMessage { transforms });
-        let transforms =
-            moving.iter().map(|joint| transform(joint, joint.limits.start(), (&clock, frame_prefix)));
-        let transforms = Arc::new(TFMessage { transforms: transforms.collect() });
+        let at_start = |joint: &DescribedJoint| transform(joint, &clock, frame_prefix);
+        tf_static.publish(TFMessage { transforms: standing.map(at_start).collect() });
+        let transforms = Arc::new(TFMessage { transforms: moving.iter().map(at_start).collect() });
         Ok(Self {
             plant,
             moving,
@@ -237,10 +236,10 @@ impl Cycle {
             transforms_sent: Duration::ZERO,
             diagnostics_sent: Duration::ZERO,
             rejected: 0,
-            rivals: None,
+            rivals: Complaint::default(),
             name_watch: node.watch_name(&node.name().fully_qualified()),
-            namesakes: None,
-            complained: None,
+            namesakes: Complaint::default(),
+            complained: Duration::ZERO,
             log: node.log().clone(),
         })
     }
@@ -269,8 +268,7 @@ impl Cycle {
     /// Counts a bad command, and warns once a second.
     fn complain(&mut self, now: Duration, why: &str) {
         self.rejected += 1;
-        if self.complained.is_none_or(|last| now.saturating_sub(last) >= Duration::from_secs(1)) {
-            self.complained = Some(now);
+        if due(&mut self.complained, now, Duration::from_secs(1)) {
             self.log.warn(&format!("command rejected: {why}"));
         }
     }
@@ -284,13 +282,11 @@ impl Cycle {
             (state.position, state.velocity) = (positions, velocities);
             self.joint_states.publish(self.state.clone());
         }
-        if now.saturating_sub(self.diagnostics_sent) >= DIAGNOSTICS_INTERVAL {
-            self.diagnostics_sent = now;
-            self.watch_name();
+        if due(&mut self.diagnostics_sent, now, DIAGNOSTICS_INTERVAL) {
+            self.namesakes.warn(&self.log, self.name_watch.warning());
             self.publish_diagnostics(now);
         }
-        if now.saturating_sub(self.transforms_sent) >= TRANSFORM_INTERVAL {
-            self.transforms_sent = now;
+        if due(&mut self.transforms_sent, now, TRANSFORM_INTERVAL) {
             let stamp = self.clock.now();
             let transforms = &mut Arc::make_mut(&mut self.transforms).transforms;
             for ((message, joint), position) in
@@ -303,37 +299,20 @@ impl Cycle {
         }
     }
 
-    /// Warns once of each other node of this name.
-    fn watch_name(&mut self) {
-        let namesakes = self.name_watch.warning();
-        if let Some(warning) = namesakes.as_deref().filter(|_| namesakes != self.namesakes) {
-            self.log.warn(warning);
-        }
-        self.namesakes = namesakes;
-    }
-
     /// Who commands, and how much of it was rejected; a warning where it is more than one.
     fn publish_diagnostics(&mut self, now: Duration) {
         let guard = self.guards.look(now);
         // Those of guards are meant to be there.
         let publishers = self.commands.publishers().saturating_sub(self.guards.count());
         let rivals = (publishers > 1).then(|| status::rivalry(self.commands.topic(), publishers));
-        if let Some(rivalry) = rivals.as_deref().filter(|_| rivals != self.rivals) {
-            self.log.warn(rivalry);
-        }
+        self.rivals.warn(&self.log, rivals.clone());
         let mut values = KeyValues::default();
         values.add("publishers", publishers);
         values.add("guard", guard);
         values.add("rejected", self.rejected);
-        let status = DiagnosticStatus {
-            level: u8::from(rivals.is_some()),
-            name: format!("{}: commands", self.node),
-            message: rivals.clone().unwrap_or_else(|| "ok".to_owned()),
-            hardware_id: String::new(),
-            values: values.list,
-        };
+        let (warns, name) = (rivals.is_some(), format!("{}: commands", self.node));
+        let status = values.status(warns, &name, rivals.unwrap_or_else(|| "ok".to_owned()));
         self.diagnostics.publish(DiagnosticArray { header: self.clock.header(""), status: vec![status] });
-        self.rivals = rivals;
     }
 }
 
@@ -350,16 +329,12 @@ fn of_rows(
     Ok((Description { arm, beside: Vec::new() }, text))
 }
 
-/// The link that a joint carries, in the link that carries the joint. The description keeps its own names: those who use it have a prefix
-/// for them too.
-fn transform(
-    joint: &DescribedJoint,
-    position: f64,
-    (clock, frame_prefix): (&Clock, &str),
-) -> TransformStamped {
+/// The link that a joint carries, in the link that carries the joint, where the plant starts. The description keeps its own names: those
+/// who use it have a prefix for them too.
+fn transform(joint: &DescribedJoint, clock: &Clock, frame_prefix: &str) -> TransformStamped {
     TransformStamped {
         header: clock.header(&format!("{frame_prefix}{}", joint.parent)),
         child_frame_id: format!("{frame_prefix}{}", joint.child),
-        transform: (&joint.parent_from_child(position)).into(),
+        transform: (&joint.parent_from_child(joint.limits.start())).into(),
     }
 }

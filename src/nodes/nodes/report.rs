@@ -2,11 +2,11 @@
 //! from what the cycles leave.
 
 use super::arm_input::{JointStates, unheard};
-use super::cycle_thread::due;
+use super::complaint::{Complaint, due};
 use super::in_force::{InForce, NotObeyed};
 use super::outputs::{GUARD_GONE, Outputs};
 use super::snapshot::Snapshot;
-use crate::wire::pose_numbers;
+use crate::wire::{LawNames, pose_numbers};
 use dq_core::servo::{Contended, Reason, Reconfiguration, Rejection, State, Status};
 use dq_limits::check::GuardState;
 use dq_ros::ros::{EndpointNames, Logger, NameWatch, Node};
@@ -32,7 +32,7 @@ pub(super) struct Report {
     name_watch: NameWatch,
     log: Logger,
     period: Duration,
-    law: Option<Vec<&'static str>>,
+    law: Option<LawNames>,
     state: State,
     /// When the arm first arrived at the goal, once that has been logged \[s\].
     arrival: Option<f64>,
@@ -40,13 +40,14 @@ pub(super) struct Report {
     rejected: u64,
     replaced: u64,
     dropped: u64,
-    rivals: Option<String>,
+    rivals: Complaint,
     reason: Option<Reason>,
     scene: Option<Arc<Scene>>,
     not_obeyed: NotObeyed,
+    idle: Complaint,
     limited: bool,
     limit: Duration,
-    namesakes: Option<String>,
+    namesakes: Complaint,
     readers: Duration,
     warning: Duration,
     replaced_warning: Duration,
@@ -57,7 +58,8 @@ impl Report {
     pub fn new(
         node: &mut Node,
         outputs: Outputs,
-        (inputs, in_force): (Vec<JointStates>, Arc<InForce>),
+        inputs: Vec<JointStates>,
+        in_force: Arc<InForce>,
         period: Duration,
     ) -> Self {
         Self {
@@ -75,13 +77,14 @@ impl Report {
             rejected: 0,
             replaced: 0,
             dropped: 0,
-            rivals: None,
+            rivals: Complaint::default(),
             reason: None,
             scene: None,
             not_obeyed: NotObeyed::default(),
+            idle: Complaint::default(),
             limited: false,
             limit: Duration::ZERO,
-            namesakes: None,
+            namesakes: Complaint::default(),
             readers: Duration::ZERO,
             warning: Duration::ZERO,
             replaced_warning: Duration::ZERO,
@@ -150,19 +153,15 @@ impl Report {
 
     /// Warns of keep-outs that are not looked at; of those that are refused whoever refuses them does.
     fn log_not_obeyed(&mut self) {
-        let now = self.in_force.not_obeyed();
-        if let Some(idle) = now.idle.as_deref().filter(|_| now.idle != self.not_obeyed.idle) {
-            self.log.warn(idle);
-        }
-        self.not_obeyed = now;
+        self.not_obeyed = self.in_force.not_obeyed();
+        self.idle.warn(&self.log, self.not_obeyed.idle.clone());
     }
 
     /// Logs another law.
     fn log_law(&mut self, cycle: &Snapshot) {
-        let law: Vec<_> = self.outputs.law(&cycle.controller).into_iter().map(|(_, name)| name).collect();
-        let before = self.law.replace(law.clone()).filter(|before| *before != law);
-        if let Some(before) = &before {
-            self.log.info(&format!("controller {} -> {}", before.join(" "), law.join(" ")));
+        let law = self.outputs.kind.law(&cycle.controller);
+        if let Some(before) = self.law.replace(law).filter(|before| *before != law) {
+            self.log.info(&format!("controller {before} -> {law}"));
         }
     }
 
@@ -182,22 +181,14 @@ impl Report {
 
     /// Warns once of each other publisher of commands, and of each other node of this name.
     fn watch_publishers(&mut self) {
-        let dropped = self.outputs.commands_dropped();
+        let dropped = self.outputs.commands.dropped();
         if dropped > self.dropped {
             let count = dropped - self.dropped;
             self.log.warn(&format!("{count} commands dropped, for the robot too: DDS got no time to send those before them (try realtime_priority), or a subscriber of the commands has acknowledged none for long (end it)"));
         }
         self.dropped = dropped;
-        let rivals = self.outputs.rivals();
-        if let Some(rivalry) = rivals.as_deref().filter(|_| rivals != self.rivals) {
-            self.log.warn(rivalry);
-        }
-        self.rivals = rivals;
-        let namesakes = self.name_watch.warning();
-        if let Some(warning) = namesakes.as_deref().filter(|_| namesakes != self.namesakes) {
-            self.log.warn(warning);
-        }
-        self.namesakes = namesakes;
+        self.rivals.warn(&self.log, self.outputs.commands.rivals());
+        self.namesakes.warn(&self.log, self.name_watch.warning());
     }
 
     fn log_change(&mut self, cycle: &Snapshot) {
@@ -261,7 +252,7 @@ impl Report {
             };
             let waits_for = || self.inputs.iter().find_map(unheard).or_else(rejected);
             let waits_for = || waiting.then(waits_for).flatten().or_else(|| self.silent_arm(cycle));
-            return self.outputs.reason(status).or_else(waits_for);
+            return status.explain(&self.outputs.joints).or_else(waits_for);
         };
         let publisher = |of, number| {
             let is_first = matches!(reason, Reason::Rivals(rivals) if rivals.first == number);
@@ -269,7 +260,7 @@ impl Report {
             let name = rival.map_or_else(String::new, |it| self.names.describe(it));
             let topic = match of {
                 Contended::JointStates(arm) => self.inputs.get(arm).map_or("", |input| input.topic()),
-                Contended::Goals => self.outputs.goal_topic(),
+                Contended::Goals => self.outputs.kind.goal_topic(),
                 Contended::Twists => "~/target_twist",
                 Contended::Commands(arm) => self.outputs.commands.topic(arm),
             };

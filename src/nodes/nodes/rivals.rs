@@ -28,8 +28,9 @@ impl Rival {
     /// Looks for one beside `publisher` on the `topic` of the contract, as long as the node is there. Guards are none.
     pub fn watch<M: Command>(
         node: &mut Node,
-        (contract, topic): (&NodeContract, &str),
+        contract: &NodeContract,
         publisher: &Publisher<M>,
+        topic: &str,
         guards: GuardStatuses,
     ) -> Result<Arc<Self>, RosError> {
         let (rival, own) = (Arc::new(Self::default()), publisher.id());

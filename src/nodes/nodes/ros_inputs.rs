@@ -7,16 +7,17 @@ use super::frames::Frames;
 use super::requests::Reply;
 use super::searcher::Searcher;
 use super::senders::{Clocks, Senders};
+use super::servo::Wiring;
 use super::shutdown::{Shutdown, Step};
 use crate::wire::messages::{PoseStamped, Time, TwistStamped};
-use crate::wire::{NodeContract, ServoKind, goal_reading, pose_numbers, twist_reading};
+use crate::wire::{goal_reading, pose_numbers, twist_reading};
 use dq_algebra::UnitDualQuaternion;
 use dq_core::servo::{
     Asker, Contended, Event, Goal, GoalMotion, GoalReading, Rejection, Sent, Servo, Settings, TwistReading,
     is_own_frame,
 };
 use dq_kinematics::arm::JointKind;
-use dq_ros::ros::{EndpointId, Node, Origin, RosError, Subscription};
+use dq_ros::ros::{EndpointId, Origin, RosError, Subscription};
 use dq_space::frames::{Answer, FrameMotion, FramedGoal};
 use std::sync::Arc;
 use std::sync::mpsc::Receiver;
@@ -39,21 +40,47 @@ const REJECTED: usize = 16;
 
 /// Goals that were rejected, each by its stamp and the number of its publisher.
 #[derive(Debug, Default)]
-pub(super) struct RejectedGoals(Vec<(Time, u32, Rejection)>);
+pub(super) struct RejectedGoals(Vec<RejectedGoal<u32>>);
+
+/// A goal that was rejected.
+#[derive(Debug)]
+pub(super) struct RejectedGoal<Sender> {
+    pub stamp: Time,
+    pub by: Sender,
+    pub why: Rejection,
+}
 
 impl RejectedGoals {
     fn add(&mut self, stamp: &Time, by: u32, why: Rejection) {
-        self.0.retain(|(_, other, _)| *other != by);
+        self.0.retain(|other| other.by != by);
         if self.0.len() >= REJECTED {
             self.0.remove(0);
         }
-        self.0.push((stamp.clone(), by, why));
+        self.0.push(RejectedGoal { stamp: stamp.clone(), by, why });
     }
 
     /// Those of which nobody has taken note yet.
-    pub fn take(&mut self) -> Vec<(Time, u32, Rejection)> {
+    pub fn take(&mut self) -> Vec<RejectedGoal<u32>> {
         std::mem::take(&mut self.0)
     }
+}
+
+/// What comes to a servo besides the topics of the node itself.
+pub(super) struct Sources {
+    pub arms: Vec<ArmInput>,
+    /// What the joints do.
+    pub kinds: Vec<JointKind>,
+    pub inbox: Receiver<Request>,
+    pub searcher: Searcher,
+    /// Who knows where goals in other frames are, if anyone does.
+    pub frames: Option<Frames>,
+}
+
+/// The last goal in another frame that was taken: its stamp \[ns\], and that frame.
+#[derive(Default)]
+struct TakenFrame {
+    stamp: i64,
+    frame: String,
 }
 
 /// What comes to a running servo, and what the next command is made from.
@@ -64,22 +91,17 @@ pub(super) struct RosInputs {
     inbox: Receiver<Request>,
     searcher: Searcher,
     goals: Subscription<PoseStamped>,
-    /// Who knows where goals in other frames are, if anyone does.
     frames: Option<Frames>,
     goal_frame: String,
-    /// The stamp of the last goal in another frame that was taken, and that frame.
-    taken_frame: (i64, String),
+    taken_frame: TakenFrame,
     twists: Subscription<TwistStamped>,
     /// The last ones, over which the next are decoded.
     goal: PoseStamped,
     twist: TwistStamped,
     goal_senders: Senders,
     twist_senders: Senders,
-    /// How long a goal may be under way.
-    patience: Duration,
     pub arms: Vec<ArmInput>,
     commands: Arc<Commands>,
-    /// What the joints do.
     kinds: Vec<JointKind>,
     /// The goals that were rejected and of which nobody has taken note yet.
     pub rejected: RejectedGoals,
@@ -91,16 +113,15 @@ pub(super) struct RosInputs {
 }
 
 impl RosInputs {
-    /// What comes from `arms`, with joints of these kinds, and to the node.
+    /// What comes from `sources`, and to the node.
     pub fn new(
-        node: &mut Node,
-        (kind, contract): (ServoKind, &NodeContract),
-        (arms, kinds): (Vec<ArmInput>, Vec<JointKind>),
-        (inbox, searcher): (Receiver<Request>, Searcher),
-        (commands, record): (Arc<Commands>, EventsRecord),
-        (goal_frame, frames): (&str, Option<Frames>),
-        patience: Duration,
+        Wiring { node, kind, contract }: &mut Wiring,
+        sources: Sources,
+        commands: Arc<Commands>,
+        record: EventsRecord,
+        goal_frame: &str,
     ) -> Result<Self, RosError> {
+        let Sources { arms, kinds, inbox, searcher, frames } = sources;
         Ok(Self {
             clocks: Clocks::default(),
             began: None,
@@ -115,7 +136,6 @@ impl RosInputs {
             twist: TwistStamped::default(),
             goal_senders: Senders::default(),
             twist_senders: Senders::default(),
-            patience,
             goal_count: 0,
             record,
             arms,
@@ -160,8 +180,8 @@ impl RosInputs {
 
     /// The frame in which the goal with that stamp \[ns\] was given, which is the servo's own unless it was the last one in another.
     pub fn frame_of(&self, stamp: i64) -> &str {
-        let (of, frame) = &self.taken_frame;
-        if !frame.is_empty() && *of == stamp { frame } else { &self.goal_frame }
+        let taken = &self.taken_frame;
+        if !taken.frame.is_empty() && taken.stamp == stamp { &taken.frame } else { &self.goal_frame }
     }
 
     /// The publisher of that number.
@@ -215,7 +235,8 @@ fn placed(stamp: i64, base_from_goal: &UnitDualQuaternion) -> GoalReading<'stati
 fn sender(
     senders: &mut Senders,
     origin: &Origin,
-    (clocks, began): (Clocks, Option<Duration>),
+    clocks: Clocks,
+    began: Option<Duration>,
 ) -> Result<Sent, Rejection> {
     let sent = senders.hear(origin, clocks);
     match sent.ago > clocks.now.saturating_sub(began.unwrap_or_default()) {
@@ -245,12 +266,11 @@ impl RosInputs {
         while let Ok(request) = self.inbox.try_recv() {
             match request {
                 Request::Configure(settings, change) => {
-                    let (goal_frames, patience) = (settings.goal_frames, settings.rearm_timeout);
+                    let goal_frames = settings.goal_frames;
                     // What is not taken is counted by the servo, and logged by the report; what was in force stays.
                     if servo.take(Event::Configure(settings)).is_ok() {
                         self.frames.iter().for_each(|frames| frames.configure(goal_frames));
                         self.record.change(change);
-                        self.patience = patience;
                     }
                 }
                 // Nothing moves for a request that was answered with a failure; to stand is right all the same.
@@ -301,7 +321,7 @@ impl RosInputs {
                     let reading = GoalReading { waited, sent, ..placed(goal.stamp, &pose) };
                     let taken = record.take(servo, Event::Goal(reading));
                     if taken.is_ok() {
-                        *taken_frame = (goal.stamp, goal.frame.clone());
+                        *taken_frame = TakenFrame { stamp: goal.stamp, frame: goal.frame.clone() };
                         frames.follow(goal);
                     }
                     taken
@@ -319,14 +339,14 @@ impl RosInputs {
 
     /// Every goal is offered, so that a bad one does not hide the good one before it.
     fn goals(&mut self, servo: &mut Servo) {
-        let Self { clocks, began, goals, goal, goal_senders, patience, .. } = self;
+        let Self { clocks, began, goals, goal, goal_senders, .. } = self;
         let Self { frames, goal_frame, taken_frame, goal_count, record, shutdown, rejected, .. } = self;
         let malformed = goals.each_over(goal, |goal, origin| {
             if shutdown.is_some() {
                 return;
             }
             let stamp = &goal.header.stamp;
-            let sent = match sender(goal_senders, origin, (*clocks, *began)) {
+            let sent = match sender(goal_senders, origin, *clocks, *began) {
                 Ok(sent) => sent,
                 Err(why) => {
                     rejected.add(stamp, goal_senders.number(origin.publisher), why.clone());
@@ -339,7 +359,9 @@ impl RosInputs {
             let elsewhere = frames.as_mut().filter(|_| !is_own_frame(&goal.header.frame_id, goal_frame));
             let taken = match elsewhere {
                 None => record.take(servo, Event::Goal(reading)),
-                Some(_) if sent.ago > *patience => servo.take(Event::Unusable(Rejection::Late(sent.ago))),
+                Some(_) if sent.ago > servo.settings().rearm_timeout => {
+                    servo.take(Event::Unusable(Rejection::Late(sent.ago)))
+                }
                 Some(frames) => match framed(&reading, *goal_count, clocks.now.saturating_sub(sent.ago)) {
                     Ok(goal) => return frames.ask(goal),
                     Err(why) => servo.take(Event::Unusable(why)),
@@ -348,7 +370,7 @@ impl RosInputs {
             // A rejection is counted by the servo, and logged by the report.
             match taken {
                 Ok(_) => {
-                    *taken_frame = Default::default();
+                    *taken_frame = TakenFrame::default();
                     // Those before it that still wait for their frames come too late.
                     frames.iter_mut().for_each(|frames| frames.forget(*goal_count));
                 }
@@ -364,10 +386,8 @@ impl RosInputs {
         let Self { frames, record, shutdown, .. } = self;
         let Some(frames) = frames.as_mut().filter(|_| shutdown.is_none()) else { return };
         let motion = match frames.motion() {
-            Some((_, FrameMotion::To { stamp, base_from_goal })) => {
-                GoalMotion::To(placed(stamp, &base_from_goal))
-            }
-            Some((_, FrameMotion::Lost)) => GoalMotion::Lost,
+            Some(FrameMotion::To { stamp, base_from_goal }) => GoalMotion::To(placed(stamp, &base_from_goal)),
+            Some(FrameMotion::Lost) => GoalMotion::Lost,
             None => return,
         };
         // A motion that is rejected is counted.
@@ -380,7 +400,7 @@ impl RosInputs {
             if shutdown.is_some() {
                 return;
             }
-            let _ = match sender(twist_senders, origin, (*clocks, *began)) {
+            let _ = match sender(twist_senders, origin, *clocks, *began) {
                 Ok(sent) => record.take(servo, Event::Twist(TwistReading { sent, ..twist_reading(twist) })),
                 Err(why) => servo.take(Event::Unusable(why)),
             };

@@ -1,7 +1,7 @@
 //! The servo node, for one arm (`dq_servo`) or for two (`dq_dual_servo`).
 
 use super::arm_input::ArmInput;
-use super::commands::{Commands, last_words};
+use super::commands::{Commands, Sending, last_words};
 use super::cycle_thread::{self, Schedule, Tick};
 use super::events::{EventsRecord, EventsTopic, NewServo};
 use super::frames::{Frames, Tree};
@@ -9,14 +9,14 @@ use super::in_force::InForce;
 use super::outputs::Outputs;
 use super::pictures::Easel;
 use super::report::Report;
-use super::ros_inputs::{Request, RosInputs};
+use super::ros_inputs::{Request, RosInputs, Sources};
 use super::searcher::Searcher;
 use super::senders::{Clocks, Senders};
 use super::shutdown::{self, Outcome, ShutdownError, Step};
 use super::snapshot::{ReportEnded, Snapshot, Snapshots};
 use super::{NodeError, Prepared, arm_input, description, keep_outs, pictures, requests, snapshot};
 use crate::wire::messages::*;
-use crate::wire::{Contract, CycleTiming, GetTypeDescription, NodeContract, ServoKind, describe};
+use crate::wire::{Contract, CycleTiming, NodeContract, ServoKind};
 use dq_config::ServoParameters;
 use dq_core::servo::{GoalFrames, Servo};
 use dq_params::{ParameterStore, Value};
@@ -27,6 +27,13 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 use tokio::sync::watch;
+
+/// A servo node in the making: from here its parts have their topics.
+pub(super) struct Wiring<'a> {
+    pub node: &'a mut Node,
+    pub kind: ServoKind,
+    pub contract: &'a NodeContract,
+}
 
 /// A running servo node. It ends by [`shut_down`](Self::shut_down); one that is dropped sends zeros at once.
 pub struct ServoNode {
@@ -93,46 +100,30 @@ impl Assembled {
         let names = kind.joint_names(&joints);
         description::watch(&mut node, &contract, &store)?;
         let (requests, inbox) = channel();
-        let how = (settings.interface, period, realtime_priority > 0);
-        let commands = Commands::new(&mut node, (kind, &contract), &joints, how)?;
-        let commands = Arc::new(commands);
+        let sending = Sending { interface: settings.interface, period, in_time: realtime_priority > 0 };
+        let wiring = &mut Wiring { node: &mut node, kind, contract: &contract };
+        let commands = Arc::new(Commands::new(wiring, &joints, sending)?);
         let kinds = controlled.joint_kinds();
-        let topic = EventsTopic::new(&mut node, &contract)?;
+        let topic = EventsTopic::new(wiring.node, &contract)?;
         let record = EventsRecord::new(topic.clone(), joints.clone(), next);
         let changes = record.changes(kind);
         let in_force =
             InForce::new(settings.clone(), idle_keep_outs, store.clone(), requests.clone(), changes);
         let in_force = Arc::new(in_force);
         let searcher = Searcher::spawn(controlled)?;
-        let clock = Clock::new(&mut node, &contract, simulated_time)?;
-        let arms = arm_input::subscribe(&mut node, (kind, &contract), joints, (joint_states, &clock))?;
-        let sources = arms.iter().map(ArmInput::source).collect();
-        let base = goal_frame.clone();
-        let ends = (goal_frame.as_str(), tool_frame.as_str());
+        let clock = Clock::new(wiring.node, &contract, simulated_time)?;
+        let arms = arm_input::subscribe(wiring, joints, joint_states, &clock)?;
+        let joint_states = arms.iter().map(ArmInput::source).collect();
         let tree = Tree::default();
-        let of_tf = (servo.settings().goal_frames, tree.clone());
-        let frames = frames(&mut node, (kind, &contract, &clock), ends, of_tf);
-        let live = RosInputs::new(
-            &mut node,
-            (kind, &contract),
-            (arms, kinds),
-            (inbox, searcher),
-            (commands.clone(), record),
-            (&goal_frame, frames),
-            servo.settings().rearm_timeout,
-        )?;
-        let easel = easel(&mut node, &contract, (kind.goal_topic(), &goal_frame));
-        let outputs = Outputs::new(
-            &mut node,
-            &contract,
-            ((commands.clone(), topic), easel, clock),
-            (kind, names),
-            goal_frame,
-        )?;
-        let report = Report::new(&mut node, outputs, (sources, in_force.clone()), period);
-        node.serve::<GetTypeDescription>("~/get_type_description", |request| describe(&request))?;
-        serve_parameters(&mut node, (kind, &contract), store, in_force.clone())?;
-        obey_keep_outs(&mut node, (kind, &contract), (tree, &base), in_force);
+        let goal_frames = servo.settings().goal_frames;
+        let frames = frames(wiring, &clock, &goal_frame, &tool_frame, goal_frames, tree.clone());
+        let sources = Sources { arms, kinds, inbox, searcher, frames };
+        let live = RosInputs::new(wiring, sources, commands.clone(), record, &goal_frame)?;
+        let easel = easel(wiring, &goal_frame);
+        obey_keep_outs(wiring, tree, &goal_frame, in_force.clone());
+        let outputs = Outputs::new(wiring, commands.clone(), topic, easel, clock, names, goal_frame)?;
+        serve_parameters(wiring, store, in_force.clone())?;
+        let report = Report::new(&mut node, outputs, joint_states, in_force, period);
         let (queue, snapshots) = snapshot::queue();
         let cycle = Cycle { servo, live, commands, snapshots: queue, timing: CycleTiming::default() };
         Ok(Self {
@@ -178,11 +169,11 @@ impl Drop for ServoNode {
 
 /// Serves the parameters in force; the cycle takes those that change.
 fn serve_parameters(
-    node: &mut Node,
-    (kind, contract): (ServoKind, &NodeContract),
+    Wiring { node, kind, contract }: &mut Wiring,
     store: ParameterStore,
     in_force: Arc<InForce>,
 ) -> Result<(), RosError> {
+    let kind = *kind;
     let apply = move |store: &ParameterStore, changes: &[(String, Value)]| {
         in_force.set(kind.from_store(store).map_err(|why| why.to_string())?, store, changes)
     };
@@ -228,36 +219,33 @@ fn serve_requests(node: &mut Node, requests: &Sender<Request>) -> Result<(), Ros
 
 /// Who knows where goals in other frames are: where the node may not hear TF, or takes goals in one frame only, nobody.
 fn frames(
-    node: &mut Node,
-    (kind, contract, clock): (ServoKind, &NodeContract, &Clock),
-    (base, tool): (&str, &str),
-    of_tf: (GoalFrames, Tree),
+    wiring: &mut Wiring,
+    clock: &Clock,
+    base: &str,
+    tool: &str,
+    settings: GoalFrames,
+    tree: Tree,
 ) -> Option<Frames> {
-    if !kind.takes_frames() {
+    if !wiring.kind.takes_frames() {
         return None;
     }
-    let frames = Frames::new(node, (contract, clock), (base, tool), of_tf);
-    frames.inspect_err(|why| node.log().warn(&format!("goals in {base:?} only: {why}"))).ok()
+    let frames = Frames::new(wiring, clock, base, tool, settings, tree);
+    frames.inspect_err(|why| wiring.node.log().warn(&format!("goals in {base:?} only: {why}"))).ok()
 }
 
 /// Pictures for viewers, of which the node may lack the right to some: that is no reason for the arm to stand.
-fn easel(node: &mut Node, contract: &NodeContract, goal: (&str, &str)) -> Easel {
-    pictures::serve(node, contract, goal).unwrap_or_else(|why| {
-        node.log().warn(&format!("no pictures: {why}"));
+fn easel(wiring: &mut Wiring, goal_frame: &str) -> Easel {
+    pictures::serve(wiring, goal_frame).unwrap_or_else(|why| {
+        wiring.node.log().warn(&format!("no pictures: {why}"));
         Easel::default()
     })
 }
 
 /// Obeys `~/keep_out`, where goals may be in frames of TF; a keystore that was made before there was the topic lacks the right to it.
-fn obey_keep_outs(
-    node: &mut Node,
-    (kind, contract): (ServoKind, &NodeContract),
-    (tree, base): (Tree, &str),
-    in_force: Arc<InForce>,
-) {
-    if kind.takes_frames() {
-        let obeyed = keep_outs::obey(node, contract, tree, base, in_force);
-        obeyed.unwrap_or_else(|why| node.log().warn(&format!("no ~/keep_out: {why}")));
+fn obey_keep_outs(wiring: &mut Wiring, tree: Tree, base: &str, in_force: Arc<InForce>) {
+    if wiring.kind.takes_frames() {
+        let obeyed = keep_outs::obey(wiring, tree, base, in_force);
+        obeyed.unwrap_or_else(|why| wiring.node.log().warn(&format!("no ~/keep_out: {why}")));
     }
 }
 

@@ -1,13 +1,13 @@
 //! What a cycle leaves for the report, which formats, publishes and logs it on a thread of its own.
 
-use super::cycle_thread::due;
-use super::ros_inputs::RosInputs;
+use super::complaint::due;
+use super::ros_inputs::{RejectedGoal, RosInputs};
 use crate::wire::messages::Time;
 use crate::wire::{CycleTiming, TimingFigures};
 use dq_algebra::UnitDualQuaternion;
 use dq_core::servo::{
-    Asker, MOTIONS, Motion, RateBound, Reason, Reconfiguration, Rejection, RejectionCounts, Replaced, Rivals,
-    Servo, State, Status,
+    Asker, MOTIONS, Motion, RateBound, Reason, Reconfiguration, RejectionCounts, Replaced, Rivals, Servo,
+    State, Status,
 };
 use dq_kinematics::control::Controller;
 use dq_ros::ros::EndpointId;
@@ -32,11 +32,20 @@ pub(super) struct Due {
     pub diagnostics: bool,
 }
 
-/// Motions and goals that there is something to say of, each with who asked; motions with the frame of their goal.
+/// Motions and goals that there is something to say of.
 #[derive(Debug, Default)]
 pub(super) struct News {
-    pub motions: Vec<(Motion, Option<EndpointId>, String)>,
-    pub rejected: Vec<(Time, Option<EndpointId>, Rejection)>,
+    pub motions: Vec<MotionNews>,
+    pub rejected: Vec<RejectedGoal<Option<EndpointId>>>,
+}
+
+/// A motion that there is something to say of.
+#[derive(Debug)]
+pub(super) struct MotionNews {
+    pub motion: Motion,
+    pub asker: Option<EndpointId>,
+    /// The frame in which its goal was given.
+    pub goal_frame: String,
 }
 
 impl News {
@@ -44,8 +53,8 @@ impl News {
     fn add(&mut self, servo: &mut Servo, live: &RosInputs) {
         let motions = servo.take_motions();
         self.motions.extend(motions.map(|motion| {
-            let (asker, frame) = (live.asker(motion.asker), live.frame_of(motion.stamp).to_owned());
-            (motion, asker, frame)
+            let goal_frame = live.frame_of(motion.stamp).to_owned();
+            MotionNews { asker: live.asker(motion.asker), motion, goal_frame }
         }));
     }
 
@@ -53,7 +62,10 @@ impl News {
     fn take(&mut self, live: &mut RosInputs) -> Self {
         let Self { motions, mut rejected } = std::mem::take(self);
         let more = live.rejected.take();
-        rejected.extend(more.into_iter().map(|(stamp, by, why)| (stamp, live.asker(Asker::Goal(by)), why)));
+        rejected.extend(more.into_iter().map(|RejectedGoal { stamp, by, why }| {
+            let by = live.asker(Asker::Goal(by));
+            RejectedGoal { stamp, by, why }
+        }));
         Self { motions, rejected }
     }
 

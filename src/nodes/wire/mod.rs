@@ -15,6 +15,6 @@ pub use cycle_record::{CycleRecord, EVENTS, Recorded, RecordedParameters};
 pub use dq_messages::*;
 pub use motion_report::{MotionContext, MotionReport, Outcome};
 pub use readings::{error_distance, goal_reading, joint_reading, transform_reading, twist_reading};
-pub use servo_kind::ServoKind;
-pub use status::{ServoReport, StatusReport, distance};
+pub use servo_kind::{LawNames, ServoKind};
+pub use status::{CycleJitter, ServoReport, StatusReport, distance};
 pub use timing::{CycleTiming, SpreadFigures, TimingFigures};

@@ -1,7 +1,8 @@
 //! A motion as a message, and back: `~/motions`.
 
 use super::messages::{DiagnosticStatus, KeyValue, Time};
-use super::status::{KeyValues, distance, parse_goal};
+use super::servo_kind::{LawNames, law_and_aim};
+use super::status::{CycleJitter, KeyValues, distance, parse_goal};
 use super::{PoseNumbers, pose_numbers};
 use dq_algebra::UnitDualQuaternion;
 use dq_common::named;
@@ -66,15 +67,15 @@ pub struct MotionReport {
     pub figures: Figures,
     /// Of each joint its largest commanded speed as a part of its limit.
     pub peak_speeds: Vec<f64>,
-    /// Lateness of the cycle during the motion, 99 % and worst (µs).
-    pub cycle_jitter_us: (f64, f64),
+    /// Lateness of the cycle during the motion.
+    pub cycle_jitter: CycleJitter,
 }
 
 /// What a report of a motion is made from besides the motion.
 #[derive(Default)]
 pub struct MotionContext<'a> {
-    /// Keys and names of its law.
-    pub law: Vec<(&'static str, &'static str)>,
+    /// Its law.
+    pub law: LawNames,
     /// The gains of the law.
     pub gains: String,
     /// Why the motion has that outcome.
@@ -85,15 +86,13 @@ pub struct MotionContext<'a> {
     pub asked_by: Option<&'a str>,
     /// When the motion began, where that is known.
     pub began: Option<&'a Time>,
-    /// Lateness of the cycle, 99 % and worst (µs).
-    pub cycle_jitter_us: (f64, f64),
+    /// Lateness of the cycle.
+    pub cycle_jitter: CycleJitter,
 }
 
 impl MotionReport {
     /// The report of a motion.
     pub fn new(motion: &Motion, context: MotionContext) -> Self {
-        let name = |key: &str| context.law.iter().find(|(known, _)| *known == key).map(|(_, name)| *name);
-        let aim = context.law.iter().find(|(key, _)| *key != "law").map(|(_, name)| (*name).to_owned());
         Self {
             number: motion.number,
             outcome: Outcome::from(&motion.outcome),
@@ -102,8 +101,8 @@ impl MotionReport {
             goal_frame: context.goal_frame.to_owned(),
             goal_stamp: Time::from_nanoseconds(motion.stamp).to_string(),
             asked_by: context.asked_by.map(str::to_owned),
-            law: name("law").unwrap_or_default().to_owned(),
-            aim,
+            law: context.law.law.to_owned(),
+            aim: context.law.aim.map(str::to_owned),
             gains: context.gains,
             start: motion.start.as_ref().map(pose_numbers),
             tool: (motion.tool != UnitDualQuaternion::identity()).then(|| pose_numbers(&motion.tool)),
@@ -112,7 +111,7 @@ impl MotionReport {
             reconfigured: motion.reconfigured,
             figures: motion.figures,
             peak_speeds: motion.peak_speeds.clone(),
-            cycle_jitter_us: context.cycle_jitter_us,
+            cycle_jitter: context.cycle_jitter,
         }
     }
 
@@ -136,13 +135,13 @@ impl MotionReport {
             reconfigured: false,
             figures: Figures::default(),
             peak_speeds: Vec::new(),
-            cycle_jitter_us: (0.0, 0.0),
+            cycle_jitter: CycleJitter::default(),
         }
     }
 
     /// The law, and for two arms what it controls.
     pub fn law_and_aim(&self) -> String {
-        self.aim.iter().fold(self.law.clone(), |law, aim| format!("{law} {aim}"))
+        law_and_aim(&self.law, self.aim.as_deref())
     }
 
     /// Whether the arm has stalled, and goes on in another configuration where somebody asks for that.
@@ -179,13 +178,8 @@ impl MotionReport {
         if self.number > 0 {
             self.add_motion(&mut values);
         }
-        DiagnosticStatus {
-            level: u8::from(matches!(self.outcome, Outcome::Stalled | Outcome::Revoked | Outcome::Rejected)),
-            name: node.to_owned(),
-            message: self.sentence(),
-            hardware_id: String::new(),
-            values: values.list,
-        }
+        let warns = matches!(self.outcome, Outcome::Stalled | Outcome::Revoked | Outcome::Rejected);
+        values.status(warns, node, self.sentence())
     }
 
     fn add_motion(&self, values: &mut KeyValues) {
@@ -202,8 +196,7 @@ impl MotionReport {
         values.add("reconfigured", self.reconfigured);
         self.figures.named().for_each(|(key, figure)| values.add_some(key, figure));
         values.add("peak_joint_speeds_of_limits", spaced(&self.peak_speeds));
-        values.add("cycle_jitter_p99_us", self.cycle_jitter_us.0);
-        values.add("cycle_jitter_max_us", self.cycle_jitter_us.1);
+        self.cycle_jitter.add_to(values);
     }
 
     /// Reads such a message; none where it is no servo's.
@@ -213,7 +206,6 @@ impl MotionReport {
         let number = |key: &str| values.get(key).and_then(|text| text.parse::<f64>().ok());
         let text = |key: &str| values.get(key).map(|text| (*text).to_owned());
         let pose = |key: &str| values.get(key).and_then(|text| parse_goal(text));
-        let amount = |key: &str| number(key).unwrap_or_default();
         let peaks = values.get("peak_joint_speeds_of_limits").map_or("", |text| text);
         Some(Self {
             number: values.get("motion").and_then(|text| text.parse().ok()).unwrap_or_default(),
@@ -237,7 +229,7 @@ impl MotionReport {
                 .take(MOST_JOINTS)
                 .filter_map(|peak| peak.parse().ok())
                 .collect(),
-            cycle_jitter_us: (amount("cycle_jitter_p99_us"), amount("cycle_jitter_max_us")),
+            cycle_jitter: CycleJitter::from_named(number),
         })
     }
 }
@@ -295,13 +287,13 @@ mod tests {
 
     fn report(outcome: servo::Outcome, why: Option<&str>) -> MotionReport {
         let context = MotionContext {
-            law: vec![("law", "logc"), ("task", "position")],
+            law: LawNames { law: "logc", aim: Some("position"), aim_key: "task" },
             gains: "angular 1, linear 2".to_owned(),
             why: why.map(str::to_owned),
             goal_frame: "table",
             asked_by: Some("/rviz (01.0f)"),
             began: Some(&Time { sec: 1_700_000_000, nanosec: 5 }),
-            cycle_jitter_us: (12.5, 40.0),
+            cycle_jitter: CycleJitter { p99: 12.5, max: 40.0 },
         };
         MotionReport::new(&motion(outcome), context)
     }

@@ -16,6 +16,28 @@ pub enum ServoKind {
     TwoArms,
 }
 
+/// The names of a law in force.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct LawNames {
+    /// That of the law, or of two arms' Jacobian map.
+    pub law: &'static str,
+    /// What of the pose is controlled; none where one arm's law controls all of it.
+    pub aim: Option<&'static str>,
+    /// The key under which the status has the aim.
+    pub aim_key: &'static str,
+}
+
+impl std::fmt::Display for LawNames {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        f.write_str(&law_and_aim(self.law, self.aim))
+    }
+}
+
+/// A law, and what it controls where that is said.
+pub(super) fn law_and_aim(law: &str, aim: Option<&str>) -> String {
+    aim.map_or_else(|| law.to_owned(), |aim| format!("{law} {aim}"))
+}
+
 impl ServoKind {
     /// Both.
     pub const ALL: [Self; 2] = [Self::OneArm, Self::TwoArms];
@@ -92,13 +114,18 @@ impl ServoKind {
         }
     }
 
-    /// The law in force as the status reports it: keys and values, the first of them `law`.
-    pub fn law(self, controller: &Controller) -> Vec<(&'static str, &'static str)> {
+    /// The law in force as the status reports it.
+    pub fn law(self, controller: &Controller) -> LawNames {
         let Controller { law, aim, .. } = controller;
         match self {
-            Self::OneArm if *aim == Aim::Pose => vec![("law", law.name())],
-            Self::OneArm => vec![("law", law.name()), ("task", aim.name())],
-            Self::TwoArms => vec![("law", law.map().name()), ("primitive", aim.relative_name())],
+            Self::OneArm => {
+                let task = (*aim != Aim::Pose).then(|| aim.name());
+                LawNames { law: law.name(), aim: task, aim_key: "task" }
+            }
+            Self::TwoArms => {
+                let primitive = Some(aim.relative_name());
+                LawNames { law: law.map().name(), aim: primitive, aim_key: "primitive" }
+            }
         }
     }
 

@@ -1,7 +1,7 @@
 //! The servo's status as a message, and back: `~/status`.
 
-use super::TimingFigures;
-use super::{PoseNumbers, pose_numbers};
+use super::servo_kind::{LawNames, law_and_aim};
+use super::{PoseNumbers, SpreadFigures, TimingFigures, pose_numbers};
 use crate::wire::messages::{DiagnosticStatus, KeyValue, Time};
 use dq_core::servo::{Asker, Figures, Input, Reconfiguration, RejectionCounts, State, Status};
 use dq_limits::check::GuardState;
@@ -38,14 +38,42 @@ pub struct StatusReport {
     pub reconfiguration: Option<String>,
     /// Figures of the motion; none before the arm was ever heard.
     pub figures: Option<Figures>,
-    /// Lateness of the cycle since the goal was taken, 99 % and worst (µs).
-    pub cycle_jitter_us: (f64, f64),
+    /// Lateness of the cycle since the goal was taken.
+    pub cycle_jitter: CycleJitter,
+}
+
+/// Lateness of the cycle \[µs\].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct CycleJitter {
+    /// Of 99 % of the cycles.
+    pub p99: f64,
+    /// Of all.
+    pub max: f64,
+}
+
+impl From<&SpreadFigures> for CycleJitter {
+    fn from(lateness: &SpreadFigures) -> Self {
+        Self { p99: lateness.p99.as_secs_f64() * 1e6, max: lateness.max.as_secs_f64() * 1e6 }
+    }
+}
+
+impl CycleJitter {
+    pub(super) fn add_to(&self, values: &mut KeyValues) {
+        values.add("cycle_jitter_p99_us", self.p99);
+        values.add("cycle_jitter_max_us", self.max);
+    }
+
+    /// From the number of each key.
+    pub(super) fn from_named(number: impl Fn(&str) -> Option<f64>) -> Self {
+        let amount = |key| number(key).unwrap_or_default();
+        Self { p99: amount("cycle_jitter_p99_us"), max: amount("cycle_jitter_max_us") }
+    }
 }
 
 /// What a servo says of itself, and what it needs for that besides its [`Status`].
 pub struct ServoReport<'a> {
-    /// Keys and names of the law in force.
-    pub law: Vec<(&'static str, &'static str)>,
+    /// The law in force.
+    pub law: LawNames,
     /// The joint that its position limit holds back.
     pub joint_at_limit: Option<&'a str>,
     /// Why the arm does not arrive, and what to try.
@@ -87,21 +115,11 @@ pub(crate) fn message(reported: &Reported) -> DiagnosticStatus {
     servo.values().into_iter().for_each(|(key, value)| values.add(key, text(value)));
     values.add_some("keep_outs_not_obeyed", reported.not_obeyed.as_ref());
     values.add("guard", reported.guard);
-    values.add("cycle_jitter_p99_us", timing.lateness.p99.as_secs_f64() * 1e6);
-    values.add("cycle_jitter_max_us", timing.lateness.max.as_secs_f64() * 1e6);
+    CycleJitter::from(&timing.lateness).add_to(&mut values);
     values.add("overruns", timing.overruns);
-    DiagnosticStatus {
-        level: u8::from(
-            servo.status.state.is_warning()
-                || servo.status.goal_beyond_reach
-                || servo.status.reason.is_some()
-                || reported.not_obeyed.is_some(),
-        ),
-        name: reported.node.to_owned(),
-        message: servo.status.state.to_string(),
-        hardware_id: String::new(),
-        values: values.list,
-    }
+    let Status { state, goal_beyond_reach, reason, .. } = servo.status;
+    let warns = state.is_warning() || *goal_beyond_reach || reason.is_some() || reported.not_obeyed.is_some();
+    values.status(warns, reported.node, state.to_string())
 }
 
 /// A value as messages have it.
@@ -118,7 +136,9 @@ impl ServoReport<'_> {
     /// What `~/status` has of the servo, in this order, each with its key.
     pub fn values(&self) -> Vec<(&'static str, Value)> {
         let Self { status, rejections, .. } = self;
-        let mut values: Vec<(_, Value)> = self.law.iter().map(|(key, name)| (*key, (*name).into())).collect();
+        let LawNames { law, aim, aim_key } = self.law;
+        let mut values = vec![("law", law.into())];
+        values.extend(aim.map(|aim| (aim_key, aim.into())));
         values.extend([("sign", status.sign.into()), ("input", status.input.name().into())]);
         values.extend(self.consent());
         values.push(("goal_count", status.goal_count.into()));
@@ -178,10 +198,10 @@ pub(crate) fn rivalry(topic: &str, publishers: usize) -> String {
     format!("{publishers} publishers on {topic}: only one may command the arm")
 }
 
-/// Key-value pairs in the making.
+/// A diagnostic status in the making.
 #[derive(Default)]
 pub(crate) struct KeyValues {
-    pub list: Vec<KeyValue>,
+    list: Vec<KeyValue>,
 }
 
 /// Seconds in milliseconds, to the microsecond: an estimate that fades away has hundreds of digits.
@@ -199,6 +219,12 @@ impl KeyValues {
             self.add(key, value);
         }
     }
+
+    /// The status that `name` is in, by what its `message` says and these values.
+    pub fn status(self, warns: bool, name: &str, message: String) -> DiagnosticStatus {
+        let (level, hardware_id) = (u8::from(warns), String::new());
+        DiagnosticStatus { level, name: name.to_owned(), message, hardware_id, values: self.list }
+    }
 }
 
 impl StatusReport {
@@ -210,7 +236,6 @@ impl StatusReport {
         let values: BTreeMap<_, _> =
             message.values.iter().map(|pair| (pair.key.as_str(), pair.value.as_str())).collect();
         let number = |key: &str| values.get(key).and_then(|text| text.parse::<f64>().ok());
-        let amount = |key: &str| number(key).unwrap_or_default();
         let text = |key: &str| values.get(key).map(|text| (*text).to_owned());
         Some(Self {
             state: message.message.parse().ok()?,
@@ -226,7 +251,7 @@ impl StatusReport {
             clearance: number("clearance_m"),
             reconfiguration: text("reconfiguration"),
             figures: number("elapsed_s").map(|_| Figures::from_named(number)),
-            cycle_jitter_us: (amount("cycle_jitter_p99_us"), amount("cycle_jitter_max_us")),
+            cycle_jitter: CycleJitter::from_named(number),
         })
     }
 }
@@ -234,7 +259,7 @@ impl StatusReport {
 impl StatusReport {
     /// The law, and for two arms what it controls.
     pub fn law_and_aim(&self) -> String {
-        self.aim.iter().fold(self.law.clone(), |law, aim| format!("{law} {aim}"))
+        law_and_aim(&self.law, self.aim.as_deref())
     }
 
     /// Whether the arm has stalled, and goes on in another configuration where somebody asks for that.
@@ -399,7 +424,7 @@ mod tests {
             guard: GuardState::Watching,
             not_obeyed: None,
             servo: ServoReport {
-                law: vec![("law", "logc")],
+                law: LawNames { law: "logc", aim: None, aim_key: "task" },
                 joint_at_limit: Some("elbow"),
                 reason: Some("singular: sigma = 1.0e-5".to_owned()),
                 keep_outs: Some(3),

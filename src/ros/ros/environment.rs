@@ -69,11 +69,7 @@ impl Environment {
             None | Some("0") => range,
             Some("1") => Reach::Localhost,
             Some(other) => {
-                return Err(RosError::Environment {
-                    variable: "ROS_LOCALHOST_ONLY",
-                    value: other.to_owned(),
-                    expected: "0 or 1",
-                });
+                return Err(refused("ROS_LOCALHOST_ONLY", other, "0 or 1"));
             }
         };
         Ok(Self { domain_id, reach, enclave: enclave(get, args.enclave.as_deref(), SECURITY)? })
@@ -131,22 +127,22 @@ fn probe(address: Ipv4Addr) -> std::io::Result<()> {
 }
 
 fn parse_domain(text: &str) -> Result<u16, RosError> {
-    text.parse().ok().filter(|id| *id <= 232).ok_or_else(|| RosError::Environment {
-        variable: "ROS_DOMAIN_ID",
-        value: text.to_owned(),
-        expected: "a number from 0 to 232",
-    })
+    let id = text.parse().ok().filter(|id| *id <= 232);
+    id.ok_or_else(|| refused("ROS_DOMAIN_ID", text, "a number from 0 to 232"))
+}
+
+fn refused(variable: &'static str, value: &str, expected: &'static str) -> RosError {
+    RosError::Environment { variable, value: value.to_owned(), expected }
 }
 
 fn parse_range(text: &str) -> Result<Reach, RosError> {
     match text {
         "SUBNET" | "SYSTEM_DEFAULT" => Ok(Reach::Subnet),
         "LOCALHOST" => Ok(Reach::Localhost),
-        other => Err(RosError::Environment {
-            variable: "ROS_AUTOMATIC_DISCOVERY_RANGE",
-            value: other.to_owned(),
-            expected: "SUBNET, LOCALHOST or SYSTEM_DEFAULT (with OFF no node could be found)",
-        }),
+        other => {
+            let expected = "SUBNET, LOCALHOST or SYSTEM_DEFAULT (with OFF no node could be found)";
+            Err(refused("ROS_AUTOMATIC_DISCOVERY_RANGE", other, expected))
+        }
     }
 }
 
@@ -177,18 +173,13 @@ fn enclave(
         return Ok(None);
     }
     if !built_in {
-        return Err(RosError::Environment {
-            variable: "ROS_SECURITY_ENABLE",
-            value: "true".to_owned(),
-            expected: "false: this program was built without security (cargo build --features security)",
-        });
+        let expected = "false: this program was built without security (cargo build --features security)";
+        return Err(refused("ROS_SECURITY_ENABLE", "true", expected));
     }
     one_of("ROS_SECURITY_STRATEGY", ["Enforce", "Permissive"], "Enforce or Permissive")?;
-    let keystore = get("ROS_SECURITY_KEYSTORE").ok_or_else(|| RosError::Environment {
-        variable: "ROS_SECURITY_KEYSTORE",
-        value: String::new(),
-        expected: "the folder of a keystore, because ROS_SECURITY_ENABLE=true",
-    })?;
+    let expected = "the folder of a keystore, because ROS_SECURITY_ENABLE=true";
+    let keystore = "ROS_SECURITY_KEYSTORE";
+    let keystore = get(keystore).ok_or_else(|| refused(keystore, "", expected))?;
     let name = get("ROS_SECURITY_ENCLAVE_OVERRIDE");
     let name = name.as_deref().or(argument).unwrap_or("/");
     check_enclave(name)?;

@@ -78,8 +78,7 @@ impl Node {
         contract: &NodeContract,
         topic: &str,
     ) -> Result<Publisher<M>, RosError> {
-        let entry = contract.topic::<M>(topic, Direction::Out)?.clone();
-        self.publisher_as(&entry, topic)
+        self.publisher_as(contract.topic::<M>(topic, Direction::Out)?, topic)
     }
 
     /// A publisher on `topic` with the type and QoS of `entry`, whichever direction that has: for those who talk to a node.
@@ -126,8 +125,7 @@ impl Node {
         contract: &NodeContract,
         topic: &str,
     ) -> Result<Subscription<M>, RosError> {
-        let entry = contract.topic::<M>(topic, Direction::In)?.clone();
-        self.subscription_as(&entry, topic)
+        self.subscription_as(contract.topic::<M>(topic, Direction::In)?, topic)
     }
 
     /// A subscription to a topic of the contract that is reliable until a publisher offers best effort only, and best effort from then

@@ -1,7 +1,9 @@
 //! Another node's parameters.
 
+use super::client::Client;
 use super::error::RosError;
 use super::node::Node;
+use dq_messages::messages::ServiceType;
 use dq_messages::*;
 use dq_params::Value;
 use std::time::Duration;
@@ -30,8 +32,7 @@ impl<'a> ParameterClient<'a> {
     /// # Errors
     /// [`RosError::Service`].
     pub async fn list(&mut self) -> Result<Vec<String>, RosError> {
-        let client =
-            self.node.client::<ListParameters>(&self.service("list_parameters"), self.patience).await?;
+        let client = self.client::<ListParameters>("list_parameters").await?;
         Ok(client.call(ListRequest::default()).await?.result.names)
     }
 
@@ -41,8 +42,7 @@ impl<'a> ParameterClient<'a> {
     /// [`RosError::Service`].
     pub async fn all(&mut self) -> Result<Vec<(String, Value)>, RosError> {
         let names = self.list().await?;
-        let client =
-            self.node.client::<GetParameters>(&self.service("get_parameters"), self.patience).await?;
+        let client = self.client::<GetParameters>("get_parameters").await?;
         let mut all = Vec::new();
         for names in names.chunks(VALUES_AT_ONCE) {
             let values = client.call(Names { names: names.to_vec() }).await?.values;
@@ -57,8 +57,7 @@ impl<'a> ParameterClient<'a> {
     /// # Errors
     /// [`RosError::Service`].
     pub async fn get(&mut self, name: &str) -> Result<Option<Value>, RosError> {
-        let client =
-            self.node.client::<GetParameters>(&self.service("get_parameters"), self.patience).await?;
+        let client = self.client::<GetParameters>("get_parameters").await?;
         let values = client.call(Names { names: vec![name.to_owned()] }).await?.values;
         Ok(values.into_iter().next().and_then(ParameterValue::into_value))
     }
@@ -68,8 +67,7 @@ impl<'a> ParameterClient<'a> {
     /// # Errors
     /// [`RosError::Service`].
     pub async fn set(&mut self, name: &str, value: &Value) -> Result<Result<(), String>, RosError> {
-        let client =
-            self.node.client::<SetParameters>(&self.service("set_parameters"), self.patience).await?;
+        let client = self.client::<SetParameters>("set_parameters").await?;
         let parameter = Parameter { name: name.to_owned(), value: value.into() };
         let results = client.call(Changes { parameters: vec![parameter] }).await?.results;
         Ok(match results.into_iter().next() {
@@ -84,8 +82,7 @@ impl<'a> ParameterClient<'a> {
     /// # Errors
     /// [`RosError::Service`].
     pub async fn set_all(&mut self, changes: &[(String, Value)]) -> Result<Result<(), String>, RosError> {
-        let service = self.service("set_parameters_atomically");
-        let client = self.node.client::<SetParametersAtomically>(&service, self.patience).await?;
+        let client = self.client::<SetParametersAtomically>("set_parameters_atomically").await?;
         let parameter =
             |(name, value): &(String, Value)| Parameter { name: name.clone(), value: value.into() };
         let request = Changes { parameters: changes.iter().map(parameter).collect() };
@@ -98,10 +95,7 @@ impl<'a> ParameterClient<'a> {
     /// # Errors
     /// [`RosError::Service`].
     pub async fn describe(&mut self, name: &str) -> Result<Option<ParameterDescriptor>, RosError> {
-        let service = self.service("describe_parameters");
-        let client = self.node.client::<DescribeParameters>(&service, self.patience).await?;
-        let descriptors = client.call(Names { names: vec![name.to_owned()] }).await?.descriptors;
-        Ok(descriptors.into_iter().next().filter(|descriptor| descriptor.kind != 0))
+        Ok(self.describe_all(&[name.to_owned()]).await?.pop())
     }
 
     /// What each of these parameters is, without those that are not declared.
@@ -109,8 +103,7 @@ impl<'a> ParameterClient<'a> {
     /// # Errors
     /// [`RosError::Service`].
     pub async fn describe_all(&mut self, names: &[String]) -> Result<Vec<ParameterDescriptor>, RosError> {
-        let service = self.service("describe_parameters");
-        let client = self.node.client::<DescribeParameters>(&service, self.patience).await?;
+        let client = self.client::<DescribeParameters>("describe_parameters").await?;
         let mut all = Vec::new();
         for names in names.chunks(DESCRIPTORS_AT_ONCE) {
             let descriptors = client.call(Names { names: names.to_vec() }).await?.descriptors;
@@ -119,7 +112,7 @@ impl<'a> ParameterClient<'a> {
         Ok(all)
     }
 
-    fn service(&self, name: &str) -> String {
-        format!("{}/{name}", self.target)
+    async fn client<S: ServiceType>(&mut self, service: &str) -> Result<Client<S>, RosError> {
+        self.node.client(&format!("{}/{service}", self.target), self.patience).await
     }
 }

@@ -14,7 +14,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 /// Takes a whole set of parameters, to which these changes led, into force, or says why not: what it takes nothing refuses later.
 pub type Apply = dyn Fn(&ParameterStore, &[(String, Value)]) -> Result<(), String> + Send + Sync;
 
-/// A node's parameters behind the six `rcl_interfaces` services. Every change is checked as a whole before it takes effect.
+/// A node's parameters behind the six `rcl_interfaces` services, and beside them the service that describes types. Every change is checked as a whole before it takes effect.
 ///
 /// Changes are announced on `/parameter_events`, as every ROS 2 node does (nodes of rclcpp subscribe to it too, for their own
 /// `use_sim_time`; here that would match each node of a domain with each other for nothing); who comes later hears of the last one there at most. So `~/parameters`
@@ -70,6 +70,7 @@ impl ParameterServer {
         node.serve::<SetParametersAtomically>("~/set_parameters_atomically", move |request| AtomicResult {
             result: this.set(request.parameters),
         })?;
+        node.serve::<GetTypeDescription>("~/get_type_description", |request| describe(&request))?;
         Ok(server)
     }
 

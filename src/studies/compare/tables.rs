@@ -2,7 +2,7 @@
 
 use super::matching::others;
 use super::numbers::{median, number, percent, probability, range, signed, time};
-use super::{ALL_ARMS, Comparison, Findings, Matched, Outcome, PLANTS, Peer, Quantity, REFERENCE};
+use super::{ALL_ARMS, Cell, Comparison, Findings, Matched, Outcome, PLANTS, Peer, Quantity, REFERENCE};
 use dq_kinematics::control::Law;
 use std::fmt::Write as _;
 
@@ -17,19 +17,21 @@ pub(super) fn figures(findings: &Findings, matched: Matched, limits: bool) -> St
         let (low, high) = findings.gain_range(matched, law);
         let _ = writeln!(
             table,
-            "| {law} | {}{} | {} | {} | {} | {} | {} | {} | {} |",
+            "| {law} | {}{} | {} | {} |",
             range(low, high),
             if findings.is_matched(matched, law) { "" } else { " †" },
-            percent(Some(cell.settled_percent)),
-            time(cell.settling_s, findings.horizon_s),
-            median(cell.path_ratio),
-            median(cell.overshoot_mm),
-            median(cell.effort),
-            median(cell.peak_rad_s),
+            of_cell(cell, findings),
             findings.step_ns(law).map_or("-".to_owned(), number),
         );
     }
     table
+}
+
+/// The columns from `settled` to `peak`.
+fn of_cell(cell: &Cell, findings: &Findings) -> String {
+    let settled = [percent(Some(cell.settled_percent)), time(cell.settling_s, findings.horizon_s)];
+    let figures = [cell.path_ratio, cell.overshoot_mm, cell.effort, cell.peak_rad_s].map(median);
+    [&settled[..], &figures].concat().join(" | ")
 }
 
 /// The head of a table of differences.
@@ -67,18 +69,8 @@ pub(super) fn peers(findings: &Findings, limits: bool) -> String {
          |---|---|---|---|---|---|---|---|\n",
     );
     for Peer { cell, gains: [least, greatest] } in peers() {
-        let _ = writeln!(
-            table,
-            "| {} | {} | {} | {} | {} | {} | {} | {} |",
-            cell.key.law,
-            range(*least, *greatest),
-            percent(Some(cell.settled_percent)),
-            time(cell.settling_s, findings.horizon_s),
-            median(cell.path_ratio),
-            median(cell.overshoot_mm),
-            median(cell.effort),
-            median(cell.peak_rad_s),
-        );
+        let gains = range(*least, *greatest);
+        let _ = writeln!(table, "| {} | {gains} | {} |", cell.key.law, of_cell(cell, findings));
     }
     let _ = write!(table, "\nEach less `{}`, on the tasks that both settle:\n\n{DIFFERENCES}", REFERENCE.0);
     for Peer { cell, .. } in peers().filter(|peer| peer.cell.key.law != REFERENCE.0.name()) {

@@ -19,7 +19,8 @@ const NAME: &str = "goal";
 const SIZE: f32 = 0.3;
 
 /// A marker that is nearer than this \[m\] and \[rad\] to where it should be is left there.
-const NEAR: (f64, f64) = (0.001, 0.01);
+const NEAR: f64 = 0.001;
+const NEAR_ANGLE: f64 = 0.01;
 
 /// A client that has been silent for so long in the middle of a drag is gone.
 const PATIENCE: Duration = Duration::from_secs(10);
@@ -62,7 +63,7 @@ impl GoalMarker {
             return None;
         }
         self.hand = None;
-        let near = |at: &Pose| distance(at, pose) < NEAR.0 && angle(at, pose) < NEAR.1;
+        let near = |at: &Pose| distance(at, pose) < NEAR && angle(at, pose) < NEAR_ANGLE;
         if self.pose.as_ref().is_some_and(near) {
             return None;
         }

@@ -6,8 +6,9 @@ use dq_algebra::UnitDualQuaternion;
 use dq_space::space::{KeepOut, Scene, Segment, Shape};
 use nalgebra::{Isometry3, Translation3};
 
-/// Of a half-space so much is drawn of its plane, and so thick \[m\].
-const PLANE: (f64, f64) = (2.0, 0.002);
+/// Of a half-space a square of its plane is drawn with this side, and so thick \[m\].
+const SIDE: f64 = 2.0;
+const THICKNESS: f64 = 0.002;
 
 /// They are seen through.
 const OUT: ColorRGBA = ColorRGBA { r: 0.85, g: 0.3, b: 0.1, a: 0.4 };
@@ -67,10 +68,9 @@ fn drawn(shape: &Shape) -> Vec<Solid> {
     };
     match shape {
         Shape::HalfSpace(plane) => {
-            let (side, thick) = PLANE;
             let through =
-                Segment { ends: [thick, 0.0].map(|below| (plane.offset() - below) * plane.normal()) };
-            vec![solid(Marker::CUBE, through.frame(), [side, side, thick])]
+                Segment { ends: [THICKNESS, 0.0].map(|below| (plane.offset() - below) * plane.normal()) };
+            vec![solid(Marker::CUBE, through.frame(), [SIDE, SIDE, THICKNESS])]
         }
         Shape::Sphere { center, radius } => vec![ball(center, *radius)],
         Shape::Box { base_from_box, half } => {

@@ -10,16 +10,23 @@ use dq_space::space::Scene;
 use nalgebra::{Quaternion, UnitQuaternion};
 use std::sync::Arc;
 
-/// Lengths of the axes of a frame, and the width of their lines \[m\].
-const GOAL: (f64, f64) = (0.12, 0.010);
-const TOOL: (f64, f64) = (0.09, 0.008);
-const ON_THE_WAY: (f64, f64) = (0.035, 0.003);
+/// Length of the axes of a frame, and width of their lines \[m\].
+#[derive(Clone, Copy)]
+struct Axes {
+    length: f64,
+    width: f64,
+}
+
+const GOAL: Axes = Axes { length: 0.12, width: 0.010 };
+const TOOL: Axes = Axes { length: 0.09, width: 0.008 };
+const ON_THE_WAY: Axes = Axes { length: 0.035, width: 0.003 };
 
 /// Width of the way \[m\].
 const WAY: f64 = 0.006;
 
 /// Frames along the way are this far from each other \[m\] or \[rad\].
-const SPACING: (f64, f64) = (0.06, 0.35);
+const SPACING: f64 = 0.06;
+const TURN_SPACING: f64 = 0.35;
 
 /// What is drawn of a moment.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -55,7 +62,7 @@ pub(super) fn markers(moment: &Moment, trace: &Trace) -> MarkerArray {
         colors,
         ..Marker::default()
     };
-    let frames = |ns: &str, poses: &[&Pose], (length, width)| {
+    let frames = |ns: &str, poses: &[&Pose], Axes { length, width }: Axes| {
         let (points, colors) = poses.iter().flat_map(|pose| axes(pose, length)).unzip();
         marker(ns, Marker::LINE_LIST, width, points, colors)
     };
@@ -69,7 +76,7 @@ pub(super) fn markers(moment: &Moment, trace: &Trace) -> MarkerArray {
             frames("tool", &tool, TOOL),
             marker("path", Marker::LINE_STRIP, WAY, way, Vec::new()),
             marker("closest", Marker::LINE_LIST, WAY, closest, Vec::new()),
-            frames("frames", &trace.spaced(SPACING.0, SPACING.1), ON_THE_WAY),
+            frames("frames", &trace.spaced(SPACING, TURN_SPACING), ON_THE_WAY),
         ],
     }
 }
@@ -125,7 +132,7 @@ mod tests {
         // A quarter turn about z: the goal's x axis is along y.
         let tip = &all[0].points[1];
         assert!(
-            (tip.x, tip.z) == (0.0, 1.0) || tip.x.abs() < 1e-12 && (tip.y - GOAL.0).abs() < 1e-12,
+            (tip.x, tip.z) == (0.0, 1.0) || tip.x.abs() < 1e-12 && (tip.y - GOAL.length).abs() < 1e-12,
             "{tip:?}"
         );
         assert_eq!(all[0].colors[1].r, f32::from(AXES[0][0]) / 255.0);

@@ -10,12 +10,13 @@ mod trace;
 pub(super) use markers::Moment;
 
 use super::senders::{Clocks, Senders};
+use super::servo::Wiring;
+use crate::wire::Contract;
 use crate::wire::messages::{Header, PoseStamped};
 use crate::wire::visualization::{
     GetInteractiveMarkers, InteractiveMarkerFeedback, InteractiveMarkerUpdate, MarkerArray, Path,
 };
-use crate::wire::{Contract, NodeContract};
-use dq_ros::ros::{Logger, Node, Publisher, RosError, Subscription};
+use dq_ros::ros::{Logger, Publisher, RosError, Subscription};
 use goal_marker::GoalMarker;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
@@ -65,15 +66,13 @@ struct Pictures {
     log: Logger,
 }
 
-/// Serves pictures of what is left on the easel until the node is dropped. A goal that is dragged goes where all goals do: on `goal_topic`.
+/// Serves pictures of what is left on the easel until the node is dropped. A goal that is dragged in `frame` goes where all goals do.
 ///
 /// # Errors
 /// [`RosError`].
-pub(super) fn serve(
-    node: &mut Node,
-    contract: &NodeContract,
-    (goal_topic, frame): (&str, &str),
-) -> Result<Easel, RosError> {
+pub(super) fn serve(wiring: &mut Wiring, frame: &str) -> Result<Easel, RosError> {
+    let Wiring { node, kind, contract } = wiring;
+    let goal_topic = kind.goal_topic();
     let pictures = Contract::builtin()?.pictures;
     let goal = Arc::new(Mutex::new(GoalMarker::new(&node.name().fully_qualified(), frame)));
     let asked = goal.clone();
