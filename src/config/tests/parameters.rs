@@ -34,17 +34,14 @@ fn with(changes: &[(&str, &str)]) -> Result<Settings, ParameterError> {
 }
 
 #[test]
-fn good_changes_are_taken() {
+fn changes_are_taken_together_or_refused_with_a_reason() {
     let store = store();
-    let changed = store.with(&change("controller", "diffc")).unwrap();
+    let two = |law: &str| [change("gains.diffc", "10"), change("controller", law)].concat();
+    let changed = store.with(&two("diffc")).unwrap();
     assert_eq!(changed.get("controller"), Some(&Value::String("diffc".into())));
-    let changed = store.with(&change("gains.diffc", "10")).unwrap();
     assert_eq!(changed.get("gains.diffc"), Some(&Value::Double(10.0)));
-}
-
-#[test]
-fn bad_changes_are_refused_with_a_reason() {
-    let store = store();
+    assert!(store.with(&two("pid")).is_err());
+    assert_eq!(store.get("gains.diffc"), Some(&Value::Double(185.0)));
     for (name, yaml, reason) in [
         ("controller", "pid", "one of diffc, diffc_inverse, logc"),
         ("controller", "3", "is a string"),
@@ -198,15 +195,6 @@ fn what_is_to_be_kept_out_of_is_read_or_refused_with_the_reason() {
     let both = [("keep_in", cell), ("keep_out", &format!("[{}]", many[..63].join(", ")))];
     let refused = with(&both).unwrap_err().to_string();
     assert!(refused.contains("65 of them: expected 64 at most, those of keep_in"), "{refused}");
-}
-
-#[test]
-fn a_change_is_all_or_nothing() {
-    let store = store();
-    let mut changes = change("gains.diffc", "10.0");
-    changes.extend(change("controller", "pid"));
-    assert!(store.with(&changes).is_err());
-    assert_eq!(store.get("gains.diffc"), Some(&Value::Double(185.0)));
 }
 
 fn given(yaml: &[(&str, &str)]) -> Vec<Given> {

@@ -1,5 +1,7 @@
 //! Chains and servos of arms by name, by robot description and by DH rows.
 
+use crate::described::{GANTRY, frames};
+use crate::{started, text};
 use dq_config::{ARMS, BUILTIN_FILE, ForArm, NodeParameters, ServoParameters, SetupError};
 use dq_core::servo::Servo;
 use dq_kinematics::arm::{Chain, Convention, DhRow};
@@ -24,24 +26,16 @@ fn every_arm_of_the_box_has_its_servo_by_its_name_and_another_name_is_refused_wi
 }
 
 #[test]
-fn a_robot_description_gives_the_servo_its_limits_and_what_it_lacks_is_told() {
-    let urdf = "<robot name='crane'><link name='mast'/><link name='boom'/><link name='hook'/>
-      <joint name='turn' type='revolute'><parent link='mast'/><child link='boom'/><axis xyz='0 0 1'/>
-        <limit lower='-2' upper='2' velocity='0.5' effort='1'/></joint>
-      <joint name='lower' type='prismatic'><parent link='boom'/><child link='hook'/><origin xyz='4 0 0'/>
-        <axis xyz='0 0 -1'/><limit lower='0' upper='3' velocity='1' effort='1'/></joint></robot>";
-    let parameters = ServoParameters::from_urdf(urdf, "mast", "hook").unwrap();
-    assert_eq!(parameters.joints[0].names(), ["turn", "lower"]);
-    assert_eq!(parameters.arms.chain().forward_kinematics(&[0.0, 1.0]).unwrap().translation().z, -1.0);
-    let servo = ServoParameters::from_urdf(urdf, "mast", "hook").unwrap().build().unwrap();
-    let limits = &servo.settings().limits;
-    assert_eq!(limits.joint_velocity, [0.5, 1.0]);
-    assert_eq!((&limits.position.lower, &limits.position.upper), (&vec![-2.0, 0.0], &vec![2.0, 3.0]));
-    let why = |text: &str, tool| ServoParameters::from_urdf(text, "mast", tool).err().unwrap().to_string();
-    assert!(why(urdf, "jib").contains("jib"), "{}", why(urdf, "jib"));
-    let without = urdf.replace("velocity='0.5'", "");
-    assert!(why(&without, "hook").contains("\"turn\" has no velocity limit"), "{}", why(&without, "hook"));
-    assert!(!why("<robot", "hook").is_empty());
+fn a_robot_description_gives_what_its_parameters_give_and_what_it_lacks_is_told() {
+    let values = [&[("robot_description", text(GANTRY))][..], &frames("a", "e")].concat();
+    let parameters = ServoParameters::from_urdf(GANTRY, "a", "e").unwrap();
+    assert_eq!(parameters, started(&values).unwrap());
+    assert_eq!(parameters.build().unwrap().settings().limits.joint_velocity, [1.5, 0.5, 3.0]);
+    let why = |text: &str, tool| ServoParameters::from_urdf(text, "a", tool).err().unwrap().to_string();
+    assert!(why(GANTRY, "jib").contains("jib"), "{}", why(GANTRY, "jib"));
+    let without = GANTRY.replace("velocity='1.5'", "");
+    assert!(why(&without, "e").contains("\"j1\" has no velocity limit"), "{}", why(&without, "e"));
+    assert!(!why("<robot", "e").is_empty());
 }
 
 #[test]

@@ -86,6 +86,8 @@ pub(super) struct Follow {
     pub(super) begin: Duration,
     pub(super) errors: Vec<Vector3<f64>>,
     pub(super) points: Vec<Vector3<f64>>,
+    /// All commands, by their bits.
+    pub(super) commands: Vec<u64>,
 }
 
 impl Follow {
@@ -96,7 +98,7 @@ impl Follow {
         let mut rig = Rig::of(parameters, arm.1.clone());
         rig.run(0.02);
         let (start, begin) = (rig.servo.pose().unwrap(), rig.now);
-        Self { rig, start, begin, errors: Vec::new(), points: Vec::new() }
+        Self { rig, start, begin, errors: Vec::new(), points: Vec::new(), commands: Vec::new() }
     }
 
     pub(super) fn send(&mut self, goal: &UnitDualQuaternion, stamp: i64) {
@@ -108,6 +110,7 @@ impl Follow {
         let tool = puma().forward_kinematics(&self.rig.positions()).unwrap();
         self.errors.push(tool.translation() - goal.translation());
         self.points.push(tool.translation());
+        self.commands.extend(self.rig.command.iter().map(|speed| speed.to_bits()));
     }
 
     pub(super) fn time(&self) -> f64 {
@@ -141,6 +144,25 @@ impl Follow {
             let goal = path(&self.start, speed, self.time() + 2.0 * PERIOD.as_secs_f64());
             self.cycle(&goal);
         }
+    }
+
+    /// So many cycles, with a goal and its stamp each `every` cycles, by where the arm begins and the number of the cycle.
+    pub(super) fn goals(
+        arm: &(ServoParameters, Vec<f64>),
+        feed_forward: bool,
+        (cycles, every): (i64, i64),
+        mut goal: impl FnMut(&UnitDualQuaternion, i64) -> (UnitDualQuaternion, i64),
+    ) -> Self {
+        let mut follow = Self::begin(arm, feed_forward);
+        for cycle in 0..cycles {
+            if cycle % every == 0 {
+                let (goal, stamp) = goal(&follow.start, cycle);
+                follow.send(&goal, stamp);
+            }
+            let start = follow.start;
+            follow.cycle(&start);
+        }
+        follow
     }
 
     /// Beside a goal on a line at that speed [m/s] until then \[s\], of which each 20 ms a message is sent.

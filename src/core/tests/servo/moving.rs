@@ -113,18 +113,12 @@ fn a_stream_that_ends_is_overshot_by_no_more_than_its_interval() {
 fn a_goal_that_leaps_flings_no_arm() {
     let arm = start_of(-0.3);
     let run = |feed_forward| {
-        let mut follow = Follow::begin(&arm, feed_forward);
-        for cycle in 0..1500 {
-            // At 50 Hz, 1 m/s for one interval, to and fro and for good.
-            if cycle % 10 == 0 {
-                let y = if [50, 60, 70].contains(&(cycle / 10)) || cycle > 800 { 0.1 } else { 0.0 };
-                let goal = moved(&follow.start, Vector3::new(0.0, y, 0.0));
-                follow.send(&goal, EPOCH + i64::from(cycle) * 2_000_000);
-            }
-            let goal = follow.start;
-            follow.cycle(&goal);
-        }
-        follow.rig.command.iter().map(|speed| speed.to_bits()).collect::<Vec<_>>()
+        // At 50 Hz, 1 m/s for one interval, to and fro and for good.
+        let follow = Follow::goals(&arm, feed_forward, (1500, 10), |start, cycle| {
+            let y = if [50, 60, 70].contains(&(cycle / 10)) || cycle > 800 { 0.1 } else { 0.0 };
+            (moved(start, Vector3::new(0.0, y, 0.0)), EPOCH + cycle * 2_000_000)
+        });
+        follow.commands
     };
     assert_eq!(run(false), run(true), "no bit of it is a motion");
 }
@@ -132,24 +126,16 @@ fn a_goal_that_leaps_flings_no_arm() {
 #[test]
 fn goals_that_stand_or_come_once_change_no_bit() {
     let arm = start_of(-0.3);
-    let run = |feed_forward, every: usize, noise: f64| {
-        let (mut follow, mut random) = (Follow::begin(&arm, feed_forward), Random(3));
-        let mut bits = Vec::new();
-        for cycle in 0..1000 {
-            let goal = moved(&follow.start, Vector3::new(0.0, 0.1, 0.05));
-            if cycle % every == 0 {
-                // q and −q are one goal.
-                let sign = if (cycle / every).is_multiple_of(2) { 1.0 } else { -1.0 };
-                let shaken = moved(&goal, noise * random.vector());
-                follow.send(&if sign > 0.0 { shaken } else { -shaken }, 0);
-            }
-            follow.cycle(&goal);
-            bits.extend(follow.rig.command.iter().map(|speed| speed.to_bits()));
-        }
-        bits
+    let run = |feed_forward, every| {
+        let follow = Follow::goals(&arm, feed_forward, (1000, every), |start, cycle| {
+            let goal = moved(start, Vector3::new(0.0, 0.1, 0.05));
+            // q and −q are one goal.
+            (if (cycle / every) % 2 == 0 { goal } else { -goal }, 0)
+        });
+        follow.commands
     };
     for every in [1, 10, 50, 5000] {
-        assert_eq!(run(false, every, 0.0), run(true, every, 0.0), "each {every} cycles");
+        assert_eq!(run(false, every), run(true, every), "each {every} cycles");
     }
 }
 
@@ -345,15 +331,12 @@ fn another_tool_finds_no_frame_that_is_lost() {
 #[test]
 fn a_goal_that_shakes_is_hardly_a_motion() {
     let arm = start_of(-0.3);
-    let run = |feed_forward, every: usize| {
-        let (mut follow, mut random) = (Follow::begin(&arm, feed_forward), Random(3));
-        for cycle in 0..3000 {
-            let goal = moved(&follow.start, Vector3::new(0.0, 0.1, 0.05));
-            if cycle % every == 0 {
-                follow.send(&moved(&goal, 2e-4 * random.vector()), EPOCH + 2_000_000 * cycle as i64);
-            }
-            follow.cycle(&goal);
-        }
+    let run = |feed_forward, every| {
+        let mut random = Random(3);
+        let follow = Follow::goals(&arm, feed_forward, (3000, every), |start, cycle| {
+            let goal = moved(start, Vector3::new(0.0, 0.1, 0.05) + 2e-4 * random.vector());
+            (goal, EPOCH + 2_000_000 * cycle)
+        });
         let speeds = follow.velocities();
         (speeds.iter().map(Vector3::norm_squared).sum::<f64>() / speeds.len() as f64).sqrt()
     };
