@@ -11,7 +11,7 @@ use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 use tokio::sync::watch;
-use tokio::task::JoinHandle;
+use tokio::task::{JoinHandle, JoinSet};
 
 /// Records what other participants publish, from its start until [`Recorder::finish`]. Topics that appear later are
 /// recorded from then on.
@@ -151,13 +151,7 @@ struct Receiving {
     delivery: Option<Delivery>,
     message: String,
     sequences: Sequences,
-    task: JoinHandle<()>,
-}
-
-impl Drop for Receiving {
-    fn drop(&mut self) {
-        self.task.abort();
-    }
+    _task: JoinSet<()>,
 }
 
 /// Follows the graph and subscribes to what appears.
@@ -238,8 +232,10 @@ impl Watcher {
                     sequences: sequences.clone(),
                     log: self.node.log().clone(),
                 };
-                let (message, task) = (topic.message.clone(), tokio::spawn(receiver.run(subscription)));
-                self.receiving.insert(name.to_owned(), Receiving { delivery, message, sequences, task });
+                let (message, mut task) = (topic.message.clone(), JoinSet::new());
+                task.spawn(receiver.run(subscription));
+                let receiving = Receiving { delivery, message, sequences, _task: task };
+                self.receiving.insert(name.to_owned(), receiving);
             }
             Err(why) => self.warn(why.to_string()),
         }

@@ -19,7 +19,7 @@ use dq_ros::ros::{
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use tokio::sync::{Notify, OnceCell, mpsc, oneshot, watch};
-use tokio::task::JoinHandle;
+use tokio::task::JoinSet;
 
 /// Shortest time between two frames: 50 a second are as many as a screen needs.
 const FRAME: Duration = Duration::from_millis(20);
@@ -35,7 +35,7 @@ const RETRY: Duration = Duration::from_secs(1);
 
 /// A participant that shows the servo of its namespace. Ends when it is dropped.
 pub struct Peer {
-    tasks: Vec<JoinHandle<()>>,
+    _tasks: JoinSet<()>,
     log: Logger,
 }
 
@@ -110,25 +110,18 @@ impl Peer {
             appeared: Notify::new(),
         });
         let RobotEnd { robot, now, markers, looks, asks, .. } = end;
-        let tasks = vec![
-            tokio::spawn(show_looks(shared.clone(), descriptions, robot.subscribe(), looks)),
-            tokio::spawn(show(shared.clone(), seen, events, full_name.clone(), now, robot.clone())),
-            tokio::spawn(read_parameters(shared.clone(), full_name, robot)),
-            tokio::spawn(show_markers(drawn, markers)),
-            tokio::spawn(serve(shared, asks)),
-        ];
-        Ok(Self { tasks, log })
+        let mut tasks = JoinSet::new();
+        tasks.spawn(show_looks(shared.clone(), descriptions, robot.subscribe(), looks));
+        tasks.spawn(show(shared.clone(), seen, events, full_name.clone(), now, robot.clone()));
+        tasks.spawn(read_parameters(shared.clone(), full_name, robot));
+        tasks.spawn(show_markers(drawn, markers));
+        tasks.spawn(serve(shared, asks));
+        Ok(Self { _tasks: tasks, log })
     }
 
     /// The node's log.
     pub fn log(&self) -> &Logger {
         &self.log
-    }
-}
-
-impl Drop for Peer {
-    fn drop(&mut self) {
-        self.tasks.iter().for_each(JoinHandle::abort);
     }
 }
 

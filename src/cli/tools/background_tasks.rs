@@ -9,7 +9,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use tokio::sync::watch;
-use tokio::task::JoinHandle;
+use tokio::task::JoinSet;
 
 /// Does tasks until nobody asks for any more.
 pub(super) struct Runner {
@@ -18,7 +18,8 @@ pub(super) struct Runner {
     show: watch::Sender<Arc<str>>,
     /// The number of the last race. They go on from the time of the start \[ms\]: a page that was open before knows a later race by it.
     races: u64,
-    race: Option<JoinHandle<()>>,
+    /// The one that runs, if one does.
+    race: JoinSet<()>,
     recording: Option<(Recording, PathBuf)>,
 }
 
@@ -27,7 +28,7 @@ impl Runner {
     pub fn new(environment: &Environment, ros_args: &RosArgs, show: watch::Sender<Arc<str>>) -> Self {
         let (environment, ros_args) = (environment.clone(), ros_args.clone());
         let races = u64::try_from(since_1970().as_millis()).unwrap_or_default();
-        Self { environment, ros_args, show, races, race: None, recording: None }
+        Self { environment, ros_args, show, races, race: JoinSet::new(), recording: None }
     }
 
     /// Does what is asked, and ends what is going on when nobody is left who could ask.
@@ -62,12 +63,13 @@ impl Runner {
     }
 
     fn race(&mut self, race: Race) -> anyhow::Result<Answer> {
-        if self.race.as_ref().is_some_and(|race| !race.is_finished()) {
+        self.race.try_join_next();
+        if !self.race.is_empty() {
             return Ok(Answer::refused("one comparison at a time"));
         }
         let lanes = Lanes::start(&self.environment, &race)?;
         self.races += 1;
-        self.race = Some(tokio::spawn(lanes.run(race.goal, self.races, self.show.clone())));
+        self.race.spawn(lanes.run(race.goal, self.races, self.show.clone()));
         let [one, other] = &race.laws;
         Ok(Answer::done(format!("{one} and {other} from where the last motion began")))
     }
@@ -100,12 +102,4 @@ fn refused(why: &anyhow::Error) -> Answer {
 
 fn since_1970() -> Duration {
     SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default()
-}
-
-impl Drop for Runner {
-    fn drop(&mut self) {
-        if let Some(race) = &self.race {
-            race.abort();
-        }
-    }
 }

@@ -8,7 +8,7 @@ use crate::ros::{Environment, LogLevel, Logging, Resolver, RosArgs, Session};
 use crate::view::{self, PageEnd, Peer, RobotEnd, Server, Settings};
 use crate::wire::ServoKind;
 use tokio::sync::{mpsc, oneshot, watch};
-use tokio::task::JoinHandle;
+use tokio::task::{JoinHandle, JoinSet};
 
 /// Where the page is by default: on this host only.
 const LISTEN: &str = "127.0.0.1:8123";
@@ -116,8 +116,10 @@ pub(super) struct Page {
     pub link: String,
     /// Whether a browser has begun to watch.
     pub watched: watch::Receiver<bool>,
-    server: JoinHandle<()>,
-    viewer: Option<(oneshot::Sender<()>, JoinHandle<()>)>,
+    _server: JoinSet<()>,
+    /// Ends the viewer.
+    close: oneshot::Sender<()>,
+    viewer: JoinSet<()>,
 }
 
 impl Page {
@@ -128,25 +130,17 @@ impl Page {
     ) -> Self {
         let (link, watched) = (server.link(), server.watched());
         let (close, closed) = oneshot::channel();
-        let viewer = Some((close, tokio::spawn(viewer(closed))));
-        Self { link, watched, server: tokio::spawn(server.serve()), viewer }
+        let (serving, viewing) = (server.serve(), viewer(closed));
+        let (mut server, mut viewer) = (JoinSet::new(), JoinSet::new());
+        server.spawn(serving);
+        viewer.spawn(viewing);
+        Self { link, watched, _server: server, close, viewer }
     }
 
     /// Ends what is going on on the page: a recording is whole.
     pub async fn close(mut self) {
-        if let Some((close, ended)) = self.viewer.take() {
-            let _ = close.send(());
-            let _ = ended.await;
-        }
-    }
-}
-
-impl Drop for Page {
-    fn drop(&mut self) {
-        self.server.abort();
-        if let Some((_, viewer)) = &self.viewer {
-            viewer.abort();
-        }
+        let _ = self.close.send(());
+        self.viewer.join_next().await;
     }
 }
 

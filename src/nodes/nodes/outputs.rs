@@ -154,10 +154,7 @@ impl Outputs {
     pub fn publish_news(&self, cycle: &Snapshot, describe: impl Fn(EndpointId) -> String) {
         for MotionNews { motion, asker, goal_frame } in &cycle.news.motions {
             let asked_by = asker.map(&describe);
-            let ago = cycle.now.saturating_sub(motion.began);
-            let began = Time::now()
-                .nanoseconds()
-                .saturating_sub_unsigned(u64::try_from(ago.as_nanos()).unwrap_or(u64::MAX));
+            let began = Time::now().before(cycle.now.saturating_sub(motion.began));
             let why = motion.why(|joint| self.joint(joint));
             let context = MotionContext {
                 law: self.kind.law(&motion.controller),
@@ -165,7 +162,7 @@ impl Outputs {
                 why,
                 goal_frame,
                 asked_by: asked_by.as_deref(),
-                began: Some(&Time::from_nanoseconds(began)),
+                began: Some(&began),
                 cycle_jitter: (&cycle.timing.lateness).into(),
             };
             self.motions.publish(MotionReport::new(motion, context).message(&self.node));

@@ -139,32 +139,19 @@ impl Commands {
     /// Gives the newest one to `plant`, whose joints are called `joints`, at `now`; returns what of them was no good.
     fn give(&self, plant: &mut Plant, joints: &[String], now: Duration) -> Vec<String> {
         let text = |why: CommandError| why.to_string();
-        let (taken, mut bad) = match self {
+        match self {
             Self::Velocities(commands) => {
-                let newest = commands.newest();
-                (newest.message.map(|it| plant.take_command(&it.data, now).map_err(text)), newest.malformed)
+                newest(commands, |it| plant.take_command(&it.data, now).map_err(text))
             }
             Self::Positions(commands) => {
-                let newest = commands.newest();
-                (
-                    newest
-                        .message
-                        .map(|it| plant.take_positions(&it.data, now, Duration::ZERO).map_err(text)),
-                    newest.malformed,
-                )
+                newest(commands, |it| plant.take_positions(&it.data, now, Duration::ZERO).map_err(text))
             }
-            Self::Trajectories(commands) => {
-                let newest = commands.newest();
-                let taken = newest.message.map(|trajectory| {
-                    let (positions, time) =
-                        trajectory.target(joints).ok_or("a trajectory without a position for each joint")?;
-                    plant.take_positions(&positions, now, time).map_err(text)
-                });
-                (taken, newest.malformed)
-            }
-        };
-        bad.extend(taken.and_then(Result::err));
-        bad
+            Self::Trajectories(commands) => newest(commands, |trajectory| {
+                let (positions, time) =
+                    trajectory.target(joints).ok_or("a trajectory without a position for each joint")?;
+                plant.take_positions(&positions, now, time).map_err(text)
+            }),
+        }
     }
 
     fn topic(&self) -> &str {
@@ -181,6 +168,14 @@ impl Commands {
             Self::Trajectories(commands) => commands.publishers(),
         }
     }
+}
+
+/// Gives the newest command to `take`; returns what of them was no good.
+fn newest<M: Message>(commands: &Subscription<M>, take: impl FnOnce(M) -> Result<(), String>) -> Vec<String> {
+    let newest = commands.newest();
+    let mut bad = newest.malformed;
+    bad.extend(newest.message.and_then(|message| take(message).err()));
+    bad
 }
 
 /// Transforms go out at 50 Hz.

@@ -17,13 +17,13 @@ use ros2_client::{Context, NodeOptions, ServiceMapping};
 use rustdds::{QosPolicies, RTPSEntity};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::sync::Arc;
-use tokio::task::JoinHandle;
+use tokio::task::JoinSet;
 
 /// A ROS 2 node. Its services end when it is dropped.
 pub struct Node {
     names: Resolver,
     log: Logger,
-    tasks: Vec<JoinHandle<()>>,
+    tasks: JoinSet<()>,
     /// Of the services that were called.
     clients: HashMap<String, Arc<Connection>>,
     endpoints: Arc<Endpoints>,
@@ -46,7 +46,7 @@ impl Node {
         let endpoints = Arc::new(Endpoints::new(node, domain));
         let logging = Logging { level: names.log_level().unwrap_or(logging.level), ..logging };
         let log = Logger::new(&names.logger(), logging);
-        let mut node = Self { names, log, tasks: Vec::new(), clients: HashMap::new(), endpoints };
+        let mut node = Self { names, log, tasks: JoinSet::new(), clients: HashMap::new(), endpoints };
         if logging.rosout {
             let rosout = node.publisher_with("/rosout", endpoints::of_rosout())?;
             node.log = node.log.clone().with_rosout(move |line| rosout.publish(line));
@@ -327,12 +327,6 @@ impl Node {
 
     /// Runs `task` until the node is dropped.
     pub fn run(&mut self, task: impl Future<Output = ()> + Send + 'static) {
-        self.tasks.push(tokio::spawn(task));
-    }
-}
-
-impl Drop for Node {
-    fn drop(&mut self) {
-        self.tasks.iter().for_each(JoinHandle::abort);
+        self.tasks.spawn(task);
     }
 }
