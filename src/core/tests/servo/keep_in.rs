@@ -94,19 +94,6 @@ fn a_tool_that_is_outside_may_come_back_in_and_go_no_farther() {
 }
 
 #[test]
-fn stops_anywhere_stay_inside() {
-    for stop in 0..40 {
-        let mut rig = within(&[SHAPES[stop % 5]], [0.0, 0.0, -0.08]);
-        let away = beside(&rig, [-0.1, 0.2, -0.5]);
-        rig.goal_pose(&away);
-        rig.run(0.1 + 0.02 * stop as f64);
-        rig.stop();
-        rig.run(1.1);
-        assert!(rig.least_gap > 0.0 && rig.speed() == 0.0, "{stop}: {} m", rig.least_gap);
-    }
-}
-
-#[test]
 fn both_tools_of_two_arms_stay_inside() {
     let mut rig = Rig::two_arms();
     let arms = rig.arms().clone();

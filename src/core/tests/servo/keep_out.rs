@@ -174,20 +174,6 @@ fn the_arm_keeps_clear_of_itself() {
 }
 
 #[test]
-fn stops_anywhere_keep_clear() {
-    let z = rig(&[]).servo.pose().unwrap().translation().z;
-    let table = format!("table half_space 0 0 1 {}", z - 0.3);
-    for stop in 0..40 {
-        let mut rig = rig(&[&table]);
-        rig.goal_pose(&beside(&rig, [-0.1, 0.2, -0.5]));
-        rig.run(0.1 + 0.02 * f64::from(stop));
-        rig.stop();
-        rig.run(1.1);
-        assert!(rig.least_gap > 0.0 && rig.speed() == 0.0, "{stop}");
-    }
-}
-
-#[test]
 fn cycles_among_obstacles_allocate_nothing() {
     let z = rig(&[]).servo.pose().unwrap().translation().z;
     let table = format!("table half_space 0 0 1 {}", z - 0.1);

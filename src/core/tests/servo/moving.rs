@@ -140,17 +140,6 @@ fn goals_that_stand_or_come_once_change_no_bit() {
 }
 
 #[test]
-fn what_is_fed_forward_keeps_all_limits() {
-    // The rig holds every command and tool speed against them.
-    let arm = start_of(-0.3);
-    let mut follow = Follow::begin(&arm, true);
-    follow.rig.change(|settings| settings.limits.linear_speed = 0.2);
-    follow.run(&Stream { real: true, ..LINE });
-    let speeds = follow.velocities();
-    assert!(speeds.iter().all(|speed| speed.norm() < 200.0 * 1.01));
-}
-
-#[test]
 fn the_sign_is_carried_from_goal_to_goal() {
     let arm = start_of(-0.3);
     let run = |alternating: bool| {
