@@ -21,6 +21,13 @@ pub(crate) fn two(numbers: &[f64]) -> f64x2 {
     }
 }
 
+/// The first of two numbers.
+#[inline(always)]
+pub(crate) fn first(numbers: f64x2) -> f64 {
+    let [first, _] = numbers.to_array();
+    first
+}
+
 /// Two numbers side by side.
 ///
 /// Fast because it is made in a register: two numbers that are stored one by one are waited for by who loads both.
@@ -57,12 +64,6 @@ pub(crate) fn twice(v: &Vector3<f64>) -> Pair {
 #[inline(always)]
 pub(crate) fn dot(a: &Pair, b: &Pair) -> f64x2 {
     a.x * b.x + a.y * b.y + a.z * b.z
-}
-
-/// The sum of both vectors.
-#[inline(always)]
-pub(crate) fn sum(v: &Pair) -> Vector3<f64> {
-    v.map(f64x2::reduce_add)
 }
 
 /// The sum of both vectors, twice.

@@ -1,10 +1,9 @@
 //! An arm at given joint angles: tool pose, what each joint does to the tool, and the Jacobians that this gives.
 
 use super::ArmError;
-use super::pair::{Motions, Pair, ZEROS, beside, dot, put, sum, twice, two};
+use super::pair::{Motions, Pair, ZEROS, beside, dot, put};
 use dq_algebra::{UnitDualQuaternion, Vector8};
 use nalgebra::{Matrix6xX, OMatrix, Quaternion, U8, UnitQuaternion, Vector3, Vector6};
-use wide::f64x2;
 
 /// Tool pose of an arm and what each joint does to the tool; [`Chain::evaluate`](super::Chain::evaluate) fills it without allocating.
 #[derive(Clone, Debug, PartialEq)]
@@ -91,33 +90,15 @@ impl ArmState {
 
     /// Calls `each` with the columns of the pose Jacobian, base first, without allocating.
     pub fn for_each_pose_column(&self, mut each: impl FnMut(Vector8)) {
-        let rotation = Products::of(&self.rotation);
-        let half_tool = twice(&(0.5 * self.tool_point));
-        for (i, (line, linear)) in self.motions.iter().enumerate() {
-            let real = rotation.times(line);
-            let vector = rotation.times(&(linear + half_tool.cross(line)));
-            let scalar = rotation.scaled(-dot(&half_tool, line));
-            let dual =
-                [vector[0] + scalar[0], vector[1] + scalar[1], vector[2] + scalar[2], vector[3] + scalar[3]];
-            // An array's own map is not always compiled in place.
-            let column = |i: usize| {
-                let number = |numbers: f64x2| numbers.to_array()[i];
-                let ([a, b, c, d], [e, f, g, h]) = (real, dual);
-                Vector8::from([
-                    number(a),
-                    number(b),
-                    number(c),
-                    number(d),
-                    number(e),
-                    number(f),
-                    number(g),
-                    number(h),
-                ])
-            };
-            each(column(0));
-            if 2 * i + 1 < self.joint_count {
-                each(column(1));
-            }
+        let (half_tool, half) = (0.5 * self.tool_point, 0.5 * self.rotation.into_inner());
+        // A product of quaternions, of which the first has no scalar part.
+        let times = |v: &Vector3<f64>| {
+            Quaternion::from_parts(-v.dot(&half.imag()), half.w * v + v.cross(&half.imag()))
+        };
+        for (line, linear) in self.tool_motions() {
+            let real = times(&line);
+            let dual = times(&(linear + half_tool.cross(&line))) - half * half_tool.dot(&line);
+            each(Vector8::from([real.w, real.i, real.j, real.k, dual.w, dual.i, dual.j, dual.k]));
         }
     }
 
@@ -174,13 +155,10 @@ impl ArmState {
 
     /// The tool's twist `(ω, v)` [rad/s, m/s] along the base's axes at joint velocities `theta_dot` [rad/s, prismatic: m/s].
     pub fn tool_twist(&self, theta_dot: &[f64]) -> (Vector3<f64>, Vector3<f64>) {
-        let zero = twice(&Vector3::zeros());
-        let pairs = self.motions.iter().zip(theta_dot.chunks(2));
-        let (angular, linear) = pairs.fold((zero, zero), |(angular, linear), ((l, v), speeds)| {
-            let speeds = two(speeds);
-            (angular + l * speeds, linear + v * speeds)
-        });
-        (sum(&angular), sum(&linear))
+        let motions = self.tool_motions().zip(theta_dot);
+        motions.fold(Default::default(), |(angular, linear), ((l, v), speed)| {
+            (angular + l * *speed, linear + v * *speed)
+        })
     }
 
     pub(super) fn set_tool(&mut self, rotation: UnitQuaternion<f64>, tool_point: Vector3<f64>) {
@@ -197,28 +175,3 @@ impl ArmState {
 
 /// What two joints do that there are not.
 const STILL: Motions = (ZEROS, ZEROS);
-
-/// `½ i q`, `½ j q` and `½ k q`, of which half the product of a vector with q is a sum; each number twice, w, x, y, z.
-struct Products([[f64x2; 4]; 3]);
-
-impl Products {
-    fn of(q: &Quaternion<f64>) -> Self {
-        let half = |number: f64| f64x2::splat(0.5 * number);
-        let (w, x, y, z) = (half(q.w), half(q.i), half(q.j), half(q.k));
-        Self([[-x, w, -z, y], [-y, z, w, -x], [-z, -y, x, w]])
-    }
-
-    /// Half the products of two numbers with the quaternion.
-    #[inline(always)]
-    fn scaled(&self, numbers: f64x2) -> [f64x2; 4] {
-        let [[_, w, _, y], [_, z, _, _], [_, _, x, _]] = &self.0;
-        [*w * numbers, *x * numbers, *y * numbers, *z * numbers]
-    }
-
-    /// Half the products of two vectors with the quaternion.
-    #[inline(always)]
-    fn times(&self, v: &Vector3<f64x2>) -> [f64x2; 4] {
-        let sum = |i: usize| self.0[0][i] * v.x + self.0[1][i] * v.y + self.0[2][i] * v.z;
-        [sum(0), sum(1), sum(2), sum(3)]
-    }
-}

@@ -1,12 +1,12 @@
 //! What of the tool's pose is asked for, and what is left free.
 
-use super::angular_linear::{AngularLinear, apart, twice};
+use super::angular_linear::{AngularLinear, first, twice};
 use super::gram::Gram;
-use crate::arm::{ArmState, pair};
+use crate::arm::ArmState;
+use crate::arm::pair::{self, Motions};
 use dq_algebra::UnitDualQuaternion;
 use dq_common::named;
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
-use wide::f64x2;
 
 named! {
     /// What of a goal's pose the tool is asked for; the rest is free, and no law disturbs it.
@@ -102,8 +102,7 @@ impl Aim {
     /// What of the twist `(ω, v)` [rad/s, m/s] of the tool of `arm`, along the base's axes, is asked for.
     pub fn part_of(self, arm: &ArmState, twist: &AngularLinear) -> AngularLinear {
         let rows = self.rows(arm);
-        let [part, _] = apart(&rows.twist(&twice(&rows.of(twist))));
-        part
+        first(&rows.twist(&twice(&rows.of(twist))))
     }
 
     /// The name where the pose is that of a tool as seen from another.
@@ -154,10 +153,7 @@ impl Rows {
     }
 
     fn gram_of(&self, arm: &ArmState) -> Gram {
-        Gram::of_columns(
-            arm.joint_count(),
-            arm.tool_motion_pairs().iter().map(|columns| self.of_both(columns)),
-        )
+        Gram::of_columns(arm.joint_count(), arm.tool_motions().map(|column| self.of(&column)))
     }
 
     /// Of a twist `(ω, v)` of the tool along the base's axes these rows, and zeros.
@@ -174,26 +170,9 @@ impl Rows {
         }
     }
 
-    /// Of two twists of the tool side by side these rows, and zeros.
-    pub fn of_both(&self, (angular, linear): &AngularLinear<f64x2>) -> AngularLinear<f64x2> {
-        match self {
-            Self::Pose => (*angular, *linear),
-            Self::Position => (*linear, pair::ZEROS),
-            Self::Orientation => (*angular, pair::ZEROS),
-            Self::Distance { along } => {
-                let along = pair::dot(&pair::twice(along), linear);
-                (Vector3::new(along, f64x2::ZERO, f64x2::ZERO), pair::ZEROS)
-            }
-            Self::PositionAndAxis { across: [x, y] } => {
-                let along = |axis| pair::dot(&pair::twice(axis), angular);
-                (*linear, Vector3::new(along(x), along(y), f64x2::ZERO))
-            }
-        }
-    }
-
     /// The twist with these numbers in the rows, and none in the others; each number twice.
     #[inline(always)]
-    pub fn twist(&self, (first, second): &AngularLinear<f64x2>) -> AngularLinear<f64x2> {
+    pub fn twist(&self, (first, second): &Motions) -> Motions {
         match self {
             Self::Pose => (*first, *second),
             Self::Position => (pair::ZEROS, *first),

@@ -1,10 +1,10 @@
 //! The damped least-squares inverse of the Jacobian of one arm.
 
 use super::Aim;
-use super::angular_linear::{AngularLinear, first_twice, is_finite, twice};
+use super::angular_linear::{AngularLinear, first, is_finite, twice};
 use super::gram::Gram;
 use crate::arm::ArmState;
-use crate::arm::pair::{dot, put, two};
+use crate::arm::pair::{Motions, dot, put, two};
 use wide::f64x2;
 
 /// `J⁺ = Jᵀ(JJᵀ + λ²I)⁻¹`, with λ growing smoothly only near a singularity.
@@ -69,37 +69,34 @@ impl Damping {
     /// Fast because `J Jᵀ − σ₀² I` is inverted beside `J Jᵀ`, at no cost: away from singularities, which is where arms mostly are, it is
     /// positive definite, so that no singular value is below σ₀; where it is not, both say which one is.
     #[inline(always)]
-    pub(super) fn solve(&self, gram: &Gram, error: &AngularLinear) -> AngularLinear<f64x2> {
-        let error = twice(error);
+    pub(super) fn solve(&self, gram: &Gram, error: &AngularLinear) -> Motions {
         let bound = self.threshold.powi(2);
         let inverse = gram.inverse(f64x2::new([0.0, -bound]));
-        let solution = if gram.is_singular() {
-            None
-        } else if inverse.second_is_positive() {
-            Some(first_twice(&inverse.times(&error)))
+        let solution = if inverse.second_is_positive() {
+            twice(&first(&inverse.times(error)))
         } else {
-            let smallest = gram.eigenvalue_below(bound, &inverse);
-            smallest
-                .map(|smallest| gram.inverse(f64x2::splat(self.lambda_squared_at(smallest))).times(&error))
+            gram.solve(self.lambda_squared_at(gram.eigenvalue_below(bound, &inverse)), error)
         };
-        match solution {
-            Some(solution) if is_finite(&solution) => solution,
-            _ => self.solve_after_eigenvalue(gram, &error),
+        if gram.is_singular() || !is_finite(&solution) {
+            return self.solve_after_eigenvalue(gram, error);
         }
+        solution
     }
 
     /// The same for every matrix. Where the solution fails, by damping too small for rounding, there is more of it; where that fails, 0.
     #[cold]
     #[inline(never)]
-    fn solve_after_eigenvalue(&self, gram: &Gram, error: &AngularLinear<f64x2>) -> AngularLinear<f64x2> {
+    fn solve_after_eigenvalue(&self, gram: &Gram, error: &AngularLinear) -> Motions {
         let lambda_squared = self.lambda_squared_at(gram.smallest_eigenvalue());
-        let solve = |shift| gram.inverse(f64x2::splat(shift)).times(error);
         [lambda_squared, FALLBACK * (1.0 + gram.trace())]
             .into_iter()
-            .map(solve)
+            .map(|shift| gram.solve(shift, error))
             .find(is_finite)
             // An error that is no number stays so, for the servo's gate to see and to count.
-            .unwrap_or_else(|| if is_finite(error) { twice(&AngularLinear::default()) } else { *error })
+            .unwrap_or_else(|| {
+                let error = twice(error);
+                if is_finite(&error) { twice(&AngularLinear::default()) } else { error }
+            })
     }
 }
 

@@ -3,7 +3,7 @@
 use super::angular_linear::AngularLinear;
 use super::symmetric::{Symmetric, SymmetricInverse};
 use crate::arm::ArmState;
-use crate::arm::pair::{Pair, ZEROS, dot, sum_twice};
+use crate::arm::pair::{Motions, Pair, ZEROS, beside, dot, first, sum_twice, twice};
 use nalgebra::{Matrix6, Vector3};
 use wide::f64x2;
 
@@ -38,9 +38,14 @@ impl Gram {
         sums.gram(arm.joint_count())
     }
 
-    /// Of the Jacobian with so many columns, two at a time.
-    pub fn of_columns(joint_count: usize, pairs: impl Iterator<Item = AngularLinear<f64x2>>) -> Self {
-        pairs.fold(Sums::NONE, |sums, pair| sums.plus(&Sums::of(&[pair]))).gram(joint_count)
+    /// Of the Jacobian with these columns, of which there are so many.
+    pub fn of_columns(joint_count: usize, mut columns: impl Iterator<Item = AngularLinear>) -> Self {
+        let mut sums = Sums::NONE;
+        while let Some((l, v)) = columns.next() {
+            let (next_l, next_v) = columns.next().unwrap_or_default();
+            sums = sums.plus(&Sums::of(&[(beside(&l, &next_l), beside(&v, &next_v))]));
+        }
+        sums.gram(joint_count)
     }
 
     /// Of columns whose first `rows` numbers alone are used: along the others it is as stiff as along all of these together.
@@ -85,26 +90,41 @@ impl Gram {
         Inverse { angular, carried, rest }
     }
 
-    /// The smallest eigenvalue if it is below `bound`, by the inverses of `J Jᵀ` and `J Jᵀ − bound I`; none where it is not found.
+    /// `(J Jᵀ + shift I)⁻¹` times six numbers, each twice; not finite, or of no use, where there is no inverse.
+    #[inline(always)]
+    pub fn solve(&self, shift: f64, numbers: &AngularLinear) -> Motions {
+        self.inverse(f64x2::splat(shift)).times(numbers)
+    }
+
+    /// The smallest eigenvalue, which is below `bound`, with the inverses of `J Jᵀ` and `J Jᵀ − bound I`: the [root](Self::root), or where
+    /// that is not to be had by the exact way.
+    #[inline(always)]
+    pub fn eigenvalue_below(&self, bound: f64, inverse: &Inverse) -> f64 {
+        self.root(bound, inverse).unwrap_or_else(|| self.smallest_eigenvalue())
+    }
+
+    /// The smallest eigenvalue by the inverses of `J Jᵀ` and `J Jᵀ − bound I`; none where rounding may be all that is left of it.
     ///
     /// It is the smallest root of `p(s) = det(J Jᵀ − s I) = s⁶ − a s⁵ + b s⁴ − …`, with `a = tr J Jᵀ` and `b = ½ (a² − |J Jᵀ|²)`. With these
     /// and with p and `p' = −p tr (J Jᵀ − s I)⁻¹` at 0 and at β, `p = h + s² (s − β)² (s² + k s + l)`: h is the cubic with the four values,
     /// and `k = 2β − a`, `l = b + 2β k − β²`.
     ///
-    /// Fast because no inverse but these two is needed. Newton's first step from 0 does not pass the smallest
-    /// root, nor do Halley's, which triple the digits.
+    /// Fast because no inverse but these two is needed. The quotient of two coefficients of the power series of 1/p (Bernoulli's method),
+    /// which is nearer to the smallest root than the first steps from 0 would come, does not pass it, nor do Halley's steps, which triple
+    /// the digits: one is most often enough.
     #[inline(always)]
-    pub fn eigenvalue_below(&self, bound: f64, inverse: &Inverse) -> Option<f64> {
+    fn root(&self, bound: f64, inverse: &Inverse) -> Option<f64> {
         let values = inverse.determinants();
-        let ([p, p_bound], [slope, slope_bound]) =
-            (values.to_array(), (-values * inverse.traces()).to_array());
+        let ([p, p_bound], [slope, slope_bound]) = (values.to_array(), (-inverse.slopes(values)).to_array());
         let by_bound = bound.recip();
         let secant = (p_bound - p) * by_bound;
         let square = by_bound * (3.0 * secant - 2.0 * slope - slope_bound);
         let cube = by_bound * by_bound * (slope + slope_bound - 2.0 * secant);
         let a = self.trace();
-        // Where two eigenvalues are 0 the slope is, and what is left of it is rounding.
-        if slope.abs() <= ROUNDING * a.powi(5) {
+        // Where two eigenvalues are 0 the slope is, and where A has no inverse nothing is known of S.
+        let [block, block_bound] = inverse.angular.determinant().to_array();
+        let a3 = a * a * a;
+        if slope.abs() <= ROUNDING * (a3 * a * a) || block.abs().min(block_bound.abs()) <= SINGULAR * a3 {
             return None;
         }
         let k = 2.0 * bound - a;
@@ -112,15 +132,20 @@ impl Gram {
         // The coefficients of s², s³, s⁴ and s⁵.
         let (c, d) = (square + bound * bound * l, cube + bound * (bound * k - 2.0 * l));
         let (e, f) = (l + bound * (bound - 2.0 * k), -a);
-        let mut s = -p / slope;
+        // The coefficients of s³ and s⁴ in 1/p, times p⁴ and p⁵.
+        let (slope2, pc, p2) = (slope * slope, p * c, p * p);
+        let third = slope * (2.0 * pc - slope2) - d * p2;
+        let fourth = slope2 * (slope2 - 3.0 * pc) + p2 * (2.0 * slope * d + c * c - e * p);
+        let mut s = p * third / fourth;
         for _ in 0..STEPS {
             let s2 = s * s;
             let value = (p + slope * s) + s2 * ((c + d * s) + s2 * ((e + f * s) + s2));
             let first = (slope + 2.0 * c * s) + s2 * ((3.0 * d + 4.0 * e * s) + s2 * (5.0 * f + 6.0 * s));
             let half_second = (c + 3.0 * d * s) + s2 * ((6.0 * e + 10.0 * f * s) + 15.0 * s2);
-            let step = value * first / (first * first - value * half_second);
+            let (square, bend) = (first * first, value * half_second);
+            let step = value * first / (square - bend);
             s -= step;
-            if step.abs() <= SMALL * s + f64::EPSILON * a {
+            if bend.abs() <= SMALL * square || step.abs() <= f64::EPSILON * a {
                 return Some(s);
             }
         }
@@ -171,13 +196,16 @@ impl Gram {
     }
 }
 
-/// Steps that are tried: two will do where roots are apart.
+/// Steps that are tried: one or two will do where roots are apart.
 const STEPS: usize = 8;
 
 /// A slope below this part of the fifth power of the eigenvalues' sum is rounding.
 const ROUNDING: f64 = 1e-14;
 
-/// A step of this part of the eigenvalue is the last one: what is left is of the order of its cube.
+/// A determinant of A below this part of the third power of the eigenvalues' sum leaves too few digits to what is divided by it.
+const SINGULAR: f64 = 1e-6;
+
+/// A step of this part of the distance to the other roots is the last one: what is left is of the order of its cube.
 const SMALL: f64 = 1e-5;
 
 /// The inverses of a [`Gram`] with two shifts, by what they are made of: `[A⁻¹ + X S⁻¹ Xᵀ, −X S⁻¹; −S⁻¹ Xᵀ, S⁻¹]` with `X = A⁻¹ C`, `S =
@@ -200,9 +228,10 @@ impl Inverse {
         least > 0.0
     }
 
-    /// The products with `(ω, v)`.
+    /// The products with six numbers.
     #[inline(always)]
-    pub fn times(&self, (angular, linear): &AngularLinear<f64x2>) -> AngularLinear<f64x2> {
+    pub fn times(&self, (angular, linear): &AngularLinear) -> Motions {
+        let (angular, linear) = (&twice(angular), twice(linear));
         let [x, y, z] = &self.carried;
         let carried = Vector3::new(dot(x, angular), dot(y, angular), dot(z, angular));
         let linear = self.rest.times(&(linear - carried * self.angular.scale));
@@ -218,9 +247,12 @@ impl Inverse {
         self.rest.determinant() * self.angular.scale
     }
 
-    /// The sums of the eigenvalues: with the trace of a product turned round, `tr A⁻¹ + tr S⁻¹ + tr S⁻¹ XᵀX`.
+    /// How fast the determinants grow with the shifts: each, of `determinants`, times the trace of its inverse. That is `tr A⁻¹ + tr S⁻¹ +
+    /// tr S⁻¹ XᵀX`, with the trace of a product turned round.
+    ///
+    /// Fast because the determinant of S is not divided by, as the whole determinant has it as a factor.
     #[inline(always)]
-    fn traces(&self) -> f64x2 {
+    fn slopes(&self, determinants: f64x2) -> f64x2 {
         let [x, y, z] = &self.carried;
         let square = Symmetric {
             diagonal: Vector3::new(dot(x, x), dot(y, y), dot(z, z)),
@@ -228,7 +260,7 @@ impl Inverse {
         };
         let scale = self.angular.scale;
         let rest = self.rest.adjugate.trace() + self.rest.adjugate.dot(&square) * (scale * scale);
-        self.angular.adjugate.trace() * scale + rest * self.rest.scale
+        (self.angular.adjugate.trace() * determinants + rest) * scale
     }
 }
 
@@ -245,7 +277,7 @@ impl Sums {
 
     /// Of so many pairs of columns.
     #[inline(always)]
-    fn of<const N: usize>(pairs: &[AngularLinear<f64x2>; N]) -> Self {
+    fn of<const N: usize>(pairs: &[Motions; N]) -> Self {
         Self {
             angular: Symmetric {
                 diagonal: sum(pairs, |(l, _)| l.component_mul(l)),
@@ -285,10 +317,7 @@ impl Sums {
 
 /// The sum of what is made of each pair.
 #[inline(always)]
-fn sum<const N: usize>(
-    pairs: &[AngularLinear<f64x2>; N],
-    each: impl Fn(&AngularLinear<f64x2>) -> Pair,
-) -> Pair {
+fn sum<const N: usize>(pairs: &[Motions; N], each: impl Fn(&Motions) -> Pair) -> Pair {
     pairs.iter().map(each).reduce(|sum, more| sum + more).unwrap_or(ZEROS)
 }
 
@@ -298,17 +327,9 @@ fn others(v: &Pair) -> Pair {
     Vector3::new(v.y * v.z, v.z * v.x, v.x * v.y)
 }
 
-/// The first of two numbers.
-#[inline(always)]
-fn first(numbers: f64x2) -> f64 {
-    let [first, _] = numbers.to_array();
-    first
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::arm::pair::beside;
     use proptest::prelude::*;
 
     proptest! {
@@ -318,15 +339,12 @@ mod tests {
             bound in 1e-3..1.0f64,
         ) {
             let vector = |i: usize| Vector3::from_column_slice(&numbers[3 * i..3 * i + 3]);
-            let pairs = (0..3).map(|i| {
-                (beside(&vector(4 * i), &vector(4 * i + 2)), beside(&vector(4 * i + 1), &vector(4 * i + 3)))
-            });
-            let gram = Gram::of_columns(6, pairs);
+            let gram = Gram::of_columns(6, (0..6).map(|i| (vector(2 * i), vector(2 * i + 1))));
             let smallest = gram.smallest_eigenvalue();
             let inverse = gram.inverse(f64x2::new([0.0, -bound]));
             prop_assert_eq!(inverse.second_is_positive(), smallest > bound);
             if smallest < bound {
-                let found = gram.eigenvalue_below(bound, &inverse).unwrap();
+                let found = gram.eigenvalue_below(bound, &inverse);
                 // Where two eigenvalues meet, half of the digits are left.
                 prop_assert!((found - smallest).abs() < 3e-8, "{} instead of {}", found, smallest);
             }

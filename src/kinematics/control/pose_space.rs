@@ -2,9 +2,7 @@
 
 use super::angular_linear::AngularLinear;
 use crate::arm::ArmState;
-use crate::arm::pair::{dot, twice};
 use nalgebra::Vector3;
-use wide::f64x2;
 
 /// The six directions of R⁸ in which a pose can move, by a basis of length 1 each: the 8×n pose Jacobian J has no part along the other two.
 ///
@@ -24,11 +22,9 @@ impl PoseSpace {
         Self { tool, stretch: 0.25 / (1.0 + (1.0 + 0.25 * tool.norm_squared()).sqrt()) }
     }
 
-    /// Two columns of J, of joints that do this to the tool.
-    #[inline(always)]
-    pub fn column_pair(&self, (axis, velocity): &AngularLinear<f64x2>) -> AngularLinear<f64x2> {
-        let tool = twice(&self.tool);
-        let angular = axis + tool * (self.stretch * dot(&tool, axis));
-        (angular * f64x2::HALF, (velocity + tool.cross(axis) * f64x2::HALF) * f64x2::HALF)
+    /// The column of J of a joint that does this to the tool.
+    pub fn column(&self, (axis, velocity): &AngularLinear) -> AngularLinear {
+        let angular = axis + self.tool * (self.stretch * self.tool.dot(axis));
+        (0.5 * angular, 0.5 * (velocity + 0.5 * self.tool.cross(axis)))
     }
 }
