@@ -21,6 +21,23 @@ pub struct Series {
     pub points: Vec<(f64, f64)>,
 }
 
+impl Series {
+    /// A curve that is drawn through.
+    pub fn solid(
+        name: impl Into<String>,
+        color: Color,
+        points: impl IntoIterator<Item = (f64, f64)>,
+    ) -> Self {
+        Self { name: name.into(), color, line: Line::Solid, points: points.into_iter().collect() }
+    }
+
+    /// The same with gaps.
+    #[must_use]
+    pub fn dashed(self) -> Self {
+        Self { line: Line::Dashed, ..self }
+    }
+}
+
 /// One of the two axes of a panel.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Axis {
@@ -167,7 +184,7 @@ mod tests {
     #[test]
     fn the_vertical_range_is_that_of_the_time_shown() {
         let points = vec![(0.0, 1.0), (1.0, 2.0), (5.0, 100.0)];
-        let curve = Series { name: String::new(), color: INK, line: Line::Solid, points };
+        let curve = Series::solid("", INK, points);
         let panel = over_time("", Axis::new("time [s]", 0.0..2.0), "", vec![curve]);
         assert!(panel.y.range.contains(&1.0) && panel.y.range.contains(&2.0) && panel.y.range.end < 3.0);
     }

@@ -20,7 +20,7 @@ pub use dq_kinematics::colors::{COMPONENTS, Color, law_color};
 pub use figure::{Figure, Width, chart, png, save, scenes};
 pub use files::{make_folder, write};
 pub use marks::Mark;
-pub use space::{Path, Place, Scene, frameplotter};
+pub use space::{BOTH_SIDES, Path, Place, Scene, Viewpoint, frameplotter};
 pub use style::{INK, LIMIT};
 
 use thiserror::Error;

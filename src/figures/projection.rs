@@ -2,6 +2,7 @@
 
 use super::canvas::{Anchor, Canvas, Line, Point, Rectangle, distance};
 use super::curve::ticks;
+use super::space::Viewpoint;
 use super::style::{FAINT, INK, LABEL, TICK, text_width};
 use nalgebra::{Matrix3, Vector3};
 use std::ops::Range;
@@ -16,9 +17,9 @@ pub(super) struct Projection {
 }
 
 impl Projection {
-    /// The box as seen from an azimuth and an elevation \[°\], in the middle of a rectangle.
-    pub fn new(bounds: [Range<f64>; 3], (azimuth, elevation): (f64, f64), frame: Rectangle) -> Self {
-        let (azimuth, elevation) = (azimuth.to_radians(), elevation.to_radians());
+    /// The box as seen from there, in the middle of a rectangle.
+    pub fn new(bounds: [Range<f64>; 3], viewpoint: Viewpoint, frame: Rectangle) -> Self {
+        let (azimuth, elevation) = (viewpoint.azimuth.to_radians(), viewpoint.elevation.to_radians());
         // Rows: to the right, upwards, towards the viewer.
         let right = Vector3::new(-azimuth.sin(), azimuth.cos(), 0.0);
         let towards =

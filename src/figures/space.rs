@@ -47,17 +47,34 @@ pub struct Scene {
     pub axis_length: f64,
     /// Start, goal and the like.
     pub places: Vec<Place>,
-    /// The viewer's azimuth and elevation \[°\].
-    pub view: (f64, f64),
+    /// From where it is seen.
+    pub viewpoint: Viewpoint,
 }
+
+/// Where a viewer stands \[°\].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Viewpoint {
+    /// About z, from x on.
+    pub azimuth: f64,
+    /// Above the plane of x and y.
+    pub elevation: f64,
+}
+
+/// From the front and from behind.
+pub const BOTH_SIDES: [Viewpoint; 2] =
+    [Viewpoint { azimuth: -60.0, elevation: 20.0 }, Viewpoint { azimuth: 165.0, elevation: 15.0 }];
 
 /// The paper's `frameplotter`: the frame of an element of se(3) given by the paper's logarithm (eq. 32).
 pub fn frameplotter(half_log: &Vector6<f64>) -> Isometry3<f64> {
     UnitDualQuaternion::half_exp(half_log).frame()
 }
 
-/// An axis of a frame: from its origin to its tip, in its colour.
-type Arrow = (Vector3<f64>, Vector3<f64>, Color);
+/// An axis of a frame, in its colour.
+struct Arrow {
+    origin: Vector3<f64>,
+    tip: Vector3<f64>,
+    color: Color,
+}
 
 impl Scene {
     /// What it shows, as numbers.
@@ -92,7 +109,7 @@ impl Scene {
     }
 
     pub(super) fn draw(&self, canvas: &mut Canvas, frame: Rectangle) {
-        let projection = Projection::new(self.bounds(), self.view, frame);
+        let projection = Projection::new(self.bounds(), self.viewpoint, frame);
         canvas.text(&self.title, (frame.left + 18.0, frame.top + 12.0), LABEL, Anchor::Left);
         let numbers = projection.draw_box(canvas);
         for path in &self.paths {
@@ -132,9 +149,8 @@ impl Scene {
         self.frames.iter().flat_map(move |frame| {
             let origin = frame.translation.vector;
             let axes = [Vector3::x(), Vector3::y(), Vector3::z()].into_iter().zip(AXES);
-            axes.map(move |(axis, color)| {
-                (origin, origin + frame.rotation * (self.axis_length * axis), color)
-            })
+            let tip = move |axis| origin + frame.rotation * (self.axis_length * axis);
+            axes.map(move |(axis, color)| Arrow { origin, tip: tip(axis), color })
         })
     }
 
@@ -142,7 +158,7 @@ impl Scene {
     fn drawn_on(&self, projection: &Projection) -> Vec<Point> {
         const STEPS: u32 = 16;
         let paths = self.paths.iter().flat_map(|path| &path.points).copied();
-        let arrows = self.arrows().flat_map(|(origin, tip, _)| {
+        let arrows = self.arrows().flat_map(|Arrow { origin, tip, .. }| {
             (0..=STEPS).map(move |k| origin + f64::from(k) / f64::from(STEPS) * (tip - origin))
         });
         visible(&paths.chain(arrows).map(|point| projection.point(&point)).collect::<Vec<_>>())
@@ -151,7 +167,7 @@ impl Scene {
     /// All that is drawn, with a little room.
     fn bounds(&self) -> [Range<f64>; 3] {
         let paths = self.paths.iter().flat_map(|path| path.points.iter().copied());
-        let tips = self.arrows().map(|(_, tip, _)| tip);
+        let tips = self.arrows().map(|arrow| arrow.tip);
         let all: Vec<_> = paths.chain(tips).chain(self.places.iter().map(|place| place.point)).collect();
         let ranges: [Range<f64>; 3] =
             std::array::from_fn(|axis| range_of(all.iter().map(|point| point[axis])));
@@ -166,8 +182,8 @@ impl Scene {
     /// Each frame as three arrows, the nearest ones last.
     fn draw_frames(&self, canvas: &mut Canvas, projection: &Projection) {
         let mut arrows: Vec<_> = self.arrows().collect();
-        arrows.sort_by(|a, b| projection.depth(&a.1).total_cmp(&projection.depth(&b.1)));
-        for (origin, tip, color) in arrows {
+        arrows.sort_by(|a, b| projection.depth(&a.tip).total_cmp(&projection.depth(&b.tip)));
+        for Arrow { origin, tip, color } in arrows {
             draw_arrow(canvas, projection.point(&origin), projection.point(&tip), color);
         }
         for frame in &self.frames {

@@ -23,13 +23,20 @@ const JITTER: i64 = 50_000_000;
 /// A publisher is found so soon after it was made \[ns\].
 const FOUND: i64 = 300_000_000;
 
-/// What is known of a sender's clock. Offsets \[ns\] are how much later than sent a message came, by both clocks.
+/// What is known of a sender's clock.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct SenderClock {
-    /// Of the fastest message, and when it came.
-    fastest: Option<(i64, Duration)>,
-    /// Of a message that seems to be late, and when it came.
-    doubtful: Option<(i64, Duration)>,
+    fastest: Option<Came>,
+    /// One that seems to be late.
+    doubtful: Option<Came>,
+}
+
+/// A message as it came.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Came {
+    /// How much later than sent it came, by both clocks \[ns\].
+    offset: i64,
+    at: Duration,
 }
 
 impl SenderClock {
@@ -38,32 +45,32 @@ impl SenderClock {
     pub fn age(&mut self, offset: i64, now: Duration, found: impl FnOnce() -> Option<i64>) -> Duration {
         let none = self.fastest_by(now).unwrap_or(0);
         if offset <= none {
-            (self.fastest, self.doubtful) = (Some((offset, now)), None);
+            (self.fastest, self.doubtful) = (Some(Came { offset, at: now }), None);
             return Duration::ZERO;
         }
-        let came_as_sent = self
-            .doubtful
-            .is_some_and(|(before, at)| now.saturating_sub(at) >= APART && (offset - before).abs() <= JITTER);
+        let came_as_sent = self.doubtful.is_some_and(|before| {
+            now.saturating_sub(before.at) >= APART && (offset - before.offset).abs() <= JITTER
+        });
         let impossible =
             offset >= KEPT || offset >= FOUND && found().is_some_and(|found| offset > found + FOUND);
         if came_as_sent || impossible {
             let fastest =
-                self.doubtful.filter(|_| came_as_sent).map_or(offset, |(before, _)| before.min(offset));
-            (self.fastest, self.doubtful) = (Some((fastest, now)), None);
+                self.doubtful.filter(|_| came_as_sent).map_or(offset, |before| before.offset.min(offset));
+            (self.fastest, self.doubtful) = (Some(Came { offset: fastest, at: now }), None);
             return Duration::from_nanos((offset - fastest).unsigned_abs());
         }
         if self
             .doubtful
-            .is_none_or(|(before, at)| offset < before - JITTER || now.saturating_sub(at) >= APART)
+            .is_none_or(|before| offset < before.offset - JITTER || now.saturating_sub(before.at) >= APART)
         {
-            self.doubtful = Some((offset, now));
+            self.doubtful = Some(Came { offset, at: now });
         }
         Duration::from_nanos((offset - none).unsigned_abs())
     }
 
     /// The offset of a message that is under way for no time, as far as that is known at `now`.
     fn fastest_by(&self, now: Duration) -> Option<i64> {
-        let (offset, at) = self.fastest?;
+        let Came { offset, at } = self.fastest?;
         let drift = DRIFT * now.saturating_sub(at).as_nanos() as f64;
         Some(offset.saturating_add(drift.min(MOST_DRIFT) as i64))
     }

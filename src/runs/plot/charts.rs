@@ -1,5 +1,6 @@
 //! What a run was like over time.
 
+use super::each_once;
 use super::looks::Drawn;
 use crate::arm::{Chain, JointKind};
 use crate::draw::{Axis, Color, Figure, INK, LIMIT, Line, Mark, Panel, Series, chart, over_time};
@@ -61,11 +62,9 @@ fn shown<'a>(changes: &'a [Change], time: &Axis) -> impl Iterator<Item = &'a Cha
 
 /// The curves of a run, one for each of its looks. They break where there is no value, and at jumps.
 fn curves(drawn: &Drawn, value: impl Fn(&Sample) -> Option<f64>) -> Vec<Series> {
-    let curve = |(look, samples): (&super::looks::Look, &[Sample])| Series {
-        name: look.name.clone(),
-        color: look.color,
-        line: Line::Solid,
-        points: samples.iter().flat_map(|sample| points(sample, value(sample))).collect(),
+    let curve = |(look, samples): (&super::looks::Look, &[Sample])| {
+        let points = samples.iter().flat_map(|sample| points(sample, value(sample)));
+        Series::solid(&look.name, look.color, points)
     };
     drawn.samples().map(curve).collect()
 }
@@ -75,10 +74,6 @@ fn points(sample: &Sample, value: Option<f64>) -> impl Iterator<Item = (f64, f64
     let gap = (sample.time, f64::NAN);
     let point = value.filter(|value| value.is_finite()).map_or(gap, |value| (sample.time, value));
     sample.jumped.then_some(gap).into_iter().chain([point])
-}
-
-fn all_curves(runs: &[Drawn], value: impl Fn(&Sample) -> Option<f64>) -> Vec<Series> {
-    runs.iter().flat_map(|drawn| curves(drawn, &value)).collect()
 }
 
 /// On logarithmic axes, with lines at the goal's tolerances.
@@ -104,11 +99,9 @@ pub(super) fn pose_error(runs: &[Drawn]) -> Figure {
 
 /// A part of the error in the run's looks.
 fn errors(drawn: &Drawn, part: impl Fn(&GoalError) -> f64) -> Vec<Series> {
-    let of = |look: &super::looks::Look| Series {
-        name: look.name.clone(),
-        color: look.color,
-        line: Line::Solid,
-        points: look.part_of(&drawn.run.errors).iter().map(|(time, error)| (*time, part(error))).collect(),
+    let of = |look: &super::looks::Look| {
+        let points = look.part_of(&drawn.run.errors).iter().map(|(time, error)| (*time, part(error)));
+        Series::solid(&look.name, look.color, points)
     };
     drawn.looks.iter().map(of).collect()
 }
@@ -116,21 +109,13 @@ fn errors(drawn: &Drawn, part: impl Fn(&GoalError) -> f64) -> Vec<Series> {
 /// A line for each tolerance within which a goal of the runs counted as met.
 fn tolerances(runs: &[Drawn], part: impl Fn(&GoalError) -> f64) -> Vec<Series> {
     let range = time_axis(runs).range;
-    let mut values: Vec<f64> = Vec::new();
-    for drawn in runs.iter().filter(|drawn| drawn.run.parameters_known) {
+    let known = runs.iter().filter(|drawn| drawn.run.parameters_known);
+    let values = each_once(known.map(|drawn| {
         let Tolerance { linear, angular } = drawn.run.tolerance;
-        let value = part(&GoalError { position: linear, rotation: angular });
-        if !values.contains(&value) {
-            values.push(value);
-        }
-    }
-    let line = |value: f64| Series {
-        name: "goal tolerance".to_owned(),
-        color: LIMIT,
-        line: Line::Dashed,
-        points: vec![(range.start, value), (range.end, value)],
-    };
-    values.into_iter().map(line).collect()
+        part(&GoalError { position: linear, rotation: angular })
+    }));
+    let line = |value| Series::solid("goal tolerance", LIMIT, [range.start, range.end].map(|at| (at, value)));
+    values.into_iter().map(|value| line(value).dashed()).collect()
 }
 
 /// The lines at what must not be passed in the runs, `value` of what holds in each from each time \[s\] on, over the whole time: one
@@ -153,7 +138,7 @@ fn bounds<V: PartialEq>(
             let (value, until) = (value(bound)?, holds.get(i + 1).map_or(time.end, |(since, _)| *since));
             Some([(since.max(time.start), value), (until, value)])
         });
-        Series { name, color, line: Line::Solid, points: steps.flatten().collect() }
+        Series::solid(name, color, steps.flatten())
     };
     let lines = known.iter().zip(&each).take(if same { 1 } else { runs.len() }).map(line);
     lines.filter(|line| !line.points.is_empty()).collect()
@@ -176,22 +161,12 @@ fn with_parameters<'a, 'b>(runs: &'b [Drawn<'a>]) -> (Vec<&'b Drawn<'a>>, &'stat
 
 /// With a line at the value below which the inverse is damped.
 pub(super) fn singular_value(runs: &[Drawn]) -> Figure {
-    let mut series = all_curves(runs, |sample| Some(sample.smallest_singular_value));
+    let value = |sample: &Sample| Some(sample.smallest_singular_value);
+    let mut series: Vec<_> = runs.iter().flat_map(|drawn| curves(drawn, value)).collect();
     let threshold = |value: &f64| Some(*value);
     series.extend(bounds("damped below", runs, |run| run.damping_thresholds.clone(), threshold));
     let panel = panel("", "smallest singular value", series, runs);
     chart("singular_value", "Smallest singular value of the Jacobian", &[vec![panel]])
-}
-
-/// Every name once: joints of several arms share a panel.
-fn each_once<'a>(names: impl Iterator<Item = &'a str>) -> String {
-    let mut known = Vec::new();
-    names.for_each(|name| {
-        if !known.contains(&name) {
-            known.push(name);
-        }
-    });
-    known.join(", ")
 }
 
 /// A panel for each joint, three in a row.
@@ -208,8 +183,9 @@ fn each_joint(
             let names = runs.iter().filter_map(|drawn| drawn.run.joints.get(joint));
             let kinds =
                 runs.iter().filter_map(|drawn| drawn.run.arms.iter().flat_map(Chain::kinds).nth(joint));
-            let (title, label) =
-                (each_once(names.map(String::as_str)), each_once(kinds.map(|kind| label(*kind))));
+            // Joints of several arms share a panel.
+            let title = each_once(names.map(String::as_str)).join(", ");
+            let label = each_once(kinds.map(|kind| label(*kind))).join(", ");
             let mut panel = panel(&title, &label, series(joint), runs);
             // The marks are the same in all of them: the first row names them.
             panel.marks.iter_mut().filter(|_| joint > 0).for_each(|mark| mark.text.clear());
@@ -262,12 +238,10 @@ fn commanded(
     let arm = drawn.run.commands.iter().rev().find(|arm| arm.first_joint <= joint)?;
     let sent = kind(arm);
     let point = |(time, command): &(f64, Vec<f64>)| Some((*time, *command.get(joint - arm.first_joint)?));
-    (!sent.is_empty()).then(|| Series {
-        name: format!("{}, command", drawn.run.name),
-        color: if runs.len() > 1 { drawn.color() } else { INK },
-        line: Line::Dashed,
-        points: sent.iter().filter_map(point).collect(),
-    })
+    let color = if runs.len() > 1 { drawn.color() } else { INK };
+    let curve =
+        || Series::solid(format!("{}, command", drawn.run.name), color, sent.iter().filter_map(point));
+    (!sent.is_empty()).then(|| curve().dashed())
 }
 
 /// Measured, commanded, and the limits.
@@ -320,29 +294,21 @@ fn position_limits(runs: &[Drawn], joint: usize) -> Vec<Series> {
 
 /// With a line at what constraints keep.
 pub(super) fn clearance(runs: &[Drawn]) -> Figure {
-    let curve = |drawn: &Drawn| Series {
-        name: drawn.run.name.clone(),
-        color: drawn.color(),
-        line: Line::Solid,
-        points: drawn.run.clearances.iter().map(|(time, clearance)| (*time, 1e3 * clearance)).collect(),
+    let curve = |drawn: &Drawn| {
+        let points = drawn.run.clearances.iter().map(|(time, clearance)| (*time, 1e3 * clearance));
+        Series::solid(&drawn.run.name, drawn.color(), points)
     };
     let time = time_axis(runs).range;
-    let kept = Series {
-        name: "clearance that is kept".to_owned(),
-        color: LIMIT,
-        line: Line::Dashed,
-        points: [time.start, time.end].map(|time| (time, 1e3 * CLEARANCE)).to_vec(),
-    };
+    let kept = [time.start, time.end].map(|time| (time, 1e3 * CLEARANCE));
+    let kept = Series::solid("clearance that is kept", LIMIT, kept).dashed();
     let series = runs.iter().map(curve).chain([kept]).collect();
     chart("clearance", "Distance of the closest pair", &[vec![panel("", "distance [mm]", series, runs)]])
 }
 
 pub(super) fn cycle_jitter(runs: &[Drawn]) -> Figure {
-    let series = |drawn: &Drawn| Series {
-        name: drawn.run.name.clone(),
-        color: if runs.len() > 1 { drawn.color() } else { LIMIT },
-        line: Line::Solid,
-        points: drawn.run.jitter.to_vec(),
+    let series = |drawn: &Drawn| {
+        let color = if runs.len() > 1 { drawn.color() } else { LIMIT };
+        Series::solid(&drawn.run.name, color, drawn.run.jitter.to_vec())
     };
     let panel = panel("", "cycle minus its period [ms]", runs.iter().map(series).collect(), runs);
     chart("cycle_jitter", "Cycle jitter", &[vec![panel]])

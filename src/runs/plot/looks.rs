@@ -48,15 +48,8 @@ pub(super) fn looks(runs: &[RecordedRun]) -> Vec<Drawn<'_>> {
 
 /// Each law of each run once; a run without any has one key all the same.
 fn keys(runs: &[RecordedRun]) -> Vec<(usize, Option<String>)> {
-    let mut keys = Vec::new();
-    for (number, run) in runs.iter().enumerate() {
-        for (law, _) in periods(run) {
-            if !keys.contains(&(number, law.clone())) {
-                keys.push((number, law));
-            }
-        }
-    }
-    keys
+    let of_run = |(number, run)| periods(run).into_iter().map(move |(law, _)| (number, law));
+    super::each_once(runs.iter().enumerate().flat_map(of_run))
 }
 
 /// The laws of a run, and when each was in force: the first from the beginning, the last to the end. A law that is no motion's has no

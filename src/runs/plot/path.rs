@@ -3,7 +3,7 @@
 use super::looks::{Drawn, Look};
 use super::outline::outline;
 use crate::dq::UnitDualQuaternion;
-use crate::draw::{Figure, LIMIT, Line, Path, Place, Scene, frameplotter, scenes};
+use crate::draw::{BOTH_SIDES, Figure, LIMIT, Line, Path, Place, Scene, frameplotter, scenes};
 use crate::runs::{RecordedRun, Sample};
 use crate::space::KeepOut;
 use crate::wire::PoseNumbers;
@@ -47,12 +47,7 @@ fn places(run: &RecordedRun) -> Vec<Place> {
 fn solids(runs: &[Drawn], ways: &[Path]) -> Vec<Path> {
     let points: Vec<_> = ways.iter().flat_map(|way| &way.points).copied().collect();
     let outlines = |name: &str, line: Line, of: fn(&RecordedRun) -> &Vec<KeepOut>| {
-        let mut known: Vec<&KeepOut> = Vec::new();
-        for solid in runs.iter().flat_map(|drawn| of(drawn.run)) {
-            if !known.contains(&solid) {
-                known.push(solid);
-            }
-        }
+        let known = super::each_once(runs.iter().flat_map(|drawn| of(drawn.run)));
         let lines = known.into_iter().flat_map(|solid| outline(&solid.shape, &points));
         lines.map(|points| Path { name: name.to_owned(), color: LIMIT, line, points }).collect::<Vec<_>>()
     };
@@ -90,13 +85,13 @@ pub(super) fn tool_path(runs: &[Drawn]) -> Figure {
         .chain(runs.iter().flat_map(|drawn| drawn.samples().flat_map(paths)))
         .collect();
     let ways = [solids(runs, &ways), ways].concat();
-    let scene = |view| Scene {
+    let scene = |viewpoint| Scene {
         title: String::new(),
         paths: ways.clone(),
         frames: frames.clone(),
         axis_length: 0.06,
         places: places.clone(),
-        view,
+        viewpoint,
     };
-    scenes("path", "Path of the controlled point", &[vec![scene((-60.0, 20.0)), scene((165.0, 15.0))]])
+    scenes("path", "Path of the controlled point", &[BOTH_SIDES.map(scene).to_vec()])
 }

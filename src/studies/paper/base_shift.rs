@@ -2,7 +2,9 @@
 
 use super::{Laboratory, PaperError, SimulatedRun};
 use dq_algebra::UnitDualQuaternion;
-use dq_figures::{Axis, Figure, Line, Path, Place, Scene, Series, chart, law_color, over_time, scenes};
+use dq_figures::{
+    Axis, Figure, Line, Path, Place, Scene, Series, Viewpoint, chart, law_color, over_time, scenes,
+};
 use dq_kinematics::control::Law;
 use nalgebra::{UnitQuaternion, Vector3};
 use serde::Serialize;
@@ -124,7 +126,7 @@ fn scene(lab: &Laboratory, law: Law, runs: &[SimulatedRun]) -> Scene {
             Place { name: "start".to_owned(), point: first.poses[0].translation() },
             Place { name: "goal".to_owned(), point: first.goal.translation() },
         ],
-        view: (-50.0, 30.0),
+        viewpoint: Viewpoint { azimuth: -50.0, elevation: 30.0 },
     }
 }
 

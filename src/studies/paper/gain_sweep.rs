@@ -2,7 +2,7 @@
 
 use super::{Laboratory, PaperError, SimulatedRun};
 use dq_algebra::UnitDualQuaternion;
-use dq_figures::{Axis, COMPONENTS, Figure, Line, Panel, Series, chart, law_color, over_time};
+use dq_figures::{Axis, COMPONENTS, Figure, Panel, Series, chart, law_color, over_time};
 use dq_kinematics::control::Law;
 use serde::Serialize;
 
@@ -60,12 +60,8 @@ fn distance(run: &SimulatedRun, gain: f64) -> Series {
     const STEP: usize = 25;
     let samples = run.trajectory.times.iter().zip(&run.poses).step_by(STEP);
     let distance = |pose: &UnitDualQuaternion| (pose.translation() - run.goal.translation()).norm();
-    Series {
-        name: format!("gain {gain}"),
-        color: law_color(run.controller.law),
-        line: Line::Solid,
-        points: samples.map(|(time, pose)| (*time, distance(pose))).collect(),
-    }
+    let points = samples.map(|(time, pose)| (*time, distance(pose)));
+    Series::solid(format!("gain {gain}"), law_color(run.controller.law), points)
 }
 
 /// A colour for each gain.
@@ -83,15 +79,10 @@ fn of_law(law: Law, curves: &[(Law, Series)]) -> Panel {
 
 fn figure(rows: &[Swept], curves: Vec<(Law, Series)>) -> Figure {
     let panel = |title: &str, y: Axis, value: fn(&Swept) -> Option<f64>| {
-        let curve = |law: Law| Series {
-            name: law.name().to_owned(),
-            color: law_color(law),
-            line: Line::Solid,
-            points: rows
-                .iter()
-                .filter(|row| row.law == law.name())
-                .filter_map(|row| Some((row.part, value(row)?)))
-                .collect(),
+        let curve = |law: Law| {
+            let of_law = rows.iter().filter(|row| row.law == law.name());
+            let points = of_law.filter_map(|row| Some((row.part, value(row)?)));
+            Series::solid(law.name(), law_color(law), points)
         };
         Panel {
             title: title.to_owned(),

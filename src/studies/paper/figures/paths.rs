@@ -3,7 +3,7 @@
 use super::Runs;
 use crate::paper::{INTERVAL, Laboratory, PaperError, SimulatedRun, TaskSpaceLogc};
 use dq_algebra::UnitDualQuaternion;
-use dq_figures::{Figure, Line, Path, Place, Scene, frameplotter, law_color, scenes};
+use dq_figures::{BOTH_SIDES, Figure, Line, Path, Place, Scene, Viewpoint, frameplotter, law_color, scenes};
 use dq_kinematics::control::Law;
 
 /// A tool on its way, [`INTERVAL`] from pose to pose.
@@ -83,15 +83,15 @@ impl Tool<'_> {
         let mut places = self.start_and_goal();
         places.push(Place { name: "base".to_owned(), point: nalgebra::Vector3::zeros() });
         let path = self.line(&format!("tool under {}, a frame each {interval} s", self.law), Line::Solid);
-        let scene = |view| Scene {
+        let scene = |viewpoint| Scene {
             title: title.to_owned(),
             paths: vec![path.clone()],
             frames: frames.clone(),
             axis_length: 0.09,
             places: places.clone(),
-            view,
+            viewpoint,
         };
-        vec![scene((-60.0, 20.0)), scene((165.0, 15.0))]
+        BOTH_SIDES.map(scene).to_vec()
     }
 
     /// The part of the distance that is left at the end \[%\].
@@ -103,9 +103,12 @@ impl Tool<'_> {
     }
 }
 
+/// From where paths are seen at their whole length.
+const ABOVE: Viewpoint = Viewpoint { azimuth: -50.0, elevation: 30.0 };
+
 /// A scene of paths without frames.
-fn plain(title: &str, paths: Vec<Path>, places: Vec<Place>, view: (f64, f64)) -> Scene {
-    Scene { title: title.to_owned(), paths, frames: Vec::new(), axis_length: 0.0, places, view }
+fn plain(title: &str, paths: Vec<Path>, places: Vec<Place>, viewpoint: Viewpoint) -> Scene {
+    Scene { title: title.to_owned(), paths, frames: Vec::new(), axis_length: 0.0, places, viewpoint }
 }
 
 pub(super) fn both_laws(lab: &Laboratory, runs: &Runs) -> Figure {
@@ -114,8 +117,9 @@ pub(super) fn both_laws(lab: &Laboratory, runs: &Runs) -> Figure {
     paths.extend(Tool::from(&runs.task_space_logc).dotted("logc as the paper, in task space"));
     paths.push(Tool::from(&runs.logc).line(&format!("logc through the joints, k = {one}"), Line::Dashed));
     let places = Tool::from(&runs.diffc).start_and_goal();
-    let scene = |view| plain("", paths.clone(), places.clone(), view);
-    scenes("fig5", "Figure 5: paths of both laws in R³", &[vec![scene((-50.0, 30.0)), scene((-10.0, 10.0))]])
+    let scene = |viewpoint| plain("", paths.clone(), places.clone(), viewpoint);
+    let beside = Viewpoint { azimuth: -10.0, elevation: 10.0 };
+    scenes("fig5", "Figure 5: paths of both laws in R³", &[[ABOVE, beside].map(scene).to_vec()])
 }
 
 pub(super) fn diffc_alone(lab: &Laboratory, run: &SimulatedRun) -> Result<Figure, PaperError> {
@@ -124,8 +128,7 @@ pub(super) fn diffc_alone(lab: &Laboratory, run: &SimulatedRun) -> Result<Figure
     let overshoot = 1e3 * lab.metrics(run)?.figures.overshoot;
     let tool = Tool::from(run);
     let name = format!("diffc, K = {}, {overshoot:.1} mm past the goal at most", lab.experiment.diffc.gain);
-    let view = (-50.0, 30.0);
-    let whole = plain("whole path", tool.dotted(&name), tool.start_and_goal(), view);
+    let whole = plain("whole path", tool.dotted(&name), tool.start_and_goal(), ABOVE);
     let mut end = whole.clone();
     end.title = "its end".to_owned();
     end.places.retain(|place| place.name == "goal");
