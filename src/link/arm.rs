@@ -360,7 +360,7 @@ impl ArmLink {
         if let Some(motion) = self.samples.displacement() {
             self.latency.compare(&motion, history);
             let response = fixed.unwrap_or_else(|| seconds(self.latency.response()));
-            self.following.watch_motion(now, &motion, response, history);
+            self.following.watch_motion(now, &motion, response, history, self.sag.trim());
         }
     }
 }

@@ -51,6 +51,9 @@ const REST: Duration = Duration::from_millis(300);
 /// An arm that does not follow is tried again after so long.
 const RETRY: Duration = Duration::from_millis(500);
 
+/// An arm that is asked for less than so many times what it is sent against a weight says nothing of how slow the robot is.
+const PULLED: f64 = 4.0;
+
 /// How much of the remaining difference a window brings the part of its speed at which the robot moves nearer.
 const SMOOTHING: f64 = 0.05;
 
@@ -312,13 +315,15 @@ impl TrackingMonitor {
         }
     }
 
-    /// Looks at `now` whether an arm in motion goes on to follow: it has moved by `motion`, and answers after `response`.
+    /// Looks at `now` whether an arm in motion goes on to follow: it has moved by `motion`, and answers after `response`. Besides its
+    /// commands it is sent `trim` [rad/s].
     pub fn watch_motion(
         &mut self,
         now: Duration,
         motion: &Displacement,
         response: Duration,
         history: &CommandHistory,
+        trim: &[f64],
     ) {
         let Phase::Driven { since, fails_since } = self.phase else { return };
         self.parts.fill(Part::UNKNOWN);
@@ -336,7 +341,9 @@ impl TrackingMonitor {
         }
         let common = factor.min(1.0);
         let is_judged = most >= LEAST_DISTANCE * LEAST_DISTANCE && self.is_seen();
-        if is_judged && common >= SLOWEST {
+        let seconds = motion.to.saturating_sub(motion.from).as_secs_f64();
+        let pulled = trim.iter().map(|trim| (seconds * trim).powi(2)).sum::<f64>();
+        if is_judged && common >= SLOWEST && most >= PULLED * PULLED * pulled {
             self.factor += SMOOTHING * (common - self.factor);
         }
         self.watch_excess(now);

@@ -24,6 +24,8 @@ def check(test, row, result):
     if row.push is None:
         test.assertTrue(result.stays, "what has settled stays settled")
         test.assertLessEqual(result.states, {"holding", "tracking", "settled"}, "no false alarm")
+    if row.plant.slider == 1.0:
+        test.assertFalse([reason for reason in result.reasons if "told to be slow" in reason])
     if "integral" in row.parameters and "controller" not in row.parameters:
         test.assertLess(result.overshoot, 1e-3)
 

@@ -65,7 +65,7 @@ pub struct Status {
 }
 
 /// A robot that moves at less than this part of the commanded speed was told to be slow.
-const SLOW: f64 = 0.8;
+const SLOW: f64 = 0.7;
 
 /// The name of the joint of that number, counted from 1, of these names of all joints, arm after arm.
 pub fn joint_name(number: usize, joints: &[String]) -> String {
