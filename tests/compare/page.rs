@@ -138,11 +138,3 @@ fn every_sentence_says_how_sure_it_is() {
     let law = |law: Law| page.contains(&format!("| {law} |"));
     assert!(Law::ALL.into_iter().all(law));
 }
-
-#[test]
-fn remake_samples() {
-    let mut committed = committed();
-    let Study { .. } = study(1, 1);
-    committed.samples = study(committed.tasks, committed.seed).sample().unwrap();
-    std::fs::write("tests/data/compare.json", serde_json::to_string(&committed).unwrap() + "\n").unwrap();
-}
