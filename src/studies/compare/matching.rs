@@ -42,6 +42,8 @@ const FEW: usize = 48;
 /// Apart from the seeds of tasks, and from each other.
 const PILOT_SEED: u64 = 0x0070_696c_6f74;
 const JUDGE_SEED: u64 = 0x6a75_6467_6573;
+/// Targets are the same where they differ by no more than this part, which is rounding.
+const ROUNDING: f64 = 1e-6;
 /// A gain is matched where it gives the target to this part of it.
 pub(super) const CLOSE: f64 = 0.02;
 /// On its own tasks it is chosen to this part; settling times come in cycles of a four hundredth of the target.
@@ -210,7 +212,7 @@ pub(super) fn are_gains_of(arms: &[Arm], kept: &[Gain]) -> Result<bool, CompareE
         {
             let is = |gain: &Gain| {
                 (gain.matched, &*gain.law, &*gain.arm) == (matched, law.name(), &*arm.name)
-                    && gain.target == judged.of(matched)
+                    && (gain.target / judged.of(matched) - 1.0).abs() < ROUNDING
             };
             if !kept.next().is_some_and(is) {
                 return Ok(false);
