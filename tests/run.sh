@@ -19,7 +19,7 @@ nextest || code=$?
 target/venv/bin/python tests/retried.py target/nextest/default/junit.xml | tee target/retried.txt
 cargo test --locked --workspace --exclude dq_python --doc --features security
 # A link of the documentation that leads nowhere is an error.
-cargo doc --locked --workspace --exclude dq_python --no-deps
+cargo doc --locked --workspace --exclude dq_python --no-deps --features security
 # With the profile and the features of the tests, so that what both depend on is compiled once.
 rm -rf target/wheels
 (cd src/python && CARGO_TARGET_DIR=../../target ../../target/venv/bin/maturin build --profile dev --features security \
