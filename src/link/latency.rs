@@ -1,6 +1,7 @@
 //! How long it takes until a command shows in the joint states: their age, and the robot's response.
 
 use crate::command_history::CommandHistory;
+use crate::comparison::Comparison;
 use crate::samples::Displacement;
 use crate::seconds;
 use std::time::Duration;
@@ -28,21 +29,11 @@ const DISTINCT: f64 = 5e-5;
 const SMOOTHING: f64 = 0.2;
 const RESPONSE_SMOOTHING: f64 = 0.36;
 
-/// The commands of one candidate beside the motion: their product, and the squares of what was asked \[rad²\].
-#[derive(Clone, Copy, Debug, Default)]
-struct Beside {
-    product: f64,
-    square: f64,
-}
-
-impl Beside {
-    /// The squares by which the commands miss a `motion` of such squares \[rad²\], of a robot that goes one part of what was asked, at
-    /// most all of it: `M − 2 f P + f² W` with `f = P/W`.
-    fn misfit(&self, motion: f64) -> f64 {
-        let Self { product, square } = *self;
-        let factor = if square > 0.0 { (product / square).clamp(0.0, 1.0) } else { 0.0 };
-        motion - factor * (2.0 * product - factor * square)
-    }
+/// The squares by which commands miss a `motion` of such squares \[rad²\], of a robot that goes one part of what was asked, at most all of
+/// it: `M − 2 f P + f² W` with `f = P/W`.
+fn misfit(beside: &Comparison, motion: f64) -> f64 {
+    let factor = beside.factor().clamp(0.0, 1.0);
+    motion - factor * (2.0 * beside.product - factor * beside.square)
 }
 
 /// Estimates the delay of one arm, in two parts: how old a joint state is when it comes, by its stamp where the clocks agree, and
@@ -61,7 +52,7 @@ pub(crate) struct Latency {
     /// From a command to the state of the robot that shows it \[s\].
     response: f64,
     /// For each candidate, its commands beside the motion.
-    beside: [Beside; CANDIDATES],
+    beside: [Comparison; CANDIDATES],
     /// The squares of the motion itself \[rad²\].
     motion: f64,
 }
@@ -76,7 +67,7 @@ impl Latency {
             age: 0.0,
             interval: period.as_secs_f64(),
             response: 0.0,
-            beside: [Beside::default(); CANDIDATES],
+            beside: [Comparison::default(); CANDIDATES],
             motion: 0.0,
         }
     }
@@ -118,23 +109,20 @@ impl Latency {
     fn believe_stamps(&mut self, stamped: bool, age: f64) {
         let (total, age) = (self.total(), if stamped { age } else { 0.0 });
         (self.stamped, self.age, self.response) = (stamped, age, (total - age).max(0.0));
-        (self.beside, self.motion) = ([Beside::default(); CANDIDATES], 0.0);
+        (self.beside, self.motion) = ([Comparison::default(); CANDIDATES], 0.0);
     }
 
     /// Compares a motion with the commands of before.
     pub fn compare(&mut self, motion: &Displacement, history: &CommandHistory) {
         let keep = (-motion.after / FORGETTING).exp();
         self.motion = keep * self.motion + motion.moved.iter().map(|moved| moved * moved).sum::<f64>();
-        self.beside.iter_mut().for_each(|beside| {
-            (beside.product, beside.square) = (keep * beside.product, keep * beside.square);
-        });
+        self.beside.iter_mut().for_each(|beside| beside.fade(keep));
         // What moves long after the last command is no answer, whichever candidate is right.
         if !history.stood_after(motion.from.saturating_sub(LONGEST_RESPONSE)) {
             let mut window = history.window(motion.from, motion.to);
             for beside in &mut self.beside {
                 for (asked, moved) in window.distances(motion.joints.clone()).zip(motion.moved) {
-                    (beside.product, beside.square) =
-                        (beside.product + asked * moved, beside.square + asked * asked);
+                    beside.add(asked, *moved);
                 }
                 window.move_back(STEP);
             }
@@ -146,15 +134,15 @@ impl Latency {
 
     /// The response that explains the motion, if one does so and others do not \[s\].
     fn best(&self) -> Option<f64> {
-        let misfit = |index: usize| Some(self.beside.get(index)?.misfit(self.motion));
-        let misfits = || self.beside.iter().map(|beside| beside.misfit(self.motion));
+        let misfits = || self.beside.iter().map(|beside| misfit(beside, self.motion));
+        let at = |index: usize| Some(misfit(self.beside.get(index)?, self.motion));
         let worst = misfits().fold(0.0_f64, f64::max);
         let (index, least) = misfits().enumerate().min_by(|(_, a), (_, b)| a.total_cmp(b))?;
         if worst < DISTINCT || least > 0.25 * worst || least > 0.25 * self.motion {
             return None;
         }
         // The vertex of the parabola through the neighbours.
-        let vertex = match (index.checked_sub(1).and_then(misfit), misfit(index + 1)) {
+        let vertex = match (index.checked_sub(1).and_then(at), at(index + 1)) {
             (Some(before), Some(after)) => {
                 0.5 * (before - after) / (before - 2.0 * least + after).max(f64::MIN_POSITIVE)
             }

@@ -6,6 +6,7 @@
 mod arbiter;
 mod arm;
 mod command_history;
+mod comparison;
 mod joint_order;
 mod latency;
 mod lateness;

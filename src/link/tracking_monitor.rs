@@ -1,6 +1,7 @@
 //! Whether an arm follows its commands: each of its joints, at one common part of the speed that is commanded.
 
 use crate::command_history::CommandHistory;
+use crate::comparison::Comparison;
 use crate::samples::Displacement;
 use dq_kinematics::arm::JointKind;
 use std::ops::Range;
@@ -82,7 +83,7 @@ impl Part {
     };
 
     /// Notes that the joint has `moved` where it was commanded to go as far as `asked`, and what `all` joints did.
-    fn note(&mut self, asked: f64, moved: f64, all: &Moves) {
+    fn note(&mut self, asked: f64, moved: f64, all: &Comparison) {
         self.excess = self.excess.min(moved.abs() / asked.abs().max(LEAST_DISTANCE));
         // A small distance says nothing: it may have been followed, and not too far.
         let part = if asked.abs() >= LEAST_DISTANCE { moved / asked } else { 1.0 };
@@ -97,30 +98,6 @@ impl Part {
     fn is_lost(&self, common: f64) -> bool {
         let others = if self.others.is_finite() { self.others.min(1.0) } else { common };
         self.largest < PART * others || self.excess >= MUCH_TOO_FAR
-    }
-}
-
-/// What all joints did beside what they were commanded.
-#[derive(Clone, Copy, Debug, Default)]
-struct Moves {
-    /// The sum of the products of both \[rad²\].
-    product: f64,
-    /// The sum of the squares of what was commanded \[rad²\].
-    square: f64,
-}
-
-impl Moves {
-    /// By how far each joint was commanded to go and how far it has moved \[rad\].
-    fn of(joints: impl Iterator<Item = (f64, f64)>) -> Self {
-        joints.fold(Self::default(), |Self { product, square }, (asked, moved)| Self {
-            product: product + asked * moved,
-            square: square + asked * asked,
-        })
-    }
-
-    /// The part of their commanded distance that they have gone together.
-    fn factor(&self) -> f64 {
-        if self.square > 0.0 { self.product / self.square } else { 1.0 }
     }
 }
 
@@ -294,7 +271,8 @@ impl TrackingMonitor {
         history.travel(range, since, now, &mut self.asked);
         let moved = |joint: usize| kinds[joint].displacement(self.start[joint], positions[joint]);
         let joints = self.asked.iter().enumerate();
-        let factor = Moves::of(joints.map(|(joint, asked)| (*asked, moved(joint)))).factor().min(1.0);
+        let all: Comparison = joints.map(|(joint, asked)| (*asked, moved(joint))).collect();
+        let factor = all.factor().min(1.0);
         let mut failed = None;
         for joint in 0..positions.len() {
             let (asked, moved) = (self.asked[joint].abs(), moved(joint) * self.asked[joint].signum());
@@ -332,7 +310,7 @@ impl TrackingMonitor {
             let before = |time: Duration| time.saturating_sub(response + slack);
             history.travel(motion.joints.clone(), before(motion.from), before(motion.to), &mut self.asked);
             let joints = self.asked.iter().zip(motion.moved);
-            let all = Moves::of(joints.map(|(asked, moved)| (*asked, *moved)));
+            let all: Comparison = joints.map(|(asked, moved)| (*asked, *moved)).collect();
             for ((part, asked), moved) in self.parts.iter_mut().zip(&self.asked).zip(motion.moved) {
                 part.note(*asked, *moved, &all);
             }
