@@ -82,14 +82,32 @@ impl CommandHistory {
         into.iter_mut().zip(window.distances(range)).for_each(|(slot, distance)| *slot = distance);
     }
 
+    /// How far the joints of `range` should have gone by `time` since the first command \[rad\], written to `into`. What is forgotten counts.
+    pub fn total(&self, range: Range<usize>, time: Duration, into: &mut [f64]) {
+        let InForce { sums, speeds, time } = self.in_force(&self.place(time), &range);
+        let joints = into.iter_mut().zip(sums.iter().zip(speeds));
+        joints.for_each(|(slot, (before, speed))| *slot = before + time * speed);
+    }
+
     /// The commands from one time to another.
     pub fn window(&self, from: Duration, to: Duration) -> Window<'_> {
-        let place = |time: Duration| {
-            let time = time.as_secs_f64();
-            let after = self.times.partition_point(|entry| *entry <= time);
-            Place { time, index: after.saturating_sub(1) }
-        };
-        Window { history: self, from: place(from), to: place(to) }
+        Window { history: self, from: self.place(from), to: self.place(to) }
+    }
+
+    fn place(&self, time: Duration) -> Place {
+        let time = time.as_secs_f64();
+        let after = self.times.partition_point(|entry| *entry <= time);
+        Place { time, index: after.saturating_sub(1) }
+    }
+
+    /// What was in force then of the joints of `range`.
+    #[inline]
+    fn in_force(&self, place: &Place, range: &Range<usize>) -> InForce<'_> {
+        let Some(since) = self.times.get(place.index) else { return InForce::default() };
+        let row = self.joint_count * place.index;
+        let range = row + range.start..row + range.end;
+        let time = (place.time - since).max(0.0).min(self.longest);
+        InForce { sums: &self.sums[range.clone()], speeds: &self.speeds[range], time }
     }
 
     /// Whether nothing but zeros was commanded after `time`.
@@ -128,22 +146,11 @@ impl Window<'_> {
     /// Fast because four lists of one length are read side by side: each joint state asks for some fifty of these windows.
     #[inline]
     pub fn distances(&self, range: Range<usize>) -> impl Iterator<Item = f64> + '_ {
-        let (start, end) = (self.in_force(&self.from, &range), self.in_force(&self.to, &range));
+        let [start, end] = [&self.from, &self.to].map(|place| self.history.in_force(place, &range));
         let sums = start.sums.iter().zip(end.sums);
         let speeds = start.speeds.iter().zip(end.speeds);
         sums.zip(speeds)
             .map(move |((from, to), (before, after))| to - from + (end.time * after - start.time * before))
-    }
-
-    /// What was in force then of the joints of `range`.
-    #[inline]
-    fn in_force(&self, place: &Place, range: &Range<usize>) -> InForce<'_> {
-        let CommandHistory { joint_count, longest, times, sums, speeds, .. } = self.history;
-        let Some(since) = times.get(place.index) else { return InForce::default() };
-        let row = joint_count * place.index;
-        let range = row + range.start..row + range.end;
-        let time = (place.time - since).max(0.0).min(*longest);
-        InForce { sums: &sums[range.clone()], speeds: &speeds[range], time }
     }
 }
 
@@ -159,10 +166,10 @@ struct InForce<'a> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
 
-    const MS: Duration = Duration::from_millis(1);
+    pub(crate) const MS: Duration = Duration::from_millis(1);
 
     fn travel(history: &CommandHistory, from: u32, to: u32) -> f64 {
         let mut out = [0.0];

@@ -247,7 +247,8 @@ impl Link {
         self.history.hold(now, command);
         for arm in &mut self.arms {
             let joints = arm.joints.clone();
-            arm.following.command(now, &command[joints.clone()], &self.measured[joints]);
+            let (command, measured) = (&command[joints.clone()], &self.measured[joints.clone()]);
+            arm.following.command(now, command, measured, joints, &self.history);
         }
     }
 

@@ -4,6 +4,7 @@ use crate::command_history::CommandHistory;
 use crate::comparison::Comparison;
 use crate::samples::Displacement;
 use dq_kinematics::arm::JointKind;
+use std::mem;
 use std::ops::Range;
 use std::time::Duration;
 
@@ -106,8 +107,8 @@ impl Part {
 enum Phase {
     /// It stands: the next command is the first.
     Standing,
-    /// It has been commanded since; since when a joint has failed to follow.
-    Driven { since: Duration, fails_since: Option<Duration> },
+    /// It is commanded; since when a joint has failed to follow.
+    Driven { fails_since: Option<Duration> },
     /// It is not driven, since.
     Lost { since: Duration },
 }
@@ -131,7 +132,11 @@ pub(crate) struct TrackingMonitor {
     /// Since when the arm does not obey, as far as is known, and the joint that was seen not to.
     disobeys: Option<(Duration, usize)>,
     commanded: Option<Duration>,
-    start: Vec<f64>,
+    /// How far all commands before the first of this motion should have taken each joint.
+    total: Vec<f64>,
+    /// How far each joint has gone since, and where it was last.
+    moved: Vec<f64>,
+    last: Vec<f64>,
     asked: Vec<f64>,
     /// What each joint may have gone of its commanded distance in the last window.
     parts: Vec<Part>,
@@ -152,7 +157,9 @@ impl TrackingMonitor {
             due: vec![None; joint_count],
             disobeys: None,
             commanded: None,
-            start: zeros.clone(),
+            total: zeros.clone(),
+            moved: zeros.clone(),
+            last: zeros.clone(),
             asked: zeros,
             parts: vec![Part::UNKNOWN; joint_count],
             factor: 1.0,
@@ -233,13 +240,22 @@ impl TrackingMonitor {
         })
     }
 
-    /// Notes what the arm is commanded from `now` on, and where it is: `positions` \[rad\].
-    pub fn command(&mut self, now: Duration, command: &[f64], positions: &[f64]) {
+    /// Notes what the arm, whose joints are `range` of all, is commanded from `now` on, and where it is: `positions` \[rad\].
+    pub fn command(
+        &mut self,
+        now: Duration,
+        command: &[f64],
+        positions: &[f64],
+        range: Range<usize>,
+        history: &CommandHistory,
+    ) {
         if command.iter().any(|speed| speed.abs() > CREEP) {
             self.commanded = Some(now);
             if self.phase == Phase::Standing {
-                self.phase = Phase::Driven { since: now, fails_since: None };
-                self.start.copy_from_slice(positions);
+                self.phase = Phase::Driven { fails_since: None };
+                self.moved.fill(0.0);
+                self.last.copy_from_slice(positions);
+                history.total(range, now, &mut self.total);
             }
             return;
         }
@@ -264,21 +280,26 @@ impl TrackingMonitor {
         range: Range<usize>,
         history: &CommandHistory,
     ) {
-        let Phase::Driven { since, .. } = self.phase else { return };
-        if self.seen.iter().all(|seen| *seen) {
+        if !matches!(self.phase, Phase::Driven { .. }) || self.seen.iter().all(|seen| *seen) {
             return;
         }
-        history.travel(range, since, now, &mut self.asked);
-        let moved = |joint: usize| kinds[joint].displacement(self.start[joint], positions[joint]);
-        let joints = self.asked.iter().enumerate();
-        let all: Comparison = joints.map(|(joint, asked)| (*asked, moved(joint))).collect();
+        history.total(range, now, &mut self.asked);
+        self.asked.iter_mut().zip(&self.total).for_each(|(asked, before)| *asked -= before);
+        for (joint, position) in positions.iter().enumerate() {
+            // State by state, because what is longer than half a turn is not seen at its ends.
+            let last = mem::replace(&mut self.last[joint], *position);
+            self.moved[joint] += kinds[joint].displacement(last, *position);
+        }
+        let joints = self.asked.iter().zip(&self.moved);
+        let all: Comparison = joints.map(|(asked, moved)| (*asked, *moved)).collect();
         let factor = all.factor().min(1.0);
         let mut failed = None;
         for joint in 0..positions.len() {
-            let (asked, moved) = (self.asked[joint].abs(), moved(joint) * self.asked[joint].signum());
+            let (asked, moved) = (self.asked[joint].abs(), self.moved[joint] * self.asked[joint].signum());
             let follows = factor >= SLOWEST && moved >= 0.5 * PART * factor * asked;
             self.seen[joint] |= follows && moved >= SEEN && moved <= MUCH_TOO_FAR * asked;
             if self.seen[joint] || asked < PROBE_DISTANCE {
+                self.due[joint] = None;
                 continue;
             }
             let since = *self.due[joint].get_or_insert(now);
@@ -303,7 +324,7 @@ impl TrackingMonitor {
         history: &CommandHistory,
         trim: &[f64],
     ) {
-        let Phase::Driven { since, fails_since } = self.phase else { return };
+        let Phase::Driven { fails_since } = self.phase else { return };
         self.parts.fill(Part::UNKNOWN);
         let (mut factor, mut most) = (f64::NEG_INFINITY, 0.0_f64);
         for slack in SLACK {
@@ -329,7 +350,7 @@ impl TrackingMonitor {
         let failed = joints.find(|(_, (part, seen))| **seen && (common < SLOWEST || part.is_lost(common)));
         let failed = failed.filter(|_| is_judged).map(|(joint, _)| joint);
         let fails_since = failed.map(|_| fails_since.unwrap_or(now));
-        self.phase = Phase::Driven { since, fails_since };
+        self.phase = Phase::Driven { fails_since };
         if let (Some(joint), Some(fails)) = (failed, fails_since)
             && now.saturating_sub(fails) >= PERSISTENCE
         {
@@ -353,6 +374,77 @@ impl TrackingMonitor {
         if counts {
             self.losses.rotate_right(1);
             self.losses[0] = Some(now);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::command_history::tests::MS;
+    use dq_limits::Interface;
+    use proptest::prelude::*;
+
+    /// When an arm is first taken for one that does not follow, if ever. Each of `pieces` commands its two joints for 50 ms [rad/s]; after
+    /// `delay` \[ms\] they go these `parts` of it.
+    fn lost_after(pieces: &[[f64; 2]], delay: usize, parts: [f64; 2]) -> Option<Duration> {
+        let kinds = [JointKind::Revolute; 2];
+        let mut history = CommandHistory::new(2, MS, Interface::Velocity);
+        let mut monitor = TrackingMonitor::new(2);
+        let mut positions = [0.0; 2];
+        (0..50 * pieces.len()).find_map(|cycle| {
+            let now = u32::try_from(cycle).unwrap() * MS;
+            monitor.watch_start(now, &positions, &kinds, 0..2, &history);
+            let command = pieces[cycle / 50];
+            history.hold(now, &command);
+            monitor.command(now, &command, &positions, 0..2, &history);
+            if let Some(at_work) = cycle.checked_sub(delay) {
+                let speeds = pieces[at_work / 50];
+                (0..2).for_each(|joint| positions[joint] += 1e-3 * parts[joint] * speeds[joint]);
+            }
+            monitor.is_lost().then_some(now)
+        })
+    }
+
+    /// Commands for two to four seconds, as fast as joints may be driven until they are seen to follow.
+    fn pieces() -> impl Strategy<Value = Vec<[f64; 2]>> {
+        let speed =
+            || prop_oneof![Just(0.0), -PROBE_SPEED..PROBE_SPEED, -0.1 * PROBE_SPEED..0.1 * PROBE_SPEED];
+        prop::collection::vec([speed(), speed()], 40..80)
+    }
+
+    #[test]
+    fn a_joint_that_begins_when_the_others_go_back_follows() {
+        let (up, down, both) = ([[0.5, 0.0]; 40], [[-0.5, 0.0]; 15], [[-0.5, 0.01]; 15]);
+        let pieces = [&up[..], &down, &both].concat();
+        assert_eq!(lost_after(&pieces, 10, [1.0; 2]), None);
+    }
+
+    #[test]
+    fn a_joint_that_begins_when_another_has_turned_by_more_than_half_a_turn_follows() {
+        let (first, both) = ([[2.0, 0.0]; 40], [[2.0, 0.01]; 15]);
+        let pieces = [&first[..], &both].concat();
+        assert_eq!(lost_after(&pieces, 5, [1.0; 2]), None);
+    }
+
+    #[test]
+    fn a_joint_that_goes_to_and_fro_within_the_delay_and_long_after_that_again_follows() {
+        let pieces: Vec<_> = (0..40).map(|piece| [0.05, [0.05, -0.05, 0.0][piece.min(2)]]).collect();
+        let pieces = [pieces, vec![[0.05, -0.05]; 20]].concat();
+        assert_eq!(lost_after(&pieces, 110, [1.0; 2]), None);
+    }
+
+    proptest! {
+        #[test]
+        fn an_arm_that_obeys_late_follows(pieces in pieces(), delay in 0..100usize, part in 0.2..1.0f64) {
+            prop_assert_eq!(lost_after(&pieces, delay, [part; 2]), None);
+        }
+
+        #[test]
+        fn a_joint_that_stands_while_it_is_to_go_is_lost(pieces in pieces(), delay in 0..100usize) {
+            let pieces: Vec<_> = pieces.iter().map(|[one, _]| [*one, PROBE_SPEED]).collect();
+            let lost = lost_after(&pieces, delay, [1.0, 0.0]);
+            prop_assert!(lost.is_some_and(|after| after <= PATIENCE + 50 * MS), "{lost:?}");
         }
     }
 }
