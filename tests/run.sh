@@ -7,8 +7,8 @@ tests/install.sh
 # Half of the tests wait for real time, so twice as many threads as cores are kept busy.
 nextest() {
     # The examples are modules of tests: as programs of their own they would be built once more. Two are programs that tests start.
-    cargo build --locked --workspace --exclude dq_python --features security --example own_law --example counter
-    target/venv/bin/cargo-nextest nextest run --locked --workspace --exclude dq_python --tests --features security --test-threads $((2 * $(nproc))) "$@"
+    cargo build --locked --workspace --features security --example own_law --example counter
+    target/venv/bin/cargo-nextest nextest run --locked --workspace --tests --features security --test-threads $((2 * $(nproc))) "$@"
 }
 if [ $# != 0 ]; then
     nextest "$@"
@@ -17,9 +17,9 @@ fi
 code=0
 nextest || code=$?
 target/venv/bin/python tests/retried.py target/nextest/default/junit.xml | tee target/retried.txt
-cargo test --locked --workspace --exclude dq_python --doc --features security
+cargo test --locked --workspace --doc --features security
 # A link of the documentation that leads nowhere is an error.
-cargo doc --locked --workspace --exclude dq_python --no-deps --features security
+cargo doc --locked --workspace --no-deps --features security
 # With the profile and the features of the tests, so that what both depend on is compiled once.
 rm -rf target/wheels
 (cd src/python && CARGO_TARGET_DIR=../../target ../../target/venv/bin/maturin build --profile dev --features security \
