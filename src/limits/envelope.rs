@@ -3,7 +3,7 @@
 //! They are those from which a stop still keeps the limits on speed, acceleration, jerk and position, with the delay of the robot and the
 //! cycles that come late in it ([`Span`]). The next speed of a stop is one of them whatever the limits are, so that there always is one.
 
-use crate::{Joints, STOP_TIME, Span, Violation};
+use crate::{Joints, STOP_TIME, Span, Violation, scale};
 use dq_kinematics::arm::Arms;
 
 /// What the joints may do in this cycle.
@@ -12,6 +12,8 @@ pub struct Envelope {
     spans: Vec<Span>,
     /// The speeds at which joints go on whose accelerations come to nothing [rad/s].
     rest: Vec<f64>,
+    /// Another command that may be [rad/s].
+    other: Vec<f64>,
     /// The first joint, counted from 0, that its position limit holds back.
     pub held_back: Option<usize>,
 }
@@ -19,7 +21,12 @@ pub struct Envelope {
 impl Envelope {
     /// For so many joints.
     pub fn new(joints: usize) -> Self {
-        Self { spans: vec![Span::default(); joints], rest: vec![0.0; joints], held_back: None }
+        Self {
+            spans: vec![Span::default(); joints],
+            rest: vec![0.0; joints],
+            other: vec![0.0; joints],
+            held_back: None,
+        }
     }
 
     /// Takes what holds in this cycle.
@@ -61,24 +68,41 @@ impl Envelope {
     /// Where all of the line would take longer than a stop, because one joint may hardly accelerate, the joints that are to slow down do so
     /// by themselves: a weak joint holds up no other one's braking.
     fn go_towards(&self, velocity: &mut [f64], period: f64) {
-        let parts = velocity.iter().zip(&self.spans).map(|(wanted, span)| span.part_of_change(*wanted));
-        let part = parts.fold(1.0, f64::min);
+        let part = self.part_of_change(velocity);
         for (speed, span) in velocity.iter_mut().zip(&self.spans) {
             let slower = span.slower_than_last(*speed).filter(|_| part * STOP_TIME < period);
             *speed = slower.map_or(span.along(*speed, part), |slower| span.towards(slower));
         }
     }
 
-    /// Slows the joints to the tool's speed limits, each as far as it can be slowed: limits may have been lowered, and what was changed for
-    /// one joint alone may have made the tool faster. What counts is how fast the tool is when accelerations have come to nothing.
+    /// The part of the change to `velocity` that all joints can make in a cycle.
+    fn part_of_change(&self, velocity: &[f64]) -> f64 {
+        let parts = velocity.iter().zip(&self.spans).map(|(wanted, span)| span.part_of_change(*wanted));
+        parts.fold(1.0, f64::min)
+    }
+
+    /// Slows the joints to the tool's speed limits: limits may have been lowered, and what was changed for one joint alone may have made the
+    /// tool faster. What counts is how fast the tool is when accelerations have come to nothing.
+    ///
+    /// Each joint slows down as far as it can, or all along the line, whichever leaves the tool slower: joints that slow down by themselves
+    /// turn a tool that they have kept from turning together, and a weak joint holds up the others along the line.
     fn slow_tool(&mut self, joints: &Joints, arms: &Arms, velocity: &mut [f64]) {
         let limits = joints.limits;
         let joints = self.rest.iter_mut().zip(&*velocity).zip(&self.spans);
         joints.for_each(|((rest, speed), span)| *rest = span.rest(*speed));
         let factor = limits.tool_share(&arms.tool_speed(&self.rest));
-        if factor < 1.0 {
-            let joints = velocity.iter_mut().zip(&self.rest).zip(&self.spans);
-            joints.for_each(|((speed, rest), span)| *speed = span.towards(factor * rest));
+        if factor >= 1.0 {
+            return;
+        }
+        scale(&mut self.rest, factor);
+        let part = self.part_of_change(&self.rest);
+        let wanted = self.rest.iter().zip(&self.spans);
+        for ((by_itself, along), (wanted, span)) in velocity.iter_mut().zip(&mut self.other).zip(wanted) {
+            (*by_itself, *along) = (span.towards(*wanted), span.along(*wanted, part));
+        }
+        let share = |command: &[f64]| limits.tool_share(&arms.tool_speed(command));
+        if part < 1.0 && share(&self.other) > share(velocity) {
+            velocity.copy_from_slice(&self.other);
         }
     }
 }

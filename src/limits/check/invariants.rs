@@ -14,6 +14,9 @@ const POSITION_TOLERANCE: f64 = 1e-3;
 /// How much faster than its limit a tool may be, relative: where the arm is was reported some cycles ago.
 const TOOL_TOLERANCE: f64 = 0.1;
 
+/// And so much faster [m/s, rad/s]: joints that move a tool together and do not turn it, do so after a cycle, while they slow down.
+const TOOL_SLACK: f64 = 1e-4;
+
 /// Follows a stream of commands and of joint positions, and finds what of it breaks a rule.
 #[derive(Clone, Debug)]
 pub struct Invariants {
@@ -101,8 +104,9 @@ impl Invariants {
         let limits = &self.limits;
         let speeds =
             [(tool.linear, limits.linear_speed, "m/s"), (tool.angular, limits.angular_speed, "rad/s")];
-        let too_fast =
-            |(speed, limit, _): &(f64, f64, _)| speed.is_nan() || *speed > limit * (1.0 + TOOL_TOLERANCE);
+        let too_fast = |(speed, limit, _): &(f64, f64, _)| {
+            speed.is_nan() || *speed > limit * (1.0 + TOOL_TOLERANCE) + TOOL_SLACK
+        };
         match speeds.into_iter().find(too_fast) {
             Some((speed, limit, unit)) => Err(Violation::ToolSpeed { speed, limit, unit }),
             None => Ok(()),

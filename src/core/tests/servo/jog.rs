@@ -56,6 +56,21 @@ fn a_twist_moves_the_tool_along_the_base_s_axes_and_then_the_arm_holds() {
 }
 
 #[test]
+fn a_tool_that_must_not_turn_is_moved_straight_and_stopped_without_turning() {
+    for [y, z] in [[0.3, 0.3], [0.3, -0.3], [-0.3, 0.3], [-0.1, -0.4]] {
+        let mut rig = rig(Interface::Velocity);
+        rig.change(|settings| settings.limits.angular_speed = 1e-6);
+        // Afterwards what was lowered is no excuse; the rig asks in each cycle how fast the tool turns.
+        rig.run(1.1);
+        let begin = point(&rig);
+        hold(&mut rig, [0.0, y, z], NONE, "base_link", 1.0);
+        rig.run(0.5);
+        let moved = point(&rig) - begin;
+        assert!(moved.norm() > 1e-3 && moved.dot(&Vector3::new(0.0, y, z)) > 0.0, "{moved:?}");
+    }
+}
+
+#[test]
 fn in_the_tool_s_frame_the_axes_are_its_own_and_no_other_frame_is_known() {
     let mut rig = rig(Interface::Velocity);
     let (begin, rotation) = (point(&rig), rig.servo.pose().unwrap().rotation());
