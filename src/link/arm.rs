@@ -100,7 +100,7 @@ impl ArmLink {
             latency: Latency::new(period),
             lateness: Lateness::default(),
             samples: Samples::new(joints.clone()),
-            following: TrackingMonitor::new(joints.len()),
+            following: TrackingMonitor::new(joints.clone()),
             sag: Sag::new(joints.len()),
             listeners: true,
             rival: false,
@@ -212,7 +212,7 @@ impl ArmLink {
         }
         if returned.is_some() {
             self.samples.clear();
-            self.following = TrackingMonitor::new(self.joints.len());
+            self.following = TrackingMonitor::new(self.joints.clone());
             self.sag.forget();
         }
         let was_stamped = self.latency.is_stamped();
@@ -353,7 +353,7 @@ impl ArmLink {
 
     /// Compares where the arm is with what it was commanded.
     fn watch(&mut self, now: Duration, measured: &[f64], fixed: Option<Duration>, history: &CommandHistory) {
-        self.following.watch_start(now, measured, &self.kinds, self.joints.clone(), history);
+        self.following.watch_start(now, measured, &self.kinds, history);
         if !self.samples.add(self.measured_at, measured, &self.kinds) {
             return;
         }

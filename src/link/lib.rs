@@ -247,8 +247,8 @@ impl Link {
         self.history.hold(now, command);
         for arm in &mut self.arms {
             let joints = arm.joints.clone();
-            let (command, measured) = (&command[joints.clone()], &self.measured[joints.clone()]);
-            arm.following.command(now, command, measured, joints, &self.history);
+            let (command, measured) = (&command[joints.clone()], &self.measured[joints]);
+            arm.following.command(now, command, measured, &self.history);
         }
     }
 

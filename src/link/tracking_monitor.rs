@@ -126,10 +126,12 @@ pub(crate) struct TrackingMonitor {
 }
 
 impl TrackingMonitor {
-    pub fn new(joint_count: usize) -> Self {
+    /// Of the arm whose joints are `joints` of all.
+    pub fn new(joints: Range<usize>) -> Self {
+        let joint_count = joints.len();
         Self {
             phase: Phase::Standing,
-            departure: Departure::new(joint_count),
+            departure: Departure::new(joints),
             disobeys: None,
             commanded: None,
             asked: vec![0.0; joint_count],
@@ -208,20 +210,13 @@ impl TrackingMonitor {
         self.departure.probing_factor(target, accelerations)
     }
 
-    /// Notes what the arm, whose joints are `range` of all, is commanded from `now` on, and where it is: `positions` \[rad\].
-    pub fn command(
-        &mut self,
-        now: Duration,
-        command: &[f64],
-        positions: &[f64],
-        range: Range<usize>,
-        history: &CommandHistory,
-    ) {
+    /// Notes what the arm is commanded from `now` on, and where it is: `positions` \[rad\].
+    pub fn command(&mut self, now: Duration, command: &[f64], positions: &[f64], history: &CommandHistory) {
         if command.iter().any(|speed| speed.abs() > CREEP) {
             self.commanded = Some(now);
             if self.phase == Phase::Standing {
                 self.phase = Phase::Driven { fails_since: None };
-                self.departure.begin(now, positions, range, history);
+                self.departure.begin(now, positions, history);
             }
             return;
         }
@@ -236,20 +231,18 @@ impl TrackingMonitor {
         }
     }
 
-    /// Looks which joints have begun to move since the arm stood: its joints, `range` of all, are at `positions`
-    /// \[rad, prismatic: m\] at `now`, and of these kinds.
+    /// Looks which joints have begun to move since the arm stood: they are at `positions` \[rad, prismatic: m\] at `now`, and of these kinds.
     pub fn watch_start(
         &mut self,
         now: Duration,
         positions: &[f64],
         kinds: &[JointKind],
-        range: Range<usize>,
         history: &CommandHistory,
     ) {
         if !matches!(self.phase, Phase::Driven { .. }) {
             return;
         }
-        match self.departure.watch(now, positions, kinds, range, history) {
+        match self.departure.watch(now, positions, kinds, history) {
             // One that goes in the other direction is not to be tried for ever.
             Some(failure) => self.lose(failure.since, now, failure.joint, failure.goes_back),
             None => self.disobeys = self.disobeys.filter(|(_, joint)| !self.departure.seen()[*joint]),
@@ -332,14 +325,14 @@ mod tests {
     fn lost_after(pieces: &[[f64; 2]], delay: usize, parts: [f64; 2]) -> Option<Duration> {
         let kinds = [JointKind::Revolute; 2];
         let mut history = CommandHistory::new(2, MS, Interface::Velocity);
-        let mut monitor = TrackingMonitor::new(2);
+        let mut monitor = TrackingMonitor::new(0..2);
         let mut positions = [0.0; 2];
         (0..50 * pieces.len()).find_map(|cycle| {
             let now = u32::try_from(cycle).unwrap() * MS;
-            monitor.watch_start(now, &positions, &kinds, 0..2, &history);
+            monitor.watch_start(now, &positions, &kinds, &history);
             let command = pieces[cycle / 50];
             history.hold(now, &command);
-            monitor.command(now, &command, &positions, 0..2, &history);
+            monitor.command(now, &command, &positions, &history);
             if let Some(at_work) = cycle.checked_sub(delay) {
                 let speeds = pieces[at_work / 50];
                 (0..2).for_each(|joint| positions[joint] += 1e-3 * parts[joint] * speeds[joint]);

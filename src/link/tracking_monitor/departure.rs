@@ -41,6 +41,8 @@ pub(super) struct Failure {
 /// What the joints of one arm have done since it stood.
 #[derive(Clone, Debug)]
 pub(super) struct Departure {
+    /// Its joints among all.
+    joints: Range<usize>,
     /// Which have been seen to follow, and since when each that has not was commanded to go far enough.
     seen: Vec<bool>,
     due: Vec<Option<Duration>>,
@@ -53,15 +55,17 @@ pub(super) struct Departure {
 }
 
 impl Departure {
-    pub fn new(joint_count: usize) -> Self {
-        let zeros = vec![0.0; joint_count];
+    /// Of the arm whose joints are `joints` of all.
+    pub fn new(joints: Range<usize>) -> Self {
+        let zeros = vec![0.0; joints.len()];
         Self {
-            seen: vec![false; joint_count],
-            due: vec![None; joint_count],
+            seen: vec![false; joints.len()],
+            due: vec![None; joints.len()],
             before: zeros.clone(),
             asked: zeros.clone(),
             moved: zeros.clone(),
             last: zeros,
+            joints,
         }
     }
 
@@ -71,9 +75,9 @@ impl Departure {
         self.due.fill(None);
     }
 
-    /// Its joints, `range` of all, are commanded from `now` on, and are at `positions` \[rad, prismatic: m\].
-    pub fn begin(&mut self, now: Duration, positions: &[f64], range: Range<usize>, history: &CommandHistory) {
-        history.total(range, now, &mut self.before);
+    /// Its joints are commanded from `now` on, and are at `positions` \[rad, prismatic: m\].
+    pub fn begin(&mut self, now: Duration, positions: &[f64], history: &CommandHistory) {
+        history.total(self.joints.clone(), now, &mut self.before);
         self.moved.fill(0.0);
         self.last.copy_from_slice(positions);
     }
@@ -97,13 +101,12 @@ impl Departure {
         now: Duration,
         positions: &[f64],
         kinds: &[JointKind],
-        range: Range<usize>,
         history: &CommandHistory,
     ) -> Option<Failure> {
         if self.seen.iter().all(|seen| *seen) {
             return None;
         }
-        self.advance(now, positions, kinds, range, history);
+        self.advance(now, positions, kinds, history);
         let joints = self.asked.iter().zip(&self.moved);
         let all: Comparison = joints.map(|(asked, moved)| (*asked, *moved)).collect();
         let factor = all.factor().min(1.0);
@@ -125,15 +128,8 @@ impl Departure {
     }
 
     /// How far the joints were commanded to go, and have gone.
-    fn advance(
-        &mut self,
-        now: Duration,
-        positions: &[f64],
-        kinds: &[JointKind],
-        range: Range<usize>,
-        history: &CommandHistory,
-    ) {
-        history.total(range, now, &mut self.asked);
+    fn advance(&mut self, now: Duration, positions: &[f64], kinds: &[JointKind], history: &CommandHistory) {
+        history.total(self.joints.clone(), now, &mut self.asked);
         self.asked.iter_mut().zip(&self.before).for_each(|(asked, before)| *asked -= before);
         for (joint, position) in positions.iter().enumerate() {
             // State by state, because what is longer than half a turn is not seen at its ends.
