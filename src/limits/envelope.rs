@@ -38,7 +38,7 @@ impl Envelope {
     pub fn admit(&mut self, joints: &Joints, arms: &Arms, velocity: &mut [f64]) {
         self.keep_range(joints, velocity);
         // The joint that was slowed may have been what kept the tool slow.
-        joints.limits.keep_speeds(arms, velocity);
+        joints.keep_speeds(arms, velocity);
         self.go_towards(velocity, joints.braking.period);
         self.slow_tool(joints, arms, velocity);
     }

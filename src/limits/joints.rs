@@ -1,6 +1,7 @@
 //! The joints between two commands.
 
-use crate::{Braking, Limits, Pace, Span};
+use crate::{Braking, Limits, Pace, Span, ratio, scale};
+use dq_kinematics::arm::Arms;
 
 /// The joints between two commands: what the next one is made by.
 #[derive(Clone, Copy, Debug)]
@@ -9,16 +10,31 @@ pub struct Joints<'a> {
     pub limits: &'a Limits,
     /// Where the joints are when the next command reaches them \[rad, prismatic: m\].
     pub positions: &'a [f64],
-    /// The command before [rad/s, prismatic: m/s].
+    /// The motion commanded before: the last command without `hold` [rad/s, prismatic: m/s].
     pub before: &'a [f64],
+    /// The part of each command that balances what pulls at the joint, and moves it nowhere [rad/s, prismatic: m/s].
+    pub hold: &'a [f64],
     /// What each joint has for braking, and the cycle.
     pub braking: Braking<'a>,
 }
 
 impl Joints<'_> {
-    /// How the last command has left the joint number `joint`.
+    /// The speed of joint number `joint`, and what the last command changed it by.
     pub(crate) fn pace(&self, joint: usize) -> Pace {
         Pace { speed: self.before[joint], step: self.braking.steps[joint] }
+    }
+
+    /// The largest speed of joint number `joint` beside its hold [rad/s, prismatic: m/s].
+    pub(crate) fn velocity(&self, joint: usize) -> f64 {
+        (self.limits.joint_velocity[joint] - self.hold[joint].abs()).max(0.0)
+    }
+
+    /// Scales joint velocities [rad/s, prismatic: m/s] of `arms` by one factor so that neither joints nor tools exceed their speed limits.
+    /// The direction of the motion stays.
+    pub fn keep_speeds(&self, arms: &Arms, velocity: &mut [f64]) {
+        let joints = velocity.iter().enumerate();
+        let joints = joints.map(|(joint, speed)| ratio(self.velocity(joint), speed.abs()));
+        scale(velocity, joints.fold(self.limits.tool_share(&arms.tool_speed(velocity)), f64::min));
     }
 
     /// What the joint number `joint` may do in this cycle.

@@ -10,27 +10,35 @@ pub struct LatchedLimits {
     decelerations: Vec<f64>,
     /// [rad/s³, prismatic: m/s³].
     jerks: Vec<f64>,
-    /// The last command [rad/s, prismatic: m/s], and what it has changed.
+    /// The last command [rad/s, prismatic: m/s], and what it changed.
     last: Vec<f64>,
     steps: Vec<f64>,
+    /// Which joints stood at the last command.
+    stood: Vec<bool>,
 }
 
 impl LatchedLimits {
     /// Those of joints that stand.
     pub fn new(limits: &Limits) -> Self {
         let zeros = vec![0.0; limits.joint_velocity.len()];
-        let (decelerations, jerks, last, steps) = (zeros.clone(), zeros.clone(), zeros.clone(), zeros);
-        let mut latched = Self { decelerations, jerks, last: last.clone(), steps };
-        latched.update(limits, &last);
+        let mut latched = Self {
+            decelerations: zeros.clone(),
+            jerks: zeros.clone(),
+            last: zeros.clone(),
+            steps: zeros.clone(),
+            stood: vec![true; zeros.len()],
+        };
+        latched.update(limits, &zeros, &zeros);
         latched
     }
 
-    /// Goes on to `limits` after that `command` [rad/s]. A joint that has stood for a cycle forgets.
-    pub fn update(&mut self, limits: &Limits, command: &[f64]) {
-        for (joint, speed) in command.iter().enumerate() {
-            let stands = *speed == 0.0 && self.last[joint] == 0.0;
+    /// Adopts `limits` after that `command` [rad/s], of which `hold` moves nothing. A joint that stood for two commands keeps no other limits.
+    pub fn update(&mut self, limits: &Limits, command: &[f64], hold: &[f64]) {
+        for (joint, (speed, hold)) in command.iter().zip(hold).enumerate() {
+            let stands = speed == hold;
+            let forgets = std::mem::replace(&mut self.stood[joint], stands) && stands;
             let keep =
-                |latched: &mut f64, given: f64| *latched = if stands { given } else { latched.max(given) };
+                |latched: &mut f64, given: f64| *latched = if forgets { given } else { latched.max(given) };
             keep(&mut self.decelerations[joint], limits.deceleration(joint));
             keep(&mut self.jerks[joint], limits.jerk(joint));
             self.steps[joint] = speed - self.last[joint];
@@ -38,9 +46,10 @@ impl LatchedLimits {
         }
     }
 
-    /// Goes on with a joint from that `speed` [rad/s], which nobody knows how it came to: it counts on nothing yet.
-    pub fn begin(&mut self, joint: usize, speed: f64) {
-        (self.last[joint], self.decelerations[joint], self.jerks[joint]) = (speed, 0.0, 0.0);
+    /// Goes on with a joint from that `command` [rad/s], which says nothing of how it came to its speed: it counts on nothing yet.
+    pub fn begin(&mut self, joint: usize, command: f64, stands: bool) {
+        (self.last[joint], self.decelerations[joint], self.jerks[joint]) = (command, 0.0, 0.0);
+        self.stood[joint] = stands;
     }
 
     /// The decelerations, the jerks [rad/s³], and what the last command has changed [rad/s], one number a joint each.

@@ -1,7 +1,7 @@
 //! Speed, acceleration and position limits: what the command of a driven arm keeps.
 
-use crate::{PositionLimits, ratio, scale};
-use dq_kinematics::arm::{Arms, ToolSpeed};
+use crate::{PositionLimits, ratio};
+use dq_kinematics::arm::ToolSpeed;
 use dq_params::Parameters;
 use std::ops::RangeInclusive;
 
@@ -109,14 +109,6 @@ impl Limits {
     /// The factor, at most 1, that brings the fastest tool under its speed limits.
     pub fn tool_share(&self, tool: &ToolSpeed) -> f64 {
         ratio(self.angular_speed, tool.angular).min(ratio(self.linear_speed, tool.linear))
-    }
-
-    /// Scales joint velocities [rad/s, prismatic: m/s] of `arms` by one factor so that no speed limit of joints and tool is exceeded: the
-    /// direction stays.
-    pub fn keep_speeds(&self, arms: &Arms, velocity: &mut [f64]) {
-        let joints = velocity.iter().zip(&self.joint_velocity);
-        let joints = joints.map(|(speed, limit)| ratio(*limit, speed.abs()));
-        scale(velocity, joints.fold(self.tool_share(&arms.tool_speed(velocity)), f64::min));
     }
 
     /// How the joint number `joint` may approach a place that it is not to pass.

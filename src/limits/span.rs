@@ -31,7 +31,7 @@ impl Span {
         };
         let (lower, upper) = (limits.position.lower[joint], limits.position.upper[joint]);
         let (lowest, highest) = (-top(pace.mirrored(), position - lower), top(pace, upper - position));
-        let velocity = limits.joint_velocity[joint];
+        let velocity = joints.velocity(joint);
         let mut span = Self {
             pace,
             faster: limits.joint_acceleration[joint] * braking.period,

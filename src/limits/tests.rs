@@ -29,7 +29,7 @@ fn span(limits: &Limits, position: f64, pace: Pace) -> Span {
         cycle: period,
         delay: 0.0,
     };
-    Joints { limits, positions: &[position], before: &[pace.speed], braking }.span(0)
+    Joints { limits, positions: &[position], before: &[pace.speed], hold: &[0.0], braking }.span(0)
 }
 
 fn exponent(range: std::ops::Range<f64>) -> impl Strategy<Value = f64> {
@@ -92,7 +92,7 @@ fn a_limit_that_is_lowered_in_motion_holds_from_when_the_joint_stands() {
     let (strong, weak) = (limits(5000.0), Limits { joint_deceleration: vec![1.0], ..limits(300.0) });
     let mut latched = LatchedLimits::new(&strong);
     let mut after = |limits: &Limits, speed: f64| {
-        latched.update(limits, &[speed]);
+        latched.update(limits, &[speed], &[0.0]);
         latched.each().map(|of_each| of_each[0])
     };
     assert_eq!(after(&strong, 0.3), [20.0, 5000.0, 0.3]);

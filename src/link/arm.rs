@@ -6,12 +6,11 @@ use crate::latency::Latency;
 use crate::lateness::{Cycles, Lateness};
 use crate::parts::Parts;
 use crate::presence::{Return, Step};
-use crate::sag::{Hold, Sag, observed_at};
+use crate::pull::{Hold, Observed, Pull, Room, observed_at};
 use crate::samples::Samples;
 use crate::tracking_monitor::TrackingMonitor;
 use crate::{ArmFigures, Contact, JointOrder, JointReading, LinkSettings, StateError, seconds};
 use dq_kinematics::arm::JointKind;
-use dq_limits::Joints;
 use std::ops::Range;
 use std::time::Duration;
 
@@ -38,8 +37,9 @@ pub(crate) struct ArmLink {
     newest: Option<Newest>,
     positions: Vec<f64>,
     velocities: Vec<f64>,
-    /// How far the arm was commanded lately \[rad\].
+    /// How far the arm was commanded lately \[rad\], and how fast on average [rad/s].
     asked: Vec<f64>,
+    means: Vec<f64>,
     /// Where in the last message the arm's joints were.
     places: Vec<usize>,
     /// The last state: when it came, and for which time it was made.
@@ -52,11 +52,15 @@ pub(crate) struct ArmLink {
     pub told_factor: Option<(f64, Duration)>,
     /// A robot that has come and may be moving.
     newcomer: Option<Newcomer>,
+    /// When the servo was back after a gap in its cycles, until it knows what the arm has done in it.
+    pub blind_since: Option<Duration>,
+    /// In this cycle it became known how fast the arm moves, of which nothing was known before.
+    came: bool,
     pub latency: Latency,
     lateness: Lateness,
     samples: Samples,
     pub following: TrackingMonitor,
-    pub sag: Sag,
+    pub pull: Pull,
     pub listeners: bool,
     /// Whether another publisher sends it commands.
     pub rival: bool,
@@ -89,6 +93,7 @@ impl ArmLink {
             newest: None,
             positions: zeros.clone(),
             asked: zeros.clone(),
+            means: zeros.clone(),
             velocities: zeros,
             places: vec![0; joints.len()],
             received: None,
@@ -97,11 +102,13 @@ impl ArmLink {
             returned: None,
             told_factor: None,
             newcomer: None,
-            latency: Latency::new(period),
+            blind_since: None,
+            came: false,
+            latency: Latency::new(joints.len(), period),
             lateness: Lateness::default(),
             samples: Samples::new(joints.clone()),
             following: TrackingMonitor::new(joints.clone()),
-            sag: Sag::new(joints.len()),
+            pull: Pull::new(joints.len()),
             listeners: true,
             rival: false,
             joints,
@@ -189,7 +196,7 @@ impl ArmLink {
         velocity: &mut [f64],
         history: &CommandHistory,
     ) {
-        self.returned = None;
+        (self.returned, self.came) = (None, false);
         let Some(Newest { now, has_velocities, stamp_age }) = self.newest.take() else { return };
         let (measured, velocity) = (&mut measured[self.joints.clone()], &mut velocity[self.joints.clone()]);
         let lately = self.received.unwrap_or(now).saturating_sub(LATELY);
@@ -205,15 +212,22 @@ impl ArmLink {
             first_joint: self.joints.start + 1,
         };
         let returned = step.returned(settings.rearm_timeout);
-        if !returned.is_some_and(|it| it.is_of_newcomer()) {
+        self.came = returned.is_some_and(|it| it.is_of_newcomer()) || self.blind_since.is_some();
+        if self.came {
+            let made = stamp_age.filter(|_| self.latency.is_stamped()).map(|age| now.saturating_sub(age));
+            let is_old = made.is_some_and(|made| self.blind_since.is_some_and(|since| made < since));
+            self.came = !is_old && self.find_velocity(now, has_velocities, settings.state_timeout, velocity);
+            if !self.came {
+                return;
+            }
+        } else {
             self.follow_velocity(has_velocities, now, measured, velocity);
-        } else if !self.find_velocity(now, has_velocities, settings.state_timeout, velocity) {
-            return;
         }
+        self.blind_since = None;
         if returned.is_some() {
             self.samples.clear();
             self.following = TrackingMonitor::new(self.joints.clone());
-            self.sag.forget();
+            self.pull.forget();
         }
         let was_stamped = self.latency.is_stamped();
         let age = self.latency.hear(now, self.received, stamp_age);
@@ -223,7 +237,7 @@ impl ArmLink {
             self.samples.clear();
         }
         if self.received.is_some() && returned.is_none() {
-            self.watch_sag(times.clone(), measured, settings, history);
+            self.watch_pull(times.clone(), measured, settings, history);
         }
         measured.copy_from_slice(&self.positions);
         (self.received, self.measured_at) = (Some(now), times.end);
@@ -255,13 +269,11 @@ impl ArmLink {
                 Some((factor, told)) if now.saturating_sub(told) <= TOLD => factor,
                 _ => self.following.factor(),
             },
-            came: self.returned.is_some_and(|it| it.is_of_newcomer())
-                || (cycles.has_gap() && self.received.is_some()),
+            came: self.came,
         };
     }
 
-    /// How fast the robot moves as it says, or as it has gone since the state before: for an arm that waits for the other one, and after a
-    /// gap in the cycles.
+    /// Writes how fast the robot moves as it says, or as it has gone since the state before: for an arm that waits for the other one.
     fn follow_velocity(&self, has_velocities: bool, now: Duration, measured: &[f64], velocity: &mut [f64]) {
         let moves = has_velocities && self.velocities.iter().any(|speed| speed.abs() >= STANDSTILL);
         let passed = now.saturating_sub(self.received.unwrap_or(now));
@@ -272,8 +284,8 @@ impl ArmLink {
         }
     }
 
-    /// Finds out how fast a robot moves that has just come; false where that takes another state. Two measurements must agree, since
-    /// the first states after an absence may be old ones: its own velocities and two positions, or three positions.
+    /// Finds out how fast a robot moves that has just come, or was not heard in a gap of the cycles; false if that takes another state. Two
+    /// measurements must agree, since the first states may be old ones: its own velocities and two positions, or three positions.
     fn find_velocity(
         &mut self,
         now: Duration,
@@ -321,46 +333,64 @@ impl ArmLink {
     }
 
     /// Compares how far the arm went in that `time`, from where it was `measured`, with what it was commanded.
-    fn watch_sag(
+    fn watch_pull(
         &mut self,
         time: Range<Duration>,
         measured: &[f64],
         settings: &LinkSettings,
         history: &CommandHistory,
     ) {
-        let ArmFigures { contact, factor, delay, .. } = self.figures;
-        if !matches!(contact, Contact::Following | Contact::Unseen) {
-            return self.sag.forget();
-        }
+        let (joints, passed) = (self.joints.clone(), time.end.saturating_sub(time.start));
         let response = settings.latency.unwrap_or_else(|| seconds(self.latency.response()));
         let [from_then, to_then] = [time.start, time.end].map(|time| time.saturating_sub(response));
         // From where the last comparison ended: so a delay that is found to be another leaves nothing behind.
-        let from_then = self.sag.compared.replace(to_then).unwrap_or(from_then);
-        history.travel(self.joints.clone(), from_then, to_then, &mut self.asked);
+        let from_then = self.pull.compared.replace(to_then).unwrap_or(from_then);
+        let lately = LATELY.as_secs_f64();
+        history.travel(joints.clone(), to_then.saturating_sub(LATELY), to_then, &mut self.asked);
+        let means = self.asked.iter().map(|asked| asked / lately);
+        self.means.clear();
+        self.means.extend(means);
+        history.travel(joints.clone(), from_then, to_then, &mut self.asked);
+        let factor = self.figures.factor;
         let moved = self.kinds.iter().zip(measured.iter().zip(&self.positions));
         let moved = moved.map(|(kind, (from, to))| kind.displacement(*from, *to));
-        let asked = self.asked.iter().map(|asked| factor * asked);
-        let rate = observed_at(settings.integral, delay.as_secs_f64());
-        let largest = &settings.limits.joint_velocity[self.joints.clone()];
-        self.sag.observe(moved, asked, time.end.saturating_sub(time.start), rate, largest);
+        let observed = moved.zip(&self.asked).zip(&self.means).map(|((moved, asked), mean)| Observed {
+            moved,
+            asked: *asked,
+            change: asked / passed.as_secs_f64().max(f64::MIN_POSITIVE) - mean,
+        });
+        let rate = observed_at(settings.integral, self.figures.delay.as_secs_f64());
+        self.pull.observe(observed, (passed, factor), rate, &settings.limits.joint_velocity[joints]);
     }
 
-    /// As [`Link::hold`](super::Link::hold), of all `joints`.
-    pub fn hold(&mut self, hold: Hold, joints: &Joints, command: &[f64]) {
-        let seen = self.figures.contact == Contact::Following;
-        self.sag.hold(hold, seen, joints, self.joints.start, command);
+    /// As [`Link::balance`](super::Link::balance); the `hold` is of this arm, and was last `proven` to move its joints.
+    pub fn balance(&mut self, what: Hold, room: &Room, proven: &mut [f64], hold: &mut [f64]) {
+        let rests = self.following.must_rest() || !self.listeners || self.rival;
+        let first = self.joints.start;
+        let probe = |joint| self.following.probe(joint, room.limits.joint_acceleration[first + joint]);
+        for (joint, (proven, hold)) in proven.iter_mut().zip(&*hold).enumerate() {
+            *proven = match probe(joint) {
+                _ if rests => 0.0,
+                f64::INFINITY => *hold,
+                _ => *proven,
+            };
+        }
+        let within = |joint| (proven[joint] - probe(joint), proven[joint] + probe(joint));
+        self.pull.balance(if rests { Hold::Nothing } else { what }, room, first, within, hold);
     }
 
     /// Compares where the arm is with what it was commanded.
     fn watch(&mut self, now: Duration, measured: &[f64], fixed: Option<Duration>, history: &CommandHistory) {
-        self.following.watch_start(now, measured, &self.kinds, history);
+        let response = |latency: &Latency| fixed.unwrap_or_else(|| seconds(latency.response()));
+        let answer = (response(&self.latency), self.pull.speeds());
+        self.following.watch_responses(now, measured, &self.kinds, history, answer);
         if !self.samples.add(self.measured_at, measured, &self.kinds) {
             return;
         }
         if let Some(motion) = self.samples.displacement() {
             self.latency.compare(&motion, history);
-            let response = fixed.unwrap_or_else(|| seconds(self.latency.response()));
-            self.following.watch_motion(now, &motion, response, history, self.sag.trim());
+            let answer = (response(&self.latency), self.pull.speeds());
+            self.following.watch_motion(now, &motion, history, answer);
         }
     }
 }

@@ -23,7 +23,8 @@ pub(crate) struct CommandHistory {
     sums: Vec<f64>,
     /// A row a command: itself [rad/s], a number a joint.
     speeds: Vec<f64>,
-    /// When the last command that was not zero ended \[s\].
+    /// Whether the last command moves the joints, and when the last one before it that did ended \[s\].
+    moves: bool,
     moved_until: f64,
 }
 
@@ -43,12 +44,13 @@ impl CommandHistory {
             times: Vec::with_capacity(2 * capacity),
             sums: Vec::with_capacity(numbers),
             speeds: Vec::with_capacity(numbers),
+            moves: false,
             moved_until: f64::NEG_INFINITY,
         }
     }
 
-    /// Joint velocities [rad/s] that are in force from `now` on.
-    pub fn hold(&mut self, now: Duration, command: &[f64]) {
+    /// Notes the joint velocities `command` [rad/s] that are in force from `now` on, of which `hold` moves no joint.
+    pub fn note(&mut self, now: Duration, command: &[f64], hold: &[f64]) {
         let now = now.as_secs_f64();
         match self.times.last() {
             Some(last) => {
@@ -57,13 +59,14 @@ impl CommandHistory {
                 for slot in before..before + self.joint_count {
                     self.sums.push(self.sums[slot] + lasted * self.speeds[slot]);
                 }
-                if self.speeds[before..].iter().any(|speed| *speed != 0.0) {
+                if self.moves {
                     self.moved_until = now;
                 }
             }
             None => self.sums.resize(self.joint_count, 0.0),
         }
         self.speeds.extend_from_slice(command);
+        self.moves = command != hold;
         // Where the clock went back it is not known any more what was when; else half of what is remembered is dropped at once.
         let forgotten = match self.times.last() {
             Some(last) if now < *last => self.times.len(),
@@ -110,10 +113,9 @@ impl CommandHistory {
         InForce { sums: &self.sums[range.clone()], speeds: &self.speeds[range], time }
     }
 
-    /// Whether nothing but zeros was commanded after `time`.
+    /// Whether no joint was commanded to move after `time`.
     pub fn stood_after(&self, time: Duration) -> bool {
-        let last = self.speeds.len().saturating_sub(self.joint_count);
-        self.moved_until <= time.as_secs_f64() && self.speeds[last..].iter().all(|speed| *speed == 0.0)
+        self.moved_until <= time.as_secs_f64() && !self.moves
     }
 }
 
@@ -181,7 +183,7 @@ pub(crate) mod tests {
     fn the_way_between_two_times_is_the_sum_of_the_commands_between() {
         let mut history = CommandHistory::new(1, 2 * MS, Interface::Velocity);
         for cycle in 0..10 {
-            history.hold(cycle * 2 * MS, &[f64::from(cycle)]);
+            history.note(cycle * 2 * MS, &[f64::from(cycle)], &[0.0]);
         }
         // 3 rad/s from 6 to 8 ms, 4 from 8 to 10; half of the first.
         assert!((travel(&history, 7, 10) - (0.003 + 0.008)).abs() < 1e-14);
@@ -195,7 +197,7 @@ pub(crate) mod tests {
     #[test]
     fn positions_move_on_by_a_period_a_command_however_late_the_next_one_is() {
         let mut history = CommandHistory::new(1, 2 * MS, Interface::Position);
-        [0, 9, 10, 30].into_iter().for_each(|late| history.hold(late * MS, &[1.0]));
+        [0, 9, 10, 30].into_iter().for_each(|late| history.note(late * MS, &[1.0], &[0.0]));
         for (until, steps) in [(1, 0.5), (8, 1.0), (9, 1.0), (10, 2.0), (29, 3.0), (31, 3.5), (99, 4.0)] {
             let distance = travel(&history, 0, until);
             assert!((distance - 0.002 * steps).abs() < 1e-14, "{until} ms: {distance}");
@@ -206,12 +208,12 @@ pub(crate) mod tests {
     fn memory_is_bounded_and_a_clock_that_goes_back_forgets() {
         let mut history = CommandHistory::new(1, 2 * MS, Interface::Velocity);
         for cycle in 1000..5000 {
-            history.hold(cycle * 2 * MS, &[1.0]);
+            history.note(cycle * 2 * MS, &[1.0], &[0.0]);
         }
         assert!((history.capacity..2 * history.capacity).contains(&history.times.len()));
         assert!((travel(&history, 9300, 10000) - 0.7).abs() < 1e-9);
         assert!(travel(&history, 0, 10000) < 1.5, "no further back than is remembered");
-        history.hold(MS, &[1.0]);
+        history.note(MS, &[1.0], &[0.0]);
         assert_eq!(travel(&history, 0, 1), 0.0);
         assert!((travel(&history, 1, 3) - 0.002).abs() < 1e-15);
     }
@@ -220,7 +222,7 @@ pub(crate) mod tests {
     fn a_window_that_moves_back_is_the_one_that_begins_there() {
         let mut history = CommandHistory::new(2, 2 * MS, Interface::Velocity);
         for cycle in 0..200_u32 {
-            history.hold(cycle * 2 * MS, &[f64::from(cycle % 7), -1.0]);
+            history.note(cycle * 2 * MS, &[f64::from(cycle % 7), -1.0], &[0.0; 2]);
         }
         let mut window = history.window(300 * MS, 400 * MS);
         for step in 1..90 {
@@ -236,10 +238,10 @@ pub(crate) mod tests {
     fn an_arm_stands_after_its_last_command_has_ended() {
         let mut history = CommandHistory::new(2, 2 * MS, Interface::Velocity);
         assert!(history.stood_after(Duration::ZERO));
-        history.hold(10 * MS, &[0.0, 0.1]);
+        history.note(10 * MS, &[0.0, 0.1], &[0.0; 2]);
         assert!(!history.stood_after(20 * MS));
-        history.hold(30 * MS, &[0.0, 0.0]);
-        history.hold(40 * MS, &[0.0, 0.0]);
+        history.note(30 * MS, &[0.0, 0.0], &[0.0; 2]);
+        history.note(40 * MS, &[0.0, 0.0], &[0.0; 2]);
         assert!(history.stood_after(30 * MS) && !history.stood_after(29 * MS));
     }
 }

@@ -1,5 +1,8 @@
 //! How far joints went beside how far they were commanded to go.
 
+/// The square of a commanded distance \[rad²\] that is none.
+const NOTHING: f64 = 1e-12;
+
 /// Motions beside what was commanded, summed up.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Comparison {
@@ -20,9 +23,9 @@ impl Comparison {
         (self.product, self.square) = (keep * self.product, keep * self.square);
     }
 
-    /// The part of their commanded distance that the joints have gone together: all of it where none was commanded.
+    /// The part of their commanded distance that the joints have gone together: all of it if none was commanded.
     pub fn factor(&self) -> f64 {
-        if self.square > 0.0 { self.product / self.square } else { 1.0 }
+        if self.square > NOTHING { self.product / self.square } else { 1.0 }
     }
 }
 

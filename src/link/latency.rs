@@ -29,13 +29,6 @@ const DISTINCT: f64 = 5e-5;
 const SMOOTHING: f64 = 0.2;
 const RESPONSE_SMOOTHING: f64 = 0.36;
 
-/// The squares by which commands miss a `motion` of such squares \[rad²\], of a robot that goes one part of what was asked, at most all of
-/// it: `M − 2 f P + f² W` with `f = P/W`.
-fn misfit(beside: &Comparison, motion: f64) -> f64 {
-    let factor = beside.factor().clamp(0.0, 1.0);
-    motion - factor * (2.0 * beside.product - factor * beside.square)
-}
-
 /// Estimates the delay of one arm, in two parts: how old a joint state is when it comes, by its stamp where the clocks agree, and
 /// how long the robot takes to answer a command, by comparing the motion that was measured with the commands of before.
 #[derive(Clone, Debug)]
@@ -51,15 +44,40 @@ pub(crate) struct Latency {
     interval: f64,
     /// From a command to the state of the robot that shows it \[s\].
     response: f64,
-    /// For each candidate, its commands beside the motion.
-    beside: [Comparison; CANDIDATES],
-    /// The squares of the motion itself \[rad²\].
+    /// How many motions were compared, as far as they count, and their sum for each joint \[rad\] and of all squares \[rad²\].
+    count: f64,
+    moved: Vec<f64>,
     motion: f64,
+    candidates: Vec<Candidate>,
+}
+
+/// A response that may be the robot's.
+#[derive(Clone, Debug)]
+struct Candidate {
+    /// Its commands beside the motion.
+    beside: Comparison,
+    /// The sum of its commands for each joint \[rad\].
+    asked: Vec<f64>,
+}
+
+impl Candidate {
+    /// The squares by which the commands miss a motion \[rad²\], of a robot that moves the part f of what was asked, at most all of it, besides a
+    /// constant speed of each joint: `M − 2 f P + f² W` with `f = P/W`, all about the means.
+    fn misfit(&self, latency: &Latency, motion: f64) -> f64 {
+        let count = latency.count.max(f64::MIN_POSITIVE);
+        let joints = self.asked.iter().zip(&latency.moved);
+        let means: Comparison = joints.map(|(asked, moved)| (*asked, *moved)).collect();
+        let product = self.beside.product - means.product / count;
+        let square = (self.beside.square - means.square / count).max(0.0);
+        let factor = if square > 0.0 { (product / square).clamp(0.0, 1.0) } else { 1.0 };
+        motion - factor * (2.0 * product - factor * square)
+    }
 }
 
 impl Latency {
-    /// Nothing known of joint states that come once a `period`.
-    pub fn new(period: Duration) -> Self {
+    /// Nothing known of joint states of this many joints that come once a `period`.
+    pub fn new(joint_count: usize, period: Duration) -> Self {
+        let candidate = Candidate { beside: Comparison::default(), asked: vec![0.0; joint_count] };
         Self {
             agreeing_since: None,
             agreed: None,
@@ -67,8 +85,10 @@ impl Latency {
             age: 0.0,
             interval: period.as_secs_f64(),
             response: 0.0,
-            beside: [Comparison::default(); CANDIDATES],
+            count: 0.0,
+            moved: vec![0.0; joint_count],
             motion: 0.0,
+            candidates: vec![candidate; CANDIDATES],
         }
     }
 
@@ -109,20 +129,33 @@ impl Latency {
     fn believe_stamps(&mut self, stamped: bool, age: f64) {
         let (total, age) = (self.total(), if stamped { age } else { 0.0 });
         (self.stamped, self.age, self.response) = (stamped, age, (total - age).max(0.0));
-        (self.beside, self.motion) = ([Comparison::default(); CANDIDATES], 0.0);
+        self.fade(0.0);
+    }
+
+    /// Lets what was compared count less by the factor `keep`.
+    fn fade(&mut self, keep: f64) {
+        (self.count, self.motion) = (keep * self.count, keep * self.motion);
+        self.moved.iter_mut().for_each(|moved| *moved *= keep);
+        for Candidate { beside, asked } in &mut self.candidates {
+            beside.fade(keep);
+            asked.iter_mut().for_each(|asked| *asked *= keep);
+        }
     }
 
     /// Compares a motion with the commands of before.
     pub fn compare(&mut self, motion: &Displacement, history: &CommandHistory) {
-        let keep = (-motion.after / FORGETTING).exp();
-        self.motion = keep * self.motion + motion.moved.iter().map(|moved| moved * moved).sum::<f64>();
-        self.beside.iter_mut().for_each(|beside| beside.fade(keep));
+        self.fade((-motion.after / FORGETTING).exp());
+        self.count += 1.0;
+        self.motion += motion.moved.iter().map(|moved| moved * moved).sum::<f64>();
+        self.moved.iter_mut().zip(motion.moved).for_each(|(sum, moved)| *sum += moved);
         // What moves long after the last command is no answer, whichever candidate is right.
         if !history.stood_after(motion.from.saturating_sub(LONGEST_RESPONSE)) {
             let mut window = history.window(motion.from, motion.to);
-            for beside in &mut self.beside {
-                for (asked, moved) in window.distances(motion.joints.clone()).zip(motion.moved) {
+            for Candidate { beside, asked: sums } in &mut self.candidates {
+                let distances = window.distances(motion.joints.clone()).zip(motion.moved).zip(sums);
+                for ((asked, moved), sum) in distances {
                     beside.add(asked, *moved);
+                    *sum += asked;
                 }
                 window.move_back(STEP);
             }
@@ -134,11 +167,14 @@ impl Latency {
 
     /// The response that explains the motion, if one does so and others do not \[s\].
     fn best(&self) -> Option<f64> {
-        let misfits = || self.beside.iter().map(|beside| misfit(beside, self.motion));
-        let at = |index: usize| Some(misfit(self.beside.get(index)?, self.motion));
-        let worst = misfits().fold(0.0_f64, f64::max);
-        let (index, least) = misfits().enumerate().min_by(|(_, a), (_, b)| a.total_cmp(b))?;
-        if worst < DISTINCT || least > 0.25 * worst || least > 0.25 * self.motion {
+        let count = self.count.max(f64::MIN_POSITIVE);
+        let motion = self.motion - self.moved.iter().map(|moved| moved * moved).sum::<f64>() / count;
+        let misfit = |candidate: &Candidate| candidate.misfit(self, motion);
+        let at = |index: usize| self.candidates.get(index).map(misfit);
+        let worst = self.candidates.iter().map(misfit).fold(0.0_f64, f64::max);
+        let misfits = self.candidates.iter().map(misfit).enumerate();
+        let (index, least) = misfits.min_by(|(_, a), (_, b)| a.total_cmp(b))?;
+        if worst < DISTINCT || least > 0.25 * worst || least > 0.25 * motion {
             return None;
         }
         // The vertex of the parabola through the neighbours.

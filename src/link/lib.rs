@@ -12,22 +12,23 @@ mod latency;
 mod lateness;
 mod parts;
 mod presence;
-mod sag;
+mod pull;
 mod samples;
 mod state_error;
 mod tracking_monitor;
 
 pub use joint_order::JointOrder;
 pub use presence::{Return, Returned, longest_travel};
-pub use sag::Hold;
+pub use pull::Hold;
 pub use state_error::StateError;
 pub use tracking_monitor::Disobedience;
 
 use arm::ArmLink;
 use command_history::CommandHistory;
 use dq_kinematics::arm::JointKind;
-use dq_limits::{Braking, Interface, Joints, Limits};
+use dq_limits::{Braking, Interface, Limits, ratio};
 use lateness::Cycles;
+use pull::Room;
 use std::ops::Range;
 use std::time::Duration;
 
@@ -127,6 +128,9 @@ pub struct Link {
     measured: Vec<f64>,
     predicted: Vec<f64>,
     velocity: Vec<f64>,
+    /// The part of the command that holds each joint against what pulls at it, and what of it the joint was seen to respond to [rad/s].
+    hold: Vec<f64>,
+    proven: Vec<f64>,
 }
 
 impl Link {
@@ -147,7 +151,9 @@ impl Link {
             cycles: Cycles::new(period),
             measured: zeros.clone(),
             predicted: zeros.clone(),
-            velocity: zeros,
+            velocity: zeros.clone(),
+            hold: zeros.clone(),
+            proven: zeros,
         }
     }
 
@@ -182,8 +188,15 @@ impl Link {
     pub fn advance(&mut self, now: Duration, settings: &LinkSettings) {
         self.cycles.note(now);
         for arm in &mut self.arms {
+            if self.cycles.has_gap() && arm.received.is_some() {
+                arm.blind_since = Some(now);
+            }
             arm.advance(settings, &mut self.measured, &mut self.velocity, &self.history);
             arm.sum_up(now, settings.latency, &self.cycles);
+            if arm.returned.is_some_and(|it| it.is_of_newcomer()) {
+                // Nobody holds a robot that has just come.
+                self.hold[arm.joints.clone()].fill(0.0);
+            }
         }
         self.predict(now);
     }
@@ -206,7 +219,12 @@ impl Link {
 
     /// What was asked for was revoked.
     pub fn tell(&mut self) {
-        self.arms.iter_mut().for_each(|arm| arm.following.tell());
+        for arm in &mut self.arms {
+            if arm.following.is_lost() {
+                arm.pull.release();
+            }
+            arm.following.tell();
+        }
     }
 
     /// Whether an arm does not follow, as far as is known.
@@ -224,6 +242,11 @@ impl Link {
         self.figures().map(|figures| figures.factor).fold(1.0, f64::min)
     }
 
+    /// Whether the cycles had a gap, and it is not known of each arm yet what it has done in it: nothing may be sent.
+    pub fn is_blind(&self) -> bool {
+        self.arms.iter().any(|arm| arm.blind_since.is_some())
+    }
+
     /// Of the arms whose next command begins with the speed that they have: which joints, and how fast these are [rad/s].
     pub fn coasting(&self) -> impl Iterator<Item = (usize, f64)> + '_ {
         let came = self.arms.iter().filter(|arm| arm.figures.came && self.received().is_some());
@@ -235,36 +258,45 @@ impl Link {
             let since = arm.received.unwrap_or(now).saturating_sub(arm.figures.lag);
             let slots = &mut self.predicted[arm.joints.clone()];
             self.history.travel(arm.joints.clone(), since, now, slots);
-            slots
-                .iter_mut()
-                .zip(&self.measured[arm.joints.clone()])
-                .for_each(|(slot, measured)| *slot = measured + arm.figures.factor * *slot);
+            let passed = now.saturating_sub(since).as_secs_f64();
+            let joints = self.measured[arm.joints.clone()].iter().zip(&self.hold[arm.joints.clone()]);
+            slots.iter_mut().zip(joints).for_each(|(slot, (measured, hold))| {
+                *slot = measured + arm.figures.factor * (*slot - passed * hold);
+            });
         }
     }
 
-    /// The joints are commanded to move at `command` [rad/s] from `now` on.
+    /// The joints are commanded to move at `command` [rad/s] from `now` on, of which the hold moves nothing.
     pub fn command(&mut self, now: Duration, command: &[f64]) {
-        self.history.hold(now, command);
+        self.history.note(now, command, &self.hold);
         for arm in &mut self.arms {
             let joints = arm.joints.clone();
-            let (command, measured) = (&command[joints.clone()], &self.measured[joints]);
-            arm.following.command(now, command, measured, &self.history);
+            let parts = command[joints.clone()].iter().zip(&self.hold[joints]);
+            arm.following.command(now, parts.map(|(command, hold)| command - hold));
         }
     }
 
-    /// Brings what holds the joints against what pulls at them nearer to what it should be, or to 0 where nothing is to be held, with the
-    /// `command` [rad/s] that follows `before`.
-    pub fn hold(&mut self, hold: Hold, limits: &Limits, before: &[f64], command: &[f64], braking: Braking) {
-        let joints = Joints { limits, positions: &self.predicted, before, braking };
-        self.arms.iter_mut().for_each(|arm| arm.hold(hold, &joints, command));
+    /// Moves what holds the joints against what pulls at them towards what it should be, or towards 0 if nothing is to be held.
+    /// The joints have these `jerks` [rad/s³] in cycles of `period` \[s\].
+    pub fn balance(&mut self, what: Hold, limits: &Limits, jerks: &[f64], period: f64) {
+        let room = Room { limits, positions: &self.predicted, jerks, period };
+        for arm in &mut self.arms {
+            let range = arm.joints.clone();
+            arm.balance(what, &room, &mut self.proven[range.clone()], &mut self.hold[range]);
+        }
     }
 
-    /// For each joint how much slower than commanded it goes, and what it is sent against that besides the command [rad/s, prismatic: m/s].
-    pub fn sags(&self) -> impl Iterator<Item = (f64, f64)> + '_ {
-        self.arms.iter().flat_map(|arm| arm.sag.speeds().iter().copied().zip(arm.sag.trim().iter().copied()))
+    /// The part of the command that holds each joint against what pulls at it [rad/s, prismatic: m/s].
+    pub fn hold(&self) -> &[f64] {
+        &self.hold
     }
 
-    /// Whether nothing but zeros was commanded since `time`.
+    /// How much slower each joint moves than it is commanded [rad/s, prismatic: m/s].
+    pub fn pulls(&self) -> impl Iterator<Item = f64> + '_ {
+        self.arms.iter().flat_map(|arm| arm.pull.speeds().iter().copied())
+    }
+
+    /// Whether no joint was commanded to move since `time`.
     pub fn stood_after(&self, time: Duration) -> bool {
         self.history.stood_after(time)
     }
@@ -326,11 +358,15 @@ impl Link {
 
     /// The factor for `target` [rad/s] so that joints that have not been seen to follow are driven gently.
     pub fn probing_factor(&self, target: &[f64], accelerations: &[f64]) -> f64 {
-        let factor = |arm: &ArmLink| {
-            let joints = arm.joints.clone();
-            arm.following.probing_factor(&target[joints.clone()], &accelerations[joints])
-        };
-        self.arms.iter().map(factor).fold(1.0, f64::min)
+        let factors = self.arms.iter().flat_map(|arm| {
+            arm.joints.clone().map(|joint| {
+                let probe = arm.following.probe(joint - arm.joints.start, accelerations[joint]);
+                // What the hold takes of the change is not left for the motion.
+                let left = (probe - (self.hold[joint] - self.proven[joint]).abs()).max(0.0);
+                ratio(left, target[joint].abs())
+            })
+        });
+        factors.fold(1.0, f64::min)
     }
 
     /// From a command to the joint state that shows it \[s\], of the slowest arm.

@@ -5,7 +5,7 @@ mod departure;
 use crate::command_history::CommandHistory;
 use crate::comparison::Comparison;
 use crate::samples::Displacement;
-use departure::Departure;
+use departure::{Answer, Departure};
 use dq_kinematics::arm::JointKind;
 use std::ops::Range;
 use std::time::Duration;
@@ -42,7 +42,7 @@ const REST: Duration = Duration::from_millis(300);
 /// An arm that does not follow is tried again after so long.
 const RETRY: Duration = Duration::from_millis(500);
 
-/// An arm that is asked for less than so many times what it is sent against a weight says nothing of how slow the robot is.
+/// An arm that is commanded to move less than this many times what pulls at it says nothing of how slow the robot is.
 const PULLED: f64 = 4.0;
 
 /// How much of the remaining difference a window brings the part of its speed at which the robot moves nearer.
@@ -173,7 +173,7 @@ impl TrackingMonitor {
 
     /// Whether each joint that is commanded has been seen to follow since the arm last stood.
     pub fn is_seen(&self) -> bool {
-        self.departure.seen().contains(&true) && !self.is_lost()
+        self.departure.seen().any(|seen| seen) && !self.is_lost()
     }
 
     /// The part of the commanded speed at which the robot moves, at most 1.
@@ -205,18 +205,19 @@ impl TrackingMonitor {
         (now.saturating_sub(since) >= PERSISTENCE).then_some((joint, factor))
     }
 
-    /// As [`Departure::probing_factor`].
-    pub fn probing_factor(&self, target: &[f64], accelerations: &[f64]) -> f64 {
-        self.departure.probing_factor(target, accelerations)
+    /// The largest change of the command of joint `joint` of that `acceleration` [rad/s²]: any, once it was seen to respond.
+    pub fn probe(&self, joint: usize, acceleration: f64) -> f64 {
+        self.departure.probe(joint, acceleration)
     }
 
-    /// Notes what the arm is commanded from `now` on, and where it is: `positions` \[rad\].
-    pub fn command(&mut self, now: Duration, command: &[f64], positions: &[f64], history: &CommandHistory) {
-        if command.iter().any(|speed| speed.abs() > CREEP) {
+    /// Notes the `motion` that the arm is commanded from `now` on [rad/s].
+    pub fn command(&mut self, now: Duration, motion: impl Iterator<Item = f64>) {
+        let mut motion = motion;
+        if motion.any(|speed| speed.abs() > CREEP) {
             self.commanded = Some(now);
             if self.phase == Phase::Standing {
                 self.phase = Phase::Driven { fails_since: None };
-                self.departure.begin(now, positions, history);
+                self.departure.begin();
             }
             return;
         }
@@ -224,47 +225,55 @@ impl TrackingMonitor {
         match self.phase {
             Phase::Lost { since } if now.saturating_sub(since) >= RETRY => self.stand(),
             Phase::Driven { .. } if rests => {
-                self.stand();
-                self.too_far = None;
+                (self.phase, self.too_far) = (Phase::Standing, None);
+                self.departure.rest();
             }
+            Phase::Standing => self.departure.rest(),
             _ => {}
         }
     }
 
-    /// Looks which joints have begun to move since the arm stood: they are at `positions` \[rad, prismatic: m\] at `now`, and of these kinds.
-    pub fn watch_start(
+    /// Looks which joints respond: they are at `positions` \[rad, prismatic: m\] at `now`, and of these kinds. The arm answers after `response`,
+    /// and this `pull` [rad/s] is at its joints.
+    pub fn watch_responses(
         &mut self,
         now: Duration,
         positions: &[f64],
         kinds: &[JointKind],
         history: &CommandHistory,
+        (response, pull): (Duration, &[f64]),
     ) {
-        if !matches!(self.phase, Phase::Driven { .. }) {
-            return;
+        let answer = Answer { factor: self.factor, response, pull };
+        if self.must_rest() {
+            return self.departure.advance(now, positions, kinds, history, &answer);
         }
-        match self.departure.watch(now, positions, kinds, history) {
-            // One that goes in the other direction is not to be tried for ever.
-            Some(failure) => self.lose(failure.since, now, failure.joint, failure.goes_back),
-            None => self.disobeys = self.disobeys.filter(|(_, joint)| !self.departure.seen()[*joint]),
+        match self.departure.watch(now, positions, kinds, history, &answer) {
+            Some(failure) => self.lose(failure.since, now, failure.joint, failure.counts),
+            None => {
+                let seen = |joint| self.departure.seen().nth(joint) == Some(true);
+                self.disobeys = self.disobeys.filter(|(_, joint)| !seen(*joint));
+            }
         }
     }
 
-    /// Looks at `now` whether an arm in motion goes on to follow: it has moved by `motion`, and answers after `response`. Besides its
-    /// commands it is sent `trim` [rad/s].
+    /// Looks at `now` whether an arm in motion goes on to follow: it has moved by `motion`, and answers after `response`. This `pull` [rad/s]
+    /// is at its joints.
     pub fn watch_motion(
         &mut self,
         now: Duration,
         motion: &Displacement,
-        response: Duration,
         history: &CommandHistory,
-        trim: &[f64],
+        (response, pull): (Duration, &[f64]),
     ) {
+        let seconds = motion.to.saturating_sub(motion.from).as_secs_f64();
+        self.note_speeds(motion, history, response, seconds);
         let Phase::Driven { fails_since } = self.phase else { return };
         self.parts.fill(Part::UNKNOWN);
         let (mut factor, mut most) = (f64::NEG_INFINITY, 0.0_f64);
         for slack in SLACK {
             let before = |time: Duration| time.saturating_sub(response + slack);
             history.travel(motion.joints.clone(), before(motion.from), before(motion.to), &mut self.asked);
+            self.asked.iter_mut().zip(pull).for_each(|(asked, pull)| *asked -= seconds * pull);
             let joints = self.asked.iter().zip(motion.moved);
             let all: Comparison = joints.map(|(asked, moved)| (*asked, *moved)).collect();
             for ((part, asked), moved) in self.parts.iter_mut().zip(&self.asked).zip(motion.moved) {
@@ -275,15 +284,13 @@ impl TrackingMonitor {
         }
         let common = factor.min(1.0);
         let is_judged = most >= LEAST_DISTANCE * LEAST_DISTANCE && self.is_seen();
-        let seconds = motion.to.saturating_sub(motion.from).as_secs_f64();
-        let pulled = trim.iter().map(|trim| (seconds * trim).powi(2)).sum::<f64>();
+        let pulled = pull.iter().map(|pull| (seconds * pull).powi(2)).sum::<f64>();
         if is_judged && common >= SLOWEST && most >= PULLED * PULLED * pulled {
             self.factor += SMOOTHING * (common - self.factor);
         }
         self.watch_excess(now);
-        let mut joints = self.parts.iter().zip(self.departure.seen()).enumerate();
-        let failed = joints.find(|(_, (part, seen))| **seen && (common < SLOWEST || part.is_lost(common)));
-        let failed = failed.filter(|_| is_judged).map(|(joint, _)| joint);
+        let fails = |(part, seen): (&Part, bool)| seen && (common < SLOWEST || part.is_lost(common));
+        let failed = self.parts.iter().zip(self.departure.seen()).position(fails).filter(|_| is_judged);
         let fails_since = failed.map(|_| fails_since.unwrap_or(now));
         self.phase = Phase::Driven { fails_since };
         if let (Some(joint), Some(fails)) = (failed, fails_since)
@@ -291,6 +298,20 @@ impl TrackingMonitor {
         {
             self.lose(fails, now, joint, true);
         }
+    }
+
+    /// Notes how fast the joints were commanded to move and did.
+    fn note_speeds(
+        &mut self,
+        motion: &Displacement,
+        history: &CommandHistory,
+        response: Duration,
+        seconds: f64,
+    ) {
+        let before = |time: Duration| time.saturating_sub(response);
+        history.travel(motion.joints.clone(), before(motion.from), before(motion.to), &mut self.asked);
+        let distances = self.asked.iter().zip(motion.moved);
+        self.departure.note_speeds(distances.map(|(asked, moved)| (asked / seconds, moved / seconds)));
     }
 
     /// Notes the joint that goes farthest beyond its commanded distance.
@@ -329,10 +350,10 @@ mod tests {
         let mut positions = [0.0; 2];
         (0..50 * pieces.len()).find_map(|cycle| {
             let now = u32::try_from(cycle).unwrap() * MS;
-            monitor.watch_start(now, &positions, &kinds, &history);
+            monitor.watch_responses(now, &positions, &kinds, &history, (Duration::ZERO, &[0.0; 2]));
             let command = pieces[cycle / 50];
-            history.hold(now, &command);
-            monitor.command(now, &command, &positions, &history);
+            history.note(now, &command, &[0.0; 2]);
+            monitor.command(now, command.into_iter());
             if let Some(at_work) = cycle.checked_sub(delay) {
                 let speeds = pieces[at_work / 50];
                 (0..2).for_each(|joint| positions[joint] += 1e-3 * parts[joint] * speeds[joint]);

@@ -165,7 +165,7 @@ impl Rig {
         };
         let names = joints[0].names().to_vec();
         let command = vec![0.0; arms.joint_count()];
-        let mut invariants = Invariants::new(settings.limits.clone(), period);
+        let mut invariants = Invariants::new(checked(&settings), period);
         invariants.check(Duration::ZERO, &command, true).unwrap();
         Self {
             search: Some(Search::new(arms.clone())),
@@ -285,7 +285,7 @@ impl Rig {
     pub fn change(&mut self, change: impl FnOnce(&mut Settings)) {
         let mut settings = self.servo.settings().clone();
         change(&mut settings);
-        self.invariants.set_limits(settings.limits.clone());
+        self.invariants.set_limits(checked(&settings));
         self.opinion.silence = settings.rearm_timeout.max(STREAM);
         if settings.scene != self.servo.settings().scene {
             self.gaps = settings.scene.clone().map(Gaps::new);
@@ -352,11 +352,15 @@ impl Rig {
         let reason = self.servo.status().reason;
         assert!(!(self.frame_lost && driving), "the goal's frame is lost: {}", self.state());
         assert!(self.frame_lost || reason != Some(Reason::FrameLost), "where the goal is was heard since");
-        if self.servo.arm_figures().any(|arm| arm.came) {
+        // Nothing is sent after a gap until it is known what the arm did in it.
+        let is_silent = self.output.is_some() && self.servo.output().is_none();
+        if is_silent || self.servo.arm_figures().any(|arm| arm.came) {
             self.invariants.robot_came();
         }
         if self.check_commands {
-            self.invariants.check(self.period * self.cycles, &command, !driving).unwrap();
+            // What holds an arm against what pulls at it is no motion.
+            let stands = !driving && self.servo.settings().integral == 0.0;
+            self.invariants.check(self.period * self.cycles, &command, stands).unwrap();
         }
         if self.check_commands && self.check_tools {
             self.truth.evaluate(&self.positions());
@@ -483,6 +487,20 @@ impl Rig {
     pub fn speed(&self) -> f64 {
         self.command.iter().fold(0.0, |max, speed| speed.abs().max(max))
     }
+}
+
+/// What is checked of the limits. A joint that is held against a pull slows down towards what holds it, which may be to another command, and faster.
+fn checked(settings: &Settings) -> Limits {
+    let mut limits = settings.limits.clone();
+    if settings.integral > 0.0 {
+        let decelerations = (0..limits.joint_velocity.len()).map(|joint| settings.limits.deceleration(joint));
+        limits
+            .joint_acceleration
+            .iter_mut()
+            .zip(decelerations)
+            .for_each(|(most, other)| *most = most.max(other));
+    }
+    limits
 }
 
 /// A twist of the publisher 0, in this frame.

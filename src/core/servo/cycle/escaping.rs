@@ -82,7 +82,7 @@ impl Servo {
     /// That something pulls at the joints as much as the law does, where it does: most of what the joint that is pulled at most is commanded
     /// does not move it.
     fn sag(&self) -> Option<Stall> {
-        let (joint, pull) = fastest_of(self.robot.link.sags().map(|(sag, _)| sag))?;
+        let (joint, pull) = fastest_of(self.robot.link.pulls())?;
         // At an arm that stands all of the command is lost.
         let speed = self.output.command[joint];
         let is_lost = (speed - pull).abs() <= 0.5 * pull.abs();

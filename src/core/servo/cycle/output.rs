@@ -1,4 +1,4 @@
-//! What is sent to the robot: the command, and where an arm that takes positions is sent by it.
+//! What is sent to the robot: the velocity command, or the positions that it leads to.
 
 use crate::servo::filters::Filters;
 use crate::servo::setpoint::Setpoint;
@@ -8,12 +8,11 @@ use std::time::Duration;
 
 /// What is sent to the robot.
 pub(super) struct Output {
-    /// What is wanted, and what filters make of it: the command.
+    /// The motion that is wanted, and what filters make of it [rad/s, prismatic: m/s].
     pub velocity: Vec<f64>,
-    /// The last command.
+    /// How fast the last command moves each joint, and the command itself: this motion and what holds the joint against what pulls at it.
+    pub motion: Vec<f64>,
     pub command: Vec<f64>,
-    /// The same with what holds the joints against what pulls at them.
-    sent: Vec<f64>,
     pub filters: Filters,
     pub latched_limits: LatchedLimits,
     pub setpoint: Setpoint,
@@ -22,6 +21,8 @@ pub(super) struct Output {
     interface: Interface,
     /// The arm was driven, or braked: from then on it is sent commands.
     begun: bool,
+    /// What the arm did while the servo was away is not known yet: it is sent nothing.
+    blind: bool,
 }
 
 /// What keeps an arm that is driven from what is wanted.
@@ -51,26 +52,28 @@ impl Output {
         filters.set_scene(settings.scene.as_deref());
         Self {
             velocity: vec![0.0; joints],
+            motion: vec![0.0; joints],
             command: vec![0.0; joints],
-            sent: vec![0.0; joints],
             filters,
             latched_limits: LatchedLimits::new(&settings.limits),
             setpoint: Setpoint::new(arms.joint_kinds()),
             hindrance: Hindrance::default(),
             interface: settings.interface,
             begun: false,
+            blind: false,
         }
     }
 
-    /// Whether the last command was zero for every joint.
+    /// Whether the last command moves no joint.
     pub fn at_rest(&self) -> bool {
-        self.command.iter().all(|speed| *speed == 0.0)
+        self.motion.iter().all(|speed| *speed == 0.0)
     }
 
     /// What is to be sent, if anything is.
     pub fn to_send(&self) -> Option<&[f64]> {
         match self.interface {
-            Interface::Velocity => self.begun.then_some(self.sent.as_slice()),
+            _ if self.blind => None,
+            Interface::Velocity => self.begun.then_some(self.command.as_slice()),
             Interface::Position | Interface::Trajectory => self.setpoint.get(),
         }
     }
@@ -80,17 +83,33 @@ impl Output {
         self.begun && !self.interface.takes_positions()
     }
 
-    /// Sends so much besides the command to each joint [rad/s, prismatic: m/s].
-    pub fn trim(&mut self, trim: impl Iterator<Item = f64>) {
-        for ((sent, command), trim) in self.sent.iter_mut().zip(&self.command).zip(trim) {
-            // A command of −0 stays what it is.
-            *sent = if trim == 0.0 { *command } else { command + trim };
+    /// Sends nothing, so that the arm stands by its own timeout, until it is known what it did while the servo was away.
+    pub fn be_silent(&mut self, blind: bool, hold: &[f64]) {
+        self.blind = blind;
+        if blind {
+            self.motion.fill(0.0);
+            self.command.copy_from_slice(hold);
+        }
+    }
+
+    /// The motion that begins after the last command, if this `hold` [rad/s, prismatic: m/s] is what moves nothing from now on.
+    pub fn begin(&mut self, hold: &[f64]) {
+        for ((motion, command), hold) in self.motion.iter_mut().zip(&self.command).zip(hold) {
+            *motion = command - hold;
+        }
+    }
+
+    /// Sends what the filters made of the velocity, besides this `hold` [rad/s, prismatic: m/s].
+    pub fn send(&mut self, hold: &[f64]) {
+        std::mem::swap(&mut self.motion, &mut self.velocity);
+        for ((command, motion), hold) in self.command.iter_mut().zip(&self.motion).zip(hold) {
+            *command = motion + hold;
         }
     }
 
     /// How fast the arm is sent on [rad/s, prismatic: m/s].
     pub fn speeds(&self) -> &[f64] {
-        if self.interface.takes_positions() { self.setpoint.speeds() } else { &self.command }
+        if self.interface.takes_positions() { self.setpoint.speeds() } else { &self.motion }
     }
 
     /// Moves on where an arm that takes positions is sent, `elapsed` after the cycle before; one that is `driven` begins where it is

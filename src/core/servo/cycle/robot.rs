@@ -94,8 +94,8 @@ impl Servo {
             let limit = self.settings.limits.joint_velocity[joint];
             // Unlike clamp this takes any numbers.
             let speed = if coasts { speed.max(-limit).min(limit) } else { 0.0 };
-            self.output.command[joint] = speed;
-            self.output.latched_limits.begin(joint, speed);
+            self.output.command[joint] = speed + self.robot.link.hold()[joint];
+            self.output.latched_limits.begin(joint, self.output.command[joint], speed == 0.0);
         }
     }
 
@@ -160,7 +160,7 @@ impl Servo {
         }
     }
 
-    /// Sends the joints of an arm that takes velocities, besides the command, what holds them against what pulls at them.
+    /// Holds the joints of an arm that takes velocities against what pulls at them.
     pub(super) fn hold_joints(&mut self, standing: Option<State>) {
         let is_on = self.settings.integral > 0.0 && self.output.is_sent_speeds();
         let hold = match standing {
@@ -169,16 +169,19 @@ impl Servo {
             Some(_) => Hold::Standing,
             None => Hold::Driven,
         };
-        let Output { velocity: before, command, latched_limits, .. } = &self.output;
-        let braking = self.robot.link.braking(latched_limits.each(), self.clock.period);
-        self.robot.link.hold(hold, &self.settings.limits, before, command, braking);
-        self.output.trim(self.robot.link.sags().map(|(_, trim)| trim));
+        let Output { command, latched_limits, .. } = &mut self.output;
+        latched_limits.update(&self.settings.limits, command, self.robot.link.hold());
+        let jerks = latched_limits.each()[1];
+        self.robot.link.balance(hold, &self.settings.limits, jerks, self.clock.period);
+        self.output.begin(self.robot.link.hold());
     }
 
     /// The joint, counted from 0, that sinks fastest where nobody drives it, and how fast [rad/s, prismatic: m/s], in its direction.
     pub(super) fn sinks(&self, now: Duration) -> Option<(usize, f64)> {
         let stands = self.output.is_sent_speeds() && self.robot.link.stood_after(now.saturating_sub(AT_REST));
-        let fastest = fastest_of(self.robot.link.sags().map(|(sag, trim)| trim - sag));
+        let speeds =
+            self.robot.link.hold().iter().zip(self.robot.link.pulls()).map(|(hold, pull)| hold - pull);
+        let fastest = fastest_of(speeds);
         fastest.filter(|(_, speed)| stands && speed.abs() >= SAGGING)
     }
 
@@ -196,7 +199,7 @@ impl Servo {
         let Some(received) = self.robot.link.received() else {
             return (Some(State::WaitingForState), rivals);
         };
-        if now.saturating_sub(received) > self.settings.state_timeout {
+        if now.saturating_sub(received) > self.settings.state_timeout || self.robot.link.is_blind() {
             return (Some(State::StaleState), rivals);
         }
         if consent.is_paused() {

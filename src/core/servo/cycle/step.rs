@@ -11,8 +11,8 @@ use dq_limits::Joints;
 use std::time::Duration;
 
 impl Servo {
-    /// One cycle at time `now`: the next command, by what is known then. It returns the joint velocities [rad/s, prismatic: m/s]; what is to
-    /// be sent to the arm is not these but [`output`](Self::output).
+    /// Makes the next command, at time `now`, and returns its joint velocities [rad/s, prismatic: m/s]. Send the arm
+    /// [`output`](Self::output), not these.
     pub fn step(&mut self, now: Duration) -> &[f64] {
         let elapsed = now.saturating_sub(std::mem::replace(&mut self.clock.stepped, now));
         self.clock.now = now;
@@ -30,10 +30,10 @@ impl Servo {
         if driven {
             self.want(now, tracked.as_ref());
         }
+        self.hold_joints(standing);
         self.set_command(driven, tracked.as_ref());
         let (measured, limits) = (self.robot.link.measured(), &self.settings.limits);
         self.output.move_setpoint(driven, elapsed, measured, self.clock.period, limits);
-        self.hold_joints(standing);
         self.robot.link.command(now, &self.output.command);
         // What became of that.
         let arrived = self.measure(now, tracked.as_ref());
@@ -66,7 +66,6 @@ impl Servo {
 
     /// Makes the next command of what is wanted where the arm is `driven`; else the arm comes to rest.
     fn set_command(&mut self, driven: bool, tracked: Option<&Tracked>) {
-        self.output.latched_limits.update(&self.settings.limits, &self.output.command);
         let pursuit = self.mode.pursuit().filter(|pursuit| !pursuit.is_reconfiguring());
         let escapes = pursuit.is_some_and(|pursuit| pursuit.watch.escape.is_escaping());
         let largest = self.stable_rate();
@@ -81,7 +80,8 @@ impl Servo {
             joints: Joints {
                 limits: &self.settings.limits,
                 positions: self.robot.link.predicted(),
-                before: &self.output.command,
+                before: &self.output.motion,
+                hold: self.robot.link.hold(),
                 braking: self.robot.link.braking(self.output.latched_limits.each(), self.clock.period),
             },
             arms: &self.robot.predicted,
@@ -103,7 +103,8 @@ impl Servo {
         } else {
             self.output.filters.stop(&given, &mut self.output.velocity);
         }
-        std::mem::swap(&mut self.output.command, &mut self.output.velocity);
+        self.output.send(self.robot.link.hold());
+        self.output.be_silent(self.robot.link.is_blind(), self.robot.link.hold());
     }
 
     /// The `reason` for the `state`, or that an arm sinks which nobody drives: that is more than that nobody does.

@@ -2,6 +2,7 @@
 
 use super::Servo;
 use crate::servo::escape_phase::Phase;
+use crate::servo::progress::{Progress, SHARE};
 use crate::servo::stream::MovingGoal;
 use crate::servo::{GoalError, MotionMeter, Reach, Settings, Stall, State, Tolerance};
 use dq_algebra::UnitDualQuaternion;
@@ -78,8 +79,8 @@ impl Servo {
             if reconfigures { (GoalError::default(), left) } else { (tracked.error, watch.law_error) };
         let without = watch.progress.update(elapsed, error, law_error, &tolerance);
         let creeps = watch.pace.update(elapsed, GoalError::default(), law_error, &tolerance);
-        let oscillates = watch.oscillation.update(now, &self.output.command, law_error);
-        let stands = self.output.command.iter().all(|speed| speed.abs() < STANDS);
+        let oscillates = watch.oscillation.update(now, &self.output.motion, law_error);
+        let stands = self.output.motion.iter().all(|speed| speed.abs() < STANDS);
         let is_closed = stands && !reconfigures && watch.escape.phase == Phase::Closed;
         let timeout = progress_timeout.map(|timeout| if is_closed { timeout.min(CLOSED) } else { timeout });
         let stall = match timeout {
@@ -146,7 +147,7 @@ impl Servo {
     /// Whether an arm that is within `tolerance` stays there for a moment at the speed of the last command.
     fn lingers(&self, tolerance: &Tolerance) -> bool {
         let arm = self.robot.arms.state();
-        let asked_for = self.settings.controller.aim.part_of(arm, &arm.tool_twist(&self.output.command));
+        let asked_for = self.settings.controller.aim.part_of(arm, &arm.tool_twist(&self.output.motion));
         let (angular, linear) = (asked_for.0.norm(), asked_for.1.norm());
         linear * LINGERING <= tolerance.linear && angular * LINGERING <= tolerance.angular
     }
@@ -200,6 +201,8 @@ impl Servo {
             lingers && error.is_within(&Tolerance { linear: slack * linear, angular: slack * angular });
         if within {
             meter.arrived();
+            // What takes the arm away from there is not what kept it from it.
+            pursuit.watch.progress = Progress::new(SHARE);
         }
         record.settled = within;
         within

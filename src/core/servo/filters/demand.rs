@@ -61,6 +61,6 @@ impl LawDemand {
             self.feed_forward(given, goal, velocity);
             self.move_to_posture(given, goal, velocity);
         }
-        given.settings.limits.keep_speeds(given.arms, velocity);
+        given.joints.keep_speeds(given.arms, velocity);
     }
 }

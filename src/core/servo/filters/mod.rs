@@ -122,7 +122,7 @@ impl Filters {
         let (controller, arm) = (&given.settings.controller, given.arms.state());
         if given.goal.is_some() && self.approach.apply(controller, arm, given.joints.braking.period, velocity)
         {
-            given.settings.limits.keep_speeds(given.arms, velocity);
+            given.joints.keep_speeds(given.arms, velocity);
         }
     }
 

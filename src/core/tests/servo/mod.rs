@@ -36,3 +36,4 @@ mod superseded;
 mod timing;
 mod tool;
 mod unreachable;
+mod what_is_sent;
