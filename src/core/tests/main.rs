@@ -13,3 +13,4 @@ mod rig;
 mod search;
 mod second_order;
 mod servo;
+mod sim;
