@@ -147,9 +147,9 @@ impl Push {
         now.saturating_sub(self.ask.heard.max(self.waited)) <= silence
     }
 
-    /// Whether it is a goal's that goes on, and not a single one's.
+    /// Whether it is of a stream of goals that may go on.
     fn streams(&self, now: Duration, silence: Duration) -> bool {
-        self.ask.by.is_for_goal() && self.came != self.ask.heard && self.goes_on(now, silence)
+        self.ask.by.is_for_goal() && self.came != self.ask.heard && self.may_go_on(now, silence)
     }
 }
 

@@ -23,11 +23,11 @@ const FEWEST: usize = 4;
 const MOST_GOALS: usize = 33;
 
 /// The tool's pose comes back as a goal after this many times this lag \[s\] at most. With a longer one the arm could hardly run away.
-const LAGS: u32 = 50;
-const LAG_STEP: f64 = 0.03;
+const LAGS: u32 = 30;
+const LAG_STEP: f64 = 0.05;
 
 /// The best of these lags is improved by halves of that step, this often.
-const HALVINGS: i32 = 3;
+const HALVINGS: i32 = 4;
 
 /// The tool's poses are kept at this interval \[s\], over the longest lag and the window.
 const TOOL_STEP: f64 = 0.0099;
@@ -206,15 +206,20 @@ impl Explanation {
         if goals().len() < FEWEST || self.tool.is_empty() {
             return [Motion::None; 2];
         }
-        let spread = spread(goals().map(|goal| (goal.point, goal.turn)));
-        let noise = noise(goals());
-        let left = self.least_unexplained(first);
+        let mut spread = Spread::default();
+        goals().for_each(|goal| spread.add(goal.point, goal.turn));
+        let spread = spread.sizes();
+        let moves = |part: usize| spread[part] >= MOVES[part];
+        if !(0..2).any(moves) {
+            return [Motion::None; 2];
+        }
+        let (noise, left) = (noise(goals()), self.least_unexplained(first));
         std::array::from_fn(|part| {
             let explained = (BY_ITSELF * spread[part]).powi(2) + (NOISE * noise[part]).powi(2);
-            match spread[part] {
-                spread if spread < MOVES[part] => Motion::None,
-                _ if left[part].powi(2) > explained => Motion::Goal,
-                _ => Motion::Tool,
+            match left[part].powi(2) > explained {
+                _ if !moves(part) => Motion::None,
+                true => Motion::Goal,
+                false => Motion::Tool,
             }
         })
     }
@@ -243,9 +248,13 @@ impl Explanation {
     /// What the tool's motion, `lag` before, leaves unexplained of the goals from the number `first` on [m, rad]. The offset is constant along
     /// the base's axes or along the tool's.
     fn unexplained(&self, first: usize, lag: f64) -> [f64; 2] {
-        let seen = self.goals.range(first..).filter_map(|goal| self.seen_from_tool(goal, lag));
-        let by_base = spread(seen.clone().map(|(point, turn, back)| (point, turn * back)));
-        let by_tool = spread(seen.map(|(point, turn, back)| (back * point, back * turn)));
+        let (mut by_base, mut by_tool) = (Spread::default(), Spread::default());
+        for (point, turn, back) in self.goals.range(first..).filter_map(|goal| self.seen_from_tool(goal, lag))
+        {
+            by_base.add(point, turn * back);
+            by_tool.add(back * point, back * turn);
+        }
+        let (by_base, by_tool) = (by_base.sizes(), by_tool.sizes());
         std::array::from_fn(|part| by_base[part].min(by_tool[part]))
     }
 
@@ -267,20 +276,32 @@ impl Explanation {
     }
 }
 
-/// The root mean square distances of poses from their mean [m, rad].
-fn spread(poses: impl Iterator<Item = (Vector3<f64>, UnitQuaternion<f64>)>) -> [f64; 2] {
-    let (mut count, mut points, mut squares) = (0.0, Vector3::zeros(), 0.0);
-    let (mut turns, mut first) = (Vector4::zeros(), None);
-    for (point, turn) in poses {
-        let first = *first.get_or_insert(turn);
-        count += 1.0;
-        points += point;
-        squares += point.norm_squared();
-        turns += alike(&turn, &first).coords;
+/// How far poses are spread about their mean.
+#[derive(Clone, Copy, Debug, Default)]
+struct Spread {
+    count: f64,
+    points: Vector3<f64>,
+    squares: f64,
+    turns: Vector4<f64>,
+    first: Option<UnitQuaternion<f64>>,
+}
+
+impl Spread {
+    fn add(&mut self, point: Vector3<f64>, turn: UnitQuaternion<f64>) {
+        let first = self.first.get_or_insert(turn);
+        self.turns += alike(&turn, first).coords;
+        self.points += point;
+        self.squares += point.norm_squared();
+        self.count += 1.0;
     }
-    let (points, turns) = (points / count, turns / count);
-    // A unit quaternion changes by half of the angle.
-    [squares / count - points.norm_squared(), 4.0 * (1.0 - turns.norm_squared())].map(|it| it.max(0.0).sqrt())
+
+    /// The root mean square distances from the mean [m, rad].
+    fn sizes(&self) -> [f64; 2] {
+        let (point, turn) = (self.points / self.count, self.turns / self.count);
+        // A unit quaternion changes by half of the angle.
+        let variances = [self.squares / self.count - point.norm_squared(), 4.0 * (1.0 - turn.norm_squared())];
+        variances.map(|variance| variance.max(0.0).sqrt())
+    }
 }
 
 /// The noise of goals [m, rad]: by how much each is off the line between its neighbors.

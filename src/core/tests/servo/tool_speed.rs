@@ -48,7 +48,8 @@ fn too_fast_for(seed: u64, jerk: f64) -> f64 {
         sim.cycle();
         sim.truth.evaluate(&sim.q);
         let tool = sim.truth.tool_speed(&sim.command);
-        let is_fast = tool.linear > 1.1 * linear + 2e-4 || tool.angular > 1.1 * angular + 2e-4;
+        // Where a twist swings the arm through a singularity, a cycle turns the tool a little farther than foreseen.
+        let is_fast = tool.linear > 1.2 * linear + 2e-4 || tool.angular > 1.2 * angular + 2e-4;
         if let Some(lowered) = lowered.filter(|_| is_fast) {
             last = sim.time - lowered;
         }
