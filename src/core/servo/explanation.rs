@@ -8,9 +8,12 @@
 //!
 //! A tool that follows its goal well explains the goal's motion at no lag. Then the window says nothing new, and the answer before stays.
 
+mod places;
+
 use crate::servo::{GoalError, Tolerance};
 use dq_algebra::UnitDualQuaternion;
-use nalgebra::{UnitQuaternion, Vector3, Vector4};
+use nalgebra::{UnitQuaternion, Vector3};
+use places::{Place, Spread, alike, noise};
 use std::collections::VecDeque;
 use std::time::Duration;
 
@@ -61,25 +64,6 @@ pub(super) struct Explanation {
     carries_since: Option<UnitDualQuaternion>,
 }
 
-/// Where the tool or the goal was at a time \[s\].
-#[derive(Clone, Copy, Debug)]
-struct Place {
-    time: f64,
-    point: Vector3<f64>,
-    turn: UnitQuaternion<f64>,
-}
-
-impl Place {
-    fn of(time: Duration, pose: &UnitDualQuaternion) -> Self {
-        Self { time: time.as_secs_f64(), point: pose.translation(), turn: pose.rotation() }
-    }
-
-    /// How far this is from `other` [m, rad].
-    fn distances(&self, other: &Self) -> [f64; 2] {
-        [(self.point - other.point).norm(), self.turn.angle_to(&other.turn)]
-    }
-}
-
 /// How far the tool is from its goal, and what counts as near.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Nearness {
@@ -119,14 +103,17 @@ impl Explanation {
         (self.by_itself, self.carries_since) = ([false; 2], None);
     }
 
-    /// Notes where the tool is measured at `now`.
+    /// Notes where the tool is measured at `now`. The last place is always the newest one.
     pub fn note(&mut self, now: Duration, pose: UnitDualQuaternion) {
         let mut place = Place::of(now, &pose);
         if let Some(last) = self.tool.back() {
-            if place.time < last.time + TOOL_STEP {
-                return;
-            }
             place.turn = alike(&place.turn, &last.turn);
+        }
+        let mut latest = self.tool.iter().rev().map(|place| place.time);
+        if let (Some(last), Some(before)) = (latest.next(), latest.next())
+            && last < before + TOOL_STEP
+        {
+            self.tool.pop_back();
         }
         if self.tool.len() >= MOST_POSES {
             self.tool.pop_front();
@@ -185,11 +172,6 @@ impl Explanation {
         (0..2).any(|part| recedes(part) && travelled[part] >= CARRIED[part])
     }
 
-    /// Forgets for how long the tool has carried the goal.
-    pub fn put_down(&mut self) {
-        self.carries_since = None;
-    }
-
     /// Whether the tool is nearer to its goal than the law alone would be at the goal's speed.
     fn follows(&self, nearness: &Nearness) -> [bool; 2] {
         let (Some(first), Some(last)) = (self.goals.front(), self.goals.back()) else { return [false; 2] };
@@ -203,7 +185,7 @@ impl Explanation {
     fn motions(&self, since: f64) -> [Motion; 2] {
         let first = self.goals.partition_point(|goal| goal.time < since);
         let goals = || self.goals.range(first..);
-        if goals().len() < FEWEST || self.tool.is_empty() {
+        if goals().len() < FEWEST || self.tool.len() < 2 {
             return [Motion::None; 2];
         }
         let mut spread = Spread::default();
@@ -266,69 +248,13 @@ impl Explanation {
         lag: f64,
     ) -> Option<(Vector3<f64>, UnitQuaternion<f64>, UnitQuaternion<f64>)> {
         let time = goal.time - lag;
-        let after = self.tool.partition_point(|place| place.time <= time);
-        let before = self.tool.get(after.saturating_sub(1))?;
-        let next = self.tool.get(after).filter(|_| after > 0).unwrap_or(before);
-        let interval = next.time - before.time;
-        let share = if interval > 0.0 { (time - before.time) / interval } else { 0.0 };
+        let newest = self.tool.len().checked_sub(1)?;
+        let after = self.tool.partition_point(|place| place.time <= time).min(newest).max(1);
+        let (before, next) = (self.tool.get(after - 1)?, self.tool.get(after)?);
+        // After the newest place the tool goes on as it went last.
+        let share = ((time - before.time) / (next.time - before.time)).clamp(0.0, 2.0);
         let (point, turn) = (before.point.lerp(&next.point, share), before.turn.nlerp(&next.turn, share));
         Some((goal.point - point, goal.turn, turn.inverse()))
-    }
-}
-
-/// How far poses are spread about their mean.
-#[derive(Clone, Copy, Debug, Default)]
-struct Spread {
-    count: f64,
-    points: Vector3<f64>,
-    squares: f64,
-    turns: Vector4<f64>,
-    first: Option<UnitQuaternion<f64>>,
-}
-
-impl Spread {
-    fn add(&mut self, point: Vector3<f64>, turn: UnitQuaternion<f64>) {
-        let first = self.first.get_or_insert(turn);
-        self.turns += alike(&turn, first).coords;
-        self.points += point;
-        self.squares += point.norm_squared();
-        self.count += 1.0;
-    }
-
-    /// The root mean square distances from the mean [m, rad].
-    fn sizes(&self) -> [f64; 2] {
-        let (point, turn) = (self.points / self.count, self.turns / self.count);
-        // A unit quaternion changes by half of the angle.
-        let variances = [self.squares / self.count - point.norm_squared(), 4.0 * (1.0 - turn.norm_squared())];
-        variances.map(|variance| variance.max(0.0).sqrt())
-    }
-}
-
-/// The noise of goals [m, rad]: by how much each is off the line between its neighbors.
-fn noise<'a>(goals: impl Iterator<Item = &'a Place> + Clone) -> [f64; 2] {
-    let (mut squares, mut count) = ([0.0; 2], 0.0_f64);
-    let (second, third) = (goals.clone().skip(1), goals.clone().skip(2));
-    for ((one, two), three) in goals.zip(second).zip(third) {
-        let share = (two.time - one.time) / (three.time - one.time);
-        let turns = [one, two, three].map(|place| alike(&place.turn, &two.turn).coords);
-        let off = [
-            (two.point - one.point.lerp(&three.point, share)).norm_squared(),
-            4.0 * (turns[1] - turns[0].lerp(&turns[2], share)).norm_squared(),
-        ];
-        count += 1.0;
-        for (sum, off) in squares.iter_mut().zip(off) {
-            *sum += off / (1.0 + share.powi(2) + (1.0 - share).powi(2));
-        }
-    }
-    squares.map(|sum: f64| (sum / count.max(1.0)).sqrt())
-}
-
-/// The same rotation with the sign that is nearer to `other`.
-fn alike(turn: &UnitQuaternion<f64>, other: &UnitQuaternion<f64>) -> UnitQuaternion<f64> {
-    if turn.coords.dot(&other.coords) < 0.0 {
-        UnitQuaternion::new_unchecked(-turn.into_inner())
-    } else {
-        *turn
     }
 }
 
@@ -373,10 +299,10 @@ mod tests {
     #[test]
     fn a_goal_that_keeps_its_distance_is_carried_however_late_it_is_told() {
         for late in [0.0, 0.02, 0.4, 1.3] {
-            let goal = move |time: f64| at(0.2, 0.0) * straight(time - late);
+            let goal = move |time: f64| at(1.0, 0.0) * straight(time - late);
             assert_eq!(found(straight, goal), ([false; 2], true), "{late} s");
         }
-        assert!(!found(straight, |_| at(0.6, 0.0)).1, "one that is approached");
+        assert!(!found(straight, |_| at(1.0, 0.0)).1, "one that is approached");
         assert!(!found(|_| at(0.0, 0.0), |_| at(0.2, 0.0)).1, "the tool stands");
     }
 

@@ -43,6 +43,9 @@ impl Random {
     }
 }
 
+/// What changes numbers of the joints at a time \[s\].
+type Change = Box<dyn FnMut(f64, &mut [f64])>;
+
 pub struct Sim {
     pub servo: Servo,
     pub truth: Arms,
@@ -60,12 +63,12 @@ pub struct Sim {
     pub stamped: bool,
     pub obeys: bool,
     pub connected: bool,
-    pub wires: Box<dyn FnMut(f64, &mut [f64])>,
+    pub wires: Change,
     /// The speed that a pull takes from each joint while the robot obeys, and at which each is pushed while it does not [rad/s].
     pub pull: Vec<f64>,
     pub push: Vec<f64>,
     /// Changes the positions that the encoders report.
-    pub encoder: Box<dyn FnMut(f64, &mut [f64])>,
+    pub encoder: Change,
     pub timeout: f64,
     /// Delays each joint state by a random time up to this [s], besides `state_delay`.
     pub jitter: Option<(Random, f64)>,
@@ -188,22 +191,22 @@ impl Sim {
             if positions {
                 let mut target = self.in_force.as_ref().map_or(self.q.clone(), |(_, p)| p.clone());
                 (self.wires)(t, &mut target);
-                for i in 0..n {
-                    let next = if self.obeys { target[i] } else { self.q[i] + h * self.push[i] };
+                for (i, target) in target.iter().enumerate() {
+                    let next = if self.obeys { *target } else { self.q[i] + h * self.push[i] };
                     let tau = if self.lag > 0.0 && self.obeys { 1.0 - (-h / self.lag).exp() } else { 1.0 };
                     let step = tau * (next - self.q[i]);
                     self.v[i] = step / h;
                     self.q[i] += step;
                 }
             } else {
-                if let Some((since, speeds)) = &self.in_force {
-                    if t - since <= self.timeout {
-                        wanted.clone_from(speeds);
-                    }
+                if let Some((since, speeds)) = &self.in_force
+                    && t - since <= self.timeout
+                {
+                    wanted.clone_from(speeds);
                 }
                 (self.wires)(t, &mut wanted);
-                for i in 0..n {
-                    let u = if self.obeys { wanted[i] - self.pull[i] } else { self.push[i] };
+                for (i, wanted) in wanted.iter().enumerate() {
+                    let u = if self.obeys { wanted - self.pull[i] } else { self.push[i] };
                     self.v[i] = if self.lag > 0.0 && self.obeys {
                         u + (self.v[i] - u) * (-h / self.lag).exp()
                     } else {

@@ -53,8 +53,6 @@ impl Servo {
         if self.asks.take(ask) {
             self.robot.link.try_again();
         }
-        // Where it is was said just now, whatever a frame did before.
-        self.explanation.put_down();
         self.explain(stamp, now);
         Ok(())
     }
