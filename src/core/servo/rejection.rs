@@ -56,7 +56,7 @@ pub enum Rejection {
     Overtaken(Revocation),
     /// A request to go on to a goal of a stream that was revoked and has not paused since: the arm would go to that goal while later ones
     /// are rejected.
-    #[error("goals are sent on since {}: let their publisher send nothing for 1.5 s, and then send the goal or ask again", .0.explain(|joint| format!("joint {joint}")))]
+    #[error("goals are sent on since {}: let their publisher send nothing for 1.5 s, and then ask again", .0.explain(|joint| format!("joint {joint}")))]
     StreamsOn(Revocation),
     /// Nobody can go to another configuration.
     #[error(transparent)]
