@@ -3,7 +3,7 @@
 //! They are those from which a stop still keeps the limits on speed, acceleration, jerk and position, with the delay of the robot and the
 //! cycles that come late in it ([`Span`]). The next speed of a stop is one of them whatever the limits are, so that there always is one.
 
-use crate::{Joints, STOP_TIME, Span, Violation, scale};
+use crate::{Joints, Limits, STOP_TIME, Span, Violation, scale};
 use dq_kinematics::arm::Arms;
 
 /// What the joints may do in this cycle.
@@ -84,15 +84,26 @@ impl Envelope {
     /// Slows the joints to the tool's speed limits: limits may have been lowered, and what was changed for one joint alone may have made the
     /// tool faster. What counts is how fast the tool is when accelerations have come to nothing.
     ///
+    /// If that is too fast although each joint is slowed down, none goes on accelerating either: under a limit on jerk it would have to be
+    /// slowed down again, and the tool would be too fast again and again.
+    fn slow_tool(&mut self, joints: &Joints, arms: &Arms, velocity: &mut [f64]) {
+        if self.slow_at_rest(joints.limits, arms, velocity) || !joints.braking.limits_jerk() {
+            return;
+        }
+        if self.share_at_rest(joints.limits, arms, velocity) < 1.0 {
+            velocity.iter_mut().zip(&self.spans).for_each(|(speed, span)| *speed = span.eased());
+            self.slow_at_rest(joints.limits, arms, velocity);
+        }
+    }
+
+    /// Slows the joints towards the speeds at which the tool keeps its limits. True if it does so anyway.
+    ///
     /// Each joint slows down as far as it can, or all along the line, whichever leaves the tool slower: joints that slow down by themselves
     /// turn a tool that they have kept from turning together, and a weak joint holds up the others along the line.
-    fn slow_tool(&mut self, joints: &Joints, arms: &Arms, velocity: &mut [f64]) {
-        let limits = joints.limits;
-        let joints = self.rest.iter_mut().zip(&*velocity).zip(&self.spans);
-        joints.for_each(|((rest, speed), span)| *rest = span.rest(*speed));
-        let factor = limits.tool_share(&arms.tool_speed(&self.rest));
+    fn slow_at_rest(&mut self, limits: &Limits, arms: &Arms, velocity: &mut [f64]) -> bool {
+        let factor = self.share_at_rest(limits, arms, velocity);
         if factor >= 1.0 {
-            return;
+            return true;
         }
         scale(&mut self.rest, factor);
         let part = self.part_of_change(&self.rest);
@@ -104,5 +115,14 @@ impl Envelope {
         if part < 1.0 && share(&self.other) > share(velocity) {
             velocity.copy_from_slice(&self.other);
         }
+        false
+    }
+
+    /// The factor, at most 1, that brings the tool under its speed limits when the accelerations after that `command` have come to nothing. The
+    /// speeds of the joints then are in `rest`.
+    fn share_at_rest(&mut self, limits: &Limits, arms: &Arms, command: &[f64]) -> f64 {
+        let joints = self.rest.iter_mut().zip(command).zip(&self.spans);
+        joints.for_each(|((rest, speed), span)| *rest = span.rest(*speed));
+        limits.tool_share(&arms.tool_speed(&self.rest))
     }
 }

@@ -93,6 +93,12 @@ impl Span {
         (slower != last).then_some(slower)
     }
 
+    /// The next speed of a joint whose acceleration comes to nothing.
+    pub(crate) fn eased(&self) -> f64 {
+        let step = (self.pace.step.abs() - self.jerk).max(0.0).copysign(self.pace.step);
+        self.hold(self.pace.speed + step)
+    }
+
     /// The speed at which the joint goes on from that next `speed` where its acceleration comes to nothing.
     pub(crate) fn rest(&self, speed: f64) -> f64 {
         Pace { speed, step: speed - self.pace.speed }.rest(self.jerk)

@@ -7,6 +7,7 @@
 //! A revocation revokes every push until a time: `~/stop` until now, a robot that came until `rearm_timeout` before that, a robot that has
 //! jumped until the joint state before. Two publishers that push at the same time are rivals, and revoke each other.
 
+use super::Rejection;
 use super::revocation::{Contended, Revocation, Rivals};
 use std::time::Duration;
 
@@ -131,12 +132,24 @@ impl Consent {
 struct Push {
     ask: Ask,
     came: Duration,
+    /// Until when its goals may have waited for a frame that was lost, unheard.
+    waited: Duration,
 }
 
 impl Push {
     /// Whether its publisher has not been silent for longer than `silence` until `now`.
     fn goes_on(&self, now: Duration, silence: Duration) -> bool {
         now.saturating_sub(self.ask.heard) <= silence
+    }
+
+    /// The same, if its goals may have waited.
+    fn may_go_on(&self, now: Duration, silence: Duration) -> bool {
+        now.saturating_sub(self.ask.heard.max(self.waited)) <= silence
+    }
+
+    /// Whether it is of a stream of goals that may go on.
+    fn streams(&self, now: Duration, silence: Duration) -> bool {
+        self.ask.by.is_for_goal() && self.came != self.ask.heard && self.may_go_on(now, silence)
     }
 }
 
@@ -164,7 +177,13 @@ impl Asks {
     /// Hears a message of `by`, which was sent so long `ago`, at `now`; a publisher that was silent for longer than `silence`
     /// pushes anew.
     pub fn hear(&mut self, by: Asker, ago: Duration, now: Duration, silence: Duration) -> Ask {
-        self.pushes.retain(|push| push.goes_on(now, silence));
+        self.pushes.retain(|push| push.ask.by != by || push.goes_on(now, silence));
+        self.hear_found(by, ago, now, silence)
+    }
+
+    /// The same of a goal that has waited for its frame, before which others of its publisher may have waited in vain.
+    pub fn hear_found(&mut self, by: Asker, ago: Duration, now: Duration, silence: Duration) -> Ask {
+        self.pushes.retain(|push| push.may_go_on(now, silence));
         if let Some(push) = self.pushes.iter_mut().find(|push| push.ask.by == by) {
             push.ask.heard = now;
             return push.ask;
@@ -174,7 +193,7 @@ impl Asks {
         let pushed = if has_room { now.saturating_sub(ago) } else { Duration::ZERO };
         let ask = Ask { by, pushed, heard: now, revoked: self.revoked_before(by, pushed) };
         if has_room {
-            self.pushes.push(Push { ask, came: now });
+            self.pushes.push(Push { ask, came: now, waited: Duration::ZERO });
         }
         ask
     }
@@ -193,6 +212,11 @@ impl Asks {
     fn revoked_before(&self, by: Asker, pushed: Duration) -> Option<Revocation> {
         let jogged = self.jogged.filter(|jogged| by.is_for_goal() && pushed <= jogged.until);
         jogged.or(self.consent.revoked.filter(|last| pushed < last.until)).map(|last| last.why_of(pushed))
+    }
+
+    /// Hears no goals at `now`, as they wait for a frame that is lost.
+    pub fn wait(&mut self, now: Duration) {
+        self.pushes.iter_mut().filter(|push| push.ask.by.is_for_goal()).for_each(|push| push.waited = now);
     }
 
     /// Hears that a publisher asks for nothing.
@@ -257,12 +281,28 @@ impl Asks {
         self.consent.paused = true;
     }
 
-    /// Ends a pause at `now`, and asks once more for the goal in force, if there is one; true where that had been revoked.
-    pub fn resume(&mut self, now: Duration) -> bool {
+    /// Ends a pause, and asks once more for the goal in force, if there is one, by a request that was `sent` then and came at `now`; true if
+    /// that had been revoked.
+    ///
+    /// # Errors
+    /// [`Rejection::Overtaken`] if something was revoked since it was sent, [`Rejection::StreamsOn`] if a publisher goes on with goals that
+    /// are revoked, without a `silence`. Then nothing changes.
+    pub fn resume(&mut self, sent: Duration, now: Duration, silence: Duration) -> Result<bool, Rejection> {
+        if let Some(last) = self.consent.revoked.filter(|last| sent < last.until) {
+            return Err(Rejection::Overtaken(last.why_of(sent)));
+        }
+        let before = self.consent.ask.filter(|ask| ask.by.is_for_goal());
+        let was_revoked = before.is_some_and(|ask| ask.revoked.is_some());
+        let mut streams = self.pushes.iter().filter(|push| was_revoked && push.streams(now, silence));
+        if let Some(why) = streams.find_map(|push| push.ask.revoked) {
+            return Err(Rejection::StreamsOn(why));
+        }
         self.consent.paused = false;
-        let Some(ask) = self.consent.ask.filter(|ask| ask.by.is_for_goal()) else { return false };
-        self.consent.ask = Some(Ask { by: Asker::Resume, pushed: now, heard: now, revoked: None });
-        ask.revoked.is_some()
+        if let Some(before) = before {
+            let pushed = if was_revoked { sent } else { before.pushed.max(sent) };
+            self.consent.ask = Some(Ask { by: Asker::Resume, pushed, heard: now, revoked: None });
+        }
+        Ok(was_revoked)
     }
 
     /// Stops the arm at `now`: nothing moves it before it stands, and nobody asks for a goal any more.
@@ -299,6 +339,11 @@ mod tests {
         ask.revoked
     }
 
+    /// Resumes at that time \[ms\]; true if the goal in force had been revoked.
+    fn resume(asks: &mut Asks, at: u32) -> bool {
+        asks.resume(at * MS, at * MS, STREAM).unwrap()
+    }
+
     #[test]
     fn who_streams_on_after_a_revocation_asks_for_nothing_until_it_has_paused() {
         let mut asks = Asks::default();
@@ -333,11 +378,11 @@ mod tests {
         asks.pause();
         goal(&mut asks, 0, 12);
         assert!(!asks.consent().is_given(), "a goal ends no pause");
-        assert!(!asks.resume(13 * MS) && asks.consent().is_given());
+        assert!(!resume(&mut asks, 13) && asks.consent().is_given());
         asks.revoke(20 * MS, 20 * MS, Revocation::FrameWasAway(2.0));
-        assert!(asks.resume(30 * MS) && asks.consent().is_given());
+        assert!(resume(&mut asks, 30) && asks.consent().is_given());
         assert_eq!(asks.consent().ask().map(|ask| ask.by), Some(Asker::Resume));
-        assert!(!Asks::default().resume(30 * MS), "there is no goal");
+        assert!(!resume(&mut Asks::default(), 30), "there is no goal");
     }
 
     #[test]
@@ -355,7 +400,7 @@ mod tests {
         asks.stop(50 * MS);
         asks.stand();
         assert_eq!(twist(&mut asks, 3, 60), Some(Revocation::Stopped));
-        assert!(!asks.resume(70 * MS) && !asks.consent().is_given(), "~/pause (false) releases no stick");
+        assert!(!resume(&mut asks, 70) && !asks.consent().is_given(), "~/pause (false) releases no stick");
         asks.release(Asker::Twist(3));
         assert_eq!(twist(&mut asks, 3, 80), None);
         assert!(asks.is_pushed(Asker::Twist(3), 81 * MS, STREAM));

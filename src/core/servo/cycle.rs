@@ -14,7 +14,7 @@ mod tracking;
 
 use super::consent::Asks;
 use super::escape::Escape;
-use super::fed_back::FedBack;
+use super::explanation::Explanation;
 use super::mode::Mode;
 use super::settings_error::{check_length, check_period};
 use super::stream::GoalStream;
@@ -48,9 +48,9 @@ pub struct Servo {
     mode: Mode,
     /// What [`Servo::set_goal`] has set since the last cycle.
     set: Option<UnitDualQuaternion>,
-    /// The goals of the last moments, and whether they are made from the measured pose.
+    /// The goals of the last moments, and whether the tool's motion explains theirs.
     stream: GoalStream,
-    fed_back: FedBack,
+    explanation: Explanation,
     escape: Escape,
     elsewhere: Elsewhere,
     output: Output,
@@ -113,7 +113,7 @@ impl Servo {
             mode: Mode::Idle,
             set: None,
             stream: GoalStream::default(),
-            fed_back: FedBack::default(),
+            explanation: Explanation::default(),
             motions: MotionLog::default(),
             escape: Escape::new(arms.clone()),
             output: Output::new(&arms, &settings, period.as_secs_f64()),
@@ -148,7 +148,7 @@ impl Servo {
             self.escape.set_tool_offset(&settings.tool_offset);
             self.elsewhere.set_tool_offset(&settings.tool_offset);
             self.output.filters.set_tool_offset(&settings.tool_offset);
-            self.fed_back.restart();
+            self.explanation.restart();
             self.revoke_motion(Revocation::AnotherTool);
         }
         if self.settings != settings {
@@ -175,12 +175,27 @@ impl Servo {
         }
     }
 
-    /// Decelerates and holds, or asks for the goal in force once more and goes on from the measured state.
+    /// Decelerates and holds, or asks for the goal in force once more and goes on from the measured state. A request to go on that cannot be
+    /// met is counted as rejected.
     pub fn pause(&mut self, paused: bool) {
         if paused {
             return self.asks.pause();
         }
-        let was_revoked = self.asks.resume(self.clock.now);
+        // What is rejected is counted.
+        let _ = self.resume(Duration::ZERO);
+    }
+
+    /// Asks for the goal in force once more, with a request sent so long `ago`, and goes on from the measured state.
+    ///
+    /// # Errors
+    /// [`Rejection::Late`], [`Rejection::Overtaken`] and [`Rejection::StreamsOn`], which are counted; a pause goes on.
+    pub(super) fn resume(&mut self, ago: Duration) -> Result<(), Rejection> {
+        let (now, silence) = (self.clock.now, self.silence());
+        let resumed = match ago > self.settings.rearm_timeout {
+            true => Err(Rejection::Late(ago)),
+            false => self.asks.resume(now.saturating_sub(ago), now, silence),
+        };
+        let was_revoked = self.counted(resumed)?;
         let joints = self.output.command.len();
         if let Some(pursuit) = self.mode.pursuit_mut() {
             if was_revoked {
@@ -190,6 +205,7 @@ impl Servo {
             pursuit.try_again();
             self.robot.link.try_again();
         }
+        Ok(())
     }
 
     /// Decelerates to rest and drops the goal; a publisher that goes on with goals or twists must pause first. A servo that is paused
@@ -211,7 +227,7 @@ impl Servo {
     fn enter(&mut self, next: Mode, end: Outcome) {
         self.end_motion(end);
         self.stream.clear();
-        self.fed_back.restart();
+        self.explanation.restart();
         self.mode = next;
     }
 

@@ -19,7 +19,8 @@ pub struct Sent {
 pub enum Event<'a> {
     /// [`Servo::configure`].
     Configure(Box<Settings>),
-    /// [`Servo::pause`]; a request to go on that was under way for longer than `rearm_timeout` is rejected.
+    /// [`Servo::pause`]; a request to go on is dated by when it was sent. It is rejected if that is longer ago than `rearm_timeout`, if
+    /// something has revoked the goal since, or if goals that are revoked go on.
     Pause {
         /// Whether to pause, or to go on.
         paused: bool,
@@ -119,12 +120,11 @@ impl Servo {
                 let taken = self.configure(*settings).map_err(Rejection::Settings);
                 self.counted(taken)?;
             }
-            Event::Pause { paused: false, ago } | Event::Reconfigure { ago }
-                if ago > self.settings().rearm_timeout =>
-            {
+            Event::Reconfigure { ago } if ago > self.settings().rearm_timeout => {
                 self.counted(Err(Rejection::Late(ago)))?;
             }
-            Event::Pause { paused, .. } => self.pause(paused),
+            Event::Pause { paused: true, .. } => self.pause(true),
+            Event::Pause { ago, .. } => self.resume(ago)?,
             Event::Stop => self.stop(),
             Event::Reconfigure { ago } => self.reconfigure(ago)?,
             Event::Found(found) => self.take_found(&found),

@@ -30,7 +30,6 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-mod carried;
 mod close_pair;
 mod consent;
 mod cycle;
@@ -38,7 +37,7 @@ mod error_trend;
 mod escape;
 mod escape_phase;
 mod event;
-mod fed_back;
+mod explanation;
 mod filters;
 mod goal;
 mod goal_error;

@@ -1,6 +1,5 @@
 //! What the servo is about to do: nothing, a goal, or a twist. What a goal needs to be watched lives inside it, and ends with it.
 
-use super::carried::Carried;
 use super::error_trend::ErrorTrend;
 use super::escape_phase::EscapePhase;
 use super::oscillation::Oscillation;
@@ -71,7 +70,6 @@ pub(super) struct Pursuit {
     pub beyond_reach: Option<(u64, bool)>,
     /// Since when it is not known where the frame is with which the goal moves.
     pub lost: Option<Duration>,
-    pub carried: Carried,
     pub record: Record,
     pub watch: Watch,
 }
@@ -144,11 +142,9 @@ impl Watch {
         }
     }
 
-    /// Begins anew for `goal`, in the memory that there is: a goal that moves gets here every few cycles.
+    /// Begins anew for `goal`. Only the watch for oscillations goes on: a goal that moves gets here every few cycles.
     fn restart(&mut self, goal: Goal) {
-        let mut oscillation = std::mem::take(&mut self.oscillation);
-        oscillation.restart();
-        *self = Self { oscillation, ..Self::new(goal) };
+        *self = Self { oscillation: std::mem::take(&mut self.oscillation), ..Self::new(goal) };
     }
 
     /// Whether `goal`, of a stream, is too near to the one for which this began to be reason to begin anew.
@@ -163,6 +159,7 @@ impl Watch {
     /// Gives the motion up for `stall`, and looks for a way round it where that is wanted and was not done yet.
     pub fn give_up(&mut self, stall: Stall, reconfigure: Reconfigure, now: Duration) {
         self.stall = Some(stall);
+        self.oscillation.restart();
         self.reconfiguration = match self.reconfiguration {
             Reconfiguration::Underway(_) => Reconfiguration::Taken,
             Reconfiguration::Unknown if reconfigure != Reconfigure::Never && stall.may_be_gone_round() => {
@@ -187,7 +184,6 @@ impl Pursuit {
             sign: None,
             beyond_reach: None,
             lost: None,
-            carried: Carried::default(),
             record: Record::new(joint_count),
             watch: Watch::new(goal),
         }
@@ -204,8 +200,7 @@ impl Pursuit {
             (self.begun, self.moved) = (goal, Some(now));
         }
         self.move_to(goal, now, tolerance);
-        // Where it is was said just now, whatever a frame did before.
-        (self.stamp, self.heard, self.carried) = (stamp, now, Carried::default());
+        (self.stamp, self.heard) = (stamp, now);
     }
 
     /// Takes over from the motion before. Of one that has come to its end nothing is left. Of one that is under way the sign goes on; and
@@ -217,14 +212,15 @@ impl Pursuit {
         let carried =
             |sign: &SignMemory| sign.carried(before.goal.base_from_goal(), self.goal.base_from_goal());
         self.sign = before.sign.as_ref().map(carried);
+        std::mem::swap(&mut self.watch.oscillation, &mut before.watch.oscillation);
         if before.begun.is_same(&self.goal, tolerance) {
             std::mem::swap(&mut self.watch, &mut before.watch);
             self.record.reconfigured = self.is_reconfiguring();
         }
     }
 
-    /// Moves on to `goal`, where a stream or its frame has taken it by `now`; for how long the frame was lost before, if it was.
-    pub fn move_to(&mut self, goal: Goal, now: Duration, tolerance: &Tolerance) -> Option<Duration> {
+    /// Moves on to `goal`, where a stream or its frame has taken it by `now`.
+    pub fn move_to(&mut self, goal: Goal, now: Duration, tolerance: &Tolerance) {
         let carried = |sign: &SignMemory| sign.carried(self.goal.base_from_goal(), goal.base_from_goal());
         self.sign = self.sign.as_ref().map(carried);
         self.record.settled &= self.goal == goal;
@@ -232,11 +228,10 @@ impl Pursuit {
             self.beyond_reach = None;
             self.record.trend.restart();
         }
-        (self.goal, self.received) = (goal, now);
+        (self.goal, self.received, self.lost) = (goal, now, None);
         if !self.watch.goes_on_for(&goal, tolerance) {
             self.watch.restart(goal);
         }
-        self.lost.take().map(|since| now.saturating_sub(since))
     }
 
     /// Begins the motion anew, as `asker` asks for it, of an arm with so many joints.

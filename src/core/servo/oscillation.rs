@@ -2,6 +2,9 @@
 //!
 //! A sound motion swings too: a joint may turn round some ten times in two seconds on its way. So swings count where they are many,
 //! or where the law's own error, which a sound motion only reduces, swings with them.
+//!
+//! A goal that moves makes commands and errors swing, too. What it changes of the error at once is not the arm's doing, and each such change
+//! may turn a joint round twice: there and back.
 
 use std::time::Duration;
 
@@ -24,6 +27,15 @@ const LARGE_SWING: f64 = 0.5;
 /// A swing of the error's logarithm that counts: by a twentieth of itself.
 const ERROR_SWING: f64 = 0.05;
 
+/// A swing of the error that counts is larger than this many typical changes by the goal, which delays let the arm follow too late.
+const CHANGES: f64 = 2.0;
+
+/// How much one change adds to what is typical.
+const MEMORY: f64 = 0.2;
+
+/// A change of the goal may turn a joint round this often.
+const TURNS: u32 = 2;
+
 /// The error gets smaller if its largest value in a window is less than this part of that in the window before.
 const SHRINKS: f64 = 0.8;
 
@@ -32,6 +44,10 @@ const SHRINKS: f64 = 0.8;
 pub(super) struct Oscillation {
     joints: Vec<[Zigzag; 2]>,
     error: Zigzag,
+    /// The typical change of the error by a change of the goal.
+    change: f64,
+    /// Changes of the goal in the window.
+    changes: u32,
     window: Option<Window>,
     before: Option<Verdict>,
 }
@@ -80,7 +96,14 @@ impl Oscillation {
     /// Begins anew, in the memory that there is.
     pub fn restart(&mut self) {
         self.joints.clear();
-        (self.error, self.window, self.before) = Default::default();
+        *self = Self { joints: std::mem::take(&mut self.joints), ..Self::default() };
+    }
+
+    /// The goal has moved, which has changed the law's own error `before` to that `after`.
+    pub fn goal_moved(&mut self, before: f64, after: f64) {
+        self.error.extreme += logarithm(after) - logarithm(before);
+        self.change += MEMORY * ((after - before).abs() - self.change);
+        self.changes += 1;
     }
 
     /// Adds the `command` [rad/s] made at `now` with the law's own error of this size: true where the arm has been oscillating, for two
@@ -91,7 +114,8 @@ impl Oscillation {
             small.add(*speed, SWING);
             large.add(*speed, LARGE_SWING);
         }
-        self.error.add(error.max(f64::MIN_POSITIVE).ln(), ERROR_SWING);
+        let log = logarithm(error);
+        self.error.add(log, ERROR_SWING + CHANGES * self.change / log.exp());
         let window = self.window.get_or_insert(Window { began: now, worst_error: error });
         window.worst_error = window.worst_error.max(error);
         if now.saturating_sub(window.began) < WINDOW {
@@ -105,13 +129,19 @@ impl Oscillation {
 
     /// Of a window that is over.
     fn verdict(&mut self, worst_error: f64) -> Verdict {
+        let many = MANY + TURNS * std::mem::take(&mut self.changes);
         let most = self
             .joints
             .iter_mut()
             .fold([0, 0], |[small, large], [one, other]| [one.take().max(small), other.take().max(large)]);
         let error_swings = self.error.take() >= ERROR_REVERSALS && most[0] >= FEW;
-        Verdict { swings: most[0] >= MANY || error_swings, swings_largely: most[1] >= MANY, worst_error }
+        Verdict { swings: most[0] >= many || error_swings, swings_largely: most[1] >= many, worst_error }
     }
+}
+
+/// The logarithm of an error, which may be 0.
+fn logarithm(error: f64) -> f64 {
+    error.max(f64::MIN_POSITIVE).ln()
 }
 
 impl Verdict {

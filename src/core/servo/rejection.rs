@@ -51,6 +51,13 @@ pub enum Rejection {
     /// A goal that was sent before something revoked it, or of a publisher that has sent goals on since.
     #[error("after its publisher began to send {}: let it send nothing for 1.5 s, and then send the goal again", .0.explain(|joint| format!("joint {joint}")))]
     Superseded(Revocation),
+    /// A request to go on that was sent before something revoked what it asks for.
+    #[error("after it was sent {}: ask again if the arm may go on", .0.explain(|joint| format!("joint {joint}")))]
+    Overtaken(Revocation),
+    /// A request to go on to a goal of a stream that was revoked and has not paused since: the arm would go to that goal while later ones
+    /// are rejected.
+    #[error("goals are sent on since {}: let their publisher send nothing for 1.5 s, and then ask again", .0.explain(|joint| format!("joint {joint}")))]
+    StreamsOn(Revocation),
     /// Nobody can go to another configuration.
     #[error(transparent)]
     NoWayRound(#[from] NoWayRound),
@@ -97,7 +104,8 @@ impl Rejection {
             Self::Late(_) => "late",
             Self::BeyondReach(_) => "beyond_reach",
             Self::Jogging => "jogging",
-            Self::Superseded(_) => "superseded",
+            Self::Superseded(_) | Self::Overtaken(_) => "superseded",
+            Self::StreamsOn(_) => "streams_on",
             Self::NoWayRound(_) => "no_way_round",
             Self::Settings(_) => "settings",
             Self::UnknownArm { .. } => "unknown_arm",

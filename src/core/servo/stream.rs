@@ -109,8 +109,9 @@ impl GoalStream {
         (self.fit, self.noise, self.heard) = (None, [0.0; 2], 0);
     }
 
-    /// Adds a pose that its sender stamped `stamp` \[ns\], received at `now`. Of several that come in one cycle the last counts.
-    pub fn add(&mut self, pose: &UnitDualQuaternion, stamp: i64, now: Duration) {
+    /// Adds a pose that its sender stamped `stamp` \[ns\], received at `now`. Of several that come in one cycle the last counts. True if it
+    /// goes on from the poses before; false after a jump or a pause.
+    pub fn add(&mut self, pose: &UnitDualQuaternion, stamp: i64, now: Duration) -> bool {
         let received = nanoseconds(now);
         if self.samples.back().is_some_and(|last| last.received >= received) {
             self.samples.pop_back();
@@ -129,12 +130,14 @@ impl GoalStream {
         }
         self.samples.push_back(next);
         self.set_times();
-        if self.has_jumped() {
+        let goes_on = self.samples.len() > 1 && !self.has_jumped();
+        if !goes_on {
             self.samples.drain(..self.samples.len().saturating_sub(1));
             self.set_times();
         }
         self.forget_old();
         self.fit = self.find_fit();
+        goes_on
     }
 
     /// Times by the stamps, as if all messages had been under way for as long as the fastest, where the stamps allow it; else by receipt.
@@ -211,11 +214,12 @@ impl GoalStream {
         finite.then_some(Fit { pose: newest.pose, time: newest.time, coefficients, covariance, span })
     }
 
-    /// Where the goal is at `now` and how it moves; none where it stands, or has no motion that could be believed.
+    /// Where the goal is at `now` and how it moves; `None` if it stands, or has no motion that could be believed. Only position and rotation
+    /// that move `by_itself` do.
     ///
     /// It goes on for no longer than its poses have been apart lately; then it stands for as long, and is where it was last seen.
-    pub fn at(&self, now: Duration) -> Option<MovingGoal> {
-        let fit = self.believed()?;
+    pub fn at(&self, now: Duration, by_itself: [bool; 2]) -> Option<MovingGoal> {
+        let fit = self.believed(by_itself)?;
         let (age, longest) = (seconds(nanoseconds(now).saturating_sub(fit.time)), self.longest_age());
         if age <= longest {
             return Some(fit.after(age.max(0.0)));
@@ -225,16 +229,16 @@ impl GoalStream {
     }
 
     /// The motion without what may be noise of it, rotation and translation each by itself; none where nothing is left.
-    fn believed(&self) -> Option<Fit> {
+    fn believed(&self, [position, rotation]: [bool; 2]) -> Option<Fit> {
         let mut fit = self.fit.filter(|fit| self.samples.len() >= PROOF && fit.span >= SPAN)?;
         let error = fit.covariance[(1, 1)] / fit.span.powi(2);
         let [_, twist, change] = &mut fit.coefficients;
         let mut moves = false;
-        for (half, noise) in self.noise.iter().enumerate() {
+        for (half, (noise, by_itself)) in self.noise.iter().zip([rotation, position]).enumerate() {
             let mut speed = twist.fixed_rows_mut::<3>(3 * half);
             let square = speed.norm_squared();
             let share = (1.0 - NOISE.powi(2) * error * noise / square).max(0.0);
-            let counts = share > 0.0 && square.sqrt() * fit.span > ROUNDING;
+            let counts = by_itself && share > 0.0 && square.sqrt() * fit.span > ROUNDING;
             let share = if counts { share } else { 0.0 };
             speed *= share;
             change.fixed_rows_mut::<3>(3 * half).scale_mut(share);

@@ -1,4 +1,5 @@
-//! Review: a servo and its robot in fake time, independent of `rig`: a robot with a lag, delays, faults of wires and encoders, hands that push.
+//! A servo and its robot in fake time, independent of `rig`: a robot with a lag, with delays, with faults of wires and encoders, and with
+//! hands that push it. It checks no invariant by itself.
 
 use dq_algebra::UnitDualQuaternion;
 use dq_config::ServoParameters;
@@ -17,7 +18,7 @@ impl Random {
         });
         r
     }
-    /// 0 to 1.
+    /// A number from 0 to 1.
     pub fn unit(&mut self) -> f64 {
         self.0 ^= self.0 << 13;
         self.0 ^= self.0 >> 7;
@@ -42,6 +43,9 @@ impl Random {
     }
 }
 
+/// What changes numbers of the joints at a time \[s\].
+type Change = Box<dyn FnMut(f64, &mut [f64])>;
+
 pub struct Sim {
     pub servo: Servo,
     pub truth: Arms,
@@ -50,7 +54,7 @@ pub struct Sim {
     pub v: Vec<f64>,
     pub time: f64,
     pub period: f64,
-    /// The robot: time constant, delays [s].
+    /// The robot's time constant, and the delays of commands and joint states \[s\].
     pub lag: f64,
     pub command_delay: f64,
     pub state_delay: f64,
@@ -59,14 +63,14 @@ pub struct Sim {
     pub stamped: bool,
     pub obeys: bool,
     pub connected: bool,
-    pub wires: Box<dyn FnMut(f64, &mut [f64])>,
-    /// What pulls while it obeys, and what pushes while it does not [rad/s].
+    pub wires: Change,
+    /// The speed that a pull takes from each joint while the robot obeys, and at which each is pushed while it does not [rad/s].
     pub pull: Vec<f64>,
     pub push: Vec<f64>,
-    /// What encoders make of positions.
-    pub encoder: Box<dyn FnMut(f64, &mut [f64])>,
+    /// Changes the positions that the encoders report.
+    pub encoder: Change,
     pub timeout: f64,
-    /// Takes this many states in one cycle, each by its own delay.
+    /// Delays each joint state by a random time up to this [s], besides `state_delay`.
     pub jitter: Option<(Random, f64)>,
     commands: VecDeque<(f64, Vec<f64>)>,
     in_force: Option<(f64, Vec<f64>)>,
@@ -164,7 +168,7 @@ impl Sim {
         self.command.iter().fold(0.0, |m, s| s.abs().max(m))
     }
 
-    /// How fast the robot really is.
+    /// The largest speed of a joint of the robot itself [rad/s].
     pub fn robot_speed(&self) -> f64 {
         self.v.iter().fold(0.0, |m, s| s.abs().max(m))
     }
@@ -187,22 +191,22 @@ impl Sim {
             if positions {
                 let mut target = self.in_force.as_ref().map_or(self.q.clone(), |(_, p)| p.clone());
                 (self.wires)(t, &mut target);
-                for i in 0..n {
-                    let next = if self.obeys { target[i] } else { self.q[i] + h * self.push[i] };
+                for (i, target) in target.iter().enumerate() {
+                    let next = if self.obeys { *target } else { self.q[i] + h * self.push[i] };
                     let tau = if self.lag > 0.0 && self.obeys { 1.0 - (-h / self.lag).exp() } else { 1.0 };
                     let step = tau * (next - self.q[i]);
                     self.v[i] = step / h;
                     self.q[i] += step;
                 }
             } else {
-                if let Some((since, speeds)) = &self.in_force {
-                    if t - since <= self.timeout {
-                        wanted.clone_from(speeds);
-                    }
+                if let Some((since, speeds)) = &self.in_force
+                    && t - since <= self.timeout
+                {
+                    wanted.clone_from(speeds);
                 }
                 (self.wires)(t, &mut wanted);
-                for i in 0..n {
-                    let u = if self.obeys { wanted[i] - self.pull[i] } else { self.push[i] };
+                for (i, wanted) in wanted.iter().enumerate() {
+                    let u = if self.obeys { wanted - self.pull[i] } else { self.push[i] };
                     self.v[i] = if self.lag > 0.0 && self.obeys {
                         u + (self.v[i] - u) * (-h / self.lag).exp()
                     } else {
@@ -219,10 +223,11 @@ impl Sim {
         self.advance(self.period, true);
     }
 
-    /// The robot goes on for so long, then the servo makes a cycle with what came, but for the robot's states where they are `fed` not.
+    /// Lets the robot go on for `dt` \[s\], then makes one cycle of the servo with the joint states that have arrived. Drops those states
+    /// unless they are `fed`.
     pub fn advance(&mut self, dt: f64, fed: bool) {
         let end = self.time + dt;
-        // States while the servo was away too.
+        // The robot publishes states while the servo is away, too.
         while self.time < end - 1e-9 {
             let step = self.period.min(end - self.time);
             self.plant(step);

@@ -59,7 +59,7 @@ impl Servo {
         }
     }
 
-    fn freedom(&mut self, goal: &UnitDualQuaternion) -> Freedom {
+    pub(super) fn freedom(&mut self, goal: &UnitDualQuaternion) -> Freedom {
         self.escape.freedom(self.robot.arms.state(), &self.settings.controller, goal)
     }
 

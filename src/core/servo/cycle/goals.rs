@@ -1,12 +1,13 @@
 //! Goals as they come, and where their frames take them: which of them the arm may go to.
 
 use super::Servo;
-use crate::servo::carried::Nearness;
+use crate::servo::explanation::Nearness;
 use crate::servo::mode::{Mode, Pursuit};
 use crate::servo::{
     Ask, Asker, BeyondReach, Goal, GoalError, GoalMotion, GoalReading, Outcome, Rejection, Revocation, Sent,
     Settings,
 };
+use dq_kinematics::control::nearer_goal;
 use std::time::Duration;
 
 impl Servo {
@@ -38,14 +39,21 @@ impl Servo {
         let GoalReading { position, orientation_xyzw, frame_id, stamp, waited, sent } = *reading;
         // What is no goal asks for nothing.
         let goal = self.counted(Goal::new(position, orientation_xyzw, frame_id, &self.frames.goal))?;
-        let ask = self.asks.hear(Asker::Goal(sent.by), waited + sent.ago, now, self.silence());
+        self.watch_frame(now);
+        let (by, silence) = (Asker::Goal(sent.by), self.silence());
+        // What waits for a frame that is lost is not heard, so that it cannot show a silence.
+        let ask = match waited.is_zero() {
+            true => self.asks.hear(by, sent.ago, now, silence),
+            false => self.asks.hear_found(by, waited + sent.ago, now, silence),
+        };
         let goal = self.counted(self.wanted(goal, sent.ago, &ask, now))?;
+        let before = self.mode.pursuit().map(|pursuit| pursuit.goal);
         self.pursue(goal, stamp, ask.by, now);
+        self.tell_oscillation(before);
         if self.asks.take(ask) {
             self.robot.link.try_again();
         }
-        self.stream.add(goal.base_from_goal(), stamp, now);
-        self.fed_back.look(now, goal.base_from_goal());
+        self.explain(stamp, now);
         Ok(())
     }
 
@@ -103,6 +111,7 @@ impl Servo {
     /// # Errors
     /// The [`Rejection`], which is counted; the goal stays where it was.
     pub fn move_goal(&mut self, motion: &GoalMotion, now: Duration) -> Result<(), Rejection> {
+        self.watch_frame(now);
         let Some(pursuit) = self.mode.pursuit_mut() else { return Ok(()) };
         let GoalMotion::To(reading) = motion else {
             pursuit.lost.get_or_insert(now);
@@ -112,23 +121,56 @@ impl Servo {
         let goal = Goal::new(position, orientation_xyzw, frame_id, &self.frames.goal);
         let goal = self.counted(goal.and_then(|goal| self.reachable(goal)))?;
         let Some(pursuit) = self.mode.pursuit_mut() else { return Ok(()) };
-        let away = pursuit.move_to(goal, now, &self.settings.goal_tolerance);
+        let before = pursuit.goal;
+        pursuit.move_to(goal, now, &self.settings.goal_tolerance);
+        self.tell_oscillation(Some(before));
+        if let Some(nearness) = self.explain(stamp, now)
+            && self.explanation.is_carried(&self.robot.arms.pose(), &nearness)
+        {
+            self.asks.revoke(now, now, Revocation::MovesWithTool);
+        }
+        Ok(())
+    }
+
+    /// Tells the watch for oscillations by how much the goal in force has changed the law's error, if it is another than `before`.
+    fn tell_oscillation(&mut self, before: Option<Goal>) {
+        let after = self.mode.pursuit().map(|pursuit| pursuit.goal);
+        let (Some(before), Some(after)) = (before, after.filter(|after| before.as_ref() != Some(after)))
+        else {
+            return;
+        };
+        let tool = self.robot.arms.pose();
+        let [before, after] =
+            [before, after].map(|goal| self.freedom(&nearer_goal(goal.base_from_goal(), &tool)).error);
+        if let Some(pursuit) = self.mode.pursuit_mut() {
+            pursuit.watch.oscillation.goal_moved(before, after);
+        }
+    }
+
+    /// Adds the goal in force to its stream, and asks whether the tool explains its motion. How near the tool is to it, if it says something
+    /// new.
+    fn explain(&mut self, stamp: i64, now: Duration) -> Option<Nearness> {
+        let pursuit = self.mode.pursuit()?;
         let Settings { controller, goal_tolerance: tolerance, .. } = &self.settings;
-        let (place, arm) = (goal.base_from_goal(), self.robot.arms.state());
+        let (place, arm) = (pursuit.goal.base_from_goal(), self.robot.arms.state());
         let nearness = Nearness {
             error: GoalError::of(controller.aim, arm, place),
             tolerance: *tolerance,
             rates: controller.fastest_rates(arm, place).map(|rate| pursuit.watch.gain_factor * rate),
         };
-        let moves_with_tool = pursuit.carried.look(now, &self.robot.arms.pose(), place, &nearness);
-        if let Some(away) = away.filter(|away| *away > self.settings.rearm_timeout) {
+        let goes_on = self.stream.add(place, stamp, now);
+        self.explanation.look(now, place, goes_on, &nearness).then_some(nearness)
+    }
+
+    /// Revokes what was asked for until now once TF has not said for longer than `rearm_timeout` where the goal's frame is. As long as the
+    /// frame is lost, the publisher of a goal that waits for it counts as one that goes on.
+    pub(super) fn watch_frame(&mut self, now: Duration) {
+        let Some(lost) = self.mode.pursuit().and_then(|pursuit| pursuit.lost) else { return };
+        self.asks.wait(now);
+        let ask = self.asks.consent().ask().filter(|ask| ask.revoked.is_none());
+        if ask.is_some_and(|ask| now.saturating_sub(ask.pushed.max(lost)) > self.settings.rearm_timeout) {
+            let away = now.saturating_sub(lost);
             self.asks.revoke(now, now, Revocation::FrameWasAway(away.as_secs_f64()));
         }
-        if moves_with_tool {
-            self.asks.revoke(now, now, Revocation::MovesWithTool);
-        }
-        self.stream.add(goal.base_from_goal(), stamp, now);
-        self.fed_back.look(now, goal.base_from_goal());
-        Ok(())
     }
 }

@@ -19,6 +19,7 @@ impl Servo {
         // What came.
         self.look_at_robot(now);
         self.watch_jog(now);
+        self.watch_frame(now);
         self.robot.arms.evaluate(self.robot.link.measured());
         // Whether the arm may move.
         let rivals = self.revoke_for_faults(now);

@@ -115,11 +115,11 @@ impl Servo {
     pub(super) fn track(&mut self, now: Duration) -> Option<Tracked> {
         self.robot.link.received()?;
         let pose = self.robot.arms.pose();
-        self.fed_back.note(now, pose);
+        self.explanation.note(now, pose);
         let pursuit = self.mode.pursuit_mut()?;
         let Settings { controller, feed_forward, hysteresis, .. } = &self.settings;
-        let is_fed_forward = *feed_forward && self.fed_back.moves_by_itself();
-        let moving = if is_fed_forward { self.stream.at(now) } else { None };
+        let moving =
+            if *feed_forward { self.stream.at(now, self.explanation.moves_by_itself()) } else { None };
         let goal = moving.as_ref().map_or(pursuit.goal.base_from_goal(), |moving| &moving.pose);
         let sign = pursuit.sign.get_or_insert_with(|| SignMemory::nearest(goal, &pose));
         let goal = sign.apply(goal, &pose, *hysteresis);

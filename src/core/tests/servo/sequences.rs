@@ -359,7 +359,6 @@ proptest! {
         rig.cycle();
         events.into_iter().for_each(|event| apply(&mut rig, event));
         rig.connect(true);
-        rig.pause(false);
         rig.change(|settings| {
             let Limits { joint_velocity, joint_acceleration, joint_deceleration, joint_jerk, .. } = &mut settings.limits;
             joint_velocity.fill(2.0);
@@ -371,6 +370,7 @@ proptest! {
         });
         // Sticks and streams of before have let go by then.
         change_often(&mut rig, 60);
+        rig.pause(false);
         let here = rig.servo.pose().unwrap();
         let goal = here * UnitDualQuaternion::screw_exp(&[0.0, 0.1, 0.0, 0.05, 0.0, 0.0].into());
         let taken = rig.take_single(&reading(&goal, 0));

@@ -1,0 +1,335 @@
+//! Whether the tool's own motion explains the motion of a goal.
+//!
+//! Visual servoing, hand guiding or "1 cm lower than now" publish where the tool was a moment ago with an offset. To feed such a goal's
+//! velocity forward would add the tool's own to the law's: the arm would run away. A frame on the tool, or on what the tool has grasped,
+//! moves with the tool, too: the law would drive the arm towards it for ever. One question answers both: is there a lag and a constant
+//! offset by which the tool's motion of the last moments is the goal's? The answer holds for a sliding window and is asked again with each
+//! goal.
+//!
+//! A tool that follows its goal well explains the goal's motion at no lag. Then the window says nothing new, and the answer before stays.
+
+mod places;
+
+use crate::servo::{GoalError, Tolerance};
+use dq_algebra::UnitDualQuaternion;
+use nalgebra::{UnitQuaternion, Vector3};
+use places::{Place, Spread, alike, noise};
+use std::collections::VecDeque;
+use std::time::Duration;
+
+/// Goals are compared over this time \[s\] ...
+const WINDOW: f64 = 0.6;
+
+/// ... at this interval \[s\] at least, and if there are this many at least.
+const GOAL_STEP: f64 = 0.019;
+const FEWEST: usize = 4;
+const MOST_GOALS: usize = 33;
+
+/// The tool's pose comes back as a goal after this many times this lag \[s\] at most. With a longer one the arm could hardly run away.
+const LAGS: u32 = 30;
+const LAG_STEP: f64 = 0.05;
+
+/// The best of these lags is improved by halves of that step, this often.
+const HALVINGS: i32 = 4;
+
+/// The tool's poses are kept at this interval \[s\], over the longest lag and the window.
+const TOOL_STEP: f64 = 0.0099;
+const MOST_POSES: usize = 214;
+
+/// A goal moves if it spreads by this much [m, rad], root mean square: 5 mm or 0.02 rad along a line.
+const MOVES: [f64; 2] = [1.5e-3, 6e-3];
+
+/// It moves by itself if the tool leaves more than this part of its spread, and more than this many times its noise, unexplained.
+const BY_ITSELF: f64 = 0.05;
+const NOISE: f64 = 3.0;
+
+/// The tool follows a goal if its error is below this part of what the law leaves behind a goal that moves, without feed-forward.
+const FOLLOWED: f64 = 0.4;
+
+/// The tool has reached a goal that is within this many tolerances.
+const REACHED: f64 = 10.0;
+
+/// The tool carries a goal if it has moved this far [m, rad] and still explains the goal's motion.
+const CARRIED: [f64; 2] = [0.1, 0.3];
+
+/// Compares the motion of a goal with the tool's. Lists of two are of position and rotation.
+#[derive(Clone, Debug)]
+pub(super) struct Explanation {
+    tool: VecDeque<Place>,
+    goals: VecDeque<Place>,
+    /// When the goal last leapt, which is no motion \[s\].
+    leapt: f64,
+    by_itself: [bool; 2],
+    /// Where the tool was when it began to carry the goal, as far as that is known.
+    carries_since: Option<UnitDualQuaternion>,
+}
+
+/// How far the tool is from its goal, and what counts as near.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Nearness {
+    pub error: GoalError,
+    pub tolerance: Tolerance,
+    /// The law's rates of position and rotation [1/s].
+    pub rates: [f64; 2],
+}
+
+/// What moves one part of a goal's pose in the window.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Motion {
+    /// Nothing, or there are too few goals.
+    None,
+    /// The tool.
+    Tool,
+    /// The goal itself.
+    Goal,
+}
+
+impl Default for Explanation {
+    fn default() -> Self {
+        Self {
+            tool: VecDeque::with_capacity(MOST_POSES),
+            goals: VecDeque::with_capacity(MOST_GOALS),
+            leapt: 0.0,
+            by_itself: [false; 2],
+            carries_since: None,
+        }
+    }
+}
+
+impl Explanation {
+    /// Forgets the goals.
+    pub fn restart(&mut self) {
+        self.goals.clear();
+        (self.by_itself, self.carries_since) = ([false; 2], None);
+    }
+
+    /// Notes where the tool is measured at `now`. The last place is always the newest one.
+    pub fn note(&mut self, now: Duration, pose: UnitDualQuaternion) {
+        let mut place = Place::of(now, &pose);
+        if let Some(last) = self.tool.back() {
+            place.turn = alike(&place.turn, &last.turn);
+        }
+        let mut latest = self.tool.iter().rev().map(|place| place.time);
+        if let (Some(last), Some(before)) = (latest.next(), latest.next())
+            && last < before + TOOL_STEP
+        {
+            self.tool.pop_back();
+        }
+        if self.tool.len() >= MOST_POSES {
+            self.tool.pop_front();
+        }
+        self.tool.push_back(place);
+    }
+
+    /// Looks at a goal that came at `now`; whether it `goes_on` from the one before, or has leapt. True if it says something new.
+    pub fn look(
+        &mut self,
+        now: Duration,
+        goal: &UnitDualQuaternion,
+        goes_on: bool,
+        nearness: &Nearness,
+    ) -> bool {
+        let place = Place::of(now, goal);
+        if !goes_on {
+            (self.leapt, self.by_itself) = (place.time, [false; 2]);
+        }
+        if self.goals.back().is_some_and(|last| place.time < last.time + GOAL_STEP) {
+            return false;
+        }
+        let is_old = |first: &Place| first.time + WINDOW < place.time;
+        while self.goals.len() >= MOST_GOALS || self.goals.front().is_some_and(is_old) {
+            self.goals.pop_front();
+        }
+        self.goals.push_back(place);
+        let motions = self.motions(self.leapt);
+        let follows = self.follows(nearness);
+        for part in 0..2 {
+            self.by_itself[part] = match motions[part] {
+                Motion::Goal => true,
+                Motion::Tool => self.by_itself[part] && follows[part],
+                Motion::None => false,
+            };
+        }
+        true
+    }
+
+    /// Whether position and rotation of the goal move by themselves.
+    pub fn moves_by_itself(&self) -> [bool; 2] {
+        self.by_itself
+    }
+
+    /// Whether the `tool` carries the goal: it has travelled with the goal, which it neither reaches nor follows.
+    pub fn is_carried(&mut self, tool: &UnitDualQuaternion, nearness: &Nearness) -> bool {
+        let Nearness { error, tolerance, .. } = nearness;
+        let errors = [error.position / tolerance.linear, error.rotation / tolerance.angular];
+        let (motions, follows) = (self.motions(0.0), self.follows(nearness));
+        let recedes = |part: usize| motions[part] == Motion::Tool && errors[part] > REACHED && !follows[part];
+        if motions.contains(&Motion::Goal) || !(0..2).any(recedes) {
+            self.carries_since = None;
+            return false;
+        }
+        let travelled = self.carries_since.get_or_insert(*tool).distances(tool);
+        (0..2).any(|part| recedes(part) && travelled[part] >= CARRIED[part])
+    }
+
+    /// Whether the tool is nearer to its goal than the law alone would be at the goal's speed.
+    fn follows(&self, nearness: &Nearness) -> [bool; 2] {
+        let (Some(first), Some(last)) = (self.goals.front(), self.goals.back()) else { return [false; 2] };
+        let Nearness { error, rates, .. } = nearness;
+        let (travelled, seconds) = (first.distances(last), last.time - first.time);
+        let errors = [error.position, error.rotation];
+        std::array::from_fn(|part| errors[part] * rates[part] * seconds <= FOLLOWED * travelled[part])
+    }
+
+    /// What has moved the goal since then, in the window.
+    fn motions(&self, since: f64) -> [Motion; 2] {
+        let first = self.goals.partition_point(|goal| goal.time < since);
+        let goals = || self.goals.range(first..);
+        if goals().len() < FEWEST || self.tool.len() < 2 {
+            return [Motion::None; 2];
+        }
+        let mut spread = Spread::default();
+        goals().for_each(|goal| spread.add(goal.point, goal.turn));
+        let spread = spread.sizes();
+        let moves = |part: usize| spread[part] >= MOVES[part];
+        if !(0..2).any(moves) {
+            return [Motion::None; 2];
+        }
+        let (noise, left) = (noise(goals()), self.least_unexplained(first));
+        std::array::from_fn(|part| {
+            let explained = (BY_ITSELF * spread[part]).powi(2) + (NOISE * noise[part]).powi(2);
+            match left[part].powi(2) > explained {
+                _ if !moves(part) => Motion::None,
+                true => Motion::Goal,
+                false => Motion::Tool,
+            }
+        })
+    }
+
+    /// What the best lag leaves unexplained of the goals from the number `first` on [m, rad].
+    fn least_unexplained(&self, first: usize) -> [f64; 2] {
+        let mut best = [(0.0, f64::INFINITY); 2];
+        let look = |lag: f64, best: &mut [(f64, f64); 2]| {
+            for (best, left) in best.iter_mut().zip(self.unexplained(first, lag)) {
+                if left < best.1 {
+                    *best = (lag, left);
+                }
+            }
+        };
+        (0..=LAGS).for_each(|lag| look(f64::from(lag) * LAG_STEP, &mut best));
+        for halving in 1..=HALVINGS {
+            let step = LAG_STEP * 0.5_f64.powi(halving);
+            for lag in best.map(|(lag, _)| lag) {
+                look(lag + step, &mut best);
+                look((lag - step).max(0.0), &mut best);
+            }
+        }
+        best.map(|(_, left)| left)
+    }
+
+    /// What the tool's motion, `lag` before, leaves unexplained of the goals from the number `first` on [m, rad]. The offset is constant along
+    /// the base's axes or along the tool's.
+    fn unexplained(&self, first: usize, lag: f64) -> [f64; 2] {
+        let (mut by_base, mut by_tool) = (Spread::default(), Spread::default());
+        for (point, turn, back) in self.goals.range(first..).filter_map(|goal| self.seen_from_tool(goal, lag))
+        {
+            by_base.add(point, turn * back);
+            by_tool.add(back * point, back * turn);
+        }
+        let (by_base, by_tool) = (by_base.sizes(), by_tool.sizes());
+        std::array::from_fn(|part| by_base[part].min(by_tool[part]))
+    }
+
+    /// The goal from where the tool was `lag` before, along the base's axes, its rotation, and the inverse of the tool's then. Before it was
+    /// first measured the tool stood.
+    fn seen_from_tool(
+        &self,
+        goal: &Place,
+        lag: f64,
+    ) -> Option<(Vector3<f64>, UnitQuaternion<f64>, UnitQuaternion<f64>)> {
+        let time = goal.time - lag;
+        let newest = self.tool.len().checked_sub(1)?;
+        let after = self.tool.partition_point(|place| place.time <= time).min(newest).max(1);
+        let (before, next) = (self.tool.get(after - 1)?, self.tool.get(after)?);
+        // After the newest place the tool goes on as it went last.
+        let share = ((time - before.time) / (next.time - before.time)).clamp(0.0, 2.0);
+        let (point, turn) = (before.point.lerp(&next.point, share), before.turn.nlerp(&next.turn, share));
+        Some((goal.point - point, goal.turn, turn.inverse()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn at(x: f64, angle: f64) -> UnitDualQuaternion {
+        UnitDualQuaternion::from_translation_angle_axis(Vector3::new(x, 0.0, 0.0), angle, &Vector3::z_axis())
+    }
+
+    /// What is found within 2 s, by a law of 4 1/s: whether the goal ever moves by itself, and whether the tool carries it.
+    fn found(
+        tool: impl Fn(f64) -> UnitDualQuaternion,
+        goal: impl Fn(f64) -> UnitDualQuaternion,
+    ) -> ([bool; 2], bool) {
+        let (mut explanation, mut found) = (Explanation::default(), ([false; 2], false));
+        for cycle in 0..1000 {
+            let time = 0.002 * f64::from(cycle);
+            let (now, tool, goal) = (Duration::from_secs_f64(time), tool(time), goal(time));
+            explanation.note(now, tool);
+            if cycle % 10 > 0 {
+                continue;
+            }
+            let [position, rotation] = tool.distances(&goal);
+            let tolerance = Tolerance { linear: 1e-3, angular: 1e-2 };
+            let error = GoalError { position, rotation };
+            let nearness = Nearness { error, tolerance, rates: [4.0; 2] };
+            explanation.look(now, &goal, true, &nearness);
+            let [moves, turns] = explanation.moves_by_itself();
+            found.0 = [found.0[0] | moves, found.0[1] | turns];
+            found.1 |= explanation.is_carried(&tool, &nearness);
+        }
+        found
+    }
+
+    /// A tool that sets off at 0.2 s, at 0.5 m/s.
+    fn straight(time: f64) -> UnitDualQuaternion {
+        at(0.5 * (time - 0.2).max(0.0), 0.0)
+    }
+
+    #[test]
+    fn a_goal_that_keeps_its_distance_is_carried_however_late_it_is_told() {
+        for late in [0.0, 0.02, 0.4, 1.3] {
+            let goal = move |time: f64| at(1.0, 0.0) * straight(time - late);
+            assert_eq!(found(straight, goal), ([false; 2], true), "{late} s");
+        }
+        assert!(!found(straight, |_| at(1.0, 0.0)).1, "one that is approached");
+        assert!(!found(|_| at(0.0, 0.0), |_| at(0.2, 0.0)).1, "the tool stands");
+    }
+
+    #[test]
+    fn a_goal_that_moves_otherwise_than_the_tool_moves_by_itself() {
+        assert_eq!(found(straight, |time| at(0.3 * time + 0.4, 0.0)), ([true, false], false));
+        assert_eq!(found(|_| at(0.0, 0.0), |time| at(0.1 * time, 0.0)), ([true, false], false));
+        let followed = |time: f64| at(0.1 * time - 0.02 * (1.0 - (-4.0 * time).exp()), 0.0);
+        assert_eq!(found(followed, |time| at(0.1 * time, 0.0)), ([true, false], false));
+    }
+
+    #[test]
+    fn position_and_rotation_are_judged_apart() {
+        let goal = |time: f64| at(0.01 + straight(time).translation().x, time);
+        assert_eq!(found(straight, goal).0, [false, true]);
+    }
+
+    #[test]
+    fn a_goal_that_turns_with_the_tool_is_carried_and_one_beside_a_tool_that_turns_is_not() {
+        let turning = |time: f64| at(0.0, (time - 0.2).max(0.0));
+        assert_eq!(found(turning, |time| turning(time) * at(0.2, 0.5)), ([false; 2], true));
+        assert!(!found(turning, |_| at(0.2, 1.0)).1);
+    }
+
+    #[test]
+    fn a_tool_that_trembles_carries_nothing() {
+        let tremble = |time: f64| at(0.005 * (300.0 * time).sin(), 0.0);
+        assert_eq!(found(tremble, |_| at(0.1, 0.0)), ([false; 2], false));
+    }
+}

@@ -1,0 +1,84 @@
+//! A frame that TF loses for longer than `rearm_timeout` revokes what was asked until then, a stream of goals in it too.
+
+use crate::reference::{parameters, pose, theta};
+use crate::rig::reading;
+use crate::sim::{Random, Sim};
+use dq_core::servo::{GoalMotion, Reason, Rejection, Revocation, State};
+
+/// An arm on its way to a goal in a frame, of which one is sent each `interval` \[s\], until the frame is lost for that time \[s\].
+fn lost_for(seconds: f64, interval: f64) -> Sim {
+    let mut sim = Sim::new(&parameters(), theta("theta_initial"));
+    sim.run(0.1);
+    for _ in 0..(0.6 / interval).ceil() as usize {
+        sim.goal_ago(1, &pose("theta_desired"), 0.0, 0.003).unwrap();
+        sim.run(interval);
+    }
+    sim.servo.move_goal(&GoalMotion::Lost, sim.now()).unwrap();
+    sim.run(seconds);
+    sim
+}
+
+/// TF has the frame again, where it was.
+fn find(sim: &mut Sim) {
+    let place = reading(&pose("theta_desired"), 0);
+    sim.servo.move_goal(&GoalMotion::To(place), sim.now()).unwrap();
+}
+
+/// Sends goals on, the first of which has waited for so long \[s\], at these intervals, for 3 s. Each is refused, and nothing moves.
+fn nothing_moves(sim: &mut Sim, waited: f64, interval: f64) {
+    let before = sim.q.clone();
+    for number in 0..(3.0 / interval) as usize {
+        let waited = if number == 0 { waited } else { 0.003 };
+        let refused = sim.goal_ago(1, &pose("theta_desired"), 0.0, waited);
+        assert!(matches!(refused, Err(Rejection::Superseded(Revocation::FrameWasAway(_)))), "{refused:?}");
+        sim.run(interval);
+    }
+    assert_eq!((sim.state(), &sim.q), (State::Holding, &before));
+}
+
+#[test]
+fn a_stream_of_goals_in_a_frame_that_was_lost_must_pause() {
+    let mut random = Random::new(1);
+    for number in 0..20 {
+        let seconds = [1.02, 1.2, 1.4, 2.0, 5.0, random.between(1.01, 8.0)][number % 6];
+        let interval = [0.02, 0.1, 1.0][number % 3];
+        let mut sim = lost_for(seconds, interval);
+        assert_eq!(sim.state(), State::Holding, "{seconds}");
+        nothing_moves(&mut sim, random.between(0.003, interval), interval);
+        find(&mut sim);
+        sim.run(1.6);
+        sim.goal_ago(1, &pose("theta_desired"), 0.0, 0.003).unwrap();
+        sim.run(0.1);
+        assert!(sim.state().is_driven(), "it has paused: {}", sim.state());
+    }
+}
+
+#[test]
+fn a_frame_that_says_where_it_is_before_the_stream_is_found_revokes_it_too() {
+    for interval in [0.02, 0.1, 1.0] {
+        let mut sim = lost_for(5.0, interval);
+        find(&mut sim);
+        sim.run(0.9 * interval);
+        nothing_moves(&mut sim, 0.5 * interval, interval);
+    }
+}
+
+#[test]
+fn a_frame_that_was_lost_for_a_moment_revokes_nothing() {
+    let mut sim = lost_for(0.9, 0.1);
+    assert_eq!(sim.servo.status().reason, Some(Reason::FrameLost));
+    sim.goal_ago(1, &pose("theta_desired"), 0.0, 0.05).unwrap();
+    sim.run(0.1);
+    assert!(sim.state().is_driven(), "{}", sim.state());
+}
+
+#[test]
+fn whoever_asks_after_a_frame_was_lost_moves_the_arm() {
+    // Another publisher in another frame, and the same one in the servo's own.
+    for (by, waited) in [(2, 0.003), (1, 0.0)] {
+        let mut sim = lost_for(3.0, 0.1);
+        sim.goal_ago(by, &pose("theta_third"), 0.0, waited).unwrap();
+        sim.run(0.1);
+        assert!(sim.state().is_driven(), "{by}: {}", sim.state());
+    }
+}
