@@ -20,6 +20,7 @@ mod limits;
 mod link;
 #[cfg(debug_assertions)]
 mod measured_gaps;
+mod memory;
 mod motions;
 mod moving;
 mod parts;
