@@ -12,6 +12,7 @@ use crate::tracking_monitor::TrackingMonitor;
 use crate::{ArmFigures, Contact, JointOrder, JointReading, LinkSettings, StateError, seconds};
 use dq_kinematics::arm::JointKind;
 use dq_limits::Joints;
+use serde::{Deserialize, Serialize};
 use std::ops::Range;
 use std::time::Duration;
 
@@ -28,6 +29,7 @@ const TOLD: Duration = Duration::from_secs(1);
 const STANDSTILL: f64 = 0.02;
 
 /// One arm.
+#[derive(Serialize, Deserialize)]
 pub(crate) struct ArmLink {
     order: JointOrder,
     pub joints: Range<usize>,
@@ -63,6 +65,7 @@ pub(crate) struct ArmLink {
 }
 
 /// A state that waits for the cycle; its numbers are in the arm's `positions` and `velocities`.
+#[derive(Serialize, Deserialize)]
 struct Newest {
     now: Duration,
     has_velocities: bool,
@@ -70,6 +73,7 @@ struct Newest {
 }
 
 /// A robot of which it is not known yet how fast it moves.
+#[derive(Serialize, Deserialize)]
 struct Newcomer {
     since: Duration,
     /// Where it was then \[rad\].

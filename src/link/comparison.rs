@@ -1,7 +1,9 @@
 //! How far joints went beside how far they were commanded to go.
 
+use serde::{Deserialize, Serialize};
+
 /// Motions beside what was commanded, summed up.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Comparison {
     /// The sum of the products of both \[rad²\].
     pub product: f64,

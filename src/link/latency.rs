@@ -4,6 +4,7 @@ use crate::command_history::CommandHistory;
 use crate::comparison::Comparison;
 use crate::samples::Displacement;
 use crate::seconds;
+use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
 /// Stamps count as set by a clock that agrees with ours while joint states are no older by them than this.
@@ -38,7 +39,7 @@ fn misfit(beside: &Comparison, motion: f64) -> f64 {
 
 /// Estimates the delay of one arm, in two parts: how old a joint state is when it comes, by its stamp where the clocks agree, and
 /// how long the robot takes to answer a command, by comparing the motion that was measured with the commands of before.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Latency {
     /// Since when stamps are plausible, and when one was last.
     agreeing_since: Option<Duration>,
@@ -52,7 +53,7 @@ pub(crate) struct Latency {
     /// From a command to the state of the robot that shows it \[s\].
     response: f64,
     /// For each candidate, its commands beside the motion.
-    beside: [Comparison; CANDIDATES],
+    beside: Vec<Comparison>,
     /// The squares of the motion itself \[rad²\].
     motion: f64,
 }
@@ -67,7 +68,7 @@ impl Latency {
             age: 0.0,
             interval: period.as_secs_f64(),
             response: 0.0,
-            beside: [Comparison::default(); CANDIDATES],
+            beside: vec![Comparison::default(); CANDIDATES],
             motion: 0.0,
         }
     }
@@ -109,7 +110,8 @@ impl Latency {
     fn believe_stamps(&mut self, stamped: bool, age: f64) {
         let (total, age) = (self.total(), if stamped { age } else { 0.0 });
         (self.stamped, self.age, self.response) = (stamped, age, (total - age).max(0.0));
-        (self.beside, self.motion) = ([Comparison::default(); CANDIDATES], 0.0);
+        self.beside.fill(Comparison::default());
+        self.motion = 0.0;
     }
 
     /// Compares a motion with the commands of before.

@@ -12,6 +12,7 @@
 //! sent, as a limit or the servo itself holds it back, is not waited for either: it winds up nothing.
 
 use dq_limits::{Joints, Pace};
+use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
 /// Where nothing is sent against it, it is watched at this rate [1/s].
@@ -37,6 +38,7 @@ const SHARE: f64 = 0.1;
 const OUTWARD: f64 = 5.0;
 
 /// What pulls at the joints of one arm.
+#[derive(Serialize, Deserialize)]
 pub(crate) struct Sag {
     /// How much slower each joint goes than it is commanded [rad/s, prismatic: m/s].
     speeds: Vec<f64>,

@@ -7,6 +7,7 @@
 
 use crate::servo::{GoalError, Tolerance};
 use dq_algebra::UnitDualQuaternion;
+use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
 /// The tool must travel so far [m, rad] ...
@@ -22,13 +23,13 @@ const REACHED: f64 = 10.0;
 const FOLLOWED: f64 = 0.15;
 
 /// Compares the motion of a goal with that of the tool.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub(super) struct Carried {
     since: Option<Since>,
 }
 
 /// Where both were since when the goal has stood still as seen from the tool.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Since {
     tool_from_goal: UnitDualQuaternion,
     tool: UnitDualQuaternion,

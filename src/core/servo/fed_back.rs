@@ -6,6 +6,7 @@
 //! its own only once no offset and no lag explains it by the tool's.
 
 use dq_algebra::UnitDualQuaternion;
+use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 use std::time::Duration;
 
@@ -21,14 +22,14 @@ const TRAVEL: [f64; 2] = [5e-3, 2e-2];
 const OWN: f64 = 0.3;
 
 /// Where the tool was at a time.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Sample {
     time: Duration,
     pose: UnitDualQuaternion,
 }
 
 /// Compares goals with where the tool was before.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct FedBack {
     tool: VecDeque<Sample>,
     /// The first goal of the stream, and where the tool was then, a lag after the other.

@@ -3,6 +3,7 @@
 //! A sound motion swings too: a joint may turn round some ten times in two seconds on its way. So swings count where they are many,
 //! or where the law's own error, which a sound motion only reduces, swings with them.
 
+use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
 /// Swings are counted over this time, and over the same time again.
@@ -28,7 +29,7 @@ const ERROR_SWING: f64 = 0.05;
 const SHRINKS: f64 = 0.8;
 
 /// Watches the commands of a motion.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(super) struct Oscillation {
     joints: Vec<[Zigzag; 2]>,
     error: Zigzag,
@@ -37,14 +38,14 @@ pub(super) struct Oscillation {
 }
 
 /// What a window has seen so far.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Window {
     began: Duration,
     worst_error: f64,
 }
 
 /// What a window has seen.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Verdict {
     swings: bool,
     swings_largely: bool,
@@ -52,7 +53,7 @@ struct Verdict {
 }
 
 /// Counts the reversals of a number that goes up and down by more than a threshold.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 struct Zigzag {
     rising: bool,
     extreme: f64,

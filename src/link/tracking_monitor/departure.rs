@@ -4,6 +4,7 @@ use super::{MUCH_TOO_FAR, PART, SLOWEST};
 use crate::command_history::CommandHistory;
 use crate::comparison::Comparison;
 use dq_kinematics::arm::JointKind;
+use serde::{Deserialize, Serialize};
 use std::mem;
 use std::ops::Range;
 use std::time::Duration;
@@ -39,7 +40,7 @@ pub(super) struct Failure {
 }
 
 /// What the joints of one arm have done since it stood.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Departure {
     /// Its joints among all.
     joints: Range<usize>,
