@@ -269,7 +269,8 @@ guard_out="command_guard dq_servo_guard/parameters"
         done
     }
     may_set_parameters() {
-        for node in $nodes; do sets_parameters "$node"; done
+        # What is too long for a reply is announced.
+        for node in $nodes; do sets_parameters "$node" && subscribes $(topics "$node" parameters); done
     }
 
     may_servo && enclave "$servo"

@@ -2,6 +2,7 @@
 
 use super::{DqError, DualQuaternion, Vector8, quaternion_from_angle_axis};
 use nalgebra::{Isometry3, Matrix6, Quaternion, Unit, UnitQuaternion, Vector3};
+use serde::{Deserialize, Serialize};
 use std::ops::{Mul, Neg};
 
 /// A pose `q = r + ε ½ t r` (eq. 13) with `q q* = 1`; `q` and `-q` are the same pose.
@@ -14,7 +15,8 @@ use std::ops::{Mul, Neg};
 /// let base_from_b = base_from_a * a_from_b;
 /// assert!((base_from_b.translation() - Vector3::new(1.0, 1.0, 0.0)).norm() < 1e-15);
 /// ```
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "[f64; 8]", into = "[f64; 8]")]
 pub struct UnitDualQuaternion {
     inner: DualQuaternion,
 }
@@ -166,6 +168,21 @@ impl From<UnitDualQuaternion> for Isometry3<f64> {
 }
 
 /// The rotation without a translation; [`rotation`](UnitDualQuaternion::rotation) is the way back.
+impl TryFrom<[f64; 8]> for UnitDualQuaternion {
+    type Error = DqError;
+
+    /// From `[real w x y z, dual w x y z]`, as [`try_normalize`](Self::try_normalize).
+    fn try_from(numbers: [f64; 8]) -> Result<Self, DqError> {
+        Self::try_normalize(&DualQuaternion::from_vector8(&numbers.into()))
+    }
+}
+
+impl From<UnitDualQuaternion> for [f64; 8] {
+    fn from(pose: UnitDualQuaternion) -> Self {
+        pose.to_vector8().into()
+    }
+}
+
 impl From<UnitQuaternion<f64>> for UnitDualQuaternion {
     fn from(rotation: UnitQuaternion<f64>) -> Self {
         Self::from_parts(rotation, Vector3::zeros())

@@ -57,8 +57,7 @@ impl Goal {
         let mut watch = Watch::new(&mut node, kind, kind.node_name(), &self.frame)?;
         let mut signals = Signals::new()?;
         let recording = self.record.as_deref();
-        let recording =
-            recording.map(|bag| Recording::of_running(bag, &environment, ros_args)).transpose()?;
+        let recording = recording.map(|bag| Recording::start(bag, &environment, ros_args)).transpose()?;
         let motion = async {
             if let Some(recording) = &recording {
                 recording.hears(kind, kind.node_name(), &names).await?;

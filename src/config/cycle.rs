@@ -44,8 +44,6 @@ pub struct ServoParameters {
     pub realtime_priority: u8,
     /// Whether stamps follow `/clock`.
     pub simulated_time: bool,
-    /// Whether what comes to the servo is published, for replay.
-    pub events: bool,
 }
 
 /// The parameters that all servos have alike, whatever their law.
@@ -54,10 +52,6 @@ pub(super) struct CommonParameters {
     /// QoS with which joint states are subscribed; auto: reliable until a publisher offers best effort only
     #[parameter(one_of = StatesReliability::NAMES, default = StatesReliability::Auto, fixed)]
     reliability: StatesReliability,
-    /// publish what comes to the servo on ~/events, for replay; once somebody subscribes and the arm stands this begins with a servo that
-    /// is new, which has no goal until another one is sent, and does so again each time that it is set to true
-    #[parameter()]
-    events: bool,
     #[parameter(group)]
     pub settings: Settings,
     /// the tool that goes to the goal, in tool_frame: x y z \[m\], then qx qy qz qw; another one stands until it is asked to move
@@ -118,7 +112,6 @@ impl CommonParameters {
             settings,
             realtime_priority: arm.realtime_priority,
             simulated_time: arm.simulated_time,
-            events: self.events,
         })
     }
 }

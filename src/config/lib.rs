@@ -96,7 +96,7 @@ use std::sync::LazyLock;
 pub const BUILTIN_FILE: &str = include_str!("msg_config/puma560.yaml");
 
 /// The parameters of one kind of node.
-pub trait NodeParameters: Parameters {
+pub trait NodeParameters: Parameters + Send + 'static {
     /// The node's default name.
     const NODE_NAME: &'static str;
 

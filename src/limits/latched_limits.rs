@@ -1,10 +1,11 @@
 //! What a joint counted on when it set off.
 
 use crate::Limits;
+use serde::{Deserialize, Serialize};
 
 /// The limits on deceleration and jerk that each joint keeps: what the parameters say, but never less than they have said since it last stood.
 /// What a joint counted on when it set off, before a position limit or for a stop, no change of parameters takes from it.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LatchedLimits {
     /// [rad/s², prismatic: m/s²].
     decelerations: Vec<f64>,

@@ -1,12 +1,13 @@
 //! Which publisher counts where there may be one only: of an arm's joint states, and of twists.
 
+use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
 /// A publisher that was heard within this time is there.
 const PRESENCE: Duration = Duration::from_secs(1);
 
 /// The publishers of one kind of message, by numbers that the node gives them.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Arbiter {
     current: Option<Heard>,
     /// Another one, heard since the current one was.
@@ -15,7 +16,7 @@ pub(crate) struct Arbiter {
     both: bool,
 }
 
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Heard {
     source: u32,
     at: Duration,

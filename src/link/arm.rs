@@ -11,6 +11,7 @@ use crate::samples::Samples;
 use crate::tracking_monitor::TrackingMonitor;
 use crate::{ArmFigures, Contact, JointOrder, JointReading, LinkSettings, StateError, seconds};
 use dq_kinematics::arm::JointKind;
+use serde::{Deserialize, Serialize};
 use std::ops::Range;
 use std::time::Duration;
 
@@ -27,6 +28,7 @@ const TOLD: Duration = Duration::from_secs(1);
 const STANDSTILL: f64 = 0.02;
 
 /// One arm.
+#[derive(Serialize, Deserialize)]
 pub(crate) struct ArmLink {
     order: JointOrder,
     pub joints: Range<usize>,
@@ -67,6 +69,7 @@ pub(crate) struct ArmLink {
 }
 
 /// A state that waits for the cycle; its numbers are in the arm's `positions` and `velocities`.
+#[derive(Serialize, Deserialize)]
 struct Newest {
     now: Duration,
     has_velocities: bool,
@@ -74,6 +77,7 @@ struct Newest {
 }
 
 /// A robot of which it is not known yet how fast it moves.
+#[derive(Serialize, Deserialize)]
 struct Newcomer {
     since: Duration,
     /// Where it was then \[rad\].

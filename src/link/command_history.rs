@@ -2,6 +2,7 @@
 
 use crate::lateness::LONGEST_HOLD;
 use dq_limits::Interface;
+use serde::{Deserialize, Serialize};
 use std::ops::Range;
 use std::time::Duration;
 
@@ -9,6 +10,7 @@ use std::time::Duration;
 const MEMORY: Duration = Duration::from_millis(700);
 
 /// How far the commands of the last moments should have taken each joint.
+#[derive(Serialize, Deserialize)]
 pub(crate) struct CommandHistory {
     joint_count: usize,
     /// How long each command moves the joints, however long it is in force \[s\]; none where it does for as long as it is.

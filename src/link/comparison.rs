@@ -1,10 +1,12 @@
 //! How far joints went beside how far they were commanded to go.
 
+use serde::{Deserialize, Serialize};
+
 /// The square of a commanded distance \[rad²\] that is none.
 const NOTHING: f64 = 1e-12;
 
 /// Motions beside what was commanded, summed up.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Comparison {
     /// The sum of the products of both \[rad²\].
     pub product: f64,

@@ -2,12 +2,26 @@
 
 use crate::StateError;
 use dq_kinematics::arm::bounds::{self, NumberError};
+use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
 /// The arm's joint names, in the arm's order.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(from = "Vec<String>", into = "Vec<String>")]
 pub struct JointOrder {
     names: Arc<[String]>,
+}
+
+impl From<Vec<String>> for JointOrder {
+    fn from(names: Vec<String>) -> Self {
+        Self::new(names)
+    }
+}
+
+impl From<JointOrder> for Vec<String> {
+    fn from(order: JointOrder) -> Self {
+        order.names.to_vec()
+    }
 }
 
 impl JointOrder {

@@ -4,6 +4,7 @@ use crate::command_history::CommandHistory;
 use crate::comparison::Comparison;
 use crate::samples::Displacement;
 use crate::seconds;
+use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
 /// Stamps count as set by a clock that agrees with ours while joint states are no older by them than this.
@@ -31,7 +32,7 @@ const RESPONSE_SMOOTHING: f64 = 0.36;
 
 /// Estimates the delay of one arm, in two parts: how old a joint state is when it comes, by its stamp where the clocks agree, and
 /// how long the robot takes to answer a command, by comparing the motion that was measured with the commands of before.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Latency {
     /// Since when stamps are plausible, and when one was last.
     agreeing_since: Option<Duration>,
@@ -52,7 +53,7 @@ pub(crate) struct Latency {
 }
 
 /// A response that may be the robot's.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 struct Candidate {
     /// Its commands beside the motion.
     beside: Comparison,

@@ -1,5 +1,6 @@
 //! By how much what should come once a period came too late in the last seconds: it may again.
 
+use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
 /// What came late is forgotten after once to twice this time.
@@ -12,7 +13,7 @@ pub(crate) const LONGEST_HOLD: Duration = Duration::from_millis(100);
 const SMOOTHING: f64 = 0.02;
 
 /// How late the cycles of the last seconds were: the latest, and what the slowest stop had of them.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Cycles {
     period: Duration,
     last: Option<Duration>,
@@ -59,7 +60,7 @@ impl Cycles {
 }
 
 /// The worst of the last seconds.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Lateness {
     /// Since when the newer of the two windows lasts.
     since: Duration,

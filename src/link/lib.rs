@@ -29,6 +29,7 @@ use dq_kinematics::arm::JointKind;
 use dq_limits::{Braking, Interface, Limits, ratio};
 use lateness::Cycles;
 use pull::Room;
+use serde::{Deserialize, Serialize};
 use std::ops::Range;
 use std::time::Duration;
 
@@ -57,7 +58,7 @@ pub fn stamp_age(clock: i64, stamp: i64) -> Option<Duration> {
 }
 
 /// What is known of how an arm follows its commands.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Contact {
     /// It does.
     Following,
@@ -74,7 +75,7 @@ pub enum Contact {
 }
 
 /// What the link has found out of an arm for one cycle.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ArmFigures {
     /// The commands of so long before the last joint state came, and since, are not in it.
     pub lag: Duration,
@@ -121,6 +122,7 @@ pub struct LinkSettings<'a> {
 }
 
 /// The joints of all arms: as measured, and as they should be by now.
+#[derive(Serialize, Deserialize)]
 pub struct Link {
     arms: Vec<ArmLink>,
     history: CommandHistory,

@@ -2,16 +2,17 @@
 
 use crate::joint_order::check;
 use crate::{JointOrder, JointReading, StateError};
+use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
 /// What came of each of the arm's joints since their last whole state.
-#[derive(Default)]
+#[derive(Default, Serialize, Deserialize)]
 pub(crate) struct Parts {
     heard: Vec<Option<Part>>,
 }
 
 /// The newest that is known of a joint.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Serialize, Deserialize)]
 pub(crate) struct Part {
     pub position: f64,
     pub velocity: Option<f64>,

@@ -1,6 +1,7 @@
 //! Whether the robot is the one, where it is, for which a goal was given.
 
 use dq_kinematics::arm::JointKind;
+use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
 /// Joint states may come this much late after others that were not, without the robot having jumped.
@@ -12,7 +13,7 @@ pub fn longest_travel(speed: f64, seconds: f64) -> f64 {
 }
 
 /// The robot is there again, or elsewhere: what was asked for before needs consent anew.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Return {
     /// Until when it may have been asked for; none where nothing can have been.
     pub since: Option<Duration>,
@@ -21,7 +22,7 @@ pub struct Return {
 }
 
 /// What a robot has done that needs consent anew.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Returned {
     /// It was heard for the first time.
     Came,

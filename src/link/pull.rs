@@ -11,6 +11,7 @@
 //! it was stopped, p/K_I below. A limit that keeps u from what was wanted winds up nothing, because u is what was sent.
 
 use dq_limits::{Limits, Pace};
+use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
 /// The rate of the estimate if nothing is held [1/s].
@@ -38,6 +39,7 @@ const SHARE: f64 = 0.1;
 const OUTWARD: f64 = 5.0;
 
 /// What pulls at the joints of one arm.
+#[derive(Serialize, Deserialize)]
 pub(crate) struct Pull {
     /// How much slower each joint moves than it is commanded [rad/s, prismatic: m/s].
     speeds: Vec<f64>,

@@ -1,6 +1,7 @@
 //! Where the joints were in the last moments.
 
 use dq_kinematics::arm::JointKind;
+use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 use std::ops::Range;
 use std::time::Duration;
@@ -18,6 +19,7 @@ const LONGEST_GAP: Duration = Duration::from_millis(300);
 const CAPACITY: usize = 12;
 
 /// Where the joints of one arm were at a time.
+#[derive(Serialize, Deserialize)]
 struct JointSample {
     time: Duration,
     /// How long after the sample before.
@@ -37,6 +39,7 @@ pub(crate) struct Displacement<'a> {
 }
 
 /// The last samples of one arm, oldest first.
+#[derive(Serialize, Deserialize)]
 pub(crate) struct Samples {
     joints: Range<usize>,
     samples: VecDeque<JointSample>,

@@ -7,6 +7,7 @@ use crate::comparison::Comparison;
 use crate::samples::Displacement;
 use departure::{Answer, Departure};
 use dq_kinematics::arm::JointKind;
+use serde::{Deserialize, Serialize};
 use std::ops::Range;
 use std::time::Duration;
 
@@ -49,7 +50,7 @@ const PULLED: f64 = 4.0;
 const SMOOTHING: f64 = 0.05;
 
 /// What a joint may have gone of the distance that it was commanded, whichever of the [`SLACK`]s is right.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Part {
     largest: f64,
     smallest: f64,
@@ -87,7 +88,7 @@ impl Part {
 }
 
 /// What is known of one arm.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 enum Phase {
     /// It stands: the next command is the first.
     Standing,
@@ -107,7 +108,7 @@ pub enum Disobedience {
 }
 
 /// Watches one arm.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct TrackingMonitor {
     phase: Phase,
     departure: Departure,

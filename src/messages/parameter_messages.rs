@@ -149,8 +149,8 @@ service! {
     ListParameters = "rcl_interfaces/srv/ListParameters" (ListRequest) -> ListResponse
 }
 service! {
-    /// Gets values.
-    GetParameters = "rcl_interfaces/srv/GetParameters" (Names) -> Values
+    /// Gets values. A reply without any is what rclcpp's nodes give too where they cannot give all.
+    GetParameters = "rcl_interfaces/srv/GetParameters" (Names) -> Values, too_long |_bytes, _room| Values::default()
 }
 service! {
     /// Gets types.

@@ -1,7 +1,13 @@
 //! The name that was meant.
 
+/// The longest name for which a similar one is looked for \[bytes\].
+const LONGEST: usize = 200;
+
 /// The name among `known` that shares most pairs of neighbouring letters with `name`, if it shares enough to be meant.
 pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    if name.len() > LONGEST {
+        return None;
+    }
     let scored = known.into_iter().map(|known| (strsim::sorensen_dice(known, name), known));
     let (score, best) = scored.max_by(|one, other| one.0.total_cmp(&other.0))?;
     (score >= 0.5).then_some(best)

@@ -1,6 +1,7 @@
 //! A node's parameters and their values.
 
 use super::{Declaration, Declarer, Given, ParameterError, Parameters, Value, nearest, shares_namespace};
+use dq_common::text::cut;
 
 /// Declared parameters with their values, in the order of declaration.
 #[derive(Clone, Debug, PartialEq)]
@@ -127,8 +128,15 @@ impl ParameterStore {
     }
 
     fn slot(&mut self, name: &str) -> Result<(&Declaration, &mut Value), ParameterError> {
-        let unknown = ParameterError::Unknown { name: name.to_owned(), nearest: nearest(name, self.known()) };
-        let slot = self.parameters.iter_mut().find(|(declared, _)| declared.name == name);
-        slot.map(|(declared, value)| (&*declared, value)).ok_or(unknown)
+        match self.parameters.iter().position(|(declared, _)| declared.name == name) {
+            Some(place) => {
+                let (declared, value) = &mut self.parameters[place];
+                Ok((declared, value))
+            }
+            None => Err(ParameterError::Unknown {
+                name: cut(name).into_owned(),
+                nearest: nearest(name, self.known()),
+            }),
+        }
     }
 }

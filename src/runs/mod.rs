@@ -13,7 +13,7 @@ mod thinned;
 pub use csv::csv;
 pub use plot::plot;
 pub use recorded::{Recorded, recorded};
-pub use replay::{Replayed, replay};
+pub use replay::{Replayed, replay, replayable_from};
 pub use run::{ArmCommands, Change, MotionRow, RecordedRun, Sample, What};
 pub use thinned::Thinned;
 

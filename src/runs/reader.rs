@@ -27,6 +27,9 @@ const LAWS: usize = 1 << 9;
 /// A stamp that is no more than this before the time at which its message was recorded says when that was measured \[s\].
 const LATE: f64 = 1.0;
 
+/// The shortest time for which a servo has nothing to send \[s\]. Commands and cycles of the record differ in time by less.
+const SHORTEST_PAUSE: f64 = 5e-3;
+
 /// A motion begins no longer than this before the first joint state of its run \[s\].
 const LONGEST_START: f64 = 60.0;
 
@@ -70,8 +73,8 @@ pub(super) struct RunReader {
     goal: Option<UnitDualQuaternion>,
     /// The number and the time of the servo's last cycle that is recorded.
     cycle: Option<(u64, Duration)>,
-    /// Of each arm, positions begin anew with the next command: the servo had none to send.
-    begins_anew: Vec<bool>,
+    /// Whether the servo had nothing to send in it.
+    sent_nothing: bool,
     motions: MotionRows,
     strangers: u64,
 }
@@ -136,7 +139,7 @@ impl RunReader {
             state: None,
             goal: None,
             cycle: None,
-            begins_anew: vec![false; arms],
+            sent_nothing: false,
             strangers: 0,
         }
     }
@@ -262,25 +265,31 @@ impl RunReader {
         let commands = &mut self.run.commands[arm];
         match self.parameters.settings.interface {
             Interface::Velocity => commands.velocities.push((time, numbers)),
-            Interface::Position | Interface::Trajectory => {
-                if std::mem::take(&mut self.begins_anew[arm]) {
-                    commands.positions.push((time, vec![f64::NAN; numbers.len()]));
-                }
-                commands.positions.push((time, numbers));
-            }
+            Interface::Position | Interface::Trajectory => commands.positions.push((time, numbers)),
         }
     }
 
     /// What the record says of a cycle: how far it was from its period, and whether it had nothing to send.
     fn take_cycle(&mut self, time: f64, record: &CycleRecord) {
-        if record.output.is_none() {
-            self.begins_anew.fill(true);
+        let sends_nothing = record.output.is_none();
+        if std::mem::replace(&mut self.sent_nothing, sends_nothing) && !sends_nothing {
+            self.positions_begin(time - SHORTEST_PAUSE);
         }
         let (number, now) = (record.number, record.now);
         let before = self.cycle.replace((number, now));
         if let Some((_, before)) = before.filter(|(before, _)| before.checked_add(1) == Some(number)) {
             let late = now.as_secs_f64() - before.as_secs_f64() - self.parameters.period.as_secs_f64();
             self.run.jitter.push((time, 1e3 * late));
+        }
+    }
+
+    /// Marks that the positions after `time` do not continue those before it. The record arrives later than its commands.
+    fn positions_begin(&mut self, time: f64) {
+        for positions in self.run.commands.iter_mut().map(|commands| &mut commands.positions) {
+            let before = positions.partition_point(|(of, _)| *of < time).checked_sub(1);
+            if let Some((_, last)) = before.and_then(|before| positions.get_mut(before)) {
+                last.fill(f64::NAN);
+            }
         }
     }
 
@@ -360,7 +369,12 @@ impl Reader for RunReader {
                 }
                 "/events" => {
                     let record = message.decode::<UInt8MultiArray>().unwrap_or_default().data;
-                    CycleRecord::read(&record).iter().for_each(|record| self.take_cycle(time, record));
+                    let cycles = CycleRecord::read_all(&record).unwrap_or_default();
+                    let end = cycles.last().map_or(Duration::ZERO, |last| last.now);
+                    for cycle in &cycles {
+                        let before = end.saturating_sub(cycle.now).as_secs_f64();
+                        self.take_cycle(time - before, cycle);
+                    }
                 }
                 "/pose_error" => {
                     if let Ok(error) = message.decode::<TwistStamped>() {

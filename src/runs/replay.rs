@@ -14,6 +14,7 @@ use crate::wire::messages::{Message, UInt8MultiArray};
 use crate::wire::{CycleRecord, MotionContext, MotionReport, Recorded, RecordedParameters, ServoKind};
 use serde::Serialize;
 use std::collections::BTreeMap;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::Duration;
 
 /// A servo's commands, recorded and replayed.
@@ -35,26 +36,29 @@ pub struct Replayed {
     pub first_difference_s: Option<f64>,
     /// From when to when commands were compared, by the cycle's time from the first one on \[s\].
     pub judged_s: Vec<(f64, f64)>,
-    /// Commands that could not be compared: cycles before them are not in the bag.
+    /// Commands that could not be compared: cycles before them are not in the bag, and no beginning since.
     pub not_judged: u64,
-    /// Cycles that the bag does not have, and that ended a comparison.
+    /// Cycles that the bag does not have, and that ended a comparison until the next beginning.
     pub inputs_missing: u64,
+    /// Cycles that are in the bag more than once or out of order. They are compared once.
+    pub repeated: u64,
+    /// Messages that cannot be read.
+    pub damaged: u64,
     /// The motions of the replay, which count from the first command on \[s\].
     pub motions: Vec<MotionRow>,
     /// Why nothing is replayed.
     pub why_not: Option<String>,
 }
 
-/// Replays every servo of a bag, from each cycle on in which it was new, as long as the bag has all that came to it.
+/// Replays every servo of a bag from the first cycle on with which a replay can begin, and after missing cycles from the next such one.
 ///
 /// # Errors
-/// [`RunError::NotReplayable`] where the bag has no record of a servo from such a cycle on; what is said of its parameters.
+/// [`RunError::NotReplayable`] if no command of any servo could be compared: why; what is wrong with a servo's parameters.
 pub fn replay(bag: &mut Bag) -> Result<Vec<Replayed>, RunError> {
     /// Servos that are replayed; nobody runs more of them.
     const MOST: usize = 64;
     let mut servos = BTreeMap::<_, Replica>::new();
     bag.give_only(&[UInt8MultiArray::TYPE]);
-    let is_record = |topic: &Topic| topic.name.ends_with("/events") && topic.message == UInt8MultiArray::TYPE;
     // What the bag says of its topics is enough to refuse it.
     let messages = if bag.topics().iter().any(is_record) { Some(bag) } else { None };
     for message in messages.into_iter().flatten() {
@@ -69,18 +73,44 @@ pub fn replay(bag: &mut Bag) -> Result<Vec<Replayed>, RunError> {
     if replayed.iter().any(|servo| servo.why_not.is_none()) {
         return Ok(replayed);
     }
-    let unknown = "it has no record of what came to a servo: nobody had set the parameter events of the servo, or ~/events was not \
-                   recorded (`dq_servo record` and --record do both)";
+    let unknown = "it has no record of what came to a servo: ~/events was not recorded (`dq_servo record`, --record and \
+                   `ros2 bag record -a` do)";
     let why = replayed.into_iter().find_map(|servo| servo.why_not);
     Err(RunError::NotReplayable(why.unwrap_or_else(|| unknown.to_owned())))
+}
+
+fn is_record(topic: &Topic) -> bool {
+    topic.name.ends_with("/events") && topic.message == UInt8MultiArray::TYPE
+}
+
+/// Returns for each servo of a bag, by its node, from how many seconds after the bag's beginning it can be replayed, or `None` if it cannot
+/// be. Reads no more of the bag than necessary.
+pub fn replayable_from(mut bag: Bag) -> BTreeMap<String, Option<f64>> {
+    let records = bag.topics().into_iter().filter(is_record);
+    let node = |topic: &str| topic.strip_suffix("/events").map(|node| shown(node, NAME));
+    let mut found: BTreeMap<_, _> = records.filter_map(|topic| Some((node(&topic.name)?, None))).collect();
+    let mut first = None;
+    while found.values().any(Option::is_none)
+        && let Some(message) = bag.next()
+    {
+        let first = *first.get_or_insert(message.log_time);
+        let Some(since @ None) = node(&message.topic).and_then(|node| found.get_mut(&node)) else { continue };
+        let record = message.decode::<UInt8MultiArray>().map(|message| message.data).unwrap_or_default();
+        let cycles = CycleRecord::read_all(&record).unwrap_or_default();
+        if cycles.iter().any(|cycle| matches!(cycle.events.first(), Some(Recorded::Begin(..)))) {
+            *since = Some(Duration::from_nanos(message.log_time.abs_diff(first)).as_secs_f64());
+        }
+    }
+    found
 }
 
 /// A servo that repeats a recorded one.
 struct Replica {
     replayed: Replayed,
     motions: MotionRows,
-    /// The time of the first cycle.
+    /// The times of the first cycle that was compared, and of the last one that was read.
     first: Option<Duration>,
+    last: Option<Duration>,
     running: Option<Running>,
 }
 
@@ -95,14 +125,18 @@ struct Running {
 }
 
 impl Running {
-    fn new(kind: ServoKind, all: &RecordedParameters) -> Result<Self, RunError> {
+    /// Begins a replay with the cycle of that `number`, if its events allow that.
+    fn begin(number: u64, events: &[Recorded]) -> Result<Option<Self>, RunError> {
+        let [Recorded::Begin(kind, all), Recorded::Saved(saved), ..] = events else { return Ok(None) };
         let mut store = kind.store()?;
         for (name, value) in bounded(all.values.clone())? {
             store.override_initial(&name, value)?;
         }
         let mut parameters = kind.from_store(&store)?;
         parameters.settings = with_drawn(parameters.settings, &all.drawn);
-        Ok(Self { kind, store, servo: parameters.build()?, parameters, next: 0 })
+        let mut servo = parameters.build()?;
+        let restored = saved.restore(&mut servo);
+        Ok(restored.map(|()| Self { kind: *kind, store, parameters, servo, next: number }))
     }
 
     /// Takes what the recorded servo took.
@@ -137,32 +171,53 @@ fn with_drawn(settings: Settings, drawn: &[String]) -> Settings {
 impl Replica {
     fn new(node: &str) -> Self {
         let replayed = Replayed { node: shown(node, NAME), ..Replayed::default() };
-        Self { motions: MotionRows::new(&replayed.node), replayed, first: None, running: None }
+        let motions = MotionRows::new(&replayed.node);
+        Self { motions, replayed, first: None, last: None, running: None }
     }
 
-    /// Takes the record of the next cycle that is in the bag.
+    /// Replays the cycles of the next message in the bag.
     fn take(&mut self, bytes: &[u8]) -> Result<(), RunError> {
-        let Some(record) = CycleRecord::read(bytes) else { return Ok(()) };
+        match CycleRecord::read_all(bytes) {
+            Some(cycles) => cycles.iter().try_for_each(|cycle| self.cycle(cycle)),
+            None => {
+                self.replayed.damaged += 1;
+                Ok(())
+            }
+        }
+    }
+
+    fn cycle(&mut self, record: &CycleRecord) -> Result<(), RunError> {
+        if self.last.is_some_and(|last| record.now <= last) {
+            self.replayed.repeated += 1;
+            return Ok(());
+        }
+        self.last = Some(record.now);
         let missing = self.running.as_ref().map_or(0, |running| record.number.abs_diff(running.next));
-        let mut begins = false;
-        if let Some(Recorded::New(kind, all)) = record.events.first() {
-            let running = Running::new(*kind, all)?;
-            let takes_positions = running.parameters.settings.interface.takes_positions();
-            self.replayed.unit = if takes_positions { "rad, prismatic: m" } else { "rad/s, prismatic: m/s" };
-            (self.running, begins) = (Some(running), true);
-            self.motions.start_over();
-        } else if missing > 0 {
+        if missing > 0 {
             self.running = None;
             self.replayed.inputs_missing = self.replayed.inputs_missing.saturating_add(missing);
+        }
+        let begins = self.running.is_none();
+        if begins {
+            self.running = Running::begin(record.number, &record.events)?;
+            self.motions.start_over();
         }
         let Some(running) = &mut self.running else {
             self.replayed.not_judged += u64::from(record.output.is_some());
             return Ok(());
         };
+        let takes_positions = running.parameters.settings.interface.takes_positions();
+        self.replayed.unit = if takes_positions { "rad, prismatic: m" } else { "rad/s, prismatic: m/s" };
         let first = *self.first.get_or_insert(record.now);
         let time = record.now.saturating_sub(first).as_secs_f64();
-        let sent = running.cycle(&record)?;
-        self.replayed.compare(sent, record.output.as_deref(), time, begins);
+        // A damaged state may decode and still be inconsistent.
+        let cycle = AssertUnwindSafe(|| running.cycle(record).map(|sent| sent.map(<[f64]>::to_vec)));
+        let Ok(sent) = catch_unwind(cycle) else {
+            self.running = None;
+            self.replayed.damaged += 1;
+            return Ok(());
+        };
+        self.replayed.compare(sent?.as_deref(), record.output.as_deref(), time, begins);
         for motion in running.servo.take_motions() {
             self.motions.take(time, 0, report(running.kind, &motion));
         }
@@ -170,15 +225,28 @@ impl Replica {
     }
 
     fn finish(mut self) -> Replayed {
+        self.replayed.why_not = self.why_not();
         self.replayed.motions = self.motions.finish();
-        let node = &self.replayed.node;
-        self.replayed.why_not = self.first.is_none().then(|| {
-            format!(
-                "the record of {node} does not begin in it: the recording began later, or another version of dq_servo made it (`dq_servo \
-                 param set events true` lets a record begin anew when the arm stands)"
-            )
-        });
         self.replayed
+    }
+
+    /// Returns the reason if no command was compared.
+    fn why_not(&self) -> Option<String> {
+        let Replayed { node, commands, not_judged, damaged, .. } = &self.replayed;
+        let why = match (self.first, self.last) {
+            _ if *commands > 0 => return None,
+            (Some(_), _) if *not_judged == 0 => "the servo sent no command while it was recorded".to_owned(),
+            (Some(_), _) => format!(
+                "cycles are missing before each of its {not_judged} commands: messages were lost, or two servos of that name were recorded"
+            ),
+            (None, Some(_)) => {
+                "no beginning of it is in the bag: record for longer, as one comes each 5 s".to_owned()
+            }
+            (None, None) => format!(
+                "nothing can be read of its {damaged} messages: they are damaged, or of another version of dq_servo"
+            ),
+        };
+        Some(format!("the record of {node} cannot be replayed: {why}"))
     }
 }
 

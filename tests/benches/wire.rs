@@ -47,10 +47,7 @@ fn measure(times: usize, priority: usize) {
     host.start_program("datagrams", &bench, &["datagrams"]);
     host.start_program("echo", &echo, &[]);
     let priority = format!("realtime_priority:={priority}");
-    let servo = host.start(
-        "servo",
-        &["servo", "--ros-args", "-p", "update_rate:=500", "-p", &priority, "-p", "events:=true"],
-    );
+    let servo = host.start("servo", &["servo", "--ros-args", "-p", "update_rate:=500", "-p", &priority]);
     wait_for_line(servo, "waiting for joint states");
     let load = || std::fs::read_to_string("/proc/loadavg").unwrap().trim_end().to_owned();
     println!("{times} of each, in turn; {priority}; load of the machine before: {}\n", load());
@@ -123,9 +120,11 @@ impl Peer {
             tokio::select! {
                 _ = self.commands.next() => commands.push(now()),
                 record = self.events.next() => {
-                    let record = CycleRecord::read(&record.data).unwrap();
-                    if record.output.is_some() && record.events.iter().any(&knew) {
-                        // The command goes out just after the record of its cycle.
+                    let cycles = CycleRecord::read_all(&record.data).unwrap();
+                    let mut cycles = cycles.iter();
+                    let knows = |record: &&CycleRecord| record.output.is_some() && record.events.iter().any(&knew);
+                    if let Some(record) = cycles.find(knows) {
+                        // The command goes out just after its cycle, the record later.
                         let came = commands.iter().find(|came| **came > record.now).copied();
                         let came = match came {
                             Some(came) => came,

@@ -248,3 +248,37 @@ fn a_goal_that_stalls_at_a_limit_is_reached_in_another_configuration_where_someb
     let arrived = host.output(&goal);
     assert!(arrived.starts_with("arrived with logc in another configuration after"), "{arrived}");
 }
+
+/// 25 hulls of 50 corners are more than a reply of a service has room for.
+#[test]
+fn values_that_are_too_long_for_a_reply_are_listed_dumped_and_loaded() {
+    // Corners on a ball.
+    let corner = |i: usize, j: usize| {
+        let (height, turn) = (1.0 - (j as f64 + 0.5) / 25.0, 2.4 * j as f64);
+        let radius = (1.0 - height * height).sqrt();
+        format!("{:.16} {:.16} {:.16}", 5.0 + i as f64 + radius * turn.cos(), radius * turn.sin(), height)
+    };
+    let hull = |i: usize| {
+        let corners: Vec<_> = (0..50).map(|j| corner(i, j)).collect();
+        format!("'crate{i} hull {}'", corners.join(" "))
+    };
+    let hulls: Vec<_> = (0..25).map(hull).collect();
+    let directory = tempfile::tempdir().unwrap();
+    let [file, dump] = ["hulls.yaml", "dump.yaml"].map(|name| directory.path().join(name));
+    let text = format!("/**:\n  ros__parameters:\n    keep_out: [{}]\n", hulls.join(", "));
+    assert!(text.len() > 64_000, "{}", text.len());
+    std::fs::write(&file, text).unwrap();
+    let host = Host::with_nodes(&[], &["--ros-args", "--params-file", file.to_str().unwrap()]);
+    let listed = host.output(&["param", "list"]);
+    assert!(
+        listed.contains("crate24 hull") && listed.contains("\ncontroller: logc"),
+        "{} bytes",
+        listed.len()
+    );
+    assert!(host.parameter("keep_out").contains("crate24 hull"));
+    assert_success(&host.run(&["param", "set", "controller", "diffc"]));
+    std::fs::write(&dump, host.output(&["param", "dump"])).unwrap();
+    assert_success(&host.run(&["param", "set", "controller", "logc"]));
+    assert_success(&host.run(&["param", "load", dump.to_str().unwrap()]));
+    assert_eq!(host.parameter("controller"), "diffc");
+}

@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 const LIMIT: &str = "120";
 
 /// For a servo whose law is not what a test is about: its motions take a second or two, and whoever listens gets what came to it.
-pub const FAST: [&str; 5] = ["--ros-args", "-p", "gains.logc:=[4.0, 4.0]", "-p", "events:=true"];
+pub const FAST: [&str; 3] = ["--ros-args", "-p", "gains.logc:=[4.0, 4.0]"];
 
 /// A goal half a metre away from where the arm begins.
 pub const FAR: [&str; 8] = ["goal", "-0.125", "0.2", "0.2", "0", "0", "0", "1"];

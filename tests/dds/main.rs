@@ -7,6 +7,7 @@ mod frames;
 mod graph;
 mod host;
 mod interfaces;
+mod memory;
 mod own_law;
 mod record;
 mod replay;

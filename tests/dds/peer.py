@@ -826,6 +826,30 @@ def case_best_effort_robot():
         time.sleep(0.005)
 
 
+
+def case_bulk_goals(count, length):
+    """So many goals as fast as they are taken, in a frame whose name is so long; 0: the servo's own."""
+    goals = writer("goal_pose", ros.PoseStamped)
+    wait_matched(goals)
+    for number in range(count):
+        point = ros.Point(-0.125, 0.2 + 1e-6 * (number % 1000), 0.2)
+        header = ros.Header(frame_id="x" * length if length else "base_link")
+        goals.write(ros.PoseStamped(header, ros.Pose(point, GOAL.pose.orientation)))
+        # The servo takes a thousand a cycle; what is long comes in many packets.
+        if number % 20 == 0 or length:
+            time.sleep(0.002)
+    time.sleep(1.0)
+
+
+def case_odd_description():
+    """A robot description that only the lenient reader may take."""
+    topic = Topic(PARTICIPANT, "rt/robot_description", ros.String)
+    descriptions = DataWriter(PARTICIPANT, topic, qos=LATCHED)
+    wait_matched(descriptions)
+    descriptions.write(ros.String("<robot>" + "&" * 4_100_000 + "</robot>"))
+    time.sleep(1.0)
+
+
 reader_of_description = reader("robot_description", ros.String, LATCHED)
 
 if __name__ == "__main__":

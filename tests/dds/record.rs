@@ -69,7 +69,7 @@ fn a_run_of_servo_and_plant_is_recorded_with_all_its_topics() {
         ("/diagnostics", 1),
         ("/parameter_events", 1),
         ("/dq_servo/parameters", 1),
-        ("/dq_servo/events", 100),
+        ("/dq_servo/events", 10),
         ("/puma560/parameters", 1),
         ("/rosout", 1),
         ("/goal_pose", 1),

@@ -174,8 +174,7 @@ fn a_goal_is_recorded_from_the_start_with_the_parameters_of_before() {
     );
 }
 
-/// As people record: the arm is up and holds a goal that it reached before, is paused on its way, or has stalled. The record begins with
-/// a servo that is new: it has no goal, and stays paused.
+/// As people record: the arm is up and holds a goal that it reached before, is paused on its way, or has stalled.
 #[test]
 fn what_is_recorded_while_the_arm_stands_replays_from_there_on() {
     let mut host = Host::with_nodes(
@@ -222,30 +221,83 @@ fn what_is_recorded_while_the_arm_stands_replays_from_there_on() {
         assert_success(&host.run(&["param", "set", "controller", "logc"]));
         goal(&host, ["0.1", "0.3", "0.2"]);
         assert_eq!(host.interrupt("recorder").0, Some(0));
-        assert_eq!(host.parameter("events"), "false", "it was off before");
         let servo = replayed(&bag);
         let judged = (servo.different, servo.inputs_missing, servo.not_judged, servo.judged_s.len());
         assert_eq!(judged, (0, 0, 0, 1), "{case:?} {servo:?}");
-        let motions = if matches!(case, Case::Paused) { 3 } else { 2 };
+        // The goal that was in force when the record began goes on, and ends by the next one.
+        let motions = match case {
+            Case::Settled => 2,
+            Case::Paused => 4,
+            Case::Stalled => 3,
+        };
         assert!(servo.motions.len() == motions && servo.commands > 500, "{case:?} {servo:?}");
     }
 }
 
-/// Who records a moving arm gets a bag that says why it cannot be replayed, until the arm stands: then the record begins.
+/// What the servo does and the goal that it has.
+fn state(host: &Host) -> (String, Value) {
+    let list: Value = serde_json::from_str(&host.output(&["status", "--json"])).unwrap();
+    (list[0]["state"].as_str().unwrap().to_owned(), list[0]["goal"].clone())
+}
+
+/// Recorders that come, end and are killed: the arm stays at its goal, and nobody else's bag lacks anything.
 #[test]
-fn a_record_that_is_turned_on_in_motion_begins_when_the_arm_stands() {
+fn recorders_change_nothing_for_the_arm_and_nothing_for_each_other() {
+    let mut host = Host::with_both_nodes();
+    let goal = |host: &Host, [x, y, z]: [&str; 3]| {
+        assert_success(&host.run(&["goal", x, y, z, "0", "0", "0", "1"]));
+    };
+    goal(&host, ["-0.125", "0.2", "0.2"]);
+    let before = state(&host);
+    assert_eq!(before.0, "settled");
+    let directory = tempfile::tempdir().unwrap();
+    let bag = |name: &str| directory.path().join(name);
+    for name in ["ended", "killed", "whole"] {
+        host.start(name, &["record", "--out", bag(name).to_str().unwrap()]);
+        crate::record::wait_for(&bag(name), "/dq_servo/events", 0.3);
+        assert_eq!(state(&host), before, "{name}");
+    }
+    goal(&host, ["0.1", "0.3", "0.1"]);
+    host.kill("killed");
+    goal(&host, ["0.1", "0.3", "0.2"]);
+    assert_eq!(host.interrupt("ended").0, Some(0));
+    goal(&host, ["0.1", "0.3", "0.1"]);
+    let before = state(&host);
+    assert_eq!(host.interrupt("whole").0, Some(0));
+    assert_eq!(state(&host), before);
+    let said = host.errors("whole");
+    assert!(said.contains("/dq_servo can be replayed from 0."), "{said}");
+    for (name, motions) in [("killed", 1), ("ended", 2), ("whole", 3)] {
+        let servo = replayed(&bag(name));
+        assert_eq!(
+            (servo.different, servo.inputs_missing, servo.judged_s.len()),
+            (0, 0, 1),
+            "{name} {servo:?}"
+        );
+        // The message in progress when it came may have no beginning for it.
+        assert!(servo.not_judged <= 100, "{name} {servo:?}");
+        assert!(servo.motions.len() >= motions && servo.commands > 300, "{name} {servo:?}");
+    }
+}
+
+/// A record begins in motion too.
+#[test]
+fn a_record_that_begins_in_motion_replays_from_there_on() {
     let mut host = Host::with_both_nodes();
     let (_directory, bag) = place();
     let keeps_on = host.run(&[&FAR[..], &["--keep-going", "--timeout", "0.3"]].concat());
     assert_eq!(keeps_on.status.code(), Some(1));
     host.record(&bag);
     crate::record::wait_for(&bag, "/dq_servo/events", 0.0);
-    let runs = recorded(&bag, "run", &built_in()).unwrap().runs;
-    let last = runs[0].motions.last().map(|motion| motion.outcome.clone());
-    assert_eq!(last.as_deref(), Some("arrived"), "the motion went on as if nobody recorded");
+    assert_eq!(state(&host).0, "tracking", "the motion goes on as if nobody recorded");
+    crate::host::wait_until(20.0, || (state(&host).0 == "settled").then_some(()));
     assert_success(&host.run(&["goal", "0.1", "0.3", "0.1", "0", "0", "0", "1"]));
     assert_eq!(host.interrupt("recorder").0, Some(0));
-    assert!(assert_replays(&bag) > 100);
+    let servo = replayed(&bag);
+    let judged = (servo.different, servo.inputs_missing, servo.not_judged, servo.judged_s.len());
+    assert_eq!(judged, (0, 0, 0, 1), "{servo:?}");
+    let outcomes: Vec<_> = servo.motions.iter().map(|motion| motion.outcome.as_str()).collect();
+    assert_eq!(outcomes, ["arrived"; 2]);
 }
 
 /// The arms that are presumed where a bag does not say.

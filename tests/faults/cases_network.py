@@ -44,6 +44,7 @@ def case_cable_out(relay_pid):
     assert STATUS.values()["goal_count"] == "0" and STATUS.is_("holding"), STATUS.told()
     goals.write(GOAL)
     moving()
+    run(0.2)  # The record comes 0.1 s later than the commands.
 
 
 def case_clock_back(file):

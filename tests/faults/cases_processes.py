@@ -11,6 +11,7 @@ def case_kill(servo):
     FOLLOWED.append(states)
     goals = send_goal()
     wait("motion", lambda: states.speed() > 0.3)
+    run(0.2)  # The record comes 0.1 s later than the commands.
     os.kill(int(servo), signal.SIGKILL)
     assert 0.05 < wait("a standstill", lambda: states.speed() == 0.0, 2.0) < 0.6
     before = states.newest.position
@@ -74,6 +75,7 @@ def case_frozen_servo(servo):
     FOLLOWED.append(states)
     goals = send_goal()
     wait("motion", lambda: states.speed() > 0.3)
+    run(0.2)  # The record comes 0.1 s later than the commands.
     os.kill(int(servo), signal.SIGSTOP)
     assert 0.05 < wait("a standstill", lambda: states.speed() == 0.0, 2.0) < 0.6
     run(0.5)

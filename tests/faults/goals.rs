@@ -16,8 +16,7 @@ cases! {
 
 /// Servo, with these parameters, and plant.
 fn run_with_parameters(parameters: &[&str], case: &str) {
-    let recorded = ["--ros-args", "-p", "events:=true"];
-    run(&Host::with_nodes(&[], &[&recorded, parameters].concat()), case, &[]);
+    run(&Host::with_nodes(&[], &[&["--ros-args"], parameters].concat()), case, &[]);
 }
 
 #[test]

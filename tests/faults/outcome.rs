@@ -3,6 +3,8 @@
 use crate::host::Host;
 use dq_servo::check::Invariants;
 use dq_servo::config::{NodeParameters, ServoParameters};
+use dq_servo::params::Value;
+use dq_servo::servo::Interface;
 use dq_servo::wire::{CycleRecord, Recorded};
 use std::time::Duration;
 
@@ -60,18 +62,20 @@ fn check_commands(lines: &str, period: Duration) -> usize {
     let parameters = ServoParameters::from_store(&store).unwrap();
     let limits = parameters.settings.limits;
     let mut seen = Seen::new(Invariants::new(limits.clone(), period));
-    let mut count = 0;
+    let (mut count, mut before) = (0, 0);
     for line in lines.lines() {
         let bytes = hex::decode(line).unwrap();
-        let record = CycleRecord::read(&bytes).unwrap();
-        if record.number == 0 {
-            seen = Seen::new(Invariants::new(limits.clone(), period));
-        }
-        record.events.iter().for_each(|event| seen.take(record.now, event));
-        if let Some(command) = &record.output {
-            let checked = seen.invariants.check(record.now, command, seen.paused || seen.stopped);
-            checked.unwrap_or_else(|violation| panic!("{violation}, in {record:?}"));
-            count += 1;
+        for record in CycleRecord::read_all(&bytes).unwrap() {
+            if record.number < before {
+                seen = Seen::new(Invariants::new(limits.clone(), period));
+            }
+            before = record.number;
+            record.events.iter().for_each(|event| seen.take(record.now, event));
+            if let Some(command) = record.output.as_ref().filter(|_| seen.velocities) {
+                let checked = seen.invariants.check(record.now, command, seen.paused || seen.stopped);
+                checked.unwrap_or_else(|violation| panic!("{violation}, in {record:?}"));
+                count += 1;
+            }
         }
     }
     count
@@ -87,15 +91,21 @@ struct Seen {
     /// Stopped, and no goal has come since.
     stopped: bool,
     heard: Duration,
+    /// Whether velocities are sent.
+    velocities: bool,
 }
 
 impl Seen {
     fn new(invariants: Invariants) -> Self {
-        Self { invariants, paused: false, stopped: false, heard: Duration::ZERO }
+        Self { invariants, paused: false, stopped: false, heard: Duration::ZERO, velocities: true }
     }
 
     fn take(&mut self, now: Duration, event: &Recorded) {
         match event {
+            Recorded::Begin(_, all) => {
+                let velocity = Value::String(Interface::Velocity.name().to_owned());
+                self.velocities = all.values.contains(&("interface".to_owned(), velocity));
+            }
             Recorded::Pause { paused, .. } => self.paused = *paused,
             Recorded::Stop => self.stopped = true,
             Recorded::Goal(_) => self.stopped = false,

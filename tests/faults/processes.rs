@@ -69,11 +69,7 @@ const PIPE: usize = 65_536;
 fn with_log(log: PipeWriter) {
     let mut host = Host::new();
     host.start("plant", &["puma560"]);
-    host.start_logging_to(
-        "servo",
-        &["servo", "--ros-args", "--log-level", "debug", "-p", "events:=true"],
-        log,
-    );
+    host.start_logging_to("servo", &["servo", "--ros-args", "--log-level", "debug"], log);
     run(&host, "stop_and_end", &[&host.pid("servo").to_string()]);
     assert_eq!(host.wait("servo"), Some(0));
 }
@@ -102,9 +98,7 @@ fn guarded(guards: &[&str], interface: &str) -> Host {
         let guard = host.start(name, &["guard", "--ros-args", "-r", &node, "-p", &interface]);
         wait_for_line(guard, "watching /");
     }
-    let recorded = ["-p", "events:=true"];
-    let recorded = if interface.ends_with("velocity") { &recorded[..] } else { &[] };
-    host.start_servo("servo", &[&["--ros-args", "-p", &interface], recorded].concat());
+    host.start_servo("servo", &["--ros-args", "-p", &interface]);
     host
 }
 

@@ -142,16 +142,25 @@ pub fn alter<M: Message>(sample: &mut Sample, alter: impl FnOnce(&mut M)) {
     sample.cdr = encode(&message);
 }
 
-/// Alters the record of a cycle that is in the sample.
-pub fn alter_record(sample: &mut Sample, alter_it: impl FnOnce(&mut CycleRecord)) {
+/// Alters the cycles that are in the sample.
+pub fn alter_cycles(sample: &mut Sample, alter_them: impl FnOnce(&mut Vec<CycleRecord>)) {
     alter(sample, |message: &mut UInt8MultiArray| {
         let bytes = std::mem::take(&mut message.data);
-        let mut record = CycleRecord::read(&bytes).unwrap();
-        alter_it(&mut record);
-        CycleRecord::begin(record.number, record.now, &mut message.data);
-        record.events.iter().for_each(|event| event.write(&mut message.data));
-        CycleRecord::end(record.output.as_deref(), &mut message.data);
+        let mut cycles = CycleRecord::read_all(&bytes).unwrap();
+        alter_them(&mut cycles);
+        for cycle in cycles {
+            CycleRecord::begin(cycle.number, cycle.now, &mut message.data);
+            cycle.events.iter().for_each(|event| event.write(&mut message.data));
+            CycleRecord::end(cycle.output.as_deref(), &mut message.data);
+        }
     });
+}
+
+/// The cycles of a record in these samples.
+pub fn cycles_of(samples: &[Sample]) -> usize {
+    let records = samples.iter().filter(|sample| sample.topic == EVENTS);
+    let messages = records.map(|sample| decode::<UInt8MultiArray>(&sample.cdr).unwrap());
+    messages.map(|message| CycleRecord::read_all(&message.data).unwrap().len()).sum()
 }
 
 /// A file of a folder that goes with the test.
@@ -190,7 +199,7 @@ pub fn altered<M: Message>(path: &Path, mut change: impl FnMut(&mut M)) {
 pub fn altered_records(path: &Path, mut change: impl FnMut(&mut CycleRecord)) {
     demo_with(path, |samples| {
         let records = samples.iter_mut().filter(|sample| sample.topic == EVENTS);
-        records.for_each(|sample| alter_record(sample, &mut change));
+        records.for_each(|sample| alter_cycles(sample, |cycles| cycles.iter_mut().for_each(&mut change)));
     });
 }
 

@@ -107,6 +107,6 @@ fn a_time_without_a_goal_has_no_pose_error() {
     let whole = only_run(Path::new(DEMO));
     let mut stopped = whole.clone();
     let none = GoalError { position: f64::NAN, rotation: f64::NAN };
-    stopped.errors[300..400].iter_mut().for_each(|(_, error)| *error = none);
+    stopped.errors[200..300].iter_mut().for_each(|(_, error)| *error = none);
     assert_eq!(lines(&stopped, "pose_error"), lines(&whole, "pose_error") + 2, "one in each panel");
 }

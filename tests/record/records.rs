@@ -44,25 +44,29 @@ fn a_record_reads_back_to_the_last_bit_and_every_part_of_one_is_none() {
         Event::GoalMotion(GoalMotion::Lost),
         Event::Twist(twist),
     ];
-    let mut bytes = vec![1, 2, 3];
+    let mut bytes = Vec::new();
     CycleRecord::begin(300, Duration::from_nanos(1 << 40), &mut bytes);
     let set = RecordedParameters { values: vec![("p".to_owned(), Value::Double(0.1))], drawn: Vec::new() };
     Recorded::Parameters(set.clone()).write(&mut bytes);
     events.iter().for_each(|event| Recorded::of(event, &joints).unwrap().write(&mut bytes));
     CycleRecord::end(Some(&numbers), &mut bytes);
-    let record = CycleRecord::read(&bytes).unwrap();
+    let records = CycleRecord::read_all(&bytes).unwrap();
+    let [record] = records.as_slice() else { panic!("{records:?}") };
     assert_eq!((record.number, record.now), (300, Duration::from_nanos(1 << 40)));
     assert_eq!(record.output.as_deref().map(<[f64]>::to_vec), Some(numbers.to_vec()));
-    assert!(record.output.unwrap()[1].is_sign_negative());
+    assert!(record.output.as_ref().unwrap()[1].is_sign_negative());
     assert_eq!(record.events[0], Recorded::Parameters(set));
     let told: Vec<_> = record.events[1..].iter().map(|event| event.event(&joints).unwrap()).collect();
     assert_eq!(format!("{told:?}"), format!("{events:?}"));
     // Of its own joints a state does not have the names.
     let names = |event: &Recorded<'_>| matches!(event, Recorded::JointState { names: Some(_), .. });
     assert_eq!((names(&record.events[6]), names(&record.events[7])), (false, true));
-    for length in 0..bytes.len() {
-        assert_eq!(CycleRecord::read(&bytes[..length]), None, "{length} of {} bytes", bytes.len());
+    for length in 1..bytes.len() {
+        assert_eq!(CycleRecord::read_all(&bytes[..length]), None, "{length} of {} bytes", bytes.len());
     }
+    // Several follow each other.
+    let twice = [bytes.as_slice(), &bytes].concat();
+    assert_eq!(CycleRecord::read_all(&twice).unwrap().len(), 2);
 }
 
 #[test]

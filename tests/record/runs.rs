@@ -1,8 +1,8 @@
 //! Bags explained: the runs in them, and one clear line for what is no run.
 
 use crate::bags::{
-    DEMO, EVENTS, Sample, alter, alter_record, demo, demo_without, dq_servo, jazzy, place, read, samples,
-    write,
+    DEMO, EVENTS, Sample, alter, alter_cycles, altered, cycles_of, demo, demo_with, demo_without, dq_servo,
+    jazzy, place, read, samples, write,
 };
 use crate::interop::peer_samples;
 use dq_servo::config::ServoParameters;
@@ -16,6 +16,7 @@ use dq_servo::wire::messages::{DiagnosticStatus, JointState, KeyValue, Time, UIn
 use dq_servo::wire::{CycleRecord, Parameter, ParameterEvent, Recorded as RecordedEvent, decode};
 use std::ffi::OsStr;
 use std::path::Path;
+use std::time::Duration;
 
 #[path = "../examples/replay_a_bag.rs"]
 mod replay_a_bag;
@@ -116,7 +117,7 @@ fn one_bit_of_one_command_is_a_difference_and_so_is_one_of_what_came() {
         let sends = |message: &&mut Sample| message.topic == EVENTS;
         let mut records: Vec<_> = messages.iter_mut().filter(sends).collect();
         let middle = records.len() / 2;
-        alter_record(records[middle], change);
+        alter_cycles(records[middle], |cycles| change(&mut cycles[0]));
         write(&directory.path().join(name), WriterOptions::default(), &messages);
         replay_demo(&directory.path().join(name))
     };
@@ -328,61 +329,115 @@ fn replay_judges_what_it_has_all_inputs_of_and_says_what_that_is() {
     let whole = replay_demo(Path::new(DEMO));
     assert_eq!((whole.judged_s.len(), whole.not_judged), (1, 0), "{whole:?}");
     let path = |name: &str| directory.path().join(name);
-    // One cycle that is missing in the midst of the first motion ends the comparison there.
-    let mut cycles = 0;
+    // After a message that is missing in the midst of the first motion the comparison goes on at the next beginning.
+    let mut messages = 0;
     let is_gap = |message: &Sample| {
-        cycles += i32::from(message.topic == EVENTS);
-        message.topic == EVENTS && cycles == 300
+        messages += i32::from(message.topic == EVENTS);
+        message.topic == EVENTS && messages == 20
     };
     demo_without(&path("gap"), is_gap);
     let gap = replay_demo(&path("gap"));
-    assert_eq!((gap.different, gap.inputs_missing, gap.judged_s.len()), (0, 1, 1), "{gap:?}");
-    assert!(gap.commands > 200 && gap.not_judged > 300, "{gap:?}");
-    assert_eq!(gap.commands + gap.not_judged + 1, whole.commands);
+    let missing = u64::try_from(cycles_of(&demo()) - cycles_of(&read(&path("gap")))).unwrap();
+    assert_eq!((gap.different, gap.inputs_missing, gap.judged_s.len()), (0, missing, 2), "{gap:?}");
+    assert!(missing > 5 && gap.commands > 200 && gap.not_judged > 100, "{gap:?}");
+    assert_eq!(gap.commands + gap.not_judged + missing, whole.commands);
     let (code, said, _) = dq_servo(&[&"replay", &path("gap")]);
     assert!(code == Some(0) && said.contains("judged: 0.000 to"), "{said}");
-    // A record that is damaged is one that is missing.
+    let skipped = format!("{missing} cycles are not in the bag, and {} commands", gap.not_judged);
+    assert!(said.contains(&skipped), "{said}");
+    // A message that is damaged is one that is missing.
     let mut messages = demo();
     let mut records = messages.iter_mut().filter(|message| message.topic == EVENTS);
-    alter(records.nth(299).unwrap(), |record: &mut UInt8MultiArray| record.data.truncate(20));
+    alter(records.nth(19).unwrap(), |record: &mut UInt8MultiArray| record.data.truncate(20));
     write(&path("damaged"), WriterOptions::default(), &messages);
     let damaged = replay_demo(&path("damaged"));
-    assert_eq!((damaged.inputs_missing, damaged.commands), (1, gap.commands), "{damaged:?}");
+    assert_eq!((damaged.inputs_missing, damaged.damaged), (missing, 1), "{damaged:?}");
+    assert_eq!(damaged.commands, gap.commands, "{damaged:?}");
+    assert!(dq_servo(&[&"replay", &path("damaged")]).1.contains("1 messages are damaged"));
     // Nothing else is needed.
     demo_without(&path("alone"), |message| message.topic != EVENTS);
     let alone = replay_demo(&path("alone"));
     assert_eq!((alone.commands, alone.different), (whole.commands, whole.different), "{alone:?}");
 }
 
-/// The record begins anew each time that the servo is a new one.
+/// As of two recordings in one bag, one in the other and one after the other: each cycle counts once.
 #[test]
-fn a_record_that_begins_again_is_compared_again() {
+fn cycles_that_are_in_a_bag_twice_are_compared_once_and_named() {
+    let directory = tempfile::tempdir().unwrap();
+    let once = replay_demo(Path::new(DEMO));
+    let cycles = u64::try_from(cycles_of(&demo())).unwrap();
+    let length = demo().last().unwrap().time - demo()[0].time + SECOND;
+    for (name, later) in [("overlapping", 1), ("appended", length)] {
+        let bag = directory.path().join(name);
+        let mut messages = demo();
+        let mut again = messages.clone();
+        again.iter_mut().for_each(|message| message.time += later);
+        messages.append(&mut again);
+        messages.sort_by_key(|message| message.time);
+        write(&bag, WriterOptions::default(), &messages);
+        let twice = replay_demo(&bag);
+        assert_eq!((twice.commands, twice.different), (once.commands, once.different), "{twice:?}");
+        assert_eq!((twice.repeated, twice.motions.len()), (cycles, once.motions.len()), "{twice:?}");
+        let (code, said, _) = dq_servo(&[&"replay", &bag]);
+        assert!(code == Some(0) && said.contains(&format!("{cycles} cycles are in the bag twice")), "{said}");
+    }
+}
+
+/// A servo that was started again counts its cycles anew.
+#[test]
+fn a_servo_that_is_another_one_is_compared_again() {
     let (_directory, bag) = place("twice");
     let mut messages = demo();
     let lasts = messages.last().unwrap().time - messages[0].time + SECOND;
     let mut later = messages.clone();
-    later.iter_mut().for_each(|message| message.time += lasts);
+    for message in &mut later {
+        message.time += lasts;
+        if message.topic == EVENTS {
+            let much = Duration::from_nanos(lasts.unsigned_abs());
+            alter_cycles(message, |cycles| cycles.iter_mut().for_each(|cycle| cycle.now += much));
+        }
+    }
     messages.append(&mut later);
     write(&bag, WriterOptions::default(), &messages);
     let (twice, once) = (replay_demo(&bag), replay_demo(Path::new(DEMO)));
-    assert_eq!((twice.commands, twice.different), (2 * once.commands, 2 * once.different), "{twice:?}");
-    assert_eq!((twice.judged_s.len(), twice.motions.len()), (2, 2 * once.motions.len()), "{twice:?}");
+    assert_eq!((twice.repeated, twice.judged_s.len()), (0, 2), "{twice:?}");
+    assert!(twice.commands == 2 * once.commands && twice.motions.len() == 2 * once.motions.len());
 }
 
-/// As of a recorder that was there too late, and of one that nobody gave the record.
+/// The demo's bag with the cycles of each message changed.
+fn with_cycles(path: &Path, mut change: impl FnMut(&mut Vec<CycleRecord>)) {
+    demo_with(path, |samples| {
+        let records = samples.iter_mut().filter(|sample| sample.topic == EVENTS);
+        records.for_each(|sample| alter_cycles(sample, &mut change));
+    });
+}
+
+/// A comparison of nothing is no success.
 #[test]
-fn a_bag_without_the_record_s_beginning_is_plotted_and_says_why_it_cannot_be_replayed() {
+fn a_bag_of_which_no_command_can_be_compared_says_why_and_fails() {
     let directory = tempfile::tempdir().unwrap();
-    for (name, from, needle) in [("late", 1, "does not begin in it"), ("blind", usize::MAX, "no record of")] {
-        let (bag, mut cycles) = (directory.path().join(name), 0);
-        demo_without(&bag, |message| {
-            cycles += usize::from(message.topic == EVENTS);
-            message.topic == EVENTS && cycles <= from
-        });
-        let (code, _, said) = dq_servo(&[&"replay", &bag]);
-        assert!(code == Some(2) && said.contains(needle), "{name}: {said}");
-        assert_eq!(said.lines().count(), 1, "{said}");
-        assert_eq!(only_run(&bag).motions.len(), 2);
+    let path = |name: &str| directory.path().join(name);
+    let is_beginning = |event: &RecordedEvent| matches!(event, RecordedEvent::Begin(..));
+    with_cycles(&path("late"), |cycles| {
+        let begins = |cycle: &&mut CycleRecord| cycle.events.iter().any(is_beginning);
+        cycles.iter_mut().filter(begins).for_each(|cycle| drop(cycle.events.drain(..2)));
+    });
+    with_cycles(&path("silent"), |cycles| cycles.retain(|cycle| cycle.output.is_none()));
+    // As of a reader that keeps one message and is too slow.
+    with_cycles(&path("cut"), |cycles| cycles.truncate(1));
+    demo_without(&path("blind"), |message| message.topic == EVENTS);
+    altered::<UInt8MultiArray>(&path("other"), |record| record.data.truncate(record.data.len() - 1));
+    for (name, needle) in [
+        ("late", "no beginning of it is in the bag"),
+        ("silent", "sent no command"),
+        ("cut", "cycles are missing before each of its"),
+        ("blind", "no record of"),
+        ("other", "damaged, or of another version"),
+    ] {
+        let (code, said, why) = dq_servo(&[&"replay", &path(name)]);
+        assert!(code == Some(2) && said.is_empty() && why.contains(needle), "{name}: {said}{why}");
+        assert_eq!(why.lines().count(), 1, "{why}");
+        assert_eq!(only_run(&path(name)).motions.len(), 2);
     }
 }
 
@@ -421,7 +476,7 @@ fn what_is_no_run_is_told_so() {
     assert!(matches!(runs(&path("strangers")), Err(RunError::NoRobot(_))));
     let jazzy = jazzy(directory.path(), "mcap");
     let told = replay_all(&jazzy).unwrap_err().to_string();
-    assert!(told.contains("~/events") && told.contains("the parameter events"), "{told}");
+    assert!(told.contains("~/events was not recorded"), "{told}");
     std::fs::write(path("empty"), "").unwrap();
     let none = concat!(env!("CARGO_MANIFEST_DIR"), "/README.md");
     for (command, bags, needle) in [

@@ -81,7 +81,7 @@ impl Runner {
         }
         let now = since_1970().as_secs();
         let directory = std::env::current_dir()?.join(format!("run_{now}"));
-        let recording = Recording::of_running(&directory, &self.environment, &self.ros_args)?;
+        let recording = Recording::start(&directory, &self.environment, &self.ros_args)?;
         let text = format!("recording into {}", directory.display());
         self.recording = Some((recording, directory));
         Ok(Answer::done(text))

@@ -18,7 +18,7 @@ use crate::paper::Experiment;
 use crate::ros::args::{Override, Remap};
 use crate::ros::{Environment, RosArgs};
 use crate::stderr;
-use crate::wire::{CycleJitter, EVENTS, MotionReport, PoseNumbers, pose_numbers};
+use crate::wire::{CycleJitter, MotionReport, PoseNumbers, pose_numbers};
 use serde_json::json;
 use std::cell::Cell;
 use std::path::PathBuf;
@@ -53,8 +53,6 @@ impl Demo {
         let (environment, domain) = Environment::from_process(ros_args)?.alone()?;
         let recording = self.record.as_deref();
         let recording = recording.map(|bag| Recording::start(bag, &environment, ros_args)).transpose()?;
-        let recorded = recorded(ros_args);
-        let ros_args = if self.record.is_some() { &recorded } else { ros_args };
         let id = domain.id();
         let node = if self.dual { DualParameters::NODE_NAME } else { ServoParameters::NODE_NAME };
         stderr::line(format!(
@@ -242,14 +240,6 @@ fn papers_two_arms<'a>(setting: &Setting<'a>) -> anyhow::Result<Scene<'a>> {
     let goal = pose_numbers(&UnitDualQuaternion::from_parts(start.rotation(), far));
     let (start, joints) = (pose_numbers(&start), arms.chain().kinds().to_vec());
     Ok(Scene { nodes: NodeSet::set(setting, servo, vec![left, right])?, start, goal, joints })
-}
-
-/// The command line of nodes of which the servo records what comes to it.
-fn recorded(ros_args: &RosArgs) -> RosArgs {
-    let mut args = ros_args.clone();
-    let (name, yaml) = (EVENTS.to_owned(), "true".to_owned());
-    args.overrides.push(Override::Parameter { node: None, name, yaml });
-    args
 }
 
 /// The command line of the plant in the namespace `side`, at `theta` \[rad\] where the user does not say otherwise.

@@ -4,7 +4,6 @@ mod background_tasks;
 mod compare;
 mod demo;
 mod enter;
-mod events;
 mod node_set;
 mod plot;
 mod progress;

@@ -1,14 +1,13 @@
 //! `dq_servo record`: records a running graph into a bag.
 
-use super::events::EventsSwitch;
 use super::recording::{is_complete, what_was_recorded};
 use crate::cli::Usage;
 use crate::cli::count::count;
 use crate::cli::print;
 use crate::cli::signals::Signals;
 use crate::cli::spinner::Spinner;
-use crate::record::{WriterOptions, WrittenBag};
-use crate::recording::{Progress, Recorder, RecordingError, Selection};
+use crate::record::WriterOptions;
+use crate::recording::{Progress, Recorder, Selection};
 use crate::ros::{Environment, LogLevel, Logging, Resolver, RosArgs, Session};
 use crate::stderr;
 use anyhow::bail;
@@ -50,9 +49,7 @@ impl Record {
         let options = WriterOptions { max_size: self.max_size, max_duration: self.max_duration()? };
         let session = Session::open(&Environment::from_process(ros_args)?)?;
         let node = session.node(names, Logging::new(ros_args, LogLevel::Warn))?;
-        let records_events = named.is_empty() || named.iter().any(|name| name.ends_with("/events"));
         let recorder = Recorder::start(node, &self.out, selection, options)?;
-        let events = records_events.then(|| EventsSwitch::start(&session, ros_args)).transpose()?;
         tokio::select! {
             () = signals.next() => {}
             () = recorder.failed() => {}
@@ -65,7 +62,7 @@ impl Record {
             ));
         }
         let summary = tokio::select! {
-            summary = finish(recorder, events) => summary?,
+            summary = recorder.finish() => summary?,
             () = signals.next() => bail!("a second signal: {} is cut off", self.out.display()),
         };
         print::results(what_was_recorded(&self.out, &summary), &mut signals).await?;
@@ -78,14 +75,6 @@ impl Record {
         let wrong = || Usage(format!("--max-duration {seconds:?}: expected seconds, 0.1 or more"));
         duration.map(Some).ok_or_else(wrong)
     }
-}
-
-/// Leaves the servos as they were, and closes the bag.
-async fn finish(recorder: Recorder, events: Option<EventsSwitch>) -> Result<WrittenBag, RecordingError> {
-    if let Some(events) = events {
-        events.finish().await;
-    }
-    recorder.finish().await
 }
 
 /// Shows what has been recorded, on a terminal only, for ever.

@@ -1,11 +1,11 @@
 //! `--record DIR`: a bag of what the command does.
 
-use super::events::EventsSwitch;
 use crate::cli::error::Incomplete;
-use crate::record::{WriterOptions, WrittenBag};
+use crate::record::{Bag, WriterOptions, WrittenBag};
 use crate::recording::{Recorder, Selection};
 use crate::ros::names::NameError;
 use crate::ros::{Environment, LogLevel, Logging, Resolver, RosArgs, Session};
+use crate::runs::replayable_from;
 use crate::servo::Interface;
 use crate::stderr;
 use crate::wire::{ServoKind, command_topic};
@@ -20,9 +20,7 @@ pub(in crate::cli) struct Recording {
     directory: PathBuf,
     /// Says so at once where writing fails.
     watch: JoinSet<()>,
-    /// Of servos that are there already.
-    events: Option<EventsSwitch>,
-    session: Session,
+    _session: Session,
 }
 
 /// How long the recorder may take to find what it is to record.
@@ -39,18 +37,7 @@ impl Recording {
         let failure = recorder.write_failure();
         let mut watch = JoinSet::new();
         watch.spawn(async { stderr::line(format!("warning: the recording has ended: {}", failure.await)) });
-        Ok(Self { recorder, directory: directory.to_owned(), watch, events: None, session })
-    }
-
-    /// The same of servos that are there already, which record what comes to them until it ends.
-    pub fn of_running(
-        directory: &Path,
-        environment: &Environment,
-        ros_args: &RosArgs,
-    ) -> anyhow::Result<Self> {
-        let recording = Self::start(directory, environment, ros_args)?;
-        let events = EventsSwitch::start(&recording.session, ros_args)?;
-        Ok(Self { events: Some(events), ..recording })
+        Ok(Self { recorder, directory: directory.to_owned(), watch, _session: session })
     }
 
     /// Waits until it hears the arms and what comes to their `servo`, and would hear a goal and the commands that follow it.
@@ -82,14 +69,10 @@ impl Recording {
             "nobody publishes commands to all of the arms (waited {} s)",
             DISCOVERY.as_secs()
         );
-        if let Some(switch) = &self.events {
-            switch.has_asked(&names.topic(servo)?, DISCOVERY).await;
-        }
         if !self.recorder.wait_for_next_messages(&[&events], DISCOVERY).await {
             let waited = DISCOVERY.as_secs();
             stderr::line(format!(
-                "warning: nothing came of {events} within {waited} s, as the arm moves or the servo does not publish it: the bag can be \
-                 plotted, and replayed only from when it does"
+                "warning: nothing came of {events} within {waited} s: the bag can be plotted, and replayed only from when it does"
             ));
         }
         Ok(())
@@ -121,10 +104,7 @@ impl Recording {
 
     /// Ends the recording and reports what is in it.
     pub async fn finish(self) -> anyhow::Result<()> {
-        let Self { recorder, directory, mut watch, events, session: _session } = self;
-        if let Some(events) = events {
-            events.finish().await;
-        }
+        let Self { recorder, directory, mut watch, _session } = self;
         // The end that is asked for is none to be warned of.
         watch.shutdown().await;
         let summary = recorder.finish().await?;
@@ -144,8 +124,17 @@ pub(in crate::cli) fn is_complete(directory: &Path, summary: &WrittenBag) -> Res
     }
 }
 
-/// What was recorded, in a line.
+/// What was recorded, in a line. From when on each servo can be replayed goes to stderr.
 pub(super) fn what_was_recorded(directory: &Path, summary: &WrittenBag) -> String {
+    let servos = Bag::open(directory).map(replayable_from).unwrap_or_default();
+    for (servo, since) in servos {
+        stderr::line(match since {
+            Some(since) => format!("{servo} can be replayed from {since:.1} s on"),
+            None => format!(
+                "warning: {servo} cannot be replayed: no message of {servo}/events says what it knows, as one each 5 s does"
+            ),
+        });
+    }
     let WrittenBag { messages, topics, dropped, files } = summary;
     let directory = directory.display();
     format!(

@@ -55,7 +55,7 @@ impl Replay {
 
 /// What came of one servo, in a line.
 fn line(servo: &Replayed) -> String {
-    let Replayed { node, commands, different, largest_difference, unit, judged_s, not_judged, .. } = servo;
+    let Replayed { node, commands, different, largest_difference, unit, .. } = servo;
     let mut judged =
         format!("{node}: {commands} commands, {different} differ, by {largest_difference} at most [{unit}]");
     if let Some(first) = servo.first_difference_s {
@@ -64,17 +64,32 @@ fn line(servo: &Replayed) -> String {
     if servo.not_sent > 0 {
         judged += &format!(", {} of them not sent by the replay", servo.not_sent);
     }
-    if *not_judged == 0 {
-        return judged;
-    }
+    judged + &skipped(servo)
+}
+
+/// What was not compared, and why.
+fn skipped(servo: &Replayed) -> String {
+    let Replayed { judged_s, not_judged, inputs_missing, repeated, damaged, .. } = servo;
     const SHOWN: usize = 5;
-    let part = |(from, to): &(f64, f64)| format!("{from:.3} to {to:.3} s");
-    let mut parts: Vec<_> = judged_s.iter().take(SHOWN).map(part).collect();
-    if judged_s.len() > SHOWN {
-        parts.push(format!("{} more parts", judged_s.len() - SHOWN));
+    let mut said = String::new();
+    if *not_judged > 0 || judged_s.len() > 1 {
+        let part = |(from, to): &(f64, f64)| format!("{from:.3} to {to:.3} s");
+        let mut parts: Vec<_> = judged_s.iter().take(SHOWN).map(part).collect();
+        if judged_s.len() > SHOWN {
+            parts.push(format!("{} more parts", judged_s.len() - SHOWN));
+        }
+        said += &format!(
+            "; judged: {}; {inputs_missing} cycles are not in the bag, and {not_judged} commands before the next beginning were skipped",
+            parts.join(", ")
+        );
     }
-    format!(
-        "{judged}; judged: {}; {not_judged} commands follow cycles that are not in the bag",
-        parts.join(", ")
-    )
+    if *repeated > 0 {
+        said += &format!(
+            "; {repeated} cycles are in the bag twice or come too late, as of two recordings in one: they count once"
+        );
+    }
+    if *damaged > 0 {
+        said += &format!("; {damaged} messages are damaged");
+    }
+    said
 }

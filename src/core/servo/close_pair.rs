@@ -2,9 +2,10 @@
 
 use dq_space::space::{Near, Pair, Scene};
 use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
 
 /// Two that are near each other, and how far they are from each other.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ClosePair {
     /// Which.
     pub pair: Pair,

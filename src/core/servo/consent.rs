@@ -9,6 +9,7 @@
 
 use super::Rejection;
 use super::revocation::{Contended, Revocation, Rivals};
+use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
 /// A publisher that is silent for this time has let go, where `rearm_timeout` is not longer. `ros2 topic pub` sends once a second.
@@ -18,7 +19,7 @@ pub const STREAM: Duration = Duration::from_millis(1500);
 const MOST: usize = 16;
 
 /// Who asks for motion.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Asker {
     /// The publisher of that number, by a goal.
     Goal(u32),
@@ -36,7 +37,7 @@ impl Asker {
 }
 
 /// What somebody asked, and what has become of it. Times are of the cycle's clock.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Ask {
     /// Who asked.
     pub by: Asker,
@@ -49,7 +50,7 @@ pub struct Ask {
 }
 
 /// The latest revocation.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Revoked {
     /// What was pushed until then is revoked.
     pub until: Duration,
@@ -77,7 +78,7 @@ impl Revoked {
 }
 
 /// Whether the arm may move: who asked for it last, and what has revoked that.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Consent {
     ask: Option<Ask>,
     revoked: Option<Revoked>,
@@ -128,7 +129,7 @@ impl Consent {
 }
 
 /// What a publisher pushes, and when the first message of it came.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Push {
     ask: Ask,
     came: Duration,
@@ -154,7 +155,7 @@ impl Push {
 }
 
 /// Everybody who asks, and the consent that comes of it: the only writer of that.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Asks {
     consent: Consent,
     pushes: Vec<Push>,

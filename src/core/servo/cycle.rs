@@ -9,6 +9,7 @@ mod output;
 mod own_program;
 mod reconfigure;
 mod robot;
+mod saved;
 mod step;
 mod tracking;
 
@@ -27,6 +28,7 @@ use dq_link::Link;
 use elsewhere::Elsewhere;
 use output::Output;
 pub use own_program::Measured;
+use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -77,6 +79,7 @@ struct Frames {
 }
 
 /// The cycle's times.
+#[derive(Serialize, Deserialize)]
 struct Clock {
     /// From one cycle to the next \[s\].
     period: f64,
@@ -277,11 +280,6 @@ impl Servo {
     /// What the last cycle did.
     pub fn status(&self) -> &Status {
         &self.status
-    }
-
-    /// Takes the place of a servo that was there before: what that has rejected counts on.
-    pub fn succeed(&mut self, before: &Self) {
-        self.rejections.clone_from(&before.rejections);
     }
 
     /// Messages rejected so far. Who keeps them does not see later ones.

@@ -2,6 +2,7 @@
 
 use dq_algebra::UnitDualQuaternion;
 use nalgebra::Vector6;
+use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
 /// So many errors are kept, so far apart.
@@ -9,7 +10,7 @@ const KEPT: usize = 32;
 const SPACING: Duration = Duration::from_millis(30);
 
 /// The last errors of a motion to one goal.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub(super) struct ErrorTrend {
     /// When each was measured \[s\], and the screw log.
     errors: [(f64, Vector6<f64>); KEPT],

@@ -10,6 +10,7 @@ use dq_algebra::UnitDualQuaternion;
 use dq_kinematics::arm::ArmState;
 use dq_kinematics::control::Controller;
 use nalgebra::{DMatrix, DVector};
+use serde::{Deserialize, Serialize};
 
 /// The least speed along the escape [rad/s], over all joints.
 pub(super) const SPEED: f64 = 0.3;
@@ -36,6 +37,7 @@ pub(super) enum FoundEscape {
 }
 
 /// The direction of the joints that leads out, of unit length.
+#[derive(Serialize, Deserialize)]
 pub(super) struct EscapeDirection(DVector<f64>);
 
 impl EscapeDirection {

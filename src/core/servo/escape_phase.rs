@@ -1,6 +1,7 @@
 //! Where a motion is with respect to singularities.
 
 use super::escape::SPEED;
+use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
 /// The escape is over where the error rises along it by more than this part of itself per rad: the law knows better.
@@ -10,7 +11,7 @@ const RISE: f64 = 1e-3;
 const LONGEST: f64 = 3.0;
 
 /// Where a motion is with respect to singularities.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct EscapePhase {
     pub phase: Phase,
     /// The error where the last escape began.
@@ -18,7 +19,7 @@ pub(super) struct EscapePhase {
 }
 
 /// The phases of an escape.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) enum Phase {
     Free,
     Stuck {

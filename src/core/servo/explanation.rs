@@ -14,6 +14,7 @@ use crate::servo::{GoalError, Tolerance};
 use dq_algebra::UnitDualQuaternion;
 use nalgebra::{UnitQuaternion, Vector3};
 use places::{Place, Spread, alike, noise};
+use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 use std::time::Duration;
 
@@ -53,7 +54,7 @@ const REACHED: f64 = 10.0;
 const CARRIED: [f64; 2] = [0.1, 0.3];
 
 /// Compares the motion of a goal with the tool's. Lists of two are of position and rotation.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Explanation {
     tool: VecDeque<Place>,
     goals: VecDeque<Place>,

@@ -5,9 +5,10 @@ use dq_algebra::{UnitDualQuaternion, unit_rotation};
 use dq_common::text::cut;
 use dq_kinematics::arm::bounds;
 use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
 
 /// A goal pose that has been checked.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct Goal {
     base_from_goal: UnitDualQuaternion,
 }

@@ -4,9 +4,10 @@ use super::Tolerance;
 use dq_algebra::UnitDualQuaternion;
 use dq_kinematics::arm::ArmState;
 use dq_kinematics::control::Aim;
+use serde::{Deserialize, Serialize};
 
 /// How far from the goal, in what is asked for; 0 for what is left free.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct GoalError {
     /// Distance \[m\].
     pub position: f64,

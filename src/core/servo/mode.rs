@@ -10,6 +10,7 @@ use super::{
 };
 use dq_algebra::UnitDualQuaternion;
 use dq_kinematics::control::SignMemory;
+use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
 /// A goal of a stream that has moved by less than this part of the distance that is left is no reason to hope again for an arm that
@@ -17,7 +18,7 @@ use std::time::Duration;
 const REASON_TO_HOPE: f64 = 0.1;
 
 /// What the servo is about to do.
-#[derive(Default)]
+#[derive(Default, Serialize, Deserialize)]
 pub(super) enum Mode {
     /// Nothing: there is neither a goal nor a twist.
     #[default]
@@ -43,7 +44,7 @@ impl Mode {
 }
 
 /// The twist in force.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Jog {
     pub twist: Twist,
     pub publisher: u32,
@@ -51,6 +52,7 @@ pub(super) struct Jog {
 }
 
 /// The goal in force and the motion to it.
+#[derive(Serialize, Deserialize)]
 pub(super) struct Pursuit {
     pub goal: Goal,
     /// The stamp of its message \[ns\], and who sent it.
@@ -75,7 +77,7 @@ pub(super) struct Pursuit {
 }
 
 /// What the motion was like so far.
-#[derive(Default)]
+#[derive(Default, Serialize, Deserialize)]
 pub(super) struct Record {
     pub meter: Option<MotionMeter>,
     /// When the motion began, and the controlled pose then.
@@ -106,6 +108,7 @@ impl Record {
 }
 
 /// Watches whether the arm gets nearer, as long as it is driven.
+#[derive(Serialize, Deserialize)]
 pub(super) struct Watch {
     /// The goal for which it began.
     goal: Goal,

@@ -12,14 +12,14 @@
 
 use super::{GoalError, Tolerance};
 use nalgebra::Vector3;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
 /// The settling time of a component is when its error begins to stay within this part of its initial value (paper §3, §8: 2 %).
 const SETTLING_BAND: f64 = 0.02;
 
 /// One component's error over time.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Settling {
     band: f64,
     last_outside: Duration,
@@ -52,7 +52,7 @@ impl Settling {
 }
 
 /// Measures a motion to one goal as it goes on; memory does not grow.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MotionMeter {
     started: Duration,
     rotation: Settling,
@@ -68,7 +68,7 @@ pub struct MotionMeter {
 }
 
 /// What the next sample is measured against.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 struct LastSample {
     time: Duration,
     point: Vector3<f64>,
@@ -80,7 +80,7 @@ struct LastSample {
 macro_rules! figures {
     ($($(#[$doc:meta])* $field:ident: $kind:ty = $name:literal,)*) => {
         /// The figures of a motion.
-        #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+        #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
         pub struct Figures { $($(#[$doc])* #[serde(rename = $name)] pub $field: $kind,)* }
 
         impl Figures {

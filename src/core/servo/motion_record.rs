@@ -3,10 +3,11 @@
 use super::{Asker, Figures, Goal, Reconfiguration, Revocation, Stall};
 use dq_algebra::UnitDualQuaternion;
 use dq_kinematics::control::Controller;
+use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
 /// What has become of a motion.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub enum Outcome {
     /// It goes on.
     #[default]

@@ -6,6 +6,7 @@
 //! A goal that moves makes commands and errors swing, too. What it changes of the error at once is not the arm's doing, and each such change
 //! may turn a joint round twice: there and back.
 
+use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
 /// Swings are counted over this time, and over the same time again.
@@ -40,7 +41,7 @@ const TURNS: u32 = 2;
 const SHRINKS: f64 = 0.8;
 
 /// Watches the commands of a motion.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(super) struct Oscillation {
     joints: Vec<[Zigzag; 2]>,
     error: Zigzag,
@@ -53,14 +54,14 @@ pub(super) struct Oscillation {
 }
 
 /// What a window has seen so far.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Window {
     began: Duration,
     worst_error: f64,
 }
 
 /// What a window has seen.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Verdict {
     swings: bool,
     swings_largely: bool,
@@ -68,7 +69,7 @@ struct Verdict {
 }
 
 /// Counts the reversals of a number that goes up and down by more than a threshold.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 struct Zigzag {
     rising: bool,
     extreme: f64,

@@ -1,6 +1,7 @@
 //! Whether a motion still gets nearer to its goal.
 
 use super::{GoalError, Tolerance};
+use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
 /// In each `progress_timeout` an error has to shrink by this part of itself, so that a slow law which arrives is not given up: from
@@ -11,7 +12,7 @@ pub(super) const SHARE: f64 = 1.0 / 400.0;
 pub(super) const BRISK: f64 = 0.2;
 
 /// The smallest errors of a motion so far, and how long it has been driven since without a smaller one.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Progress {
     position: f64,
     rotation: f64,

@@ -3,6 +3,7 @@
 use super::Stall;
 use dq_common::named;
 use dq_kinematics::arm::JointKind;
+use serde::{Deserialize, Serialize};
 use std::time::Duration;
 use thiserror::Error;
 
@@ -19,7 +20,7 @@ named! {
 }
 
 /// What another configuration asks of the joint that goes farthest for it.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Detour {
     /// The joint, counted from 1 arm after arm.
     pub joint: usize,
@@ -34,7 +35,7 @@ pub struct Detour {
 }
 
 /// What is known of another configuration of the joints within their limits in which the goal of a motion can be reached.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub enum Reconfiguration {
     /// Nothing: none was looked for, or nobody has answered.
     #[default]

@@ -1,9 +1,10 @@
 //! What takes consent back, and of what there may be one publisher only.
 
 use dq_kinematics::arm::JointKind;
+use serde::{Deserialize, Serialize};
 
 /// What two publishers give at the same time, of which there may be one only.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Contended {
     /// Joint states of the arm of that number.
     JointStates(usize),
@@ -16,7 +17,7 @@ pub enum Contended {
 }
 
 /// Two publishers of what may have one only.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Rivals {
     /// What they publish.
     pub of: Contended,
@@ -27,7 +28,7 @@ pub struct Rivals {
 }
 
 /// What revokes a consent.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Revocation {
     /// The robot came this long after the consent \[s\].
     CameLater(f64),

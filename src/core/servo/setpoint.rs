@@ -2,9 +2,10 @@
 
 use super::PositionLimits;
 use dq_kinematics::arm::JointKind;
+use serde::{Deserialize, Serialize};
 
 /// The positions \[rad\] that an arm is sent, joint after joint; none before it is driven, and after it was elsewhere.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Setpoint {
     positions: Vec<f64>,
     /// How fast the last cycle has moved them on [rad/s].
@@ -14,7 +15,7 @@ pub(super) struct Setpoint {
 }
 
 /// What becomes of the positions.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 enum Phase {
     /// Nothing is sent: the controller holds what it was sent last.
     Released,

@@ -2,9 +2,10 @@
 
 use super::{ClosePair, GoalError, Reach};
 use dq_kinematics::arm::JointKind;
+use serde::{Deserialize, Serialize};
 
 /// Why a motion was given up. Joints are counted from 1, arm after arm.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Stall {
     /// The goal is farther away than the links are long.
     BeyondReach(Reach),

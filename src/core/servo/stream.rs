@@ -2,6 +2,7 @@
 
 use dq_algebra::UnitDualQuaternion;
 use nalgebra::{Matrix3, SMatrix, Vector3, Vector6};
+use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 use std::time::Duration;
 
@@ -39,7 +40,7 @@ const MEMORY: f64 = 0.1;
 const ROUNDING: f64 = 1e-6;
 
 /// A pose as it came.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct StampedPose {
     pose: UnitDualQuaternion,
     stamp: i64,
@@ -49,7 +50,7 @@ struct StampedPose {
 }
 
 /// The goal's motion about the newest pose.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Fit {
     pose: UnitDualQuaternion,
     /// When it was there, by the cycle's clock \[ns\].
@@ -78,7 +79,7 @@ impl MovingGoal {
 }
 
 /// The poses of a goal in the last moments.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct GoalStream {
     samples: VecDeque<StampedPose>,
     fit: Option<Fit>,

@@ -4,9 +4,10 @@ use super::Rejection;
 use dq_common::text::cut;
 use dq_kinematics::arm::bounds;
 use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
 
 /// How the tool point is to move, checked.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Twist {
     /// Velocity of the tool point [m/s].
     pub linear: Vector3<f64>,

@@ -67,6 +67,12 @@ pub struct Rig {
     next_publisher: u32,
     /// Whether the last that was heard of the goal is that its frame is lost.
     frame_lost: bool,
+    /// Before each so many cycles another servo takes this one's place, which knows what this one knows; 0: never.
+    pub restored_each: u32,
+    /// What was sent in each cycle, while somebody wants to know.
+    pub sent: Option<Vec<Option<Vec<f64>>>>,
+    /// What another servo is built from, with the settings of this one.
+    parameters: ServoParameters,
     period: Duration,
     commands_under_way: VecDeque<(Duration, Vec<f64>)>,
     states_under_way: VecDeque<(Duration, Vec<ArmState>)>,
@@ -155,7 +161,9 @@ impl Rig {
     }
 
     fn start_at(parameters: ServoParameters, starts: Vec<Vec<f64>>, period: Duration) -> Self {
-        let servo = parameters.clone().with_period(period).build().unwrap();
+        let parameters = parameters.with_period(period);
+        let servo = parameters.build().unwrap();
+        let again = parameters.clone();
         let ServoParameters { arms, joints, settings, .. } = parameters;
         let now = Duration::from_secs(1000);
         let plant = |start: &Vec<f64>| {
@@ -200,6 +208,9 @@ impl Rig {
             opinion: Opinion::default(),
             next_publisher: 100,
             frame_lost: false,
+            restored_each: 0,
+            sent: None,
+            parameters: again,
             period,
             commands_under_way: VecDeque::new(),
             states_under_way: VecDeque::new(),
@@ -305,6 +316,9 @@ impl Rig {
 
     /// One cycle of all after `missed` in which the servo did not run, but its plants did.
     pub fn cycle_late(&mut self, missed: u32) {
+        if self.restored_each > 0 && self.cycles.is_multiple_of(self.restored_each) {
+            self.restore();
+        }
         for _ in 0..missed {
             self.now += self.period;
             self.step_plants();
@@ -371,9 +385,20 @@ impl Rig {
             self.check_setpoint(output);
             self.commands_under_way.push_back((self.now + self.command_delay, output.clone()));
         }
+        self.sent.iter_mut().for_each(|sent| sent.push(output.clone()));
         self.output = output;
         self.step_plants();
         self.command = command;
+    }
+
+    /// Another servo takes the place of this one, and knows what this one knows.
+    fn restore(&mut self) {
+        let saved = postcard::to_stdvec(&self.servo.saved()).unwrap();
+        let settings = self.servo.settings().clone();
+        let mut other = ServoParameters { settings, ..self.parameters.clone() }.build().unwrap();
+        other.restore(&mut postcard::Deserializer::from_bytes(&saved)).unwrap();
+        assert!(postcard::to_stdvec(&other.saved()).unwrap() == saved);
+        self.servo = other;
     }
 
     /// No position that is sent is a step from the one before, nor is the first from where the arm is.

@@ -3,6 +3,7 @@
 use super::{ArmState, Chain, JointKind};
 use dq_algebra::UnitDualQuaternion;
 use nalgebra::{UnitQuaternion, Vector3};
+use serde::{Deserialize, Serialize};
 
 /// How fast the fastest tool moves.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -14,7 +15,7 @@ pub struct ToolSpeed {
 }
 
 /// How far the goal is from where the arm stands, or can slide to, and how far the arm reaches from there \[m\].
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Reach {
     /// Distance of the goal.
     pub goal: f64,

@@ -2,10 +2,11 @@
 
 use dq_algebra::UnitDualQuaternion;
 use nalgebra::{Unit, Vector3};
+use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
 /// What a joint does.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum JointKind {
     /// It turns about its axis: its position is an angle \[rad\].
     Revolute,

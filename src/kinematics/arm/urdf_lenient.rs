@@ -20,8 +20,9 @@ pub(super) fn as_xml(text: &str) -> Result<String, DescriptionError> {
     let all = text.split('\0').next().unwrap_or_default();
     let (mut rest, mut xml) = (all, Xml::default());
     while let Some((before, from)) = rest.split_once('<') {
-        let line = line(all, all.len() - from.len());
-        let missing = |what: &str| DescriptionError::NotXml(format!("expected {what} in line {line}"));
+        // Counted only for an error: counting for each element takes quadratic time.
+        let line = || line(all, all.len() - from.len());
+        let missing = |what: &str| DescriptionError::NotXml(format!("expected {what} in line {}", line()));
         xml.put(before, &escaped(before));
         let mark = MARKS.iter().find_map(|(open, close)| Some((*open, *close, from.strip_prefix(open)?)));
         rest = match mark {
@@ -34,7 +35,10 @@ pub(super) fn as_xml(text: &str) -> Result<String, DescriptionError> {
             None => {
                 let (tag, after) = Tag::read(from).map_err(missing)?;
                 if tag.name.starts_with("xacro:") {
-                    return Err(DescriptionError::Xacro { element: cut(tag.name).into_owned(), line });
+                    return Err(DescriptionError::Xacro {
+                        element: cut(tag.name).into_owned(),
+                        line: line(),
+                    });
                 }
                 xml.element(&from[..from.len() - after.len()], &tag);
                 after
@@ -162,9 +166,13 @@ fn escaped(text: &str) -> String {
     out
 }
 
+/// The longest name of an entity \[bytes\]. Searching farther for its end takes quadratic time.
+const LONGEST_ENTITY: usize = 16;
+
 /// Whether what follows an ampersand makes it an entity of XML.
 fn is_entity(rest: &str) -> bool {
-    let Some((name, _)) = rest.split_once(';') else { return false };
+    let end = rest.bytes().take(LONGEST_ENTITY + 1).position(|byte| byte == b';');
+    let Some(name) = end.map(|end| &rest[..end]) else { return false };
     let number = name.strip_prefix("#x").map(|hex| u32::from_str_radix(hex, 16));
     let number = number.or_else(|| name.strip_prefix('#').map(str::parse));
     match number {
@@ -183,6 +191,18 @@ mod tests {
                     <p:link/> <![CDATA[<&]]></robot>\n<robot name=\"second\"/>";
         let expected = "\n\n\n\n<robot name=\"a &quot;b&quot; &lt; c &amp; d &amp; e\">\n\n<p_link/> &lt;&amp;</robot>\n";
         assert_eq!(as_xml(text).unwrap(), expected);
+    }
+
+    /// Quadratic time would be minutes for each of these.
+    #[test]
+    fn a_long_text_takes_time_in_proportion_to_its_length() {
+        let began = std::time::Instant::now();
+        let ampersands = "&".repeat(4 << 20);
+        let escaped = as_xml(&format!("<robot>{ampersands}</robot>")).unwrap();
+        assert_eq!(escaped.matches("&amp;").count(), 4 << 20);
+        let comments = as_xml(&format!("<robot>{}</robot>", "<!-- a -- b -->\n".repeat(200_000))).unwrap();
+        assert_eq!(comments.lines().count(), 200_001);
+        assert!(began.elapsed() < std::time::Duration::from_secs(10), "{:?}", began.elapsed());
     }
 
     #[test]

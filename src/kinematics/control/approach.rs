@@ -4,6 +4,7 @@ use super::angular_linear::AngularLinear;
 use super::controller::Controller;
 use crate::arm::ArmState;
 use nalgebra::UnitQuaternion;
+use serde::{Deserialize, Serialize};
 use std::f64::consts::FRAC_PI_2;
 
 /// The velocity at which a second-order law was last sent on, from which it goes to the one that it asks for.
@@ -11,7 +12,7 @@ use std::f64::consts::FRAC_PI_2;
 /// A law whose twist is `ξ` and whose [rate](super::ControlLaw::approach_rate) is R moves the tool by `V̇ = R (ξ − V)` in the tool's axes.
 /// With `ξ = −(K_p/K_d) log(e)` and `R = K_d` that is `V̇ = −K_p log(e) − K_d V`, the PD law on SE(3) (paper §10.2; Bullo & Murray 1995,
 /// theorem 5). What is kept is the velocity that was commanded, after every limit, so no limit and no other law before it leaves a debt.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Approach {
     /// The tool's twist at the last command, along the tool's axes [rad/s, m/s].
     twist: AngularLinear,

@@ -1,6 +1,7 @@
 //! The choice between q and −q, which are the same pose.
 
 use dq_algebra::UnitDualQuaternion;
+use serde::{Deserialize, Serialize};
 
 /// The nearer of `q_d` and `−q_d` to the tool's pose: the sign that a new goal gets.
 pub fn nearer_goal(
@@ -15,7 +16,7 @@ pub fn nearer_goal(
 /// A new goal gets the sign of the nearer of the two. After that the sign flips only when `⟨±r_d, r⟩ < −δ`: the memory
 /// keeps noise near a half turn from switching the direction back and forth. This is the hysteresis by which Kussaba,
 /// Figueredo, Ishihara & Adorno (2017, arXiv 1701.08031) avoid both unwinding and chattering.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SignMemory {
     sign: f64,
 }

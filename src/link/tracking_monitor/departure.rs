@@ -7,6 +7,7 @@ use super::{MUCH_TOO_FAR, PART, SLOWEST};
 use crate::command_history::CommandHistory;
 use crate::comparison::Comparison;
 use dq_kinematics::arm::JointKind;
+use serde::{Deserialize, Serialize};
 use std::mem;
 use std::ops::Range;
 use std::time::Duration;
@@ -65,7 +66,7 @@ pub(super) struct Answer<'a> {
 }
 
 /// A time with which the motion of a joint is compared.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 struct Anchor {
     time: Duration,
     /// How far its commands should have taken the joint, and how far it has moved \[rad, prismatic: m\].
@@ -85,7 +86,7 @@ impl Anchor {
 }
 
 /// What one joint did.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 struct JointResponse {
     /// It was seen to respond.
     seen: bool,
@@ -106,7 +107,7 @@ struct JointResponse {
 }
 
 /// What the joints of one arm have done since it stood.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Departure {
     /// Its joints among all.
     joints: Range<usize>,

@@ -8,6 +8,7 @@ use dq_kinematics::arm::Description;
 use dq_params::{ParameterStore, Value};
 use dq_ros::ros::{LogLevel, Logging, Node, Resolver, RosArgs, RosError, Session};
 use std::time::Duration;
+use tokio::task::spawn_blocking;
 use tokio::time::{Instant, interval};
 
 /// The topic.
@@ -31,7 +32,10 @@ impl<P: NodeParameters> Prepared<P> {
                 description = descriptions.next() => {
                     let topic = descriptions.topic().to_owned();
                     let refused = |why| NodeError::Description { topic, why: Box::new(why) };
-                    return Self::described(args, description.data).map_err(refused);
+                    let args = args.clone();
+                    // Signals are heard meanwhile.
+                    let read = spawn_blocking(move || Self::described(&args, description.data)).await;
+                    return read.map_err(|why| NodeError::Thread(why.into()))?.map_err(refused);
                 }
                 _ = reminder.tick() => {
                     let topic = descriptions.topic();
@@ -62,11 +66,14 @@ pub(super) fn watch(
         let mut logged: Option<Instant> = None;
         loop {
             let came = descriptions.next().await.data;
-            let why = match Description::read(&came, &base, &tool) {
-                Ok(read) if read.arm.urdf() == in_force => continue,
-                Ok(_) => {
+            let (from, to) = (base.clone(), tool.clone());
+            // The node's other tasks go on meanwhile.
+            let why = match spawn_blocking(move || Description::read(&came, &from, &to)).await {
+                Ok(Ok(read)) if read.arm.urdf() == in_force => continue,
+                Ok(Ok(_)) => {
                     format!("it has another arm between {base} and {tool}: start the servo anew to take it")
                 }
+                Ok(Err(why)) => why.to_string(),
                 Err(why) => why.to_string(),
             };
             if logged.is_none_or(|last| last.elapsed() >= REMINDER) {

@@ -1,71 +1,73 @@
-//! The record for replay on `~/events`: a message a cycle, of what the servo took and what it had to send.
+//! Publishes the record for replay on `~/events` while somebody subscribes: what the servo took in each cycle, and what it sent.
 //!
-//! It begins with a servo that is new, as nothing else can be repeated: the node replaces its own by one when the arm stands and
-//! somebody listens. Where the parameter `events` is off there is nothing to do in a cycle.
+//! Recording does not change the servo. For each new subscriber, and once per [`STATE_INTERVAL`], the record includes the servo's saved
+//! state, so that a replay can begin there. One message holds several cycles, because rosbag2's readers keep only ten messages. If nobody
+//! subscribes, the cycle does no work for the record.
 
 use crate::wire::messages::UInt8MultiArray;
-use crate::wire::{CycleRecord, EVENTS, NodeContract, Recorded, RecordedParameters, ServoKind};
-use dq_config::ServoParameters;
-use dq_core::servo::{Event, JointOrder, Rejection, Servo, Settings, SettingsError, State};
+use crate::wire::{CycleRecord, NodeContract, Recorded, RecordedParameters, Saved, ServoKind};
+use dq_core::servo::{Event, JointOrder, Rejection, Servo};
 use dq_params::{ParameterStore, Value};
 use dq_ros::ros::{Node, Publisher, RosError};
 use dq_space::space::KeepOut;
+use std::borrow::Cow;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
-/// A record is no longer [bytes]: of a cycle to which more came it is left out, and the replay sees that one is missing.
+/// The time that one message covers. The ten messages that rosbag2's readers keep cover a second.
+const BATCH: Duration = Duration::from_millis(100);
+
+/// A message of this length is published before [`BATCH`] has passed \[bytes\].
+const FULL: usize = 1 << 18;
+
+/// The longest record of one cycle \[bytes\]. A longer one is left out, and the replay reports a missing cycle.
 const LONGEST: usize = 1 << 20;
 
-/// Records of this length find their room made [bytes]; one arm's take some 200.
-const USUAL: usize = 1 << 14;
+/// How often the record includes the servo's state. After a lost message the replay goes on at the next one.
+const STATE_INTERVAL: Duration = Duration::from_secs(5);
 
-/// An arm whose joints are all commanded to go more slowly than this [rad/s, prismatic: m/s] stands, as one does that is held where it has
-/// arrived: to stop is less than one cycle's deceleration.
-const STANDS: f64 = 1e-3;
-
-/// Who the cycle and the report share: the topic, and whether anybody listens.
+/// The topic and the number of its subscribers. The cycle and the report share it.
 pub(super) struct EventsTopic {
     publisher: Publisher<UInt8MultiArray>,
-    is_heard: AtomicBool,
+    readers: AtomicUsize,
 }
 
 impl EventsTopic {
     /// The topic of the node.
     pub fn new(node: &mut Node, contract: &NodeContract) -> Result<Arc<Self>, RosError> {
         let publisher = node.publisher(contract, "~/events")?;
-        Ok(Arc::new(Self { publisher, is_heard: AtomicBool::new(false) }))
+        Ok(Arc::new(Self { publisher, readers: AtomicUsize::new(0) }))
     }
 
-    /// Looks whether anybody subscribes. That takes a lock which discovery holds too, so it is not the cycle's to do.
+    /// Counts who subscribes. That takes a lock which discovery holds too, so the cycle does not do it.
     pub fn look_for_readers(&self) {
-        self.is_heard.store(self.publisher.readers() > 0, Ordering::Relaxed);
+        self.readers.store(self.publisher.readers(), Ordering::Relaxed);
     }
 }
 
-/// A servo that is new, and the first event of its record.
-pub(super) struct NewServo {
-    servo: Servo,
-    event: Vec<u8>,
+/// A servo's parameters, encoded for the record.
+pub(super) struct ParameterRecord {
+    /// [`Recorded::Begin`] with all parameters.
+    all: Vec<u8>,
+    /// [`Recorded::Parameters`] with the parameters that were changed.
+    changed: Vec<u8>,
 }
 
-impl NewServo {
-    /// With the parameters of a store, which are these, and what is drawn.
+impl ParameterRecord {
+    /// Encodes the parameters in `store` of a servo of this kind, the `changes` that led to them, and the drawn keep-outs.
     pub fn new(
         kind: ServoKind,
         store: &ParameterStore,
+        changes: &[(String, Value)],
         drawn: &[KeepOut],
-        parameters: &ServoParameters,
-    ) -> Result<Box<Self>, SettingsError> {
-        let values = store.values();
-        let all = RecordedParameters { values: values.collect(), drawn: texts(drawn) };
-        Ok(Box::new(Self { servo: parameters.build()?, event: encoded(&Recorded::New(kind, all)) }))
+    ) -> Self {
+        // The texts of keep-outs read back to the last bit.
+        let drawn: Vec<_> = drawn.iter().map(ToString::to_string).collect();
+        let changed = RecordedParameters { values: changes.to_vec(), drawn: drawn.clone() };
+        let all = RecordedParameters { values: store.values().collect(), drawn };
+        Self { all: encoded(&Recorded::Begin(kind, all)), changed: encoded(&Recorded::Parameters(changed)) }
     }
-}
-
-/// As the record has them, which a replay reads to the last bit.
-fn texts(drawn: &[KeepOut]) -> Vec<String> {
-    drawn.iter().map(ToString::to_string).collect()
 }
 
 fn encoded(event: &Recorded) -> Vec<u8> {
@@ -74,167 +76,132 @@ fn encoded(event: &Recorded) -> Vec<u8> {
     bytes
 }
 
-/// A change of the parameters, or of what is drawn.
-#[derive(Clone, Copy)]
-pub(super) struct Change<'a> {
-    /// All parameters after it.
-    pub store: &'a ParameterStore,
-    /// Those that were set.
-    pub changes: &'a [(String, Value)],
-    /// All that is drawn after it.
-    pub drawn: &'a [KeepOut],
-}
-
-/// What a change of the parameters is to the record.
-pub(super) enum RecordChange {
-    /// There is to be none.
-    Off,
-    /// It is to begin, with this servo.
-    Begin(Box<NewServo>),
-    /// It has this event.
-    Goes(Vec<u8>),
-}
-
-/// Makes of each change of the parameters what it is to the record.
-pub(super) struct RecordChanges {
-    pub kind: ServoKind,
-    /// Whether the record has begun.
-    pub has_begun: Arc<AtomicBool>,
-}
-
-impl RecordChanges {
-    /// What a change is that has led to these settings. One of `events` itself lets the record
-    /// begin anew, and so does any as long as it has not begun.
-    ///
-    /// # Errors
-    /// Why there is no servo to begin with.
-    pub fn of(
-        &self,
-        Change { store, changes, drawn }: Change<'_>,
-        settings: &Settings,
-    ) -> Result<RecordChange, String> {
-        if !matches!(store.get(EVENTS), Some(Value::Bool(true))) {
-            return Ok(RecordChange::Off);
-        }
-        let begins = changes.iter().any(|(name, _)| name == EVENTS);
-        if begins || !self.has_begun.load(Ordering::Relaxed) {
-            self.has_begun.store(false, Ordering::Relaxed);
-            let mut parameters = self.kind.from_store(store).map_err(|why| why.to_string())?;
-            parameters.settings.clone_from(settings);
-            let next = NewServo::new(self.kind, store, drawn, &parameters);
-            return Ok(RecordChange::Begin(next.map_err(|why| why.to_string())?));
-        }
-        let changed = RecordedParameters { values: changes.to_vec(), drawn: texts(drawn) };
-        Ok(RecordChange::Goes(encoded(&Recorded::Parameters(changed))))
-    }
-}
-
-/// The record, which the cycle writes.
+/// Writes the record, as part of the cycle.
 pub(super) struct EventsRecord {
     topic: Arc<EventsTopic>,
     joints: Vec<JointOrder>,
-    /// The servo with which it is to begin.
-    next: Option<Box<NewServo>>,
-    /// The number of the cycle in progress, once it has begun.
-    number: Option<u64>,
-    has_begun: Arc<AtomicBool>,
-    /// What the cycle is written into: nobody else holds it.
+    parameters: ParameterRecord,
+    /// The number of the cycle in progress.
+    number: u64,
+    /// How many subscribed in the last cycle.
+    readers: usize,
+    /// When the servo's state was last recorded.
+    begun: Duration,
+    /// The message in progress. Nobody else holds it.
     message: Arc<UInt8MultiArray>,
+    /// The time of its first cycle.
+    first: Duration,
+    /// Where its last cycle begins \[bytes\].
+    start: usize,
+    /// The servo's state, encoded.
+    saved: Vec<u8>,
 }
 
 impl EventsRecord {
-    /// Of a servo with these joints, which begins with `next` where it is on from the start.
-    pub fn new(topic: Arc<EventsTopic>, joints: Vec<JointOrder>, next: Option<Box<NewServo>>) -> Self {
-        let has_begun = Arc::default();
-        Self { topic, joints, next, number: None, has_begun, message: Arc::default() }
-    }
-
-    /// What makes the changes that [`change`](Self::change) takes.
-    pub fn changes(&self, kind: ServoKind) -> RecordChanges {
-        RecordChanges { kind, has_begun: self.has_begun.clone() }
-    }
-
-    /// Whether it is due to begin: a servo is to be begun with, somebody listens, and the arm neither moves nor is about to.
-    fn is_due(&self, servo: &Servo) -> bool {
-        let is_free = matches!(
-            servo.status().state,
-            State::WaitingForState | State::Holding | State::Paused | State::Stalled | State::Settled
-        );
-        self.next.is_some()
-            && self.topic.is_heard.load(Ordering::Relaxed)
-            && is_free
-            && servo.command().iter().all(|speed| speed.abs() < STANDS)
-    }
-
-    /// Begins the servo's cycle at `now`, and with it the record where it is due and `may_begin`: whether the servo is a new one from now
-    /// on.
-    pub fn begin(&mut self, servo: &mut Servo, now: Duration, may_begin: bool) -> bool {
-        let next = if may_begin && self.is_due(servo) { self.next.take() } else { None };
-        let event = next.map(|next| {
-            let NewServo { servo: mut new, event } = *next;
-            new.succeed(servo);
-            *servo = new;
-            self.has_begun.store(true, Ordering::Relaxed);
-            self.number = Some(0);
-            event
-        });
-        servo.begin(now);
-        if let Some(number) = self.number {
-            let record = &mut Arc::make_mut(&mut self.message).data;
-            record.reserve(USUAL);
-            CycleRecord::begin(number, now, record);
-            record.extend(event.iter().flatten());
+    /// Creates the record of a servo with these joints and parameters.
+    pub fn new(topic: Arc<EventsTopic>, joints: Vec<JointOrder>, parameters: ParameterRecord) -> Self {
+        Self {
+            topic,
+            joints,
+            parameters,
+            number: 0,
+            readers: 0,
+            begun: Duration::ZERO,
+            message: Arc::default(),
+            first: Duration::ZERO,
+            start: 0,
+            saved: Vec::new(),
         }
-        event.is_some()
     }
 
-    /// Lets the servo take an event, of which the record has a note.
+    fn is_heard(&self) -> bool {
+        self.readers > 0
+    }
+
+    /// Begins the servo's cycle at `now`.
+    pub fn begin(&mut self, servo: &mut Servo, now: Duration) {
+        self.number += 1;
+        let before = std::mem::replace(&mut self.readers, self.topic.readers.load(Ordering::Relaxed));
+        let record = &mut Arc::make_mut(&mut self.message).data;
+        if self.readers == 0 {
+            record.clear();
+            return servo.begin(now);
+        }
+        if record.is_empty() {
+            self.first = now;
+        }
+        self.start = record.len();
+        CycleRecord::begin(self.number, now, record);
+        if self.readers > before || now >= self.begun + STATE_INTERVAL {
+            self.begun = now;
+            record.extend_from_slice(&self.parameters.all);
+            Saved::encode(servo, &mut self.saved);
+            Recorded::Saved(Saved(Cow::Borrowed(&self.saved))).write(record);
+        }
+        servo.begin(now);
+    }
+
+    /// Lets the servo take an event, and records it.
     ///
     /// # Errors
     /// The servo's.
     pub fn take(&mut self, servo: &mut Servo, event: Event) -> Result<bool, Rejection> {
-        if self.number.is_none() {
+        if !self.is_heard() {
             return servo.take(event);
         }
         let record = &mut Arc::make_mut(&mut self.message).data;
         let (before, is_state) = (record.len(), matches!(event, Event::JointState(..)));
-        if before < LONGEST
+        if before - self.start < LONGEST
             && let Some(event) = Recorded::of(&event, &self.joints)
         {
             event.write(record);
         }
         let taken = servo.take(event);
-        // Joint states of other joints are none of the servo's, and there may be very many of them.
+        // Joint states of other joints are not used, and there may be very many of them.
         if is_state && taken.is_err() {
             record.truncate(before);
         }
         taken
     }
 
-    /// Notes that the servo has taken other settings, by a change of the parameters that is this to the record.
-    pub fn change(&mut self, change: RecordChange) {
-        match change {
-            RecordChange::Off => (self.next, self.number) = (None, None),
-            RecordChange::Begin(next) => {
-                (self.next, self.number) = (Some(next), None);
-                self.has_begun.store(false, Ordering::Relaxed);
-            }
-            RecordChange::Goes(event) if self.number.is_some() => {
-                Arc::make_mut(&mut self.message).data.extend(event);
-            }
-            // It was to begin anew just when this was set: with a servo that lacks it, it does not.
-            RecordChange::Goes(_) => self.next = None,
+    /// Records that the servo has taken the settings of these parameters.
+    pub fn change(&mut self, parameters: ParameterRecord) {
+        self.parameters = parameters;
+        if self.is_heard() {
+            Arc::make_mut(&mut self.message).data.extend_from_slice(&self.parameters.changed);
         }
     }
 
-    /// Ends the cycle, with what the servo has to send.
-    pub fn end(&mut self, output: Option<&[f64]>) {
-        let Some(number) = &mut self.number else { return };
-        *number += 1;
+    /// Ends the cycle with the servo's `output`, and publishes the message if it is due.
+    pub fn end(&mut self, now: Duration, output: Option<&[f64]>) {
+        if !self.is_heard() {
+            return;
+        }
         let record = &mut Arc::make_mut(&mut self.message).data;
         CycleRecord::end(output, record);
-        if record.len() < LONGEST {
-            self.topic.publisher.publish(self.message.clone());
+        if record.len() - self.start > LONGEST {
+            record.truncate(self.start);
         }
+        if record.len() >= FULL || now.saturating_sub(self.first) >= BATCH {
+            self.publish();
+        }
+    }
+
+    fn publish(&mut self) {
+        if !self.message.data.is_empty() {
+            self.topic.publisher.publish(self.message.clone());
+            Arc::make_mut(&mut self.message).data.clear();
+        }
+    }
+}
+
+/// Publishes the last cycles too: if the servo ends by a fault, they are the ones that matter.
+impl Drop for EventsRecord {
+    fn drop(&mut self) {
+        // A panic leaves the record of its cycle incomplete.
+        if std::thread::panicking() {
+            Arc::make_mut(&mut self.message).data.truncate(self.start);
+        }
+        self.publish();
     }
 }

@@ -1,9 +1,10 @@
 //! The settings in force: by the parameters, and by what is drawn on `~/keep_out`. Only this module gives the cycle settings, and it makes
 //! them outside of the cycle's thread.
 
-use super::events::{Change, RecordChanges};
+use super::events::ParameterRecord;
 use super::parameters::CYCLE_ENDED;
 use super::ros_inputs::Request;
+use crate::wire::ServoKind;
 use dq_config::ServoParameters;
 use dq_core::servo::Settings;
 use dq_params::{ParameterStore, Value};
@@ -16,7 +17,7 @@ use std::time::Duration;
 pub(super) struct InForce {
     now: Mutex<Now>,
     requests: Sender<Request>,
-    record: RecordChanges,
+    kind: ServoKind,
 }
 
 struct Now {
@@ -42,18 +43,18 @@ pub(super) struct NotObeyed {
 }
 
 impl InForce {
-    /// The settings of these parameters, which the cycle has, with so many `idle` keep-outs, and nothing drawn. Other settings are asked for
-    /// by `requests`, and noted in the record.
+    /// The settings of these parameters of a servo of this kind, which the cycle has, with so many `idle` keep-outs, and nothing drawn. Other
+    /// settings are asked for by `requests`.
     pub fn new(
         settings: Settings,
         idle: usize,
         store: ParameterStore,
         requests: Sender<Request>,
-        record: RecordChanges,
+        kind: ServoKind,
     ) -> Self {
         let scenes = settings.scene.iter().cloned().collect();
         let now = Now { settings, idle, store, drawn: Vec::new(), refused: None, scenes };
-        Self { now: Mutex::new(now), requests, record }
+        Self { now: Mutex::new(now), requests, kind }
     }
 
     /// Puts parameters into force: those of a store, to which these `changes` have led.
@@ -72,7 +73,8 @@ impl InForce {
             settings.scene.clone_from(&now.settings.scene);
         }
         let asked = settings.keeping_out_of(&now.drawn).map_err(|why| why.to_string())?;
-        self.ask(&mut now.scenes, asked, Change { store, changes, drawn: &now.drawn })?;
+        let record = ParameterRecord::new(self.kind, store, changes, &now.drawn);
+        self.ask(&mut now.scenes, asked, record)?;
         now.store.clone_from(store);
         (now.settings, now.idle) = (settings, idle_keep_outs);
         Ok(())
@@ -91,23 +93,23 @@ impl InForce {
         let now = &mut *self.lock();
         let settings = now.settings.keeping_out_of(&drawn).map_err(|why| why.to_string())?;
         if settings.scene.is_some() {
-            self.ask(&mut now.scenes, settings, Change { store: &now.store, changes: &[], drawn: &drawn })?;
+            let record = ParameterRecord::new(self.kind, &now.store, &[], &drawn);
+            self.ask(&mut now.scenes, settings, record)?;
         }
         now.drawn = drawn;
         Ok(())
     }
 
-    /// Asks the cycle to go by these settings, to which the change has led.
+    /// Asks the cycle to go by these settings, which the record has as these parameters.
     fn ask(
         &self,
         scenes: &mut Vec<Arc<Scene>>,
         settings: Settings,
-        change: Change<'_>,
+        record: ParameterRecord,
     ) -> Result<(), String> {
-        let change = self.record.of(change, &settings)?;
         scenes.retain(|scene| Arc::strong_count(scene) > 1);
         scenes.extend(settings.scene.clone());
-        let request = Request::Configure(Box::new(settings), change);
+        let request = Request::Configure(Box::new(settings), record);
         self.requests.send(request).map_err(|_| CYCLE_ENDED.to_owned())
     }
 
@@ -145,7 +147,6 @@ impl InForce {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::wire::ServoKind;
     use dq_config::NodeParameters;
     use dq_params::Given;
     use std::sync::mpsc::{Receiver, channel};
@@ -176,8 +177,7 @@ mod tests {
     fn new() -> (InForce, Receiver<Request>) {
         let (requests, inbox) = channel();
         let ServoParameters { settings, idle_keep_outs, .. } = ServoParameters::from_store(&store()).unwrap();
-        let record = RecordChanges { kind: ServoKind::OneArm, has_begun: Arc::default() };
-        (InForce::new(settings, idle_keep_outs, store(), requests, record), inbox)
+        (InForce::new(settings, idle_keep_outs, store(), requests, ServoKind::OneArm), inbox)
     }
 
     fn set(in_force: &InForce, changes: &[(&str, Value)]) -> Result<(), String> {

@@ -2,7 +2,7 @@
 
 use super::arm_input::{ArmInput, fastest};
 use super::commands::Commands;
-use super::events::{EventsRecord, RecordChange};
+use super::events::{EventsRecord, ParameterRecord};
 use super::frames::Frames;
 use super::requests::Reply;
 use super::searcher::Searcher;
@@ -25,8 +25,8 @@ use std::time::Duration;
 
 /// What the services and the node's owner ask of the cycle.
 pub(super) enum Request {
-    /// These settings, and what their change is to the record.
-    Configure(Box<Settings>, RecordChange),
+    /// These settings, and the parameters as the record has them.
+    Configure(Box<Settings>, ParameterRecord),
     /// Whether to pause; how long the request was under way.
     Pause(bool, Duration, Reply),
     Stop(Reply),
@@ -146,22 +146,11 @@ impl RosInputs {
         })
     }
 
-    /// Begins the servo's cycle at `now`. Where the record begins with it, the servo is another one: nothing is left of the goal, but the
-    /// arm stays paused, and stands in place of going on by what little speed it had.
+    /// Begins the servo's cycle at `now`.
     pub fn begin(&mut self, servo: &mut Servo, now: Duration) {
         self.clocks = Clocks::at(now);
         self.began.get_or_insert(now);
-        let (had_sent, is_paused) = (servo.output().is_some(), servo.consent().is_paused());
-        if !self.record.begin(servo, now, self.shutdown.is_none()) {
-            return;
-        }
-        if had_sent {
-            self.commands.stand();
-        }
-        self.unfollow();
-        if is_paused {
-            let _ = self.record.take(servo, Event::Pause { paused: true, ago: Duration::ZERO });
-        }
+        self.record.begin(servo, now);
     }
 
     /// No goal that came so far moves with its frame any more.
@@ -265,12 +254,12 @@ impl RosInputs {
     fn requests(&mut self, servo: &mut Servo) {
         while let Ok(request) = self.inbox.try_recv() {
             match request {
-                Request::Configure(settings, change) => {
+                Request::Configure(settings, parameters) => {
                     let goal_frames = settings.goal_frames;
                     // What is not taken is counted by the servo, and logged by the report; what was in force stays.
                     if servo.take(Event::Configure(settings)).is_ok() {
                         self.frames.iter().for_each(|frames| frames.configure(goal_frames));
-                        self.record.change(change);
+                        self.record.change(parameters);
                     }
                 }
                 // Nothing moves for a request that was answered with a failure; to stand is right all the same.

@@ -3,7 +3,7 @@
 use super::arm_input::ArmInput;
 use super::commands::{Commands, Sending, last_words};
 use super::cycle_thread::{self, Schedule, Tick};
-use super::events::{EventsRecord, EventsTopic, NewServo};
+use super::events::{EventsRecord, EventsTopic, ParameterRecord};
 use super::frames::{Frames, Tree};
 use super::in_force::InForce;
 use super::outputs::Outputs;
@@ -80,7 +80,6 @@ impl Assembled {
         let Prepared { names, store, parameters, logging, warnings } = prepared;
         let servo = parameters.build()?;
         let kind = ServoKind::of(&parameters.arms);
-        let next = parameters.events.then(|| NewServo::new(kind, &store, &[], &parameters)).transpose()?;
         let ServoParameters {
             arms: controlled,
             joints,
@@ -92,7 +91,6 @@ impl Assembled {
             period,
             realtime_priority,
             simulated_time,
-            events: _,
         } = parameters;
         let contract = kind.contract(Contract::builtin()?);
         let mut node = session.node(names, logging)?;
@@ -105,10 +103,9 @@ impl Assembled {
         let commands = Arc::new(Commands::new(wiring, &joints, sending)?);
         let kinds = controlled.joint_kinds();
         let topic = EventsTopic::new(wiring.node, &contract)?;
-        let record = EventsRecord::new(topic.clone(), joints.clone(), next);
-        let changes = record.changes(kind);
-        let in_force =
-            InForce::new(settings.clone(), idle_keep_outs, store.clone(), requests.clone(), changes);
+        let recorded = ParameterRecord::new(kind, &store, &[], &[]);
+        let record = EventsRecord::new(topic.clone(), joints.clone(), recorded);
+        let in_force = InForce::new(settings.clone(), idle_keep_outs, store.clone(), requests.clone(), kind);
         let in_force = Arc::new(in_force);
         let searcher = Searcher::spawn(controlled)?;
         let clock = Clock::new(wiring.node, &contract, simulated_time)?;
@@ -269,7 +266,7 @@ impl Cycle {
         self.live.begin(&mut self.servo, tick.now);
         self.live.feed(&mut self.servo);
         self.servo.step(tick.now);
-        self.live.record.end(self.servo.output());
+        self.live.record.end(tick.now, self.servo.output());
         if self.servo.status().goal_count != goal_count {
             self.timing.restart();
         }

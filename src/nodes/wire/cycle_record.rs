@@ -1,26 +1,26 @@
-//! The record for replay, a message a cycle on `~/events`: what came to the servo, in the order in which it took it, and what it sent.
+//! The record for replay on `~/events`: what came to the servo, in the order in which it took it, and what it sent.
 //!
-//! A message is a sequence of values in the encoding of the crate `postcard`: the cycle's number and time \[ns\], each [`Recorded`] as a
-//! `Some`, a `None`, and what was sent. So the cycle writes each thing as it comes, without knowing how many there will be.
+//! A message has some cycles, one after the other. A cycle is a sequence of values in the encoding of the crate `postcard`: its number and
+//! time \[ns\], each [`Recorded`] as a `Some`, a `None`, and what was sent. So the cycle writes each thing as it comes, without knowing
+//! how many there will be.
 
 use super::ServoKind;
 use dq_common::text::MOST;
-use dq_core::servo::{Event, Found, GoalMotion, GoalReading, JointOrder, JointReading, Sent, TwistReading};
+use dq_core::servo::{
+    Event, Found, GoalMotion, GoalReading, JointOrder, JointReading, Sent, Servo, TwistReading,
+};
 use dq_params::Value;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::borrow::Cow;
 use std::time::Duration;
 
-/// The name of the topic in its node's own namespace, and of the parameter that turns it on.
-pub const EVENTS: &str = "events";
-
-/// The longest record that is read \[bytes\], eight times one of all parameters: in memory it takes up to fifty times as much.
+/// The longest message that is read \[bytes\], eight times one of all parameters: in memory it takes up to fifty times as much.
 const LONGEST: usize = 4 << 20;
 
 /// One cycle of a servo.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CycleRecord<'a> {
-    /// Which cycle it is: 0 is the first one of a servo that is new, and every one has its message.
+    /// The number of the cycle. Consecutive cycles have consecutive numbers.
     pub number: u64,
     /// The cycle's time.
     pub now: Duration,
@@ -40,11 +40,43 @@ pub struct RecordedParameters {
     pub drawn: Vec<String>,
 }
 
+/// The state of a servo, encoded: what [`Servo::saved`] gives.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Saved<'a>(pub Cow<'a, [u8]>);
+
+impl Serialize for Saved<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_bytes(&self.0)
+    }
+}
+
+impl<'de: 'a, 'a> Deserialize<'de> for Saved<'a> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        <&[u8]>::deserialize(deserializer).map(|bytes| Self(Cow::Borrowed(bytes)))
+    }
+}
+
+impl Saved<'_> {
+    /// Encodes the state of `servo` into `bytes`, replacing their contents.
+    pub fn encode(servo: &Servo, bytes: &mut Vec<u8>) {
+        bytes.clear();
+        put(&servo.saved(), bytes);
+    }
+
+    /// Restores `servo` to this state. Returns `None` if it cannot be decoded.
+    pub fn restore(&self, servo: &mut Servo) -> Option<()> {
+        servo.restore(&mut postcard::Deserializer::from_bytes(&self.0)).ok()
+    }
+}
+
 /// What came to a servo. It is [`Event`] with what owns its lists when it is read, and with parameters in place of settings.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Recorded<'a> {
-    /// The servo is new, of this kind, with these parameters: all that it has.
-    New(ServoKind, RecordedParameters),
+    /// The kind of the servo and all its parameters. A replay can begin with this cycle, from the state in [`Saved`](Self::Saved), the next
+    /// event.
+    Begin(ServoKind, RecordedParameters),
+    /// The state of the servo before the cycle.
+    Saved(Saved<'a>),
     /// These parameters were set.
     Parameters(RecordedParameters),
     /// [`Event::Pause`].
@@ -128,7 +160,7 @@ impl<'a> Recorded<'a> {
     pub fn event(&self, joints: &'a [JointOrder]) -> Option<Event<'_>> {
         let has = |arm: &usize| *arm < joints.len();
         Some(match self {
-            Self::New(..) | Self::Parameters(_) => return None,
+            Self::Begin(..) | Self::Saved(_) | Self::Parameters(_) => return None,
             Self::Pause { paused, ago } => Event::Pause { paused: *paused, ago: bounded(*ago) },
             Self::Stop => Event::Stop,
             Self::Reconfigure(ago) => Event::Reconfigure { ago: bounded(*ago) },
@@ -186,9 +218,8 @@ fn take<'a, V: Deserialize<'a>>(record: &mut &'a [u8]) -> Option<V> {
 }
 
 impl<'a> CycleRecord<'a> {
-    /// Begins the record of a cycle, over the one before.
+    /// Begins the record of a cycle, after those that are in `record`.
     pub fn begin(number: u64, now: Duration, record: &mut Vec<u8>) {
-        record.clear();
         put(&(number, u64::try_from(now.as_nanos()).unwrap_or(u64::MAX)), record);
     }
 
@@ -197,20 +228,28 @@ impl<'a> CycleRecord<'a> {
         put(&(None::<()>, output), record);
     }
 
-    /// Reads a record; none where it is damaged, of another version, or more than any cycle's.
-    pub fn read(mut record: &'a [u8]) -> Option<Self> {
+    /// Reads the cycles of a message. Returns `None` if it is damaged, of another version, or too long.
+    pub fn read_all(mut record: &'a [u8]) -> Option<Vec<Self>> {
         if record.len() > LONGEST {
             return None;
         }
-        let (number, now) = take::<(u64, u64)>(&mut record)?;
+        let mut cycles = Vec::new();
+        while !record.is_empty() {
+            cycles.push(Self::read(&mut record)?);
+        }
+        Some(cycles)
+    }
+
+    fn read(record: &mut &'a [u8]) -> Option<Self> {
+        let (number, now) = take::<(u64, u64)>(record)?;
         let mut events = Vec::new();
-        while let Some(event) = take(&mut record)? {
+        while let Some(event) = take(record)? {
             if events.len() == MOST {
                 return None;
             }
             events.push(event);
         }
-        let output = take(&mut record)?;
-        record.is_empty().then_some(Self { number, now: Duration::from_nanos(now), events, output })
+        let output = take(record)?;
+        Some(Self { number, now: Duration::from_nanos(now), events, output })
     }
 }

@@ -11,7 +11,7 @@ mod timing;
 
 pub use commands::{Command, Rewrite, command_array, command_topic, command_trajectory};
 pub use contract::Contract;
-pub use cycle_record::{CycleRecord, EVENTS, Recorded, RecordedParameters};
+pub use cycle_record::{CycleRecord, Recorded, RecordedParameters, Saved};
 pub use dq_messages::*;
 pub use motion_report::{MotionContext, MotionReport, Outcome};
 pub use readings::{error_distance, goal_reading, joint_reading, transform_reading, twist_reading};

@@ -14,7 +14,7 @@ use crate::dds::send_backlog::InTimeWriter;
 use dq_messages::messages::{Message, ServiceType};
 use dq_messages::{Direction, DurabilityKind, ParameterEvent, ReliabilityKind, TopicContract};
 use ros2_client::{Client, MessageTypeName, Name, QosProfile, ServiceMapping, ServiceTypeName};
-use rustdds::policy::{Durability, History, Lifespan, Reliability};
+use rustdds::policy::{Durability, History, Lifespan, Reliability, ResourceLimits};
 use rustdds::{
     CDRSerializerAdapter, DomainParticipant, Duration, GUID, QosPolicies, QosPolicyBuilder, TopicKind,
 };
@@ -104,14 +104,15 @@ impl Endpoints {
     ) -> Result<(ros2_client::Subscription<Payload>, ReplyWriter<Payload>), RosError> {
         let (Domain { dds, matches, datagrams, .. }, qos) = (&self.domain, QosPolicies::from(of_services()));
         let (package, service) = split(S::TYPE, "/srv/");
-        let topic = |name, part| {
+        let topic = |name, part, qos: &QosPolicies| {
             let kind = format!("{package}::srv::dds_::{service}_{part}_");
-            dds.create_topic(name, kind, &qos, TopicKind::NoKey)
+            dds.create_topic(name, kind, qos, TopicKind::NoKey)
         };
-        let requests = topic(request_topic(name), "Request").map_err(refused(name))?;
+        let of_requests = limited(&qos, sample_limits::of_reader(REQUESTS));
+        let requests = topic(request_topic(name), "Request", &of_requests).map_err(refused(name))?;
         let requests = self.lock().create_subscription(&requests, None).map_err(refused(name))?;
         let writer = || {
-            let topic = topic(reply_topic(name), "Response")?;
+            let topic = topic(reply_topic(name), "Response", &qos)?;
             dds.create_publisher(&qos)?.create_datawriter_no_key::<_, CDRSerializerAdapter<_>>(&topic, None)
         };
         let writer = writer().map_err(refused(name))?;
@@ -167,6 +168,9 @@ fn of_services() -> QosProfile {
     QosProfile::publisher_default().history(ros2_client::qos::History::KeepLast { depth: 10 })
 }
 
+/// How many requests a service keeps. With 10, requests that a client sends at 100 Hz were lost while the service was busy.
+const REQUESTS: i32 = 32;
+
 /// What rclcpp's `ParameterEventsQoS` is, but latched, as the writer is that ros2-client makes for each node and that nobody uses: rosbag2
 /// asks for what is latched where the first publisher that it finds is, and would miss one that is not.
 pub(super) fn of_parameter_events() -> QosPolicies {
@@ -204,12 +208,20 @@ pub(super) fn of(topic: &TopicContract) -> QosPolicies {
         .reliability(reliability)
         .durability(durability)
         .history(History::KeepLast { depth: topic.depth });
-    if topic.direction == Direction::In {
-        return builder.build();
-    }
-    builder
-        .resource_limits(sample_limits::of_writer(topic.durability == DurabilityKind::TransientLocal))
-        .build()
+    let limits = match topic.direction {
+        Direction::In => sample_limits::of_reader(topic.depth),
+        Direction::Out => sample_limits::of_writer(topic.durability == DurabilityKind::TransientLocal),
+    };
+    builder.resource_limits(limits).build()
+}
+
+/// Returns the DDS policies of a publisher on a topic to which its own node subscribes.
+pub(super) fn of_publisher_to_input(topic: &TopicContract) -> QosPolicies {
+    limited(&of(topic), sample_limits::of_writer_to_input())
+}
+
+fn limited(qos: &QosPolicies, limits: ResourceLimits) -> QosPolicies {
+    qos.modify_by(&QosPolicyBuilder::new().resource_limits(limits).build())
 }
 
 #[cfg(test)]
@@ -235,7 +247,8 @@ pub(super) mod tests {
             assert_eq!(qos.durability() == Some(Durability::TransientLocal), latched, "{name}");
             let kept = qos.resource_limits().map(|limits| limits.max_samples);
             let few = if latched { 500 } else { 200_000 };
-            assert_eq!(kept, (topic.direction == Direction::Out).then_some(few), "{name}");
+            let expected = if topic.direction == Direction::Out { few } else { topic.depth };
+            assert_eq!(kept, Some(expected), "{name}");
         }
         let best_effort = plant.with_best_effort("joint_states");
         let joint_states = best_effort.topics().find(|(name, _)| *name == "joint_states").unwrap().1;

@@ -94,6 +94,19 @@ impl Node {
         self.publisher_with(topic, endpoints::of(&entry))
     }
 
+    /// Creates a publisher on a topic of the contract to which the node itself subscribes.
+    ///
+    /// # Errors
+    /// [`RosError`].
+    pub fn publisher_to_input<M: Message>(
+        &mut self,
+        contract: &NodeContract,
+        topic: &str,
+    ) -> Result<Publisher<M>, RosError> {
+        let qos = endpoints::of_publisher_to_input(contract.topic::<M>(topic, Direction::In)?);
+        self.publisher_with(topic, qos)
+    }
+
     /// A publisher on a topic of the contract for what is soon too old: see [`Publisher::publish_in_time`]. It is not announced as the node's.
     ///
     /// # Errors

@@ -3,16 +3,20 @@
 use super::client::Client;
 use super::error::RosError;
 use super::node::Node;
-use dq_messages::messages::ServiceType;
+use dq_messages::messages::{Message, ServiceType};
 use dq_messages::*;
 use dq_params::Value;
 use std::time::Duration;
+use tokio::time::{Instant, timeout_at};
 
 /// So many values are asked for at once: the reply is to fit into one packet, as it has to where the graph is secured.
 const VALUES_AT_ONCE: usize = 8;
 
 /// The same for descriptors, which are longer.
 const DESCRIPTORS_AT_ONCE: usize = 2;
+
+/// How long to wait for a newer state of a node's parameters after one has come.
+const MORE: Duration = Duration::from_millis(100);
 
 /// Talks to the parameter services of one node, whatever its vendor.
 pub struct ParameterClient<'a> {
@@ -46,6 +50,9 @@ impl<'a> ParameterClient<'a> {
         let mut all = Vec::new();
         for names in names.chunks(VALUES_AT_ONCE) {
             let values = client.call(Names { names: names.to_vec() }).await?.values;
+            if values.len() < names.len() {
+                return self.announced().await;
+            }
             let values = values.into_iter().map(ParameterValue::into_value);
             all.extend(names.iter().cloned().zip(values).filter_map(|(name, value)| Some((name, value?))));
         }
@@ -59,7 +66,38 @@ impl<'a> ParameterClient<'a> {
     pub async fn get(&mut self, name: &str) -> Result<Option<Value>, RosError> {
         let client = self.client::<GetParameters>("get_parameters").await?;
         let values = client.call(Names { names: vec![name.to_owned()] }).await?.values;
-        Ok(values.into_iter().next().and_then(ParameterValue::into_value))
+        match values.into_iter().next() {
+            Some(value) => Ok(value.into_value()),
+            None => {
+                let mut all = self.announced().await?.into_iter();
+                Ok(all.find_map(|(known, value)| (known == name).then_some(value)))
+            }
+        }
+    }
+
+    /// Reads all parameters with their values from `~/parameters`, where the node announces them. Used if values are too long for the reply
+    /// of a service, which then has no values.
+    async fn announced(&mut self) -> Result<Vec<(String, Value)>, RosError> {
+        let topic = format!("{}/parameters", self.target);
+        let mut states = self.node.raw_subscription(&topic, ParameterEvent::TYPE, true, true)?;
+        let end = Instant::now() + self.patience;
+        let (mut newest, mut until) = (None::<ParameterEvent>, end);
+        // A late subscriber may get several states, in any order.
+        while let Ok(Some(message)) = timeout_at(until.min(end), states.next()).await {
+            let state = decode::<ParameterEvent>(&message.cdr).ok();
+            let state = state.filter(|state| state.node == self.target && !state.new_parameters.is_empty());
+            let is_newer = |newer: &ParameterEvent| {
+                newest.as_ref().is_none_or(|known| newer.stamp.nanoseconds() > known.stamp.nanoseconds())
+            };
+            if let Some(state) = state.filter(is_newer) {
+                (newest, until) = (Some(state), Instant::now() + MORE);
+            }
+        }
+        let why = format!("its values are too long for a reply, and nothing came of {topic}");
+        let service = format!("{}/get_parameters", self.target);
+        let newest = newest.ok_or(RosError::Service { service, why })?;
+        let parameters = newest.new_parameters.into_iter();
+        Ok(parameters.filter_map(|Parameter { name, value }| Some((name, value.into_value()?))).collect())
     }
 
     /// Sets a parameter; the inner error is the node's reason why not.

@@ -64,7 +64,7 @@ impl ParameterServer {
         node.serve::<DescribeParameters>("~/describe_parameters", move |request| this.describe(&request))?;
         let this = at(&server);
         node.serve::<SetParameters>("~/set_parameters", move |request| Results {
-            results: within_room(request.parameters.into_iter().map(|parameter| this.set(vec![parameter]))),
+            results: this.set_each(request.parameters),
         })?;
         let this = at(&server);
         node.serve::<SetParametersAtomically>("~/set_parameters_atomically", move |request| AtomicResult {
@@ -72,6 +72,24 @@ impl ParameterServer {
         })?;
         node.serve::<GetTypeDescription>("~/get_type_description", |request| describe(&request))?;
         Ok(server)
+    }
+
+    /// Sets each parameter independently. If there are more than a reply has room for, sets none and returns no results.
+    fn set_each(&self, parameters: Vec<Parameter>) -> Vec<SetParametersResult> {
+        if parameters.len() > MOST_AT_ONCE {
+            return Vec::new();
+        }
+        let mut suggestions = SUGGESTIONS;
+        within_room(parameters.into_iter().map(|parameter| {
+            if self.lock().store.declaration(&parameter.name).is_none() {
+                if suggestions == 0 {
+                    let reason = format!("unknown parameter {:?}", cut(&parameter.name));
+                    return SetParametersResult { successful: false, reason };
+                }
+                suggestions -= 1;
+            }
+            self.set(vec![parameter])
+        }))
     }
 
     fn set(&self, parameters: Vec<Parameter>) -> SetParametersResult {
@@ -153,6 +171,12 @@ impl Current {
 
 /// Where every node announces what it changes.
 const EVENTS: &str = "/parameter_events";
+
+/// The most parameters that one request sets.
+const MOST_AT_ONCE: usize = 2000;
+
+/// For how many unknown names of a request a similar name is suggested. Finding one takes longer than all else.
+const SUGGESTIONS: usize = 16;
 
 /// All reasons in one reply together are no longer than this [bytes]: Cyclone's clients hang at a reply of more than 64 kB.
 const REASONS: usize = 32_000;
@@ -259,6 +283,29 @@ mod tests {
     }
 
     /// As `ros2 param get` and `set` of several names ask, and as GetParameters.srv answers: one value a name, in the order of the names.
+    /// To look for what was meant by each of 5000 names took two seconds a request.
+    #[tokio::test(flavor = "multi_thread")]
+    async fn thousands_of_unknown_names_are_answered_and_keep_nobody_waiting() {
+        if outside(
+            "ros::parameter_server::tests::thousands_of_unknown_names_are_answered_and_keep_nobody_waiting",
+        ) {
+            return;
+        }
+        let ((_one, mut server), (_other, mut user)) = (node("puma560"), node("user"));
+        let (store, _) = PlantParameters::start("/puma560", Vec::new()).unwrap();
+        ParameterServer::start(&mut server, &plant(), store, Box::new(|_, _| Ok(()))).unwrap();
+        let set = user.client::<SetParameters>("/puma560/set_parameters", PATIENCE).await.unwrap();
+        let began = std::time::Instant::now();
+        for count in [2000, 2000, 2000, 5000, 5000, 2000, 2000, 2000] {
+            let name = |i| format!("state_latencies_of_a_robot_{i}");
+            let parameters = (0..count).map(|i| parameter(&name(i), &Value::Double(0.5))).collect();
+            let results = set.call(Changes { parameters }).await.unwrap().results;
+            assert_eq!(results.len(), if count > MOST_AT_ONCE { 0 } else { count });
+            assert!(results.iter().all(|result| !result.successful), "{results:?}");
+        }
+        assert!(began.elapsed() < std::time::Duration::from_secs(8), "{:?}", began.elapsed());
+    }
+
     #[tokio::test(flavor = "multi_thread")]
     async fn several_names_in_one_call_have_an_answer_each() {
         if outside("ros::parameter_server::tests::several_names_in_one_call_have_an_answer_each") {

@@ -1,5 +1,6 @@
 //! Short names that are copied as numbers are.
 
+use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::str::FromStr;
 use thiserror::Error;
@@ -8,7 +9,7 @@ use thiserror::Error;
 pub const LONGEST: usize = 24;
 
 /// A short name of letters, digits and `_ - . /`.
-#[derive(Clone, Copy, PartialEq, Eq)]
+#[derive(Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Name {
     bytes: [u8; LONGEST],
     length: u8,

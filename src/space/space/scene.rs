@@ -1,6 +1,7 @@
 //! An arm's body among what it must keep out of: which pairs of the two can meet.
 
 use super::{Body, Capsule, KeepOut, Name};
+use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 /// The most capsules that a body may have.
@@ -47,7 +48,7 @@ pub(super) struct Meeting {
 }
 
 /// The names of a pair that may meet.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Pair {
     /// Two parts of the body, by the joints that move them, counted from 1, arm after arm; 0 for a base.
     Body(usize, usize),
@@ -58,7 +59,7 @@ pub enum Pair {
 }
 
 /// Which tool of a scene.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Tool {
     /// Of an arm alone.
     Only,

@@ -3,7 +3,9 @@
 use crate::servo::filters::Filters;
 use crate::servo::setpoint::Setpoint;
 use crate::servo::{Arms, ClosePair, Interface, Limits, Settings};
+use dq_kinematics::control::Approach;
 use dq_limits::LatchedLimits;
+use serde::Serialize;
 use std::time::Duration;
 
 /// What is sent to the robot.
@@ -44,7 +46,23 @@ impl Hindrance {
     }
 }
 
+/// The saved state of an [`Output`].
+pub(super) type SavedOutput = (Vec<f64>, Vec<f64>, LatchedLimits, Setpoint, Approach, bool);
+
 impl Output {
+    /// Returns the state that the next cycle starts from, for [`restore`](Self::restore).
+    pub fn saved(&self) -> impl Serialize + use<'_> {
+        let Self { motion, command, latched_limits, setpoint, filters, begun, .. } = self;
+        (motion, command, latched_limits, setpoint, filters.approach_memory(), begun)
+    }
+
+    /// Restores a saved state.
+    pub fn restore(&mut self, (motion, command, latched_limits, setpoint, approach, begun): SavedOutput) {
+        (self.motion, self.command, self.latched_limits) = (motion, command, latched_limits);
+        (self.setpoint, self.begun) = (setpoint, begun);
+        self.filters.go_on_from(approach);
+    }
+
     /// Nothing yet, for cycles of that `period` \[s\].
     pub fn new(arms: &Arms, settings: &Settings, period: f64) -> Self {
         let joints = arms.joint_count();

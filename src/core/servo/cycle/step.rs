@@ -21,6 +21,7 @@ impl Servo {
         self.watch_jog(now);
         self.watch_frame(now);
         self.robot.arms.evaluate(self.robot.link.measured());
+        self.robot.predicted.evaluate(self.robot.link.predicted());
         // Whether the arm may move.
         let rivals = self.revoke_for_faults(now);
         self.watch_reconfiguration(now);
@@ -53,7 +54,6 @@ impl Servo {
 
     /// The velocity that is wanted, by the twist, by the law or on the way to another configuration, where the arm is when the command reaches it.
     fn want(&mut self, now: Duration, tracked: Option<&Tracked>) {
-        self.robot.predicted.evaluate(self.robot.link.predicted());
         match (&self.mode, tracked) {
             (Mode::Jog(jog), _) => {
                 let twist = jog.twist;

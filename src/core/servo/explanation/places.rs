@@ -2,10 +2,11 @@
 
 use dq_algebra::UnitDualQuaternion;
 use nalgebra::{UnitQuaternion, Vector3, Vector4};
+use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
 /// Where the tool or the goal was at a time \[s\].
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct Place {
     pub time: f64,
     pub point: Vector3<f64>,

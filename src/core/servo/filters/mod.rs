@@ -133,6 +133,16 @@ impl Filters {
         self.approach.keep(given.arms.state(), velocity);
     }
 
+    /// Returns what the filters keep from cycle to cycle.
+    pub fn approach_memory(&self) -> &Approach {
+        &self.approach
+    }
+
+    /// Restores what the filters kept from the cycle before.
+    pub fn go_on_from(&mut self, approach: Approach) {
+        self.approach = approach;
+    }
+
     /// Puts the tool of what filters look ahead with at `tool_offset`.
     pub fn set_tool_offset(&mut self, tool_offset: &UnitDualQuaternion) {
         self.demanded_acceleration.set_tool_offset(tool_offset);

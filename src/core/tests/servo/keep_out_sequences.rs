@@ -1,7 +1,7 @@
 //! Rule 22 whatever happens: random arms, keep-outs, keep-ins, goals, twists, stops, pauses, laws and late cycles. `TASKS=100000` tries so many others.
 
 use super::keep_out::scene_within;
-use super::sequences::{arms, jerk};
+use super::sequences::{arms, first_difference, jerk};
 use crate::rig::{Rig, twist};
 use dq_core::servo::{GoalReading, Reconfigure, Rejection, Sent};
 use dq_kinematics::control::Law;
@@ -198,4 +198,25 @@ fn no_order_of_events_leads_into_anything() {
     });
     ran.unwrap();
     assert!(held.get() > 10, "{} tasks were held up", held.get());
+}
+
+/// What is measured of gaps is kept from cycle to cycle, and changes nothing.
+#[test]
+fn another_servo_that_knows_what_this_one_knew_goes_on_among_keep_outs_to_the_bit() {
+    let config = ProptestConfig { cases: 40, failure_persistence: None, ..ProptestConfig::default() };
+    let keep_outs = prop::collection::vec(keep_out(), 0..7);
+    let strategy = (0..4usize, keep_outs, prop::collection::vec(task(), 4), jerk(), 1..60u32);
+    let ended = TestRunner::new(config).run(&strategy, |(arm, keep_outs, tasks, jerk, each)| {
+        let [one, other] = [0, each].map(|each| {
+            let mut rig = among(arm, &keep_outs, &[]);
+            rig.change(|settings| settings.limits.joint_jerk.fill(jerk));
+            (rig.check_tools, rig.restored_each, rig.sent) = (false, each, Some(Vec::new()));
+            rig.run(0.02);
+            tasks.iter().for_each(|task| run(&mut rig, task));
+            rig.sent.unwrap()
+        });
+        prop_assert_eq!(first_difference(&one, &other), None);
+        Ok(())
+    });
+    ended.unwrap();
 }

@@ -22,6 +22,7 @@ mod link;
 mod lost_frame;
 #[cfg(debug_assertions)]
 mod measured_gaps;
+mod memory;
 mod motions;
 mod moving;
 mod parts;

@@ -342,6 +342,47 @@ proptest! {
     }
 }
 
+/// What is sent while all happens, where another servo goes on before each so many cycles.
+fn sent(
+    mut rig: Rig,
+    events: &[Event],
+    (jerk, integral): (f64, f64),
+    restored_each: u32,
+) -> Vec<Option<Vec<f64>>> {
+    (rig.check_positions, rig.restored_each, rig.sent) = (false, restored_each, Some(Vec::new()));
+    rig.change(|settings| settings.integral = integral);
+    limit_jerk(&mut rig, jerk);
+    rig.cycle();
+    events.iter().cloned().for_each(|event| apply(&mut rig, event));
+    rig.sent.unwrap()
+}
+
+/// The first cycle in which the two differ in any bit.
+pub fn first_difference(one: &[Option<Vec<f64>>], other: &[Option<Vec<f64>>]) -> Option<usize> {
+    let bits = |sent: &Option<Vec<f64>>| {
+        sent.as_ref().map(|sent| sent.iter().map(|x| x.to_bits()).collect::<Vec<_>>())
+    };
+    assert_eq!(one.len(), other.len());
+    one.iter().zip(other).position(|(one, other)| bits(one) != bits(other))
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(150))]
+
+    /// So a replay can begin in any cycle.
+    #[test]
+    fn another_servo_that_knows_what_this_one_knew_goes_on_to_the_bit(
+        arm in 0..4usize,
+        events in prop::collection::vec(any_event(), 1..30),
+        (jerk, integral) in (jerk(), prop_oneof![Just(0.0), 0.0..10.0f64]),
+        each in 1..60u32,
+    ) {
+        let rig = || arms().into_iter().nth(arm).unwrap_or_else(Rig::two_arms);
+        let [one, other] = [0, each].map(|each| sent(rig(), &events, (jerk, integral), each));
+        prop_assert_eq!(first_difference(&one, &other), None);
+    }
+}
+
 /// How far the tool is from its goal, by the size of the error's log.
 fn error(rig: &Rig) -> f64 {
     rig.servo.status().pose_error.norm()

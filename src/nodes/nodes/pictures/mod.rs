@@ -77,7 +77,6 @@ pub(super) fn serve(wiring: &mut Wiring, frame: &str) -> Result<Easel, RosError>
     let goal = Arc::new(Mutex::new(GoalMarker::new(&node.name().fully_qualified(), frame)));
     let asked = goal.clone();
     node.serve::<GetInteractiveMarkers>("~/goal/get_interactive_markers", move |_| locked(&asked).all())?;
-    let entry = contract.topic::<PoseStamped>(goal_topic, crate::wire::Direction::In)?.clone();
     let easel = Easel::default();
     let mut pictures = Pictures {
         easel: easel.clone(),
@@ -85,7 +84,7 @@ pub(super) fn serve(wiring: &mut Wiring, frame: &str) -> Result<Easel, RosError>
         path: node.publisher(&pictures, "~/path")?,
         updates: node.publisher(&pictures, "~/goal/update")?,
         feedback: node.subscription(&pictures, "~/goal/feedback")?,
-        goals: node.publisher_as(&entry, goal_topic)?,
+        goals: node.publisher_to_input(contract, goal_topic)?,
         goal,
         trace: Trace::default(),
         solids: [0; 2],

@@ -1,0 +1,55 @@
+//! Saves and restores the state of a servo. A servo that is restored goes on as the saved one would, to the last bit.
+//!
+//! The state is what one cycle leaves for the next. It does not include settings, kinematics, counts of rejections, or memory that each
+//! cycle writes before it reads it.
+
+use super::output::SavedOutput;
+use super::{Clock, Servo};
+use crate::servo::Figures;
+use crate::servo::consent::Asks;
+use crate::servo::escape::EscapeDirection;
+use crate::servo::explanation::Explanation;
+use crate::servo::mode::Mode;
+use crate::servo::stream::GoalStream;
+use dq_algebra::UnitDualQuaternion;
+use dq_link::Link;
+use nalgebra::Vector6;
+use serde::{Deserialize, Deserializer, Serialize};
+use std::time::Duration;
+
+/// The saved state, as [`Servo::restore`] reads it.
+type Saved = (
+    (u64, Option<Duration>, Clock, u64),
+    (Asks, Mode, Option<UnitDualQuaternion>, GoalStream, Explanation),
+    (EscapeDirection, Vec<f64>, SavedOutput, Link),
+    (f64, Figures, Vector6<f64>),
+);
+
+impl Servo {
+    /// Returns the servo's state, for [`restore`](Self::restore). Encoded it has about 60 kB for one arm, most of it past commands.
+    pub fn saved(&self) -> impl Serialize + use<'_> {
+        (
+            (self.configurations, self.configured, &self.clock, self.motions.count),
+            (&self.asks, &self.mode, &self.set, &self.stream, &self.explanation),
+            (&self.escape.direction, &self.elsewhere.positions, self.output.saved(), &self.robot.link),
+            (self.status.sign, self.status.figures, self.status.pose_error),
+        )
+    }
+
+    /// Restores the state of a servo that was [`saved`](Self::saved) and that had the same arms, names, settings and period.
+    ///
+    /// # Errors
+    /// The error of the format. The servo is unchanged then.
+    pub fn restore<'de, D: Deserializer<'de>>(&mut self, saved: D) -> Result<(), D::Error> {
+        let (counts, asked, known, reported) = Saved::deserialize(saved)?;
+        (self.configurations, self.configured, self.clock, self.motions.count) = counts;
+        (self.asks, self.mode, self.set, self.stream, self.explanation) = asked;
+        let (direction, elsewhere, output, link) = known;
+        (self.escape.direction, self.elsewhere.positions, self.robot.link) = (direction, elsewhere, link);
+        self.output.restore(output);
+        (self.status.sign, self.status.figures, self.status.pose_error) = reported;
+        self.robot.arms.evaluate(self.robot.link.measured());
+        self.robot.predicted.evaluate(self.robot.link.predicted());
+        Ok(())
+    }
+}
