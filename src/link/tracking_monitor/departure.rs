@@ -37,6 +37,9 @@ const SLOW: f64 = 0.1;
 /// The change of a slow joint's way \[rad, prismatic: m\] that must have been commanded before it can be said not to respond any more.
 const SLOW_DISTANCE: f64 = 0.01;
 
+/// The speed before is measured with this error at most [rad/s, prismatic: m/s]: one count of 8192 a turn, forth and back in a window.
+const NOISE: f64 = 0.02;
+
 /// A joint that was asked for nothing is compared with its last seconds only.
 const MEMORY: Duration = Duration::from_secs(1);
 
@@ -255,7 +258,8 @@ impl JointResponse {
             return None;
         }
         let (asked, moved) = self.stood.changes(&self.now);
-        let enough = if self.seen { SLOW_DISTANCE / answer.factor } else { PROBE_DISTANCE };
+        let noise = NOISE * now.saturating_sub(self.stood.time).as_secs_f64();
+        let enough = if self.seen { (SLOW_DISTANCE + noise) / answer.factor } else { PROBE_DISTANCE + noise };
         if asked.abs() < enough {
             self.wait(now);
             return None;
