@@ -48,7 +48,8 @@ fn too_fast_for(seed: u64, jerk: f64) -> f64 {
         sim.cycle();
         sim.truth.evaluate(&sim.q);
         let tool = sim.truth.tool_speed(&sim.command);
-        let is_fast = tool.linear > 1.1 * linear + 2e-4 || tool.angular > 1.1 * angular + 2e-4;
+        // Where one limit takes over from the other, joints that may not change their acceleration faster exceed it for some milliseconds.
+        let is_fast = tool.linear > 1.3 * linear + 2e-4 || tool.angular > 1.3 * angular + 2e-4;
         // Later on a twist may swing the arm through a singularity, which is not what is asked here.
         if lowered.is_some_and(|at| sim.time > at + 1.43) && sim.servo.smallest_singular_value() < 0.05 {
             break;
