@@ -5,7 +5,7 @@ mod departure;
 use crate::command_history::CommandHistory;
 use crate::comparison::Comparison;
 use crate::samples::Displacement;
-use departure::{Answer, Departure};
+use departure::{Answer, Departure, due};
 use dq_kinematics::arm::JointKind;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
@@ -274,7 +274,7 @@ impl TrackingMonitor {
         for slack in SLACK {
             let before = |time: Duration| time.saturating_sub(response + slack);
             history.travel(motion.joints.clone(), before(motion.from), before(motion.to), &mut self.asked);
-            self.asked.iter_mut().zip(pull).for_each(|(asked, pull)| *asked -= seconds * pull);
+            self.asked.iter_mut().zip(pull).for_each(|(asked, pull)| *asked = due(*asked, seconds * pull));
             let joints = self.asked.iter().zip(motion.moved);
             let all: Comparison = joints.map(|(asked, moved)| (*asked, *moved)).collect();
             for ((part, asked), moved) in self.parts.iter_mut().zip(&self.asked).zip(motion.moved) {

@@ -390,6 +390,7 @@ def case_waiting_goals():
     goals.write(goal_seen_from("cup", 0.0, 0.0, 0.5))
     follows(0.05)
     overtaken("rack", lambda: trigger("puma560", "reset"), "robot_jumped", "came back elsewhere")
+    time.sleep(1.6)  # Under a stream that was revoked ~/pause (false) is refused.
     assert call("dq_servo", "pause", ros.SET_BOOL, True, data=False).success
     follows(0.1)
     del goals

@@ -48,6 +48,13 @@ fn probe_speed(acceleration: f64) -> f64 {
     PROBE_SPEED.min(PROBE_ACCELERATION * acceleration)
 }
 
+/// How far a joint should have moved that was asked to move by `asked`, of which the pull takes `pulled` \[rad, prismatic: m\]. An estimate of the pull
+/// excuses a joint that moves less. It never asks one to move.
+pub(super) fn due(asked: f64, pulled: f64) -> f64 {
+    let left = if asked * pulled > 0.0 { (asked.abs() - pulled.abs()).max(0.0) } else { asked.abs() };
+    left.copysign(asked)
+}
+
 /// A joint that does not respond.
 pub(super) struct Failure {
     /// Counted from 0.
@@ -203,7 +210,7 @@ impl Departure {
             let passed = now.saturating_sub(it.now.time).as_secs_f64();
             it.distance += moved;
             it.range = (it.range.0.min(it.distance), it.range.1.max(it.distance));
-            it.due_distance += answer.factor * (asked - it.now.asked - pull * passed);
+            it.due_distance += answer.factor * due(asked - it.now.asked, pull * passed);
             it.now = Anchor { time: now, asked: *asked, moved: it.now.moved + moved, ..it.now };
             if !self.begun {
                 (it.stood, it.later) = (it.now, it.now);

@@ -3,7 +3,7 @@
 use crate::reference::{parameters, pose, puma, theta};
 use crate::sim::{Random, Sim};
 use dq_algebra::UnitDualQuaternion;
-use dq_core::servo::{Reason, Settings, State};
+use dq_core::servo::{Contact, Reason, Settings, State};
 use dq_kinematics::control::Law;
 use nalgebra::{UnitQuaternion, Vector3};
 use std::time::Duration;
@@ -290,6 +290,34 @@ fn a_load_that_changes_at_rest_is_no_disobedience() {
                 "{pull} {load} {integral}: {:?}",
                 (status.state, &status.reason)
             );
+        }
+    }
+}
+
+#[test]
+fn an_arm_that_came_to_rest_is_not_judged_by_what_seemed_to_pull_at_it_in_motion() {
+    for (lag, delay) in [(0.0, 0.004), (0.02, 0.01), (0.085, 0.0), (0.2, 0.0)] {
+        for stamped in [true, false] {
+            let mut sim = sim_with(&theta("theta_initial"), |_| {});
+            (sim.lag, sim.command_delay, sim.state_delay, sim.stamped) = (lag, delay, delay, stamped);
+            sim.run(0.1);
+            sim.goal(1, &pose("theta_desired")).unwrap();
+            for cycle in 0..3000 {
+                if cycle % 500 == 400 {
+                    sim.servo.pause(true);
+                }
+                if cycle % 500 == 0 {
+                    sim.servo.pause(false);
+                }
+                sim.cycle();
+                let contact = sim.servo.arm_figures().next().unwrap().contact;
+                let is_lost = matches!(contact, Contact::Lost | Contact::Resting);
+                assert!(
+                    !is_lost,
+                    "{lag} s, {delay} s, stamped {stamped}: {cycle} {:?}",
+                    sim.servo.status().reason
+                );
+            }
         }
     }
 }
