@@ -390,8 +390,13 @@ def case_waiting_goals():
     goals.write(goal_seen_from("cup", 0.0, 0.0, 0.5))
     follows(0.05)
     overtaken("rack", lambda: trigger("puma560", "reset"), "robot_jumped", "came back elsewhere")
-    time.sleep(1.6)  # Under a stream that was revoked ~/pause (false) is refused.
-    assert call("dq_servo", "pause", ros.SET_BOOL, True, data=False).success
+    # Under a stream that was revoked ~/pause (false) is refused, and a goal whose frame is lost streams on.
+    until = time.time() + 1.6
+    while time.time() < until:
+        tf.write(transform("cup", 0.0, 0.05, 0.5, as_time(time.time_ns())))
+        time.sleep(0.02)
+    answer = call("dq_servo", "pause", ros.SET_BOOL, True, data=False)
+    assert answer.success, answer.message
     follows(0.1)
     del goals
 
