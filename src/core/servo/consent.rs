@@ -148,9 +148,10 @@ impl Push {
         now.saturating_sub(self.ask.heard.max(self.waited)) <= silence
     }
 
-    /// Whether it is of a stream of goals that may go on.
+    /// Whether it is of a stream of goals that was heard lately. One that may wait for its frame unheard keeps nobody from ending a pause.
     fn streams(&self, now: Duration, silence: Duration) -> bool {
-        self.ask.by.is_for_goal() && self.came != self.ask.heard && self.may_go_on(now, silence)
+        let is_heard = now.saturating_sub(self.ask.heard) <= silence;
+        self.ask.by.is_for_goal() && self.came != self.ask.heard && is_heard
     }
 }
 
