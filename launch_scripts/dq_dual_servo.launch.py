@@ -9,27 +9,34 @@ from pathlib import Path
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, ExecuteProcess, Shutdown, TimerAction
 from launch.conditions import IfCondition
-from launch.substitutions import LaunchConfiguration
+from launch.substitutions import LaunchConfiguration, PythonExpression
 
 # The checkout, or the package's share folder in a workspace, with the program beside it.
 HOME = Path(__file__).resolve().parent.parent
 INSTALLED = HOME.parent.parent / "lib" / "dq_servo" / "dq_servo"
 PROGRAM = INSTALLED if INSTALLED.exists() else HOME / "target" / "release" / "dq_servo"
+FIRST_MOTION = str(HOME / "msg_config" / "first_motion.yaml")
 
-# The exit code of a part that is started again, after so long [s].
-FAILED, PAUSE = 1, 1.0
+# A part that ends with this code has lost the network. It is started again after a pause [s], which doubles each time.
+NETWORK_LOST, FIRST_PAUSE, LONGEST_PAUSE = 4, 1.0, 30.0
 
 
 def generate_launch_description():
     params_file, program = (LaunchConfiguration(name) for name in ("params_file", "program"))
+    # What a later file has overrides an earlier one.
+    chosen = ["'", FIRST_MOTION, "' if '", LaunchConfiguration("first_motion"), "' == 'true' else '", params_file, "'"]
+    last_params_file = PythonExpression(chosen)
 
-    def node(command, namespace, enclave, condition=None):
+    def node(command, namespace, enclave, condition=None, pause=FIRST_PAUSE):
         ros_args = ["--ros-args", "-r", f"__ns:={namespace}", "--params-file", params_file, "--enclave", enclave]
 
+        ros_args += ["--params-file", last_params_file]
+
         def ended(event, context):
-            # A part that has lost the others ends so. It obeys nothing from before, so it can be started again at any time.
-            if event.returncode == FAILED and not context.is_shutdown:
-                return TimerAction(period=PAUSE, actions=[node(command, namespace, enclave)])
+            # It obeys nothing from before, so it can be started again at any time.
+            if event.returncode == NETWORK_LOST and not context.is_shutdown:
+                again = node(command, namespace, enclave, pause=min(2 * pause, LONGEST_PAUSE))
+                return TimerAction(period=pause, actions=[again])
             # When another part ends, so do the others.
             return Shutdown(reason=f"{command} has ended")
 
@@ -49,6 +56,7 @@ def generate_launch_description():
             ),
             DeclareLaunchArgument("sim", default_value="true", description="start the simulated arms"),
             DeclareLaunchArgument("guard", default_value="false", description="start a guard for each arm"),
+            DeclareLaunchArgument("first_motion", default_value="false", description="slow, gentle and clear of the arms' own bodies"),
             node("puma560", "/left", "/left/puma560", IfCondition(LaunchConfiguration("sim"))),
             node("puma560", "/right", "/right/puma560", IfCondition(LaunchConfiguration("sim"))),
             node("guard", "/left", "/left/dq_servo_guard", IfCondition(LaunchConfiguration("guard"))),

@@ -9,6 +9,7 @@ set -eu
 . "$(dirname "$0")/parts.bash"
 take_switches "$@"
 shift "$switches"
+if [ "$first_motion" = true ]; then set -- "$@" --ros-args --params-file "$here/../msg_config/first_motion.yaml"; fi
 check dual "$@"
 arms="$here/../msg_config/dual.yaml"
 for side in left right; do

@@ -2,17 +2,19 @@
 # Starts the simulated PUMA 560 and the servo, no ROS needed. ctrl-C ends both; when one ends, so does the other, and the
 # script has its code. Arguments go to all nodes:
 #   launch_scripts/dq_servo.sh --ros-args -r __ns:=/left --params-file my_arm.yaml
-# On a real robot, before those: without the simulated arm, and with the guard, which stops the arm if the servo is killed:
-#   launch_scripts/dq_servo.sh sim:=false guard:=true --ros-args --params-file my_arm.yaml
+# On a real robot, before those: without the simulated arm, with the guard, which stops the arm if the servo is killed, and slowly:
+#   launch_scripts/dq_servo.sh sim:=false guard:=true first_motion:=true --ros-args --params-file my_arm.yaml
 # The program is $DQ_SERVO, or this checkout's release build, or dq_servo on the PATH.
 set -eu
 . "$(dirname "$0")/parts.bash"
 take_switches "$@"
 shift "$switches"
+if [ "$first_motion" = true ]; then set -- "$@" --ros-args --params-file "$here/../msg_config/first_motion.yaml"; fi
 check servo "$@"
-if [ "$sim" = true ]; then start puma560 --ros-args --enclave /puma560 -- "$@"; fi
+namespace=$(namespace_of "$@")
+if [ "$sim" = true ]; then start puma560 --ros-args --enclave "$namespace/puma560" -- "$@"; fi
 # Before the servo, so that it is there while the servo is.
-if [ "$guard" = true ]; then start guard --ros-args --enclave /dq_servo_guard -- "$@"; fi
+if [ "$guard" = true ]; then start guard --ros-args --enclave "$namespace/dq_servo_guard" -- "$@"; fi
 # Last, so that it ends first: the arm is there to be stopped.
-start servo --ros-args --enclave /dq_servo -- "$@"
+start servo --ros-args --enclave "$namespace/dq_servo" -- "$@"
 run_parts

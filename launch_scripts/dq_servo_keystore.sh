@@ -1,30 +1,19 @@
-#!/bin/sh
-# Makes a keystore for running secured, laid out as sros2's, whose `ros2 security` can add to it:
-#   launch_scripts/dq_servo_keystore.sh DIR [NAMESPACE]
-# One authority, one governance (everything is authenticated and encrypted, in every domain), and an enclave for each node of ours in
-# NAMESPACE (/ by default) that may do what that node does and no more. Nodes that are remapped need permissions of their own.
-# What is there already stays, so another namespace can be added later; the authority's key in DIR/private makes all of it.
-set -euf # a topic with a star is no file name
-fail() {
-    echo "error: $1" >&2
-    exit 2
-}
-case ${1-} in
--h | --help)
-    sed -n '2,/^[^#]/s/^# \{0,1\}//p' "$0"
-    exit 0
-    ;;
-esac
-[ $# -ge 1 ] && [ $# -le 2 ] || fail "expected DIR [NAMESPACE]"
-command -v openssl >/dev/null || fail "no openssl: install OpenSSL's command line first"
+#!/usr/bin/env bash
+# Makes a keystore for a secured graph, laid out as sros2's, to which `ros2 security` can add:
+#   launch_scripts/dq_servo_keystore.sh DIR [NAMESPACE [ROS ARGUMENTS]]
+# It has one authority, one governance (everything is authenticated and encrypted, in every domain), and an enclave for each node of this
+# program in NAMESPACE (/ by default). An enclave permits what its node does, and no more: the program prints that from its wire contract.
+# If nodes are remapped, name their remaps: ... DIR / -r joint_states:=/robot/joint_states
+# Existing files stay, so that you can add another namespace later. The key of the authority is in DIR/private: whoever has it can add nodes.
+# The program is $DQ_SERVO, or this checkout's release build, or dq_servo on the PATH.
+set -euo pipefail
+. "$(dirname "$0")/parts.bash"
+[ $# -ge 1 ] || mistake "expected DIR [NAMESPACE [ROS ARGUMENTS]]"
+command -v openssl >/dev/null || mistake "no openssl: install OpenSSL's command line first"
 keystore=$1
-namespace=${2:-/}
-case $namespace in
-/) namespace= ;;
-*[!A-Za-z0-9_/]* | *//* | */) fail "namespace '$namespace': expected /, or names after slashes as in /cell/left" ;;
-/*) ;;
-*) fail "namespace '$namespace': expected a slash first" ;;
-esac
+ros_args=(--ros-args -r "__ns:=${2:-/}" "${@:3}")
+# A mistake in the namespace is reported before anything is made.
+enclaves=$("$program" permissions "${ros_args[@]}")
 umask 077
 mkdir -p "$keystore/public" "$keystore/private" "$keystore/enclaves"
 keystore=$(cd "$keystore" && pwd)
@@ -36,7 +25,7 @@ trap 'rm -f "$log"' EXIT
 run_openssl() {
     openssl "$@" 2>"$log" || {
         cat "$log" >&2
-        fail "openssl $1 failed"
+        mistake "openssl $1 failed"
     }
 }
 
@@ -97,198 +86,24 @@ END
     sign "$keystore/enclaves/governance.xml"
 fi
 
-# What a node may do is gathered in two lists of DDS topics.
-publishes() { for topic; do published="$published$topic "; done; }
-subscribes() { for topic; do subscribed="$subscribed$topic "; done; }
-serves() { # SERVICE...
-    for service; do
-        subscribes "rq${service}Request"
-        publishes "rr${service}Reply"
+for enclave in $enclaves; do
+    folder=$keystore/enclaves$enclave
+    [ ! -e "$folder/permissions.p7s" ] || continue
+    mkdir -p "$folder"
+    up=$(echo "$enclave" | sed 's|/[^/]*|../|g')
+    for role in identity permissions; do
+        ln -sf "${up}../public/${role}_ca.cert.pem" "$folder/${role}_ca.cert.pem"
     done
-}
-calls() { # SERVICE...
-    for service; do
-        publishes "rq${service}Request"
-        subscribes "rr${service}Reply"
-    done
-}
-parameter_services() { # NODE
-    for service in describe_parameters get_parameter_types get_parameters list_parameters set_parameters set_parameters_atomically; do
-        echo "$1/$service"
-    done
-}
-any_node() { # NAME...: what rclcpp, rclpy and this program give each node, among it both ends of parameter changes and the clock
-    publishes ros_discovery_info rt/rosout rt/parameter_events
-    subscribes ros_discovery_info rt/parameter_events rt/clock
-    for name; do
-        # shellcheck disable=SC2046  # a list of names
-        serves $(parameter_services "$name") "$name/get_type_description"
-    done
-}
-operator() { # NAME: a command of this program, or ROS 2's command line, whose nodes are called _ros2cli_ and a number
-    any_node "$1" '/_ros2cli_*'
-}
-sets_parameters() { # NODE
-    # shellcheck disable=SC2046  # a list of names
-    calls $(parameter_services "$1")
-}
-
-topics_xml() { # TOPIC...
-    for topic; do echo "            <topic>$topic</topic>"; done
-}
-permissions_xml() { # ENCLAVE
-    today=$(date -u +%Y-%m-%d)
-    # shellcheck disable=SC2086  # lists of names
-    cat <<END
-<?xml version="1.0" encoding="UTF-8"?>
-<dds xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance"
-    xsi:noNamespaceSchemaLocation="http://www.omg.org/spec/DDS-SECURITY/20170901/omg_shared_ca_permissions.xsd">
-  <permissions>
-    <grant name="$1">
-      <subject_name>CN=$1</subject_name>
-      <validity>
-        <not_before>${today}T00:00:00</not_before>
-        <not_after>$((${today%%-*} + 10))-01-01T00:00:00</not_after>
-      </validity>
-      <allow_rule>
-        <domains><id_range><min>0</min><max>232</max></id_range></domains>
-        <publish>
-          <topics>
-$(topics_xml $published)
-          </topics>
-        </publish>
-        <subscribe>
-          <topics>
-$(topics_xml $subscribed)
-          </topics>
-        </subscribe>
-      </allow_rule>
-      <default>DENY</default>
-    </grant>
-  </permissions>
-</dds>
-END
-}
-
-enclave() { # ENCLAVE: with what was gathered for it
-    folder=$keystore/enclaves$1
-    if [ ! -e "$folder/permissions.p7s" ]; then
-        mkdir -p "$folder"
-        up=$(echo "$1" | sed 's|/[^/]*|../|g')
-        for role in identity permissions; do
-            ln -sf "${up}../public/${role}_ca.cert.pem" "$folder/${role}_ca.cert.pem"
-        done
-        ln -sf "${up}governance.p7s" "$folder/governance.p7s"
-        new_key "$folder/key.pem"
-        run_openssl req -new -sha256 -key "$folder/key.pem" -out "$folder/request.pem" \
-            -subj "/CN=$(echo "$1" | sed 's|/|\\/|g')"
-        echo "basicConstraints = critical, CA:FALSE" |
-            run_openssl x509 -req -sha256 -days "$days" -in "$folder/request.pem" -out "$folder/cert.pem" \
-                -set_serial "0x$(openssl rand -hex 8)" -extfile /dev/stdin \
-                -CA "$keystore/public/ca.cert.pem" -CAkey "$keystore/private/ca.key.pem"
-        rm "$folder/request.pem"
-        permissions_xml "$1" >"$folder/permissions.xml"
-        sign "$folder/permissions.xml"
-        echo "enclave $1"
-    fi
-    published= subscribed=
-}
-
-published= subscribed=
-servo=$namespace/dq_servo
-dual=$namespace/dq_dual_servo
-nodes="$servo $dual"
-for place in "$namespace" "$namespace/left" "$namespace/right"; do
-    nodes="$nodes $place/puma560 $place/arm $place/dq_servo_guard"
+    ln -sf "${up}governance.p7s" "$folder/governance.p7s"
+    new_key "$folder/key.pem"
+    run_openssl req -new -sha256 -key "$folder/key.pem" -out "$folder/request.pem" \
+        -subj "/CN=$(echo "$enclave" | sed 's|/|\\/|g')"
+    echo "basicConstraints = critical, CA:FALSE" |
+        run_openssl x509 -req -sha256 -days "$days" -in "$folder/request.pem" -out "$folder/cert.pem" \
+            -set_serial "0x$(openssl rand -hex 8)" -extfile /dev/stdin \
+            -CA "$keystore/public/ca.cert.pem" -CAkey "$keystore/private/ca.key.pem"
+    rm "$folder/request.pem"
+    "$program" permissions "$enclave" "${ros_args[@]}" >"$folder/permissions.xml"
+    sign "$folder/permissions.xml"
+    echo "enclave $enclave"
 done
-topics() { # PREFIX NAME...
-    prefix=$1
-    shift
-    for topic; do echo "rt$prefix/$topic"; done
-}
-both_arms() { for topic; do topics "$namespace/left" "$topic" && topics "$namespace/right" "$topic"; done; }
-plant_out="joint_states robot_description puma560/parameters arm/parameters"
-servo_out="current_pose pose_error status motions parameters events"
-pictures="markers path goal/update" # for RViz; a goal that is dragged there is sent by the servo
-# Of what the parameter interface names.
-command="forward_velocity_controller/commands forward_position_controller/commands joint_trajectory_controller/joint_trajectory"
-speed_scaling="speed_scaling_state_broadcaster/speed_scaling"
-guard_out="command_guard dq_servo_guard/parameters"
-
-# shellcheck disable=SC2046,SC2086  # lists of names throughout
-{
-    may_servo() {
-        any_node "$servo"
-        serves "$servo/pause" "$servo/stop" "$servo/reconfigure" "$servo/goal/get_interactive_markers"
-        publishes $(topics "$namespace" $command goal_pose) $(topics "$servo" $servo_out $pictures) rt/diagnostics
-        subscribes $(topics "$namespace" goal_pose joint_states $speed_scaling command_guard robot_description) $(topics "$servo" goal/feedback target_twist) rt/clock rt/tf rt/tf_static
-    }
-    may_dual() {
-        any_node "$dual"
-        serves "$dual/pause" "$dual/stop" "$dual/reconfigure" "$dual/goal/get_interactive_markers"
-        publishes $(both_arms $command) $(topics "$namespace" relative_goal) $(topics "$dual" $servo_out $pictures) rt/diagnostics
-        subscribes $(topics "$namespace" relative_goal robot_description) $(both_arms joint_states $speed_scaling command_guard) $(topics "$dual" goal/feedback target_twist) rt/clock
-    }
-    may_plant() { # NAMESPACE: the built-in arm, or any other
-        any_node "$1/puma560" "$1/arm"
-        serves "$1/puma560/reset" "$1/arm/reset"
-        publishes $(topics "$1" $plant_out) rt/tf rt/tf_static rt/diagnostics
-        subscribes $(topics "$1" $command command_guard) rt/clock
-    }
-    may_guard() { # NAMESPACE
-        any_node "$1/dq_servo_guard"
-        publishes $(topics "$1" $command $guard_out)
-        subscribes $(topics "$1" $command joint_states robot_description)
-    }
-    may_watch() { # every topic of every node of ours
-        subscribes $(topics "$namespace" goal_pose relative_goal $command $plant_out $guard_out)
-        subscribes $(both_arms $command $plant_out $guard_out)
-        subscribes $(topics "$servo" $servo_out $pictures target_twist) $(topics "$dual" $servo_out $pictures target_twist)
-        subscribes rt/diagnostics rt/tf rt/tf_static rt/rosout rt/clock
-        for node in $nodes; do calls "$node/get_type_description"; done
-    }
-    may_call() { # stop, pause, resume, reconfigure, reset, status
-        calls "$servo/pause" "$servo/stop" "$servo/reconfigure" "$dual/pause" "$dual/stop" "$dual/reconfigure"
-        for place in "$namespace" "$namespace/left" "$namespace/right"; do
-            calls "$place/puma560/reset" "$place/arm/reset" && sets_parameters "$place/puma560" && sets_parameters "$place/arm"
-        done
-        subscribes $(topics "$servo" status) $(topics "$dual" status)
-    }
-    may_send_goals() { publishes $(topics "$namespace" goal_pose relative_goal); }
-    may_view() {
-        may_send_goals
-        for node in "$servo" "$dual"; do
-            sets_parameters "$node"
-            calls "$node/pause" "$node/stop"
-            publishes $(topics "$node" target_twist)
-            subscribes $(topics "$node" $servo_out)
-        done
-        for place in "$namespace" "$namespace/left" "$namespace/right"; do
-            calls "$place/puma560/reset" "$place/arm/reset"
-            subscribes $(topics "$place" joint_states)
-        done
-    }
-    may_set_parameters() {
-        # What is too long for a reply is announced.
-        for node in $nodes; do sets_parameters "$node" && subscribes $(topics "$node" parameters); done
-    }
-
-    may_servo && enclave "$servo"
-    may_dual && enclave "$dual"
-    for place in "$namespace" "$namespace/left" "$namespace/right"; do
-        may_plant "$place" && enclave "$place/puma560"
-        may_plant "$place" && enclave "$place/arm"
-        may_guard "$place" && enclave "$place/dq_servo_guard"
-    done
-    operator "$namespace/dq_servo_goal" && may_send_goals && may_watch && calls "$servo/stop" "$dual/stop" &&
-        enclave "$namespace/dq_servo_goal"
-    operator "$namespace/dq_servo_call" && may_call && enclave "$namespace/dq_servo_call"
-    operator "$namespace/dq_servo_param" && may_set_parameters && enclave "$namespace/dq_servo_param"
-    operator "$namespace/dq_servo_recorder" && may_watch && enclave "$namespace/dq_servo_recorder"
-    # Its page records too.
-    operator "$namespace/dq_servo_view" && may_view && may_watch && enclave "$namespace/dq_servo_view"
-    # The demo is servo, plants, operator and view in one process.
-    operator "$namespace/dq_servo_demo" && may_servo && may_dual && may_send_goals && may_watch && may_set_parameters && may_view
-    for place in "$namespace" "$namespace/left" "$namespace/right"; do may_plant "$place"; done
-    enclave "$namespace/dq_servo_demo"
-}

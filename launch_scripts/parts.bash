@@ -1,4 +1,4 @@
-# For the launch scripts, which source it: parts that start and end together.
+# For the scripts here, which source it: the program, and parts that start and end together.
 # The program is $DQ_SERVO, or this checkout's release build, or dq_servo on the PATH.
 
 # The script's help is the comment at its head.
@@ -27,13 +27,22 @@ fi
 set -m
 parts=()
 
-sim=true guard=false switches=0
-take_switches() { # ARGUMENT...: sim:= and guard:= at their beginning, as `ros2 launch` takes them; `switches` is how many there were
-    while [[ ${1-} =~ ^(sim|guard):=(.*)$ ]]; do
+sim=true guard=false first_motion=false switches=0
+take_switches() { # ARGUMENT...: sim:=, guard:= and first_motion:= at their beginning, as `ros2 launch` takes them; `switches` counts them
+    while [[ ${1-} =~ ^(sim|guard|first_motion):=(.*)$ ]]; do
         [[ ${BASH_REMATCH[2]} =~ ^(true|false)$ ]] || mistake "$1: expected true or false"
         declare -g "${1/:=/=}"
         switches=$((switches + 1))
         shift
+    done
+}
+
+# The namespace that `-r __ns:=` in the arguments names, without a slash at its end: the nodes' enclaves are in it too.
+namespace_of() { # ARGUMENT...
+    for argument; do
+        case $argument in
+        __ns:=*) argument=${argument#__ns:=} && echo "${argument%/}" && return ;;
+        esac
     done
 }
 

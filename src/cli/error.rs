@@ -1,6 +1,6 @@
 //! The errors of the command line itself.
 
-use crate::ros::RosError;
+use crate::ros::{NetworkEnd, RosError};
 use std::path::PathBuf;
 use thiserror::Error;
 
@@ -16,6 +16,11 @@ pub(super) struct Incomplete {
     pub dropped: u64,
     pub directory: PathBuf,
 }
+
+/// The node has lost the others on the network; a new process of it finds them again.
+#[derive(Debug, Error)]
+#[error("{0}: start this program again")]
+pub(super) struct NetworkLost(#[source] pub NetworkEnd);
 
 /// Whether what was asked of the network cannot be.
 pub(super) fn is_ros_usage(error: &RosError) -> bool {

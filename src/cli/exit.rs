@@ -1,8 +1,7 @@
-//! Exit codes: 0 done, 1 failed, 2 asked wrongly, 3 done but for messages that a recording lacks; and one line on stderr for all but
-//! the first. A panic is a failure too.
+//! Exit codes: 0 done, 1 failed, 2 asked wrongly, 3 done but for messages that a recording lacks, 4 the network was lost, so that another
+//! start helps; and one line on stderr for all but the first. A panic is a failure too.
 
-use super::error::Incomplete;
-use super::error::{Usage, is_ros_usage};
+use super::error::{Incomplete, NetworkLost, Usage, is_ros_usage};
 use super::print::StdoutError;
 use crate::arm::ArmError;
 use crate::nodes::NodeError;
@@ -54,6 +53,9 @@ fn one_line(text: &str) -> String {
 fn number(error: &anyhow::Error) -> u8 {
     if error.is::<Incomplete>() {
         return 3;
+    }
+    if error.is::<NetworkLost>() {
+        return 4;
     }
     if is_usage(error) { 2 } else { 1 }
 }

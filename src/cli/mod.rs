@@ -14,6 +14,7 @@ mod own_goal;
 mod pages;
 mod param;
 mod parameter_file;
+mod permissions;
 mod pose;
 mod print;
 mod run;
@@ -81,6 +82,9 @@ enum Command {
     /// List, get, set, describe, dump or load a running node's parameters
     #[command(after_long_help = help::PARAM)]
     Param(param::Param),
+    /// Print what an enclave of a secured graph may do; launch_scripts/dq_servo_keystore.sh signs it
+    #[command(hide = true)]
+    Permissions(permissions::Permissions),
     #[command(flatten)]
     Tools(tools::Command),
 }
@@ -164,6 +168,7 @@ fn warn(warnings: &[String]) {
 fn execute(command: Command, ros_args: &RosArgs) -> anyhow::Result<()> {
     let command = match command {
         Command::Pose(pose) => return pose.run(ros_args),
+        Command::Permissions(permissions) => return permissions.run(ros_args),
         Command::Tools(tools::Command::Offline(tool)) => return tool.run(ros_args),
         online => online,
     };
@@ -186,7 +191,7 @@ fn execute(command: Command, ros_args: &RosArgs) -> anyhow::Result<()> {
             Command::Param(param) => param.run(ros_args).await,
             Command::Tools(tools::Command::Online(tool)) => tool.run(ros_args).await,
             Command::Tools(tools::Command::Offline(_)) => Ok(()),
-            Command::Pose(_) => Ok(()),
+            Command::Pose(_) | Command::Permissions(_) => Ok(()),
         }
     });
     // What still blocks there, as a write to a held terminal does, must not keep the program.

@@ -1,10 +1,11 @@
 //! `dq_servo servo`, `dq_servo dual`, `dq_servo arm`, `dq_servo puma560` and `dq_servo guard`: one node each, until a signal.
 
+use super::error::NetworkLost;
 use super::signals::Signals;
 use crate::config::{GuardParameters, NodeParameters, PlantParameters, ServoParameters};
 use crate::nodes::{self, GuardNode, PlantNode, Prepared, ServoNode};
 use crate::ros::{Environment, NetworkWatch, RosArgs, Session};
-use anyhow::{anyhow, bail, ensure};
+use anyhow::{bail, ensure};
 use std::time::Duration;
 use tokio::runtime::Handle;
 
@@ -89,7 +90,7 @@ pub(super) async fn until(
     let failed = async {
         loop {
             check()?;
-            network.check().map_err(|end| anyhow!("{end}: start this program again"))?;
+            network.check().map_err(NetworkLost)?;
             look.tick().await;
         }
     };

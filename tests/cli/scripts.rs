@@ -38,19 +38,21 @@ runs, ends = types.SimpleNamespace(is_shutdown=False), types.SimpleNamespace(is_
 exit_of = lambda part, code, context=runs: part.on_exit(types.SimpleNamespace(returncode=code), context)
 same = lambda part: (str(part.cmd), part.name)
 for part in parts:
-    for code, context in ((0, runs), (2, runs), (-9, runs), (1, ends)):
+    for code, context in ((0, runs), (1, runs), (2, runs), (-9, runs), (4, ends)):
         assert exit_of(part, code, context).is_a == "Shutdown", (part.name, code)
-    # Again and again.
-    for _ in range(3):
-        timer = exit_of(part, 1)
+    pauses = []
+    for _ in range(8):
+        timer = exit_of(part, 4)
         [again] = timer.actions
-        assert timer.is_a == "TimerAction" and timer.period >= 1.0 and same(again) == same(part), (timer, part)
+        assert timer.is_a == "TimerAction" and same(again) == same(part), (timer, part)
         part = again
+        pauses.append(timer.period)
+    assert pauses == [1, 2, 4, 8, 16, 30, 30, 30], pauses
 print(len(parts))
 "#;
 
 #[test]
-fn a_part_that_has_lost_the_others_is_launched_again_and_the_end_of_any_else_ends_all() {
+fn a_part_that_has_lost_the_network_is_launched_again_after_longer_and_longer_pauses_and_any_other_end_ends_all() {
     for (name, parts) in [("dq_servo", "3\n"), ("dq_dual_servo", "5\n")] {
         let file = format!("{}/launch_scripts/{name}.launch.py", env!("CARGO_MANIFEST_DIR"));
         Command::new("python3").args(["-c", LAUNCH, &file]).assert().success().stdout(parts);

@@ -214,7 +214,7 @@ fn who_was_heard_and_comes_back_after_its_lease_ends_the_servo_and_only_who_hear
     host.start("plant", &["puma560"]);
     host.start("servo", &["servo"]);
     host.peer_with(&[("CYCLONEDDS_URI", LEASE)], &["unheard"]);
-    assert_eq!(host.wait("servo"), Some(1));
+    assert_eq!(host.wait("servo"), Some(4));
     let errors = host.errors("servo");
     let error = errors.lines().find(|line| line.contains("is there again")).expect(&errors);
     assert!(error.starts_with("error: ") && error.contains("/goal_pose"), "{error}");

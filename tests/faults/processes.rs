@@ -41,7 +41,7 @@ fn a_servo_frozen_in_motion_lets_the_plant_stop_and_thawed_ends_with_the_reason(
     host.start("plant", &["puma560"]);
     host.start("servo", &[&["servo"], &FAST[..]].concat());
     run(&host, "frozen_servo", &[&host.pid("servo").to_string()]);
-    assert_eq!(host.wait("servo"), Some(1));
+    assert_eq!(host.wait("servo"), Some(4));
     assert!(host.errors("servo").contains(ENDED));
     host.start_servo("servo again", &FAST);
     run(&host, "arrive", &[]);
@@ -51,7 +51,7 @@ fn a_servo_frozen_in_motion_lets_the_plant_stop_and_thawed_ends_with_the_reason(
 fn a_plant_frozen_in_motion_stops_the_servo_which_follows_the_next_plant() {
     let mut host = Host::with_both_nodes();
     run(&host, "frozen_plant", &[&host.pid("plant").to_string()]);
-    assert_eq!(host.wait("plant"), Some(1));
+    assert_eq!(host.wait("plant"), Some(4));
     assert!(host.errors("plant").contains(ENDED));
     host.start("plant again", &["puma560"]);
     run(&host, "plant_back", &[]);

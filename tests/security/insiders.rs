@@ -1,10 +1,11 @@
 //! Nodes with keys of one authority: what each may do works, and what it may not do does not.
 
 use crate::host::{FAR, Host, assert_success, wait_for_line, wait_until};
-use crate::keystore::{Keystore, Variables};
+use crate::keystore::{Keystore, PROGRAM, Variables};
 use dq_servo::record::{Bag, BagMessage};
-use dq_servo::wire::decode;
+use dq_servo::wire::{Contract, Direction, NodeContract, TopicContract, decode};
 use dq_servo::wire::messages::{DiagnosticStatus, JointState, StringMessage};
+use std::collections::BTreeSet;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
@@ -77,6 +78,12 @@ impl Site {
         messages(&self.bag, topic).iter().map(text).collect()
     }
 
+    /// Everything that the recorder heard until now.
+    fn messages(mut self) -> Vec<BagMessage> {
+        assert_eq!(self.host.interrupt("recorder").0, Some(0));
+        Bag::open(&self.bag).unwrap().collect()
+    }
+
     /// What the recorder saw until now.
     pub fn seen(mut self) -> Seen {
         // 3: messages were lost, as whoever forges their numbers makes it seem.
@@ -147,6 +154,66 @@ fn the_launch_script_starts_secured_nodes() {
     assert_success(&Command::new("kill").args(["-TERM", &script.id().to_string()]).output().unwrap());
     assert_eq!(script.wait().unwrap().code(), Some(143));
     assert_success(&arrived);
+}
+
+#[test]
+fn the_launch_script_starts_secured_nodes_in_a_namespace() {
+    let (keystore, host) = (Keystore::new(), Host::new());
+    keystore.shell(concat!(env!("CARGO_MANIFEST_DIR"), "/launch_scripts/dq_servo_keystore.sh . /cell"));
+    let mut script = host.command(concat!(env!("CARGO_MANIFEST_DIR"), "/launch_scripts/dq_servo.sh"));
+    script.args(["guard:=true", "--ros-args", "-r", "__ns:=/cell"]).envs(keystore.variables());
+    let mut script = script.env("DQ_SERVO", PROGRAM).stderr(Stdio::piped()).spawn().unwrap();
+    wait_for_line(&mut script, "waiting_for_state -> holding");
+    let goal = [&FAR[..], &["--ros-args", "-r", "__ns:=/cell"]].concat();
+    let arrived = run(&host, &keystore.variables(), &goal, "/cell/dq_servo_goal");
+    assert_success(&Command::new("kill").args(["-TERM", &script.id().to_string()]).output().unwrap());
+    script.wait().unwrap();
+    assert_success(&arrived);
+}
+
+/// The topics that these nodes of the contract publish by themselves, on an arm whose controller takes velocities.
+fn published(nodes: &[&NodeContract]) -> Vec<String> {
+    let is_published = |(name, topic): &(&str, &TopicContract)| {
+        let is_command = name.starts_with("forward_position") || name.starts_with("joint_trajectory");
+        topic.direction == Direction::Out && !is_command
+    };
+    let topics = nodes.iter().flat_map(|node| node.topics().filter(is_published));
+    topics.map(|(name, _)| name.trim_start_matches(['~', '/']).to_owned()).collect()
+}
+
+#[test]
+fn every_node_of_the_contract_starts_secured_with_all_of_its_topics() {
+    let keystore = Keystore::new();
+    let mut site = Site::new(keystore.variables());
+    let guard = start(&mut site.host, &keystore.variables(), "guard", &["guard"], "/dq_servo_guard");
+    wait_for_line(guard, "watching");
+    // Other nodes run for some seconds, until they are interrupted.
+    let others: Vec<_> = [
+        (&["dual"][..], "/dq_dual_servo"),
+        (&["arm", "--arm", "ur5e", "--ros-args", "-r", "__ns:=/left"], "/left/arm"),
+        (&["guard", "--ros-args", "-r", "__ns:=/right"], "/right/dq_servo_guard"),
+        (&["view"], "/dq_servo_view"),
+    ]
+    .map(|(command, enclave)| {
+        let mut process = site.host.command("timeout");
+        process.args(["--signal", "INT", "8", PROGRAM]).args(arguments(command, enclave));
+        process.envs(keystore.variables()).stdout(Stdio::null()).stderr(Stdio::piped());
+        (enclave, process.spawn().unwrap())
+    })
+    .into();
+    assert_success(&site.run(&FAR, "/dq_servo_goal"));
+    for (enclave, process) in others {
+        let log = String::from_utf8(process.wait_with_output().unwrap().stderr).unwrap();
+        assert!(log.contains("[INFO]") || enclave == "/dq_servo_view", "{enclave}: {log}");
+        assert!(!log.contains("permissions of its enclave"), "{enclave}: {log}");
+    }
+    let contract = Contract::builtin().unwrap();
+    let expected = published(&[&contract.servo, &contract.plant, &contract.guard]);
+    assert!(expected.len() > 12);
+    let heard: BTreeSet<_> = site.messages().into_iter().map(|message| message.topic.to_string()).collect();
+    for topic in expected {
+        assert!(heard.iter().any(|name| name.ends_with(&topic)), "{topic} is not among {heard:?}");
+    }
 }
 
 #[test]

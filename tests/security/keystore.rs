@@ -5,6 +5,9 @@ use std::path::PathBuf;
 use std::process::Command;
 use tempfile::TempDir;
 
+/// The program that the script asks for permissions.
+pub const PROGRAM: &str = env!("CARGO_BIN_EXE_dq_servo");
+
 /// Environment variables.
 pub type Variables = Vec<(&'static str, String)>;
 
@@ -21,7 +24,7 @@ impl Keystore {
     pub fn new() -> Self {
         let directory = tempfile::tempdir().unwrap();
         let script = concat!(env!("CARGO_MANIFEST_DIR"), "/launch_scripts/dq_servo_keystore.sh");
-        assert_success(&Command::new(script).arg(directory.path()).output().unwrap());
+        assert_success(&Command::new(script).arg(directory.path()).env("DQ_SERVO", PROGRAM).output().unwrap());
         Self(directory)
     }
 
@@ -59,6 +62,6 @@ impl Keystore {
 
     /// Runs a shell command in it.
     pub fn shell(&self, script: &str) {
-        assert_success(&Command::new("sh").args(["-euc", script]).current_dir(&self.0).output().unwrap());
+        assert_success(&Command::new("sh").args(["-euc", script]).env("DQ_SERVO", PROGRAM).current_dir(&self.0).output().unwrap());
     }
 }
