@@ -39,7 +39,8 @@ impl Permissions {
             return Ok(print::line(format_args!("{}", names.join("\n")))?);
         };
         let enclave = enclaves.iter().find(|enclave| enclave.name == *name);
-        let enclave = enclave.ok_or_else(|| Usage(format!("no enclave {name:?} is made in this namespace")))?;
+        let enclave =
+            enclave.ok_or_else(|| Usage(format!("no enclave {name:?} is made in this namespace")))?;
         Ok(print::line(format_args!("{}", enclave.xml()))?)
     }
 }

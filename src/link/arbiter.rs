@@ -1,18 +1,18 @@
-//! Which publisher counts where there may be one only: of an arm's joint states, and of twists.
+//! Chooses one publisher of an input that may have only one: an arm's joint states, or twists.
 
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
-/// A publisher that was heard within this time is there.
+/// A publisher counts as present for this time after its last message.
 const PRESENCE: Duration = Duration::from_secs(1);
 
-/// The publishers of one kind of message, by numbers that the node gives them.
+/// The publishers of one input, by numbers that the node gives them.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Arbiter {
     current: Option<Heard>,
-    /// Another one, heard since the current one was.
+    /// Another publisher, heard since.
     other: Option<Heard>,
-    /// That both are there: the current one spoke again after the other.
+    /// Whether both are present: the current one spoke again after the other.
     both: bool,
 }
 
@@ -23,8 +23,8 @@ struct Heard {
 }
 
 impl Arbiter {
-    /// Hears a message from `source` at `now`; true where it is the one to believe. Another one is believed only when
-    /// the one before has been silent for `silence`, as when a driver is restarted.
+    /// Notes a message from `source` at `now`, and returns whether to use it. Another publisher takes over only after the current one has been
+    /// silent for `silence`, for example when a driver is restarted.
     pub fn hear(&mut self, source: u32, now: Duration, silence: Duration) -> bool {
         let heard = Heard { source, at: now };
         match &self.current {
@@ -44,7 +44,7 @@ impl Arbiter {
         }
     }
 
-    /// The two that publish at the same time, until one of them has been silent for a second.
+    /// Returns the two publishers that are present at the same time, until one of them has been silent for a second.
     pub fn rivals(&mut self, now: Duration) -> Option<[u32; 2]> {
         let there = |heard: &Heard| now.saturating_sub(heard.at) <= PRESENCE;
         self.other = self.other.filter(there);

@@ -1,4 +1,4 @@
-//! One arm: its last joint state, how late that is, and whether the arm follows.
+//! The link to one arm: its last joint state, its delay, and whether it follows.
 
 use crate::arbiter::Arbiter;
 use crate::command_history::CommandHistory;
@@ -15,16 +15,16 @@ use serde::{Deserialize, Serialize};
 use std::ops::Range;
 use std::time::Duration;
 
-/// Between two positions that give the arm's speed there is at least so much time.
+/// Least time between two positions from which a speed is computed.
 const TWO_STATES: Duration = Duration::from_millis(20);
 
-/// A command may show in the joint states so much later.
+/// Longest time until a command shows in the joint states.
 const LATELY: Duration = Duration::from_millis(250);
 
-/// For so long the robot moves as it says; then as it is seen to.
+/// How long the robot's own report of its speed fraction counts; afterwards the measured fraction does.
 const TOLD: Duration = Duration::from_secs(1);
 
-/// Slower than this [rad/s] an arm stands: what velocities that are measured make of a standstill.
+/// Measured speeds below this [rad/s] count as standstill.
 const STANDSTILL: f64 = 0.02;
 
 /// One arm.
@@ -35,28 +35,28 @@ pub(crate) struct ArmLink {
     kinds: Vec<JointKind>,
     pub sources: Arbiter,
     parts: Parts,
-    /// What came since the last cycle.
+    /// The state that arrived since the last cycle.
     newest: Option<Newest>,
     positions: Vec<f64>,
     velocities: Vec<f64>,
-    /// How far the arm was commanded lately \[rad\], and how fast on average [rad/s].
+    /// The recently commanded displacements \[rad\], and their mean speeds [rad/s].
     asked: Vec<f64>,
     means: Vec<f64>,
-    /// Where in the last message the arm's joints were.
+    /// The indices of the arm's joints in the last message.
     places: Vec<usize>,
-    /// The last state: when it came, and for which time it was made.
+    /// When the last state arrived, and when it was measured.
     pub received: Option<Duration>,
     measured_at: Duration,
     pub figures: ArmFigures,
-    /// What the robot has done that needs consent anew, if it has in this cycle.
+    /// The event of this cycle that revokes consent, if any.
     pub returned: Option<Return>,
-    /// The part of its speed at which the robot says that it moves, and when it last did.
+    /// The fraction of its speed at which the robot says that it moves, and when it said so.
     pub told_factor: Option<(f64, Duration)>,
-    /// A robot that has come and may be moving.
+    /// A robot that appeared and may be moving.
     newcomer: Option<Newcomer>,
-    /// When the servo was back after a gap in its cycles, until it knows what the arm has done in it.
+    /// When the servo came back after a gap in its cycles, until the arm's state after the gap is known.
     pub blind_since: Option<Duration>,
-    /// In this cycle it became known how fast the arm moves, of which nothing was known before.
+    /// Whether the arm's speed became known in this cycle.
     came: bool,
     pub latency: Latency,
     lateness: Lateness,
@@ -64,11 +64,11 @@ pub(crate) struct ArmLink {
     pub following: TrackingMonitor,
     pub pull: Pull,
     pub listeners: bool,
-    /// Whether another publisher sends it commands.
+    /// Whether another publisher sends commands to the arm.
     pub rival: bool,
 }
 
-/// A state that waits for the cycle; its numbers are in the arm's `positions` and `velocities`.
+/// A received state that waits for the cycle; its numbers are in the arm's `positions` and `velocities`.
 #[derive(Serialize, Deserialize)]
 struct Newest {
     now: Duration,
@@ -76,18 +76,18 @@ struct Newest {
     stamp_age: Option<Duration>,
 }
 
-/// A robot of which it is not known yet how fast it moves.
+/// A robot whose speed is not yet known.
 #[derive(Serialize, Deserialize)]
 struct Newcomer {
     since: Duration,
-    /// Where it was then \[rad\].
+    /// Its positions at that time \[rad\].
     positions: Vec<f64>,
-    /// How fast it was before [rad/s], if that is known.
+    /// Its speeds before [rad/s], if known.
     velocity: Option<Vec<f64>>,
 }
 
 impl ArmLink {
-    /// Nothing heard yet of the arm with these joints, of these kinds, which are `joints` of all.
+    /// Creates the link to the arm with the joints `order` of these `kinds`, whose indices among all joints are `joints`.
     pub fn new(order: JointOrder, kinds: Vec<JointKind>, joints: Range<usize>, period: Duration) -> Self {
         let zeros = vec![0.0; joints.len()];
         Self {
@@ -120,7 +120,7 @@ impl ArmLink {
         }
     }
 
-    /// Its joint names, and which of all joints they are.
+    /// Returns its joint names, and their indices among all joints.
     pub fn order(&self) -> (JointOrder, Range<usize>) {
         (self.order.clone(), self.joints.clone())
     }
@@ -132,7 +132,7 @@ impl ArmLink {
         now: Duration,
         silence: Duration,
     ) -> Result<bool, StateError> {
-        // A message that is no state of this arm says nothing of who else is there.
+        // A message that is not a state of this arm does not count as another publisher of it.
         match self.order.locate(reading.names, reading.positions, &mut self.places) {
             Err(StateError::MissingJoint { .. }) if self.order.has_any_of(reading.names) => {
                 return self.take_part(reading, now, silence);
@@ -153,7 +153,7 @@ impl ArmLink {
         Ok(true)
     }
 
-    /// Takes a message with some of the arm's joints: the state is whole once each joint came, the newest of each within `silence`.
+    /// Takes a message with some of the arm's joints. The state is complete once each joint has arrived within `silence`.
     fn take_part(
         &mut self,
         reading: &JointReading,
@@ -168,7 +168,7 @@ impl ArmLink {
             return Err(StateError::missing(&self.order.names()[joint], reading.names));
         }
         let Some(parts) = self.parts.whole() else { return Ok(true) };
-        // Together they are one publisher, by whoever has the first joint.
+        // Together they count as one publisher: that of the first joint.
         if let Some(first) = parts.clone().next()
             && !self.sources.hear(first.source, now, silence)
         {
@@ -184,7 +184,7 @@ impl ArmLink {
         Ok(true)
     }
 
-    /// The arm's joints out of those of a message.
+    /// Copies the values of the arm's joints out of a message.
     fn pick(&mut self, values: &[f64], slots: impl Fn(&mut Self) -> &mut Vec<f64>) {
         for joint in 0..self.places.len() {
             let value = values[self.places[joint]];
@@ -192,7 +192,7 @@ impl ArmLink {
         }
     }
 
-    /// Looks at what came since the last cycle; `measured` and `velocity` are of all arms.
+    /// Processes the state that arrived since the last cycle. `measured` and `velocity` are those of all arms.
     pub fn advance(
         &mut self,
         settings: &LinkSettings,
@@ -237,7 +237,7 @@ impl ArmLink {
         let age = self.latency.hear(now, self.received, stamp_age);
         let times = self.measured_at..now.saturating_sub(age);
         if self.latency.is_stamped() != was_stamped {
-            // Their times are of the other clock.
+            // Their times belong to the other clock.
             self.samples.clear();
         }
         if self.received.is_some() && returned.is_none() {
@@ -249,7 +249,7 @@ impl ArmLink {
         self.returned = returned;
     }
 
-    /// Puts together what the cycle at `now` is to know. The `cycles` came as they did.
+    /// Computes the figures for the cycle at `now`, with the lateness of `cycles`.
     pub fn sum_up(&mut self, now: Duration, fixed: Option<Duration>, cycles: &Cycles) {
         let due = self.received.unwrap_or(now) + seconds(self.latency.interval());
         self.lateness.note(now, now.saturating_sub(due));
@@ -277,7 +277,7 @@ impl ArmLink {
         };
     }
 
-    /// Writes how fast the robot moves as it says, or as it has gone since the state before: for an arm that waits for the other one.
+    /// Writes the robot's velocity: as reported, or from the state before. For an arm that waits for the other one.
     fn follow_velocity(&self, has_velocities: bool, now: Duration, measured: &[f64], velocity: &mut [f64]) {
         let moves = has_velocities && self.velocities.iter().any(|speed| speed.abs() >= STANDSTILL);
         let passed = now.saturating_sub(self.received.unwrap_or(now));
@@ -288,8 +288,8 @@ impl ArmLink {
         }
     }
 
-    /// Finds out how fast a robot moves that has just come, or was not heard in a gap of the cycles; false if that takes another state. Two
-    /// measurements must agree, since the first states may be old ones: its own velocities and two positions, or three positions.
+    /// Determines the speed of a robot that just appeared, or after a gap in the cycles. Returns false if that takes another state. Two
+    /// measurements must agree, because the first states may be old: reported velocities and two positions, or three positions.
     fn find_velocity(
         &mut self,
         now: Duration,
@@ -327,7 +327,7 @@ impl ArmLink {
         false
     }
 
-    /// Writes to `rates` the velocities [rad/s, prismatic: m/s] that took the joints from `from` to where they are in `time` \[s\].
+    /// Writes to `rates` the mean velocities [rad/s, prismatic: m/s] from `from` to the present positions in `time` \[s\].
     fn rates(&self, from: &[f64], time: f64, rates: &mut [f64]) {
         let pairs = from.iter().zip(&self.positions).zip(&self.kinds);
         rates
@@ -336,7 +336,7 @@ impl ArmLink {
             .for_each(|(rate, ((from, to), kind))| *rate = kind.displacement(*from, *to) / time);
     }
 
-    /// Compares how far the arm went in that `time`, from where it was `measured`, with what it was commanded.
+    /// Updates the estimated pull by comparing the arm's displacement during `time`, since the positions `measured`, with its commands.
     fn watch_pull(
         &mut self,
         time: Range<Duration>,
@@ -347,7 +347,7 @@ impl ArmLink {
         let (joints, passed) = (self.joints.clone(), time.end.saturating_sub(time.start));
         let response = settings.latency.unwrap_or_else(|| seconds(self.latency.response()));
         let [from_then, to_then] = [time.start, time.end].map(|time| time.saturating_sub(response));
-        // From where the last comparison ended: so a delay that is found to be another leaves nothing behind.
+        // Starts where the last comparison ended, so that no command is skipped when the estimated delay changes.
         let from_then = self.pull.compared.replace(to_then).unwrap_or(from_then);
         let lately = LATELY.as_secs_f64();
         history.travel(joints.clone(), to_then.saturating_sub(LATELY), to_then, &mut self.asked);
@@ -367,7 +367,7 @@ impl ArmLink {
         self.pull.observe(observed, (passed, factor), rate, &settings.limits.joint_velocity[joints]);
     }
 
-    /// As [`Link::balance`](super::Link::balance); the `hold` is of this arm, and was last `proven` to move its joints.
+    /// As [`Link::balance`](super::Link::balance), for this arm's `hold`, of which its joints responded to `proven`.
     pub fn balance(&mut self, what: Hold, room: &Room, proven: &mut [f64], hold: &mut [f64]) {
         let rests = self.following.must_rest() || !self.listeners || self.rival;
         let first = self.joints.start;
@@ -383,7 +383,7 @@ impl ArmLink {
         self.pull.balance(if rests { Hold::Nothing } else { what }, room, first, within, hold);
     }
 
-    /// Compares where the arm is with what it was commanded.
+    /// Compares the arm's motion with its commands.
     fn watch(&mut self, now: Duration, measured: &[f64], fixed: Option<Duration>, history: &CommandHistory) {
         let response = |latency: &Latency| fixed.unwrap_or_else(|| seconds(latency.response()));
         let answer = (response(&self.latency), self.pull.speeds());

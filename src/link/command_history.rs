@@ -1,4 +1,4 @@
-//! What has been commanded lately: with it, what a late joint state cannot show yet is known.
+//! The recent commands, from which the motion that a late joint state does not show yet is predicted.
 
 use crate::lateness::LONGEST_HOLD;
 use dq_limits::Interface;
@@ -6,33 +6,33 @@ use serde::{Deserialize, Serialize};
 use std::ops::Range;
 use std::time::Duration;
 
-/// How far back commands are remembered: the window in which motion is compared and the longest delay, twice over.
+/// How far back commands are remembered: twice the sum of the comparison window and the longest delay.
 const MEMORY: Duration = Duration::from_millis(700);
 
-/// How far the commands of the last moments should have taken each joint.
+/// The recent commands of all joints, as cumulated displacements.
 #[derive(Serialize, Deserialize)]
 pub(crate) struct CommandHistory {
     joint_count: usize,
-    /// How long each command moves the joints, however long it is in force \[s\]; none where it does for as long as it is.
+    /// How long each command moves the joints, regardless of how long it is in force \[s\]; `None` if it moves them for as long as it is.
     step: Option<f64>,
-    /// For how long a command may move the joints \[s\].
+    /// Longest time for which a command moves the joints \[s\].
     longest: f64,
-    /// At least so many commands are remembered, and at most twice as many.
+    /// The least number of commands to remember; at most twice as many are.
     capacity: usize,
-    /// Since when each command is in force \[s\], oldest first.
+    /// When each command took effect \[s\], oldest first.
     times: Vec<f64>,
-    /// A row a command: the sum of all distances before it \[rad\], a number a joint.
+    /// One row per command: the displacement of each joint by all commands before \[rad\].
     sums: Vec<f64>,
-    /// A row a command: itself [rad/s], a number a joint.
+    /// One row per command: the speed of each joint [rad/s].
     speeds: Vec<f64>,
-    /// Whether the last command moves the joints, and when the last one before it that did ended \[s\].
+    /// Whether the last command moves the joints, and when the last moving command before it ended \[s\].
     moves: bool,
     moved_until: f64,
 }
 
 impl CommandHistory {
-    /// Nothing commanded yet to `joint_count` joints by a cycle of `period`; positions it moves on by its period and no further, however
-    /// late the next one is.
+    /// Creates the empty history of `joint_count` joints with the control period `period`. A command of positions moves the joints by one
+    /// period, even if the next command is late.
     pub fn new(joint_count: usize, period: Duration, interface: Interface) -> Self {
         let cycles = MEMORY.as_nanos() / period.as_nanos().max(1) + 2;
         let capacity = usize::try_from(cycles).unwrap_or(usize::MAX).min(2000);
@@ -51,7 +51,7 @@ impl CommandHistory {
         }
     }
 
-    /// Notes the joint velocities `command` [rad/s] that are in force from `now` on, of which `hold` moves no joint.
+    /// Notes the joint velocities `command` [rad/s] in force from `now` on. They contain `hold`, which moves no joint.
     pub fn note(&mut self, now: Duration, command: &[f64], hold: &[f64]) {
         let now = now.as_secs_f64();
         match self.times.last() {
@@ -69,7 +69,7 @@ impl CommandHistory {
         }
         self.speeds.extend_from_slice(command);
         self.moves = command != hold;
-        // Where the clock went back it is not known any more what was when; else half of what is remembered is dropped at once.
+        // If the clock went back, the times mean nothing any more. Otherwise the older half is dropped at once when the memory is full.
         let forgotten = match self.times.last() {
             Some(last) if now < *last => self.times.len(),
             _ if self.times.len() + 1 == 2 * self.capacity => self.capacity,
@@ -81,20 +81,20 @@ impl CommandHistory {
         self.speeds.drain(..forgotten * self.joint_count);
     }
 
-    /// How far the joints of `range` should have gone from one time to another \[rad\], written to `into`.
+    /// Writes to `into` the commanded displacement of the joints of `range` between two times \[rad\].
     pub fn travel(&self, range: Range<usize>, from: Duration, to: Duration, into: &mut [f64]) {
         let window = self.window(from, to);
         into.iter_mut().zip(window.distances(range)).for_each(|(slot, distance)| *slot = distance);
     }
 
-    /// How far the joints of `range` should have gone by `time` since the first command \[rad\], written to `into`. What is forgotten counts.
+    /// Writes to `into` the commanded displacement of the joints of `range` from the first command to `time` \[rad\]. Forgotten commands count.
     pub fn total(&self, range: Range<usize>, time: Duration, into: &mut [f64]) {
         let InForce { sums, speeds, time } = self.in_force(&self.place(time), &range);
         let joints = into.iter_mut().zip(sums.iter().zip(speeds));
         joints.for_each(|(slot, (before, speed))| *slot = before + time * speed);
     }
 
-    /// The commands from one time to another.
+    /// Returns the commands between two times.
     pub fn window(&self, from: Duration, to: Duration) -> Window<'_> {
         Window { history: self, from: self.place(from), to: self.place(to) }
     }
@@ -105,7 +105,7 @@ impl CommandHistory {
         Place { time, index: after.saturating_sub(1) }
     }
 
-    /// What was in force then of the joints of `range`.
+    /// Returns the command to the joints of `range` in force at `place`.
     #[inline]
     fn in_force(&self, place: &Place, range: &Range<usize>) -> InForce<'_> {
         let Some(since) = self.times.get(place.index) else { return InForce::default() };
@@ -115,7 +115,7 @@ impl CommandHistory {
         InForce { sums: &self.sums[range.clone()], speeds: &self.speeds[range], time }
     }
 
-    /// Whether no joint was commanded to move after `time`.
+    /// Returns whether no joint was commanded to move after `time`.
     pub fn stood_after(&self, time: Duration) -> bool {
         self.moved_until <= time.as_secs_f64() && !self.moves
     }
@@ -128,14 +128,14 @@ pub(crate) struct Window<'a> {
     to: Place,
 }
 
-/// A time \[s\], and which command was in force then: the first one for times before it.
+/// A time \[s\], and the index of the command in force then; before the first command, its index.
 struct Place {
     time: f64,
     index: usize,
 }
 
 impl Window<'_> {
-    /// The same so much earlier: where the next one lies near, no search is needed.
+    /// Moves both ends back by `by`, without a search from the start.
     pub fn move_back(&mut self, by: Duration) {
         for place in [&mut self.from, &mut self.to] {
             place.time -= by.as_secs_f64();
@@ -145,9 +145,9 @@ impl Window<'_> {
         }
     }
 
-    /// How far each joint of `range` should have gone \[rad\].
+    /// Returns the commanded displacement of each joint of `range` \[rad\].
     ///
-    /// Fast because four lists of one length are read side by side: each joint state asks for some fifty of these windows.
+    /// Reads four lists of one length in step, for speed: each joint state needs about fifty of these windows.
     #[inline]
     pub fn distances(&self, range: Range<usize>) -> impl Iterator<Item = f64> + '_ {
         let [start, end] = [&self.from, &self.to].map(|place| self.history.in_force(place, &range));
@@ -161,11 +161,11 @@ impl Window<'_> {
 /// A command in force.
 #[derive(Default)]
 struct InForce<'a> {
-    /// How far each joint should have gone before it \[rad\].
+    /// The commanded displacement of each joint before it \[rad\].
     sums: &'a [f64],
     /// The command [rad/s].
     speeds: &'a [f64],
-    /// For how long it has moved the joints \[s\].
+    /// How long it has moved the joints \[s\].
     time: f64,
 }
 
@@ -182,7 +182,7 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn the_way_between_two_times_is_the_sum_of_the_commands_between() {
+    fn the_travel_between_two_times_is_the_sum_of_the_commands_between() {
         let mut history = CommandHistory::new(1, 2 * MS, Interface::Velocity);
         for cycle in 0..10 {
             history.note(cycle * 2 * MS, &[f64::from(cycle)], &[0.0]);
@@ -191,7 +191,7 @@ pub(crate) mod tests {
         assert!((travel(&history, 7, 10) - (0.003 + 0.008)).abs() < 1e-14);
         assert_eq!(travel(&history, 7, 7), 0.0);
         assert_eq!(travel(&history, 0, 0), 0.0);
-        // The last one goes on, but for ever it does not.
+        // The last command goes on, but not for ever.
         assert!((travel(&history, 18, 20) - 0.018).abs() < 1e-15);
         assert!((travel(&history, 18, 1000) - 0.9).abs() < 1e-12);
     }

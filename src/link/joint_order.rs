@@ -1,4 +1,4 @@
-//! Joint states matched by name.
+//! Matches joint states by joint name.
 
 use crate::StateError;
 use dq_kinematics::arm::bounds::{self, NumberError};
@@ -25,26 +25,26 @@ impl From<JointOrder> for Vec<String> {
 }
 
 impl JointOrder {
-    /// From the joint names, base first.
+    /// Creates the order of these joint names, base first.
     pub fn new(names: Vec<String>) -> Self {
         Self { names: names.into() }
     }
 
-    /// The names, base first.
+    /// Returns the names, base first.
     pub fn names(&self) -> &[String] {
         &self.names
     }
 
-    /// Whether one of the arm's joints is among `names`: what a message without them says is of something else.
+    /// Returns whether one of the arm's joints is among `names`. A message without any belongs to something else.
     pub fn has_any_of(&self, names: &[String]) -> bool {
         self.names.iter().any(|joint| names.contains(joint))
     }
 
-    /// Finds the arm's joints in a message, by name; other joints are ignored. `places`, one a joint, are where they were in the
-    /// message before, and then where they are in this one.
+    /// Finds the arm's joints in a message by name, and ignores other joints. `places` holds the index of each joint in the previous message,
+    /// which is tried first, and then its index in this one.
     ///
     /// # Errors
-    /// A [`StateError`] where a joint is missing, a number is not finite or the lists do not fit.
+    /// A [`StateError`] if a joint is missing, a number is not finite, or the lists have different lengths.
     pub(crate) fn locate(
         &self,
         names: &[String],
@@ -67,10 +67,11 @@ impl JointOrder {
         Ok(())
     }
 
-    /// Writes the positions \[rad\] of the arm's joints to `into`, matched by name; other joints are ignored.
+    /// Writes the positions \[rad\] of the arm's joints to `into`, matched by name, and ignores other joints.
     ///
     /// # Errors
-    /// A [`StateError`] where a joint is missing, a number is not finite or beyond [`bounds`], or the lists do not fit; `into` is then unchanged.
+    /// A [`StateError`] if a joint is missing, a number is not finite or beyond [`bounds`], or the lists have different lengths. `into` is then
+    /// unchanged.
     pub fn positions(&self, names: &[String], positions: &[f64], into: &mut [f64]) -> Result<(), StateError> {
         let mut places = vec![0; self.names.len()];
         self.locate(names, positions, &mut places)?;
@@ -81,7 +82,7 @@ impl JointOrder {
     }
 }
 
-/// Checks the position \[rad, prismatic: m\] of a joint.
+/// Checks that the position \[rad, prismatic: m\] of a joint is plausible.
 pub(crate) fn check(joint: &str, position: f64) -> Result<(), NumberError> {
     bounds::check(|| format!("position of {joint:?}"), &[position], bounds::JOINT_ANGLE, "rad or m")
 }

@@ -1,4 +1,4 @@
-//! How long it takes until a command shows in the joint states: their age, and the robot's response.
+//! Estimates the time from a command to the joint state that shows it: the state's age plus the robot's response time.
 
 use crate::command_history::CommandHistory;
 use crate::comparison::Comparison;
@@ -7,63 +7,62 @@ use crate::seconds;
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
-/// Stamps count as set by a clock that agrees with ours while joint states are no older by them than this.
+/// The clocks count as agreeing while joint states are not older than this by their stamps.
 const LONGEST_AGE: Duration = Duration::from_millis(150);
 
-/// Clocks must have agreed for so long before stamps are believed, and disagreed for so long before they are not: one late joint state says
-/// nothing of clocks.
+/// How long clocks must agree before stamps are used, and disagree before they are not: one late joint state proves nothing about clocks.
 const AGREEMENT: Duration = Duration::from_millis(200);
 const DISAGREEMENT: Duration = Duration::from_secs(2);
 
-/// The responses that are compared with the motion: none, one step, …
+/// The response times that are compared with the motion: zero, one step, …
 const STEP: Duration = Duration::from_millis(4);
 const CANDIDATES: usize = 49;
 const LONGEST_RESPONSE: Duration = Duration::from_millis(200);
 
-/// After so long what was compared counts e times less \[s\].
+/// The time constant with which old comparisons lose weight \[s\].
 const FORGETTING: f64 = 0.5;
 
-/// The least sum of squares \[rad²\] by which the responses must differ, so that noise does not choose.
+/// The least sum of squares \[rad²\] by which the candidates must differ, so that noise does not decide.
 const DISTINCT: f64 = 5e-5;
 
-/// How much of the remaining difference a joint state brings the age nearer, and a motion the response.
+/// The weight of a new joint state in the age, and of a new motion in the response time.
 const SMOOTHING: f64 = 0.2;
 const RESPONSE_SMOOTHING: f64 = 0.36;
 
-/// Estimates the delay of one arm, in two parts: how old a joint state is when it comes, by its stamp where the clocks agree, and
-/// how long the robot takes to answer a command, by comparing the motion that was measured with the commands of before.
+/// Estimates the delay of one arm in two parts: the age of a joint state on arrival, by its stamp if the clocks agree, and the robot's response
+/// time, by comparing the measured motion with earlier commands.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Latency {
-    /// Since when stamps are plausible, and when one was last.
+    /// When stamps became plausible, and when the last plausible one arrived.
     agreeing_since: Option<Duration>,
     agreed: Option<Duration>,
-    /// Whether stamps are believed.
+    /// Whether stamps are used.
     stamped: bool,
-    /// Age of the joint states when they come \[s\], smoothed.
+    /// Age of the joint states on arrival \[s\], smoothed.
     age: f64,
     /// Time between joint states \[s\], smoothed.
     interval: f64,
-    /// From a command to the state of the robot that shows it \[s\].
+    /// Response time: from a command to the state of the robot that shows it \[s\].
     response: f64,
-    /// How many motions were compared, as far as they count, and their sum for each joint \[rad\] and of all squares \[rad²\].
+    /// The weighted number of motions compared, the sum of each joint's motion \[rad\], and the sum of all squares \[rad²\].
     count: f64,
     moved: Vec<f64>,
     motion: f64,
     candidates: Vec<Candidate>,
 }
 
-/// A response that may be the robot's.
+/// The comparison for one possible response time.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 struct Candidate {
-    /// Its commands beside the motion.
+    /// The motion compared with the commands of that time before.
     beside: Comparison,
-    /// The sum of its commands for each joint \[rad\].
+    /// The sum of each joint's commands \[rad\].
     asked: Vec<f64>,
 }
 
 impl Candidate {
-    /// The squares by which the commands miss a motion \[rad²\], of a robot that moves the part f of what was asked, at most all of it, besides a
-    /// constant speed of each joint: `M − 2 f P + f² W` with `f = P/W`, all about the means.
+    /// Returns the sum of squares by which the commands miss the motion \[rad²\], for a robot that moves at the best fraction f ≤ 1 of its
+    /// commands plus a constant speed of each joint: `M − 2 f P + f² W` with `f = P/W`, all sums taken about the means.
     fn misfit(&self, latency: &Latency, motion: f64) -> f64 {
         let count = latency.count.max(f64::MIN_POSITIVE);
         let joints = self.asked.iter().zip(&latency.moved);
@@ -76,7 +75,7 @@ impl Candidate {
 }
 
 impl Latency {
-    /// Nothing known of joint states of this many joints that come once a `period`.
+    /// Creates the estimator for `joint_count` joints whose states arrive once per `period`.
     pub fn new(joint_count: usize, period: Duration) -> Self {
         let candidate = Candidate { beside: Comparison::default(), asked: vec![0.0; joint_count] };
         Self {
@@ -93,7 +92,7 @@ impl Latency {
         }
     }
 
-    /// Hears a joint state that came at `now`, after the one that came at `before`: how old it is.
+    /// Notes a joint state that arrived at `now`, the previous one at `before`, and returns its age.
     pub fn hear(&mut self, now: Duration, before: Option<Duration>, stamp_age: Option<Duration>) -> Duration {
         if let Some(before) = before {
             let interval = now.saturating_sub(before).min(LONGEST_AGE).as_secs_f64();
@@ -120,20 +119,19 @@ impl Latency {
         seconds(age)
     }
 
-    /// Whether stamps are believed.
+    /// Whether stamps are used.
     pub fn is_stamped(&self) -> bool {
         self.stamped
     }
 
-    /// From now on states are so old \[s\] where they are `stamped`: what is seen of the robot is measured from other times, and what is
-    /// known of both together stays.
+    /// Starts or stops using stamps. The ages then count from other times, so the comparisons start again; the total delay stays.
     fn believe_stamps(&mut self, stamped: bool, age: f64) {
         let (total, age) = (self.total(), if stamped { age } else { 0.0 });
         (self.stamped, self.age, self.response) = (stamped, age, (total - age).max(0.0));
         self.fade(0.0);
     }
 
-    /// Lets what was compared count less by the factor `keep`.
+    /// Multiplies the weight of all comparisons so far by `keep`.
     fn fade(&mut self, keep: f64) {
         (self.count, self.motion) = (keep * self.count, keep * self.motion);
         self.moved.iter_mut().for_each(|moved| *moved *= keep);
@@ -143,13 +141,13 @@ impl Latency {
         }
     }
 
-    /// Compares a motion with the commands of before.
+    /// Compares a motion with earlier commands.
     pub fn compare(&mut self, motion: &Displacement, history: &CommandHistory) {
         self.fade((-motion.after / FORGETTING).exp());
         self.count += 1.0;
         self.motion += motion.moved.iter().map(|moved| moved * moved).sum::<f64>();
         self.moved.iter_mut().zip(motion.moved).for_each(|(sum, moved)| *sum += moved);
-        // What moves long after the last command is no answer, whichever candidate is right.
+        // A motion long after the last command is not a response, whichever candidate is right.
         if !history.stood_after(motion.from.saturating_sub(LONGEST_RESPONSE)) {
             let mut window = history.window(motion.from, motion.to);
             for Candidate { beside, asked: sums } in &mut self.candidates {
@@ -166,7 +164,7 @@ impl Latency {
         }
     }
 
-    /// The response that explains the motion, if one does so and others do not \[s\].
+    /// Returns the response time that explains the motion \[s\], if one candidate does and others do not.
     fn best(&self) -> Option<f64> {
         let count = self.count.max(f64::MIN_POSITIVE);
         let motion = self.motion - self.moved.iter().map(|moved| moved * moved).sum::<f64>() / count;
@@ -178,7 +176,7 @@ impl Latency {
         if worst < DISTINCT || least > 0.25 * worst || least > 0.25 * motion {
             return None;
         }
-        // The vertex of the parabola through the neighbours.
+        // The vertex of the parabola through the neighbors.
         let vertex = match (index.checked_sub(1).and_then(at), at(index + 1)) {
             (Some(before), Some(after)) => {
                 0.5 * (before - after) / (before - 2.0 * least + after).max(f64::MIN_POSITIVE)
@@ -188,17 +186,17 @@ impl Latency {
         Some(((index as f64 + vertex) * STEP.as_secs_f64()).max(0.0))
     }
 
-    /// From a command to the state of the robot that shows it \[s\].
+    /// Returns the response time: from a command to the state of the robot that shows it \[s\].
     pub fn response(&self) -> f64 {
         self.response
     }
 
-    /// From a command to the arrival of the joint state that shows it \[s\].
+    /// Returns the time from a command to the arrival of the joint state that shows it \[s\].
     pub fn total(&self) -> f64 {
         self.age + self.response
     }
 
-    /// Time between joint states \[s\].
+    /// Returns the time between joint states \[s\].
     pub fn interval(&self) -> f64 {
         self.interval
     }

@@ -1,32 +1,32 @@
-//! By how much what should come once a period came too late in the last seconds: it may again.
+//! The lateness of control cycles and joint states in the last seconds, which may happen again.
 
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
-/// What came late is forgotten after once to twice this time.
+/// Lateness is forgotten after once to twice this time.
 const WINDOW: Duration = Duration::from_secs(2);
 
-/// No robot is expected to obey a command for longer without another, so that nothing later matters.
+/// Robots stop by their own timeout after about this time without a command, so a longer lateness does not matter.
 pub(crate) const LONGEST_HOLD: Duration = Duration::from_millis(100);
 
-/// So much of each cycle's time goes into what cycles take on average: that of the fifty or so that a stop takes.
+/// The weight of the newest cycle in the average time between cycles: a stop takes about fifty cycles.
 const SMOOTHING: f64 = 0.02;
 
-/// How late the cycles of the last seconds were: the latest, and what the slowest stop had of them.
+/// The lateness of the cycles in the last seconds: the worst, and the average that the slowest stop would have seen.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Cycles {
     period: Duration,
     last: Option<Duration>,
-    /// From one to the next on average \[s\].
+    /// Average time between cycles \[s\].
     average: f64,
     latest: Lateness,
     slowest: Lateness,
-    /// Whether the last one came so late that no robot obeyed until then.
+    /// Whether the last cycle came so late that the robot has stopped meanwhile.
     gap: bool,
 }
 
 impl Cycles {
-    /// Of a cycle of `period`.
+    /// Creates the statistics of cycles with this `period`.
     pub fn new(period: Duration) -> Self {
         let (latest, slowest) = (Lateness::default(), Lateness::default());
         Self { period, last: None, average: period.as_secs_f64(), latest, slowest, gap: false }
@@ -43,33 +43,33 @@ impl Cycles {
         self.slowest.note(now, average.saturating_sub(self.period));
     }
 
-    /// Whether the last one came so late that no robot obeyed the command before until then.
+    /// Returns whether the last cycle came so late that the robot has stopped meanwhile.
     pub fn has_gap(&self) -> bool {
         self.gap
     }
 
-    /// By how much the latest of the last seconds was.
+    /// Returns the worst lateness of a cycle in the last seconds.
     pub fn latest(&self) -> Duration {
         self.latest.worst()
     }
 
-    /// From one to the next, as the slowest stop of the last seconds would have had them.
+    /// Returns the time between cycles that the slowest stop in the last seconds would have seen.
     pub fn slowest(&self) -> Duration {
         self.period + self.slowest.worst()
     }
 }
 
-/// The worst of the last seconds.
+/// The worst lateness in the last seconds.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Lateness {
-    /// Since when the newer of the two windows lasts.
+    /// The start of the newer of the two windows.
     since: Duration,
     before: Duration,
     now: Duration,
 }
 
 impl Lateness {
-    /// Notes at `now` what comes `late`.
+    /// Notes at `now` an event that is late by `late`.
     pub fn note(&mut self, now: Duration, late: Duration) {
         let passed = now.saturating_sub(self.since);
         if passed >= WINDOW {
@@ -79,7 +79,7 @@ impl Lateness {
         self.now = self.now.max(late.min(LONGEST_HOLD));
     }
 
-    /// The latest of the last seconds.
+    /// Returns the worst lateness in the last seconds.
     pub fn worst(&self) -> Duration {
         self.before.max(self.now)
     }

@@ -1,6 +1,6 @@
-//! What connects the servo to its robot: whose joint states count, how late they are, whether the robot is there and follows.
+//! Connects the servo to its robot: takes joint states, estimates delays and pulls, and checks that the robot is present and follows.
 #![warn(clippy::unwrap_used, clippy::expect_used)]
-// Both panic where nobody reads: results go through cli::print, all else through stderr.
+// Both panic if nobody reads: results go through cli::print, everything else through stderr.
 #![warn(clippy::print_stdout, clippy::print_stderr)]
 
 mod arbiter;
@@ -33,40 +33,40 @@ use serde::{Deserialize, Serialize};
 use std::ops::Range;
 use std::time::Duration;
 
-/// Stamps may be so much ahead of our clock and still count as now.
+/// A stamp that is ahead of our clock by no more than this counts as now.
 const AHEAD_NS: i64 = 5_000_000;
 
-/// A joint state as it came.
+/// A joint state as received.
 #[derive(Clone, Copy, Debug)]
 pub struct JointReading<'a> {
     /// Joint names.
     pub names: &'a [String],
-    /// Joint positions \[rad, prismatic: m\], one a name.
+    /// Joint positions \[rad, prismatic: m\], one per name.
     pub positions: &'a [f64],
-    /// Joint velocities [rad/s, prismatic: m/s], one a name, or none.
+    /// Joint velocities [rad/s, prismatic: m/s], one per name, or empty.
     pub velocities: &'a [f64],
-    /// Who published it: a number for each publisher.
+    /// The number of its publisher.
     pub source: u32,
-    /// How old it is by its stamp; none where the stamp is no time of the past.
+    /// Its age by its stamp; `None` if the stamp is not in the past.
     pub stamp_age: Option<Duration>,
 }
 
-/// The age of what was stamped at `stamp` \[ns\] at the time `clock` \[ns\] of the same clock, as [`JointReading::stamp_age`].
+/// Returns the age, at time `clock` \[ns\], of a message with time stamp `stamp` \[ns\] of the same clock: see [`JointReading::stamp_age`].
 pub fn stamp_age(clock: i64, stamp: i64) -> Option<Duration> {
     let age = clock.checked_sub(stamp).filter(|age| *age >= -AHEAD_NS)?;
     Some(Duration::from_nanos(age.max(0).unsigned_abs()))
 }
 
-/// What is known of how an arm follows its commands.
+/// How an arm follows its commands, as far as is known.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Contact {
-    /// It does.
+    /// It follows them.
     Following,
-    /// It stands, or has not been seen to move yet: it is driven gently.
+    /// It stands, or was not yet seen to respond: it is driven gently.
     Unseen,
-    /// It did not when that was last seen, and is tried, gently.
+    /// It did not follow before, and is being tried gently.
     Lost,
-    /// It did not, and gets zeros for a while.
+    /// It did not follow, and gets zeros for a while.
     Resting,
     /// Nobody subscribes to its commands.
     Nobody,
@@ -74,22 +74,22 @@ pub enum Contact {
     Contended,
 }
 
-/// What the link has found out of an arm for one cycle.
+/// The estimates about one arm in one control period.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ArmFigures {
-    /// The commands of so long before the last joint state came, and since, are not in it.
+    /// Commands sent later than this before the last joint state arrived do not show in it yet.
     pub lag: Duration,
-    /// What bounds the law's gain: the time from a command to the joint state that shows it and to the next one.
+    /// The delay that bounds the law's gain: from a command to the joint state that shows it, plus one interval between joint states.
     pub delay: Duration,
-    /// By how much a cycle or a joint state came too late in the last seconds.
+    /// The largest lateness of a cycle or of a joint state in the last seconds.
     pub lateness: Duration,
-    /// From one cycle to the next, as a stop in the last seconds would have had them at worst; no less than the period counts.
+    /// The time between cycles that a stop in the last seconds would have seen at worst; never less than the period.
     pub cycle: Duration,
-    /// How it follows.
+    /// How the arm follows.
     pub contact: Contact,
-    /// The part of the commanded speed at which it moves, at most 1.
+    /// The fraction of the commanded speed at which the arm moves, at most 1.
     pub factor: f64,
-    /// In this cycle the robot has come, or the servo itself after a gap: what the arm does next begins with the speed that it has.
+    /// In this cycle the robot appeared, or the servo came back after a gap: the next command starts at the arm's present speed.
     pub came: bool,
 }
 
@@ -107,21 +107,21 @@ impl Default for ArmFigures {
     }
 }
 
-/// What the link needs of the settings.
+/// The settings that the link uses.
 pub struct LinkSettings<'a> {
-    /// What the commands never exceed.
+    /// The limits of the commands.
     pub limits: &'a Limits,
     /// The age at which a joint state is stale.
     pub state_timeout: Duration,
-    /// A robot that is silent for longer was away.
+    /// A robot that is silent for longer than this was away.
     pub rearm_timeout: Duration,
-    /// From a command to the joint state that shows it; none where it is to be estimated.
+    /// The time from a command to the joint state that shows it; `None` to estimate it.
     pub latency: Option<Duration>,
-    /// The rate at which what pulls at the joints is balanced [1/s]; 0 where it is not.
+    /// The rate at which the pull at the joints is balanced [1/s]; 0 not to balance it.
     pub integral: f64,
 }
 
-/// The joints of all arms: as measured, and as they should be by now.
+/// The joints of all arms: their measured and their predicted positions.
 #[derive(Serialize, Deserialize)]
 pub struct Link {
     arms: Vec<ArmLink>,
@@ -130,13 +130,13 @@ pub struct Link {
     measured: Vec<f64>,
     predicted: Vec<f64>,
     velocity: Vec<f64>,
-    /// The part of the command that holds each joint against what pulls at it, and what of it the joint was seen to respond to [rad/s].
+    /// The part of each joint's command that balances the pull, and the part of it that the joint was seen to respond to [rad/s].
     hold: Vec<f64>,
     proven: Vec<f64>,
 }
 
 impl Link {
-    /// Nothing heard yet of these arms, whose joints are of these kinds and take these commands, by a cycle of `period`.
+    /// Creates the link to arms with joints `orders` of these `kinds`, commanded through `interface` once per `period`.
     pub fn new(orders: Vec<JointOrder>, kinds: &[JointKind], period: Duration, interface: Interface) -> Self {
         let mut count = 0;
         let arms = orders.into_iter().map(|order| {
@@ -159,8 +159,8 @@ impl Link {
         }
     }
 
-    /// Takes a joint state received at `now`, for the next cycle; the last good one before it counts. True where it is of the
-    /// publisher that is believed.
+    /// Takes a joint state received at `now` for the next cycle; the last good one counts. Returns whether it came from the publisher in
+    /// charge, which another one replaces after a `silence`.
     pub fn take(
         &mut self,
         arm: usize,
@@ -171,22 +171,22 @@ impl Link {
         self.arms[arm].take(reading, now, silence)
     }
 
-    /// The joint names of `arm`, and which of all joints they are.
+    /// Returns the joint names of `arm`, and their indices among all joints.
     pub fn order(&self, arm: usize) -> (JointOrder, Range<usize>) {
         self.arms[arm].order()
     }
 
-    /// Whether anyone subscribes to the commands for `arm`.
+    /// Sets whether anyone subscribes to the commands for `arm`.
     pub fn set_listeners(&mut self, arm: usize, listeners: bool) {
         self.arms[arm].listeners = listeners;
     }
 
-    /// Whether anyone else sends commands to `arm`.
+    /// Sets whether another publisher sends commands to `arm`.
     pub fn set_rival(&mut self, arm: usize, rival: bool) {
         self.arms[arm].rival = rival;
     }
 
-    /// Looks at what has come since the last cycle.
+    /// Processes the joint states that arrived since the last cycle.
     pub fn advance(&mut self, now: Duration, settings: &LinkSettings) {
         self.cycles.note(now);
         for arm in &mut self.arms {
@@ -196,19 +196,19 @@ impl Link {
             arm.advance(settings, &mut self.measured, &mut self.velocity, &self.history);
             arm.sum_up(now, settings.latency, &self.cycles);
             if arm.returned.is_some_and(|it| it.is_of_newcomer()) {
-                // Nobody holds a robot that has just come.
+                // Nothing holds a robot that has just appeared.
                 self.hold[arm.joints.clone()].fill(0.0);
             }
         }
         self.predict(now);
     }
 
-    /// What each arm has done in this cycle that needs consent anew: what was asked for before is revoked.
+    /// Returns the events of this cycle that revoke consent, such as a robot that appeared or jumped.
     pub fn returns(&self) -> impl Iterator<Item = Return> + '_ {
         self.arms.iter().filter_map(|arm| arm.returned)
     }
 
-    /// Why what was asked for longer than `timeout` ago is not obeyed, if it is not.
+    /// Returns why a request is not obeyed, if the arm has disobeyed for longer than `timeout` or too often.
     pub fn disobedience(&self, now: Duration, timeout: Duration) -> Option<Disobedience> {
         self.arms.iter().find_map(|arm| {
             let first = arm.joints.start;
@@ -219,7 +219,7 @@ impl Link {
         })
     }
 
-    /// What was asked for was revoked.
+    /// Notes that consent was revoked.
     pub fn tell(&mut self) {
         for arm in &mut self.arms {
             if arm.following.is_lost() {
@@ -229,27 +229,27 @@ impl Link {
         }
     }
 
-    /// Whether an arm does not follow, as far as is known.
+    /// Returns whether an arm is known not to follow.
     pub fn is_lost(&self) -> bool {
         self.arms.iter().any(|arm| arm.following.is_lost())
     }
 
-    /// Notes at which part of its speed `arm` says at `now` that it moves.
+    /// Notes the fraction of its speed at which `arm` says at `now` that it moves.
     pub fn set_factor(&mut self, arm: usize, factor: f64, now: Duration) {
         self.arms[arm].told_factor = factor.is_finite().then_some((factor.clamp(0.0, 1.0), now));
     }
 
-    /// The part of the commanded speed at which the slowest arm moves.
+    /// Returns the fraction of the commanded speed at which the slowest arm moves.
     pub fn factor(&self) -> f64 {
         self.figures().map(|figures| figures.factor).fold(1.0, f64::min)
     }
 
-    /// Whether the cycles had a gap, and it is not known of each arm yet what it has done in it: nothing may be sent.
+    /// Returns whether the cycles had a gap after which some arm's state is not known yet: then nothing may be sent.
     pub fn is_blind(&self) -> bool {
         self.arms.iter().any(|arm| arm.blind_since.is_some())
     }
 
-    /// Of the arms whose next command begins with the speed that they have: which joints, and how fast these are [rad/s].
+    /// Returns the joints whose next command must start at their present speed, each with that speed [rad/s].
     pub fn coasting(&self) -> impl Iterator<Item = (usize, f64)> + '_ {
         let came = self.arms.iter().filter(|arm| arm.figures.came && self.received().is_some());
         came.flat_map(|arm| arm.joints.clone()).map(|joint| (joint, self.velocity[joint]))
@@ -268,7 +268,7 @@ impl Link {
         }
     }
 
-    /// The joints are commanded to move at `command` [rad/s] from `now` on, of which the hold moves nothing.
+    /// Notes the `command` [rad/s] in force from `now` on. It contains the hold, which moves nothing.
     pub fn command(&mut self, now: Duration, command: &[f64]) {
         self.history.note(now, command, &self.hold);
         for arm in &mut self.arms {
@@ -278,8 +278,8 @@ impl Link {
         }
     }
 
-    /// Moves what holds the joints against what pulls at them towards what it should be, or towards 0 if nothing is to be held.
-    /// The joints have these `jerks` [rad/s³] in cycles of `period` \[s\].
+    /// Moves the hold of each joint towards the estimated pull, or towards 0 if nothing is to be held. `jerks` are the joints' jerk limits
+    /// [rad/s³], `period` the control period \[s\].
     pub fn balance(&mut self, what: Hold, limits: &Limits, jerks: &[f64], period: f64) {
         let room = Room { limits, positions: &self.predicted, jerks, period };
         for arm in &mut self.arms {
@@ -288,64 +288,64 @@ impl Link {
         }
     }
 
-    /// The part of the command that holds each joint against what pulls at it [rad/s, prismatic: m/s].
+    /// Returns the part of each joint's command that balances the pull [rad/s, prismatic: m/s].
     pub fn hold(&self) -> &[f64] {
         &self.hold
     }
 
-    /// How much slower each joint moves than it is commanded [rad/s, prismatic: m/s].
+    /// Returns by how much each joint moves slower than commanded [rad/s, prismatic: m/s].
     pub fn pulls(&self) -> impl Iterator<Item = f64> + '_ {
         self.arms.iter().flat_map(|arm| arm.pull.speeds().iter().copied())
     }
 
-    /// Whether no joint was commanded to move since `time`.
+    /// Returns whether no joint was commanded to move since `time`.
     pub fn stood_after(&self, time: Duration) -> bool {
         self.history.stood_after(time)
     }
 
-    /// The positions as last measured \[rad\], arm after arm.
+    /// Returns the joint positions as last measured \[rad, prismatic: m\], arm after arm.
     pub fn measured(&self) -> &[f64] {
         &self.measured
     }
 
-    /// Where the joints should be when the next command reaches them \[rad\]: as last measured, moved on by the commands since.
+    /// Returns the joint positions predicted for the time at which the next command takes effect \[rad, prismatic: m\].
     pub fn predicted(&self) -> &[f64] {
         &self.predicted
     }
 
-    /// When the arm that has been silent longest was last heard; none where it is not known of each where it is and how fast.
+    /// Returns when the arm that has been silent longest was last heard; `None` until the state of each arm is known.
     pub fn received(&self) -> Option<Duration> {
         self.arms.iter().map(|arm| arm.received).min().flatten()
     }
 
-    /// The arm that has been silent longest.
+    /// Returns the arm that has been silent longest.
     pub fn quietest(&self) -> usize {
         let arms = self.arms.iter().enumerate();
         arms.min_by_key(|(_, arm)| arm.received).map_or(0, |(arm, _)| arm)
     }
 
-    /// The number of an arm of which two publishers both give joint states, and theirs, the one that was there first before the other.
+    /// Returns an arm with two publishers of joint states, and the numbers of both, the earlier one first.
     pub fn rivals(&mut self, now: Duration) -> Option<(usize, [u32; 2])> {
         let mut arms = self.arms.iter_mut().enumerate();
         arms.find_map(|(arm, link)| Some((arm, link.sources.rivals(now)?)))
     }
 
-    /// What the last cycle found out of each arm.
+    /// Returns the estimates of the last cycle about each arm.
     pub fn figures(&self) -> impl Iterator<Item = &ArmFigures> {
         self.arms.iter().map(|arm| &arm.figures)
     }
 
-    /// The first arm that is one of `contacts`.
+    /// Returns the first arm whose contact is one of `contacts`.
     pub fn find(&self, contacts: &[Contact]) -> Option<usize> {
         self.figures().position(|figures| contacts.contains(&figures.contact))
     }
 
-    /// The joint, counted from 1 arm after arm, that does not follow.
+    /// Returns the joint that does not follow, counted from 1 arm after arm.
     pub fn lost(&self) -> Option<usize> {
         self.arms.iter().find_map(|arm| Some(arm.joints.start + arm.following.lost()? + 1))
     }
 
-    /// The joint, counted from 1 arm after arm, that goes too far, and how many times as far as commanded.
+    /// Returns the joint that goes too far, counted from 1 arm after arm, and how many times as far as commanded it goes.
     pub fn too_far(&self, now: Duration) -> Option<(usize, f64)> {
         self.arms.iter().find_map(|arm| {
             let (joint, factor) = arm.following.too_far(now)?;
@@ -353,17 +353,17 @@ impl Link {
         })
     }
 
-    /// Tries an arm that did not follow at once.
+    /// Tries arms that did not follow again, without waiting.
     pub fn try_again(&mut self) {
         self.arms.iter_mut().for_each(|arm| arm.following.try_again());
     }
 
-    /// The factor for `target` [rad/s] so that joints that have not been seen to follow are driven gently.
+    /// Returns the factor by which to scale `target` [rad/s], so that joints not yet seen to respond are driven gently.
     pub fn probing_factor(&self, target: &[f64], accelerations: &[f64]) -> f64 {
         let factors = self.arms.iter().flat_map(|arm| {
             arm.joints.clone().map(|joint| {
                 let probe = arm.following.probe(joint - arm.joints.start, accelerations[joint]);
-                // What the hold takes of the change is not left for the motion.
+                // The hold uses up a part of the allowed change.
                 let left = (probe - (self.hold[joint] - self.proven[joint]).abs()).max(0.0);
                 ratio(left, target[joint].abs())
             })
@@ -371,16 +371,16 @@ impl Link {
         factors.fold(1.0, f64::min)
     }
 
-    /// From a command to the joint state that shows it \[s\], of the slowest arm.
+    /// Returns the time from a command to the joint state that shows it \[s\], for the slowest arm.
     pub fn latency(&self, fixed: Option<Duration>) -> f64 {
         let estimated = self.arms.iter().map(|arm| arm.latency.total()).fold(0.0, f64::max);
         fixed.map_or(estimated, |latency| latency.as_secs_f64())
     }
 
-    /// What braking before a position limit depends on, by a servo of `period` \[s\] whose joints have these `decelerations` [rad/s²]
-    /// and jerks [rad/s³], and were changed by these steps [rad/s].
-    /// A command may stay in force for as long as the latest of the last seconds did. That does not bound the law's gain: what is late
-    /// once makes no law unstable.
+    /// Returns what braking before a position limit depends on. The servo has the control period `period` \[s\]; the joints have these
+    /// decelerations [rad/s²], jerks [rad/s³] and last steps of their commands [rad/s].
+    ///
+    /// A command may stay in force for as long as the latest one of the last seconds did. Such single delays do not bound the law's gain.
     pub fn braking<'a>(&self, [decelerations, jerks, steps]: [&'a [f64]; 3], period: f64) -> Braking<'a> {
         let slowest = |of: fn(&ArmFigures) -> Duration| self.figures().map(of).max().unwrap_or_default();
         let delay = slowest(|figures| figures.delay + figures.lateness).as_secs_f64();
@@ -388,13 +388,13 @@ impl Link {
         Braking { decelerations, jerks, steps, period, cycle, delay }
     }
 
-    /// What bounds the law's gain \[s\], of the slowest arm.
+    /// Returns the delay that bounds the law's gain \[s\], for the slowest arm.
     pub fn delay(&self) -> f64 {
         self.figures().map(|figures| figures.delay).max().unwrap_or_default().as_secs_f64()
     }
 }
 
-/// So many seconds; zero for what is no time.
+/// Converts seconds to a duration; values that are not a time become zero.
 pub fn seconds(seconds: f64) -> Duration {
     Duration::try_from_secs_f64(seconds).unwrap_or_default()
 }

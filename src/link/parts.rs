@@ -1,17 +1,17 @@
-//! Joint states that come in parts, as of a rail from one driver and of the arm on it from another.
+//! Joint states that arrive in parts, for example from the driver of a rail and from that of the arm on it.
 
 use crate::joint_order::check;
 use crate::{JointOrder, JointReading, StateError};
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
-/// What came of each of the arm's joints since their last whole state.
+/// The newest reading of each joint of an arm.
 #[derive(Default, Serialize, Deserialize)]
 pub(crate) struct Parts {
     heard: Vec<Option<Part>>,
 }
 
-/// The newest that is known of a joint.
+/// The newest reading of one joint.
 #[derive(Clone, Copy, Serialize, Deserialize)]
 pub(crate) struct Part {
     pub position: f64,
@@ -19,12 +19,12 @@ pub(crate) struct Part {
     pub source: u32,
     at: Duration,
     stamp_age: Option<Duration>,
-    /// It came since the last whole state.
+    /// Whether it arrived since the last complete state.
     is_new: bool,
 }
 
 impl Part {
-    /// How old it is at `now` by its stamp.
+    /// Returns its age at `now` by its stamp.
     pub fn age(&self, now: Duration) -> Option<Duration> {
         self.stamp_age.map(|age| age + now.saturating_sub(self.at))
     }
@@ -35,12 +35,12 @@ impl Part {
 }
 
 impl Parts {
-    /// Forgets all parts: a message had the whole arm.
+    /// Forgets all readings, because a message had the whole arm.
     pub fn clear(&mut self) {
         self.heard.clear();
     }
 
-    /// Whether another publisher has named one of the joints of `reading` within `timeout`.
+    /// Returns whether another publisher has sent one of the joints of `reading` within `timeout`.
     pub fn is_of_another(
         &self,
         order: &JointOrder,
@@ -55,10 +55,10 @@ impl Parts {
         })
     }
 
-    /// Takes the joints that `reading` has.
+    /// Takes the joints of the arm that `reading` has.
     ///
     /// # Errors
-    /// A [`StateError`] where the position of one is no number or beyond its bounds; then none is taken.
+    /// A [`StateError`] if a position is not finite or beyond its bounds; then no joint is taken.
     pub fn take(
         &mut self,
         order: &JointOrder,
@@ -84,12 +84,12 @@ impl Parts {
         Ok(())
     }
 
-    /// The first joint of which nothing came within `timeout`.
+    /// Returns the first joint without a reading within `timeout`.
     pub fn missing(&self, now: Duration, timeout: Duration) -> Option<usize> {
         self.heard.iter().position(|part| !part.is_some_and(|part| part.is_there(now, timeout)))
     }
 
-    /// Every joint, once each of them came since the last time.
+    /// Returns the readings of all joints, once each has arrived since the last complete state.
     pub fn whole(&mut self) -> Option<impl Iterator<Item = Part> + Clone + '_> {
         if !self.heard.iter().flatten().all(|part| part.is_new) {
             return None;

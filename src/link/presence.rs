@@ -1,66 +1,67 @@
-//! Whether the robot is the one, where it is, for which a goal was given.
+//! Detects that the robot appeared, was away, or jumped: requests from before do not apply to it.
 
 use dq_kinematics::arm::JointKind;
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
-/// Joint states may come this much late after others that were not, without the robot having jumped.
+/// A joint state may be this much later than the one before \[s\] without the robot having jumped.
 const LATENESS: f64 = 0.05;
 
-/// How far a joint may have gone \[rad, prismatic: m\] at its largest speed [rad/s] between two joint states so many seconds apart.
+/// Returns the longest plausible travel \[rad, prismatic: m\] of a joint with the speed limit `speed` [rad/s] between two joint states that are
+/// `seconds` apart.
 pub fn longest_travel(speed: f64, seconds: f64) -> f64 {
     speed * (seconds + LATENESS)
 }
 
-/// The robot is there again, or elsewhere: what was asked for before needs consent anew.
+/// The robot appeared, came back, or jumped. This revokes earlier requests.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Return {
-    /// Until when it may have been asked for; none where nothing can have been.
+    /// Requests made until this time are revoked; `None` if there can be none.
     pub since: Option<Duration>,
-    /// What the robot has done.
+    /// What the robot did.
     pub what: Returned,
 }
 
-/// What a robot has done that needs consent anew.
+/// What a robot did that revokes consent.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Returned {
     /// It was heard for the first time.
     Came,
-    /// It was away for so long \[s\].
+    /// It was away for this time \[s\].
     WasAway(f64),
-    /// The joint, counted from 1 arm after arm and of that kind, is this far \[rad, prismatic: m\] from where it was a moment before.
+    /// A joint (counted from 1 arm after arm, of this kind) jumped by this distance \[rad, prismatic: m\].
     IsElsewhere(usize, f64, JointKind),
 }
 
 impl Return {
-    /// Whether the robot was not there before, so that nobody knows how fast it moves.
+    /// Returns whether the robot was not present before, so that its speed is unknown.
     pub fn is_of_newcomer(&self) -> bool {
         !matches!(self.what, Returned::IsElsewhere(..))
     }
 }
 
-/// What the robot may have done between two joint states.
+/// Two successive joint states, and what the robot may have done between them.
 pub(crate) struct Step<'a> {
-    /// When the state before came, if there was one.
+    /// When the previous state arrived, if there was one.
     pub before: Option<Duration>,
     pub now: Duration,
-    /// Positions before and now \[rad, prismatic: m\].
+    /// The positions before and now \[rad, prismatic: m\].
     pub from: &'a [f64],
     pub to: &'a [f64],
     /// The joints' largest speeds [rad/s].
     pub speeds: &'a [f64],
-    /// How far they were commanded lately \[rad\]: with limits that have been lowered meanwhile they still do that.
+    /// The recently commanded displacements \[rad\], which a limit that was lowered meanwhile does not shorten.
     pub commanded: &'a [f64],
-    /// What the joints do.
+    /// The kinds of the joints.
     pub kinds: &'a [JointKind],
     /// The arm's first joint, counted from 1 arm after arm.
     pub first_joint: usize,
 }
 
 impl Step<'_> {
-    /// Whether the robot has been away for longer than `timeout`, or has gone farther than it can have in the time.
+    /// Returns the event if the robot was away for longer than `timeout`, or moved farther than it can within the time.
     pub fn returned(&self, timeout: Duration) -> Option<Return> {
-        // There is nothing to revoke from before the clock began.
+        // Before the clock began there is nothing to revoke.
         let lately = self.now.checked_sub(timeout);
         let Some(before) = self.before else {
             return Some(Return { since: lately, what: Returned::Came });

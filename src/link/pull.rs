@@ -1,4 +1,4 @@
-//! What pulls at the joints of an arm that takes velocities, and what holds them against it.
+//! The pull at the joints of an arm that takes velocities, and the hold that balances it.
 //!
 //! A velocity servo stands only if nothing pulls at it. Under a torque τ that it does not know, of a payload or of gravity, a joint moves
 //! slower than its command u by the pull p = τ/k_v, and sinks at that speed if zero is commanded. The estimate p̂ follows
@@ -17,46 +17,46 @@ use std::time::Duration;
 /// The rate of the estimate if nothing is held [1/s].
 const WATCHED: f64 = 5.0;
 
-/// The rate times the delay is kept below this: half of what is stable by the small-gain theorem.
+/// Largest product of rate and delay: half of what the small-gain theorem allows.
 const STABLE: f64 = 0.5;
 
-/// The estimate never exceeds this part of a joint's largest speed, and changes by no more than this [rad/s², prismatic: m/s²]: what is
-/// faster than that is no weight, but a joint that stands although it is commanded to move.
+/// Largest estimate as a fraction of a joint's largest speed, and its largest rate of change [rad/s², prismatic: m/s²]. A faster change is
+/// not a weight, but a joint that stands although it is commanded to move.
 const LARGEST: f64 = 0.2;
 const FASTEST_CHANGE: f64 = 1.0;
 
 /// Slower than this [rad/s, prismatic: m/s] a joint stands.
 const STANDSTILL: f64 = 0.01;
 
-/// In fast or changing motion an error of the delay looks like a weight. Up to this speed, or change of it [rad/s, prismatic: m/s], joints are
-/// observed ever less, and beyond not at all.
+/// Speed, or change of speed, at which observation ends [rad/s, prismatic: m/s]; below, its weight falls linearly. In fast or changing motion
+/// an error of the estimated delay looks like a pull.
 const FAST: f64 = 0.1;
 
-/// The part of a joint's acceleration that its hold may take.
+/// The fraction of a joint's acceleration limit that its hold may use.
 const SHARE: f64 = 0.1;
 
 /// The hold towards a position limit is at most the distance from it times this rate [1/s].
 const OUTWARD: f64 = 5.0;
 
-/// What pulls at the joints of one arm.
+/// The estimated pull at the joints of one arm.
 #[derive(Serialize, Deserialize)]
 pub(crate) struct Pull {
-    /// How much slower each joint moves than it is commanded [rad/s, prismatic: m/s].
+    /// How much slower than commanded each joint moves [rad/s, prismatic: m/s].
     speeds: Vec<f64>,
-    /// What the last cycle changed the hold of each joint by [rad/s, prismatic: m/s].
+    /// The change of each joint's hold in the last cycle [rad/s, prismatic: m/s].
     steps: Vec<f64>,
-    /// The arm was driven since it came: nobody holds an arm that nobody has driven.
+    /// Whether the arm was driven since it appeared: otherwise nothing is held.
     driven: bool,
-    /// Until when commands were compared with the motion of the joints.
+    /// The time up to which commands were compared with the joints' motion.
     pub compared: Option<Duration>,
 }
 
-/// What is to be held.
+/// What to hold.
 #[derive(Clone, Copy)]
 pub enum Hold {
     /// Nothing.
     Nothing,
-    /// An arm that is to stand.
+    /// An arm that should stand.
     Standing,
     /// An arm that is driven.
     Driven,
@@ -65,24 +65,24 @@ pub enum Hold {
 /// How the hold of the joints of all arms may change.
 pub(crate) struct Room<'a> {
     pub limits: &'a Limits,
-    /// Where the joints are \[rad, prismatic: m\].
+    /// The joint positions \[rad, prismatic: m\].
     pub positions: &'a [f64],
-    /// [rad/s³, prismatic: m/s³].
+    /// The joints' jerk limits [rad/s³, prismatic: m/s³].
     pub jerks: &'a [f64],
-    /// From one cycle to the next \[s\].
+    /// The control period \[s\].
     pub period: f64,
 }
 
-/// Where one joint went between two joint states, and what it was commanded.
+/// The motion of one joint between two joint states, and its commands.
 pub(crate) struct Observed {
-    /// How far it went, and how far its commands should have taken it \[rad, prismatic: m\].
+    /// The measured and the commanded displacement \[rad, prismatic: m\].
     pub moved: f64,
     pub asked: f64,
-    /// By how much its command differs from the mean of the last moments [rad/s, prismatic: m/s].
+    /// The difference between its command and the recent mean command [rad/s, prismatic: m/s].
     pub change: f64,
 }
 
-/// The rate of the estimate [1/s] for the parameter `integral` and a robot that answers after `delay` \[s\].
+/// Returns the rate of the estimate [1/s] for the parameter `integral` and a robot that responds after `delay` \[s\].
 pub(crate) fn observed_at(integral: f64, delay: f64) -> f64 {
     let rate = if integral > 0.0 { integral } else { WATCHED };
     rate.min(STABLE / delay.max(f64::MIN_POSITIVE))
@@ -94,12 +94,12 @@ impl Pull {
         Self { speeds: zeros.clone(), steps: zeros, driven: false, compared: None }
     }
 
-    /// How much slower than commanded each joint moves [rad/s, prismatic: m/s].
+    /// Returns by how much each joint moves slower than commanded [rad/s, prismatic: m/s].
     pub fn speeds(&self) -> &[f64] {
         &self.speeds
     }
 
-    /// Forgets what pulled at another robot, or at this one elsewhere.
+    /// Forgets the pull, because the robot is another one or somewhere else.
     pub fn forget(&mut self) {
         self.speeds.fill(0.0);
         self.compared = None;
@@ -111,8 +111,8 @@ impl Pull {
         self.driven = false;
     }
 
-    /// Takes what the joints of a robot that moves at the part `factor` of its commanded speed did within `passed`. The estimate follows at `rate` [1/s];
-    /// the joints' largest speeds are `largest` [rad/s].
+    /// Updates the estimate with what the joints did within `passed`. The robot moves at the fraction `factor` of its commanded speed. The
+    /// estimate follows at `rate` [1/s]; `largest` are the joints' speed limits [rad/s].
     pub fn observe(
         &mut self,
         joints: impl Iterator<Item = Observed>,
@@ -124,8 +124,7 @@ impl Pull {
         for ((speed, largest), Observed { moved, asked, change }) in
             self.speeds.iter_mut().zip(largest).zip(joints)
         {
-            // A joint that stands at a steady command is pulled at as much as it is commanded; one that moves slowly may be of a robot that was
-            // told to be slow.
+            // If a joint stands at a steady command, the pull equals the command. If it moves slowly, the robot may have been told to be slow.
             let stands = moved.abs() <= STANDSTILL * passed;
             let asked_to_move = asked - passed * *speed;
             let fast = if stands { 0.0 } else { asked_to_move.abs() / passed.max(f64::MIN_POSITIVE) };
@@ -137,8 +136,8 @@ impl Pull {
         }
     }
 
-    /// Moves the `hold` of each joint [rad/s, prismatic: m/s] towards the estimate, or towards 0, within the limits on acceleration and jerk. The arm's
-    /// joints begin with the number `first` of all. `within` gives between which values the hold of each may be.
+    /// Moves the `hold` of each joint [rad/s, prismatic: m/s] towards the estimate, or towards 0, within the limits on acceleration and jerk.
+    /// The arm's joints begin at index `first` of all joints. `within` returns the range of each joint's hold.
     pub fn balance(
         &mut self,
         what: Hold,

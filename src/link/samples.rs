@@ -1,4 +1,4 @@
-//! Where the joints were in the last moments.
+//! The joint positions of the last 100 ms.
 
 use dq_kinematics::arm::JointKind;
 use serde::{Deserialize, Serialize};
@@ -6,35 +6,35 @@ use std::collections::VecDeque;
 use std::ops::Range;
 use std::time::Duration;
 
-/// Motion is compared over this time.
+/// Commands and motion are compared over this time.
 const WINDOW: Duration = Duration::from_millis(100);
 
-/// Samples are at least so far apart.
+/// Least time between two samples.
 const SPACING: Duration = Duration::from_millis(10);
 
-/// Of where the joints were before so long a gap nothing is made: what they did in it is not known.
+/// Samples from before a longer gap than this are dropped, because the motion during the gap is unknown.
 const LONGEST_GAP: Duration = Duration::from_millis(300);
 
-/// As many as a window has, and the one before it.
+/// The samples of one window, and the one before it.
 const CAPACITY: usize = 12;
 
-/// Where the joints of one arm were at a time.
+/// The joint positions of one arm at one time.
 #[derive(Serialize, Deserialize)]
 struct JointSample {
     time: Duration,
-    /// How long after the sample before.
+    /// Time since the sample before.
     after: Duration,
     positions: Vec<f64>,
 }
 
-/// What the joints `joints` of all did between two times.
+/// The displacement of the joints `joints` (indices among all) between two times.
 pub(crate) struct Displacement<'a> {
     pub joints: Range<usize>,
     pub from: Duration,
     pub to: Duration,
-    /// Since the motion that was looked at before \[s\].
+    /// Time since the previous displacement \[s\].
     pub after: f64,
-    /// How far each went \[rad\].
+    /// The displacement of each joint \[rad, prismatic: m\].
     pub moved: &'a [f64],
 }
 
@@ -43,14 +43,14 @@ pub(crate) struct Displacement<'a> {
 pub(crate) struct Samples {
     joints: Range<usize>,
     samples: VecDeque<JointSample>,
-    /// Room for those to come.
+    /// Unused samples, kept to avoid allocation.
     spare: Vec<JointSample>,
-    /// Motion over the window \[rad\].
+    /// Displacement over the window \[rad, prismatic: m\].
     moved: Vec<f64>,
 }
 
 impl Samples {
-    /// Of the arm whose joints are `joints` of all.
+    /// Creates the samples of the arm whose joints have the indices `joints` among all.
     pub fn new(joints: Range<usize>) -> Self {
         let zeros = vec![0.0; joints.len()];
         let room = || JointSample { time: Duration::ZERO, after: Duration::ZERO, positions: zeros.clone() };
@@ -58,12 +58,12 @@ impl Samples {
         Self { samples: VecDeque::with_capacity(CAPACITY), spare, moved: zeros, joints }
     }
 
-    /// Forgets them, as when the robot is another, or their times are of another clock.
+    /// Forgets all samples, for example if the robot or the clock is another one.
     pub fn clear(&mut self) {
         self.spare.extend(self.samples.drain(..));
     }
 
-    /// Adds `positions` \[rad, prismatic: m\] at `time`, of joints of these kinds, if that is long enough after the last; true where it did.
+    /// Adds `positions` \[rad, prismatic: m\] at `time` if the last sample is old enough. Returns whether it did.
     pub fn add(&mut self, time: Duration, positions: &[f64], kinds: &[JointKind]) -> bool {
         if self.samples.back().is_some_and(|last| time > last.time + LONGEST_GAP) {
             self.clear();
@@ -81,7 +81,7 @@ impl Samples {
         true
     }
 
-    /// The motion of the last window; none before there is one.
+    /// Returns the displacement over the last window; `None` until a window is full.
     pub fn displacement(&self) -> Option<Displacement<'_>> {
         let (from, to) = self.ends()?;
         let after = to.after.as_secs_f64();

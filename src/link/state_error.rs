@@ -1,13 +1,13 @@
-//! Why a joint state is not taken.
+//! Why a joint state was rejected.
 
 use dq_common::text::cut;
 use dq_kinematics::arm::bounds::NumberError;
 use thiserror::Error;
 
-/// What is no joint state of an arm.
+/// Why a message is not a joint state of the arm.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum StateError {
-    /// A position that cannot be meant.
+    /// A position is not finite or absurdly large.
     #[error(transparent)]
     Number(#[from] NumberError),
     /// A joint of the arm is not in the joint state.
@@ -29,13 +29,13 @@ pub enum StateError {
 }
 
 impl StateError {
-    /// A joint that is not among the `names` of a message.
+    /// Returns the error for `joint`, which is not among the `names` of a message.
     pub(crate) fn missing(joint: &str, names: &[String]) -> Self {
         let names = names.iter().take(8).map(|name| cut(name).into_owned()).collect();
         Self::MissingJoint { joint: joint.to_owned(), names }
     }
 
-    /// The reason in one word.
+    /// Returns the reason in one word.
     pub fn label(&self) -> &'static str {
         match self {
             Self::Number(number) => number.label(),

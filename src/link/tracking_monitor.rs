@@ -1,4 +1,4 @@
-//! Whether an arm follows its commands: each of its joints, at one common part of the speed that is commanded.
+//! Checks that each joint of an arm follows its commands, at one common fraction of the commanded speed.
 
 mod departure;
 
@@ -11,52 +11,52 @@ use serde::{Deserialize, Serialize};
 use std::ops::Range;
 use std::time::Duration;
 
-/// A joint follows that goes at least this part of the distance that the others go for it.
+/// A joint follows if it moves at least this fraction of what the other joints move, relative to their commands.
 const PART: f64 = 0.2;
 
-/// A robot that goes less than this part of its commanded distance obeys no command; one that goes more was told to be slow.
+/// A robot that moves less than this fraction of its commanded distance does not obey; one that moves more was told to be slow.
 const SLOWEST: f64 = 0.02;
 
-/// The distance \[rad\] that must have been commanded within a window before a joint can be said to follow or not.
+/// The distance \[rad\] that must be commanded within a window before a joint is judged.
 const LEAST_DISTANCE: f64 = 0.01;
 
-/// A joint that goes so many times as far as commanded is reported, and one that goes so many times as far obeys no command.
+/// A joint that moves this many times as far as commanded is reported, and one that moves the second number of times as far does not obey.
 const TOO_FAR: f64 = 2.0;
 const MUCH_TOO_FAR: f64 = 5.0;
 
-/// An arm that has ceased to follow so often within this time is not tried again.
+/// An arm that stopped following this many times within this time is not tried again.
 const LOSSES: usize = 3;
 const LOSSES_WITHIN: Duration = Duration::from_secs(10);
 
-/// Commands may take effect so much later than estimated.
+/// How much later than estimated commands may take effect.
 const SLACK: [Duration; 3] = [Duration::ZERO, Duration::from_millis(50), Duration::from_millis(100)];
 
-/// The arm does not follow when it has not for so long.
+/// How long a joint must fail to follow before the arm counts as lost.
 const PERSISTENCE: Duration = Duration::from_millis(50);
 
 /// Commands below this [rad/s] are too small to see whether they are followed.
 const CREEP: f64 = 1e-3;
 
-/// After so long without a command to be seen the arm must be seen to follow anew.
+/// After this time without a visible command, the arm must be seen to respond again.
 const REST: Duration = Duration::from_millis(300);
 
-/// An arm that does not follow is tried again after so long.
+/// An arm that does not follow is tried again after this time.
 const RETRY: Duration = Duration::from_millis(500);
 
-/// An arm that is commanded to move less than this many times what pulls at it says nothing of how slow the robot is.
+/// Least ratio of commanded motion to pull at which the robot's speed fraction is estimated.
 const PULLED: f64 = 4.0;
 
-/// How much of the remaining difference a window brings the part of its speed at which the robot moves nearer.
+/// The weight of a new window in the robot's speed fraction.
 const SMOOTHING: f64 = 0.05;
 
-/// What a joint may have gone of the distance that it was commanded, whichever of the [`SLACK`]s is right.
+/// The range of the fraction of its commanded distance that a joint has moved, over all [`SLACK`]s.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Part {
     largest: f64,
     smallest: f64,
-    /// How many times as far as it was commanded, or as the least distance.
+    /// The ratio of its distance to the commanded one, or to [`LEAST_DISTANCE`] if that is larger.
     excess: f64,
-    /// The part that the other joints have gone of theirs; below all numbers where that is too little to be said.
+    /// The fraction that the other joints have moved; −∞ if they were commanded too little to tell.
     others: f64,
 }
 
@@ -68,10 +68,10 @@ impl Part {
         others: f64::NEG_INFINITY,
     };
 
-    /// Notes that the joint has `moved` where it was commanded to go as far as `asked`, and what `all` joints did.
+    /// Notes that the joint, commanded to move by `asked`, has `moved`; `all` compares all joints.
     fn note(&mut self, asked: f64, moved: f64, all: &Comparison) {
         self.excess = self.excess.min(moved.abs() / asked.abs().max(LEAST_DISTANCE));
-        // A small distance says nothing: it may have been followed, and not too far.
+        // A small distance proves nothing, so it counts as followed exactly.
         let part = if asked.abs() >= LEAST_DISTANCE { moved / asked } else { 1.0 };
         (self.largest, self.smallest) = (self.largest.max(part), self.smallest.min(part));
         let others = all.square - asked * asked;
@@ -80,54 +80,54 @@ impl Part {
         }
     }
 
-    /// Whether the joint does not go as the others do, or as all do where that is known of them together only.
+    /// Returns whether the joint moves much less than the others, or than the `common` fraction if only that is known.
     fn is_lost(&self, common: f64) -> bool {
         let others = if self.others.is_finite() { self.others.min(1.0) } else { common };
         self.largest < PART * others || self.excess >= MUCH_TOO_FAR
     }
 }
 
-/// What is known of one arm.
+/// The monitor's view of one arm.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 enum Phase {
-    /// It stands: the next command is the first.
+    /// The arm stands: the next command is the first one.
     Standing,
-    /// It is commanded; since when a joint has failed to follow.
+    /// The arm is commanded; `fails_since` is when a joint began to fail.
     Driven { fails_since: Option<Duration> },
-    /// It is not driven, since.
+    /// The arm gets zeros since then.
     Lost { since: Duration },
 }
 
-/// Why what was asked for is not obeyed. The joint is counted from 0.
+/// Why a request is not obeyed. The joint is counted from 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Disobedience {
-    /// A joint has not obeyed for so long.
+    /// A joint has not obeyed for this time.
     For(usize, Duration),
-    /// A joint has ceased to follow once too often.
+    /// A joint stopped following once too often.
     Again(usize),
 }
 
-/// Watches one arm.
+/// Monitors one arm.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct TrackingMonitor {
     phase: Phase,
     departure: Departure,
-    /// Since when the arm does not obey, as far as is known, and the joint that was seen not to.
+    /// When the arm was last known to obey, and the joint that does not.
     disobeys: Option<(Duration, usize)>,
     commanded: Option<Duration>,
     asked: Vec<f64>,
-    /// What each joint may have gone of its commanded distance in the last window.
+    /// For each joint, the fraction of its commanded distance in the last window.
     parts: Vec<Part>,
-    /// The part of the commanded speed at which the robot moves.
+    /// The fraction of the commanded speed at which the robot moves.
     factor: f64,
-    /// When it last ceased to follow, newest first.
+    /// When the arm last stopped following, newest first.
     losses: [Option<Duration>; LOSSES],
-    /// Since when a joint goes too far, which one, and how many times as far as commanded.
+    /// When a joint began to move too far, which one, and the ratio to its command.
     too_far: Option<(Duration, usize, f64)>,
 }
 
 impl TrackingMonitor {
-    /// Of the arm whose joints are `joints` of all.
+    /// Creates the monitor of the arm whose joints have the indices `joints` among all.
     pub fn new(joints: Range<usize>) -> Self {
         let joint_count = joints.len();
         Self {
@@ -143,12 +143,12 @@ impl TrackingMonitor {
         }
     }
 
-    /// Tries at once an arm that somebody asks to move.
+    /// Tries the arm again without waiting, because of a new request.
     pub fn try_again(&mut self) {
         if matches!(self.phase, Phase::Lost { .. }) {
             self.stand();
         }
-        // What was not obeyed was asked for before.
+        // The earlier disobedience concerned an earlier request.
         self.disobeys = self.disobeys.filter(|_| matches!(self.phase, Phase::Driven { .. }));
     }
 
@@ -157,32 +157,32 @@ impl TrackingMonitor {
         self.departure.forget();
     }
 
-    /// Whether the arm does not follow, as far as is known.
+    /// Returns whether the arm is known not to follow.
     pub fn is_lost(&self) -> bool {
         self.disobeys.is_some()
     }
 
-    /// The joint that was seen not to obey, counted from 0.
+    /// Returns the joint that does not obey, counted from 0.
     pub fn lost(&self) -> Option<usize> {
         self.disobeys.map(|(_, joint)| joint)
     }
 
-    /// Whether it must not be commanded now.
+    /// Returns whether the arm must get zeros now.
     pub fn must_rest(&self) -> bool {
         matches!(self.phase, Phase::Lost { .. })
     }
 
-    /// Whether each joint that is commanded has been seen to follow since the arm last stood.
+    /// Returns whether a joint has responded since the arm last stood, and none is lost.
     pub fn is_seen(&self) -> bool {
         self.departure.seen().any(|seen| seen) && !self.is_lost()
     }
 
-    /// The part of the commanded speed at which the robot moves, at most 1.
+    /// Returns the fraction of the commanded speed at which the robot moves, at most 1.
     pub fn factor(&self) -> f64 {
         self.factor
     }
 
-    /// Why what was asked for is to be revoked at `now`, where nobody asks for longer than `timeout` what is not obeyed.
+    /// Returns why to revoke consent at `now`: the arm has disobeyed for longer than `timeout`, or too often.
     pub fn disobedience(&self, now: Duration, timeout: Duration) -> Option<Disobedience> {
         let (since, joint) = self.disobeys?;
         let time = now.saturating_sub(since);
@@ -195,23 +195,24 @@ impl TrackingMonitor {
         }
     }
 
-    /// What was asked for was revoked: the losses so far were told.
+    /// Forgets the losses so far, because consent was revoked for them.
     pub fn tell(&mut self) {
         self.losses = [None; LOSSES];
     }
 
-    /// The joint, counted from 0, that goes too far, and how many times as far as commanded.
+    /// Returns the joint that moves too far, counted from 0, and the ratio to its command.
     pub fn too_far(&self, now: Duration) -> Option<(usize, f64)> {
         let (since, joint, factor) = self.too_far?;
         (now.saturating_sub(since) >= PERSISTENCE).then_some((joint, factor))
     }
 
-    /// The largest change of the command of joint `joint` of that `acceleration` [rad/s²]: any, once it was seen to respond.
+    /// Returns the largest allowed change of the command of joint `joint` with this `acceleration` limit [rad/s²]; infinity once the joint has
+    /// responded.
     pub fn probe(&self, joint: usize, acceleration: f64) -> f64 {
         self.departure.probe(joint, acceleration)
     }
 
-    /// Notes the `motion` that the arm is commanded from `now` on [rad/s].
+    /// Notes the `motion` commanded from `now` on [rad/s], one speed per joint.
     pub fn command(&mut self, now: Duration, motion: impl Iterator<Item = f64>) {
         let mut motion = motion;
         if motion.any(|speed| speed.abs() > CREEP) {
@@ -234,8 +235,8 @@ impl TrackingMonitor {
         }
     }
 
-    /// Looks which joints respond: they are at `positions` \[rad, prismatic: m\] at `now`, and of these kinds. The arm answers after `response`,
-    /// and this `pull` [rad/s] is at its joints.
+    /// Updates which joints respond. They are at `positions` \[rad, prismatic: m\] at `now`. The arm responds after `response`; `pull` [rad/s] acts
+    /// on its joints.
     pub fn watch_responses(
         &mut self,
         now: Duration,
@@ -257,8 +258,8 @@ impl TrackingMonitor {
         }
     }
 
-    /// Looks at `now` whether an arm in motion goes on to follow: it has moved by `motion`, and answers after `response`. This `pull` [rad/s]
-    /// is at its joints.
+    /// Checks at `now` that an arm in motion still follows. It has moved by `motion` and responds after `response`; `pull` [rad/s] acts on its
+    /// joints.
     pub fn watch_motion(
         &mut self,
         now: Duration,
@@ -301,7 +302,7 @@ impl TrackingMonitor {
         }
     }
 
-    /// Notes how fast the joints were commanded to move and did.
+    /// Notes the commanded and the measured speeds of the joints.
     fn note_speeds(
         &mut self,
         motion: &Displacement,
@@ -315,7 +316,7 @@ impl TrackingMonitor {
         self.departure.note_speeds(distances.map(|(asked, moved)| (asked / seconds, moved / seconds)));
     }
 
-    /// Notes the joint that goes farthest beyond its commanded distance.
+    /// Notes the joint that moves farthest beyond its commanded distance.
     fn watch_excess(&mut self, now: Duration) {
         let parts = self.parts.iter().map(|part| part.smallest).enumerate();
         let farthest = parts.max_by(|(_, one), (_, other)| one.total_cmp(other));
@@ -324,7 +325,7 @@ impl TrackingMonitor {
             farthest.filter(|(_, part)| *part >= TOO_FAR).map(|(joint, part)| (since, joint, part));
     }
 
-    /// Drives it no more for a while, as that joint has not obeyed since then; whether that `counts` as a loss.
+    /// Gives the arm zeros for a while, because `joint` has not obeyed since `since`; `counts` says whether that is a loss.
     fn lose(&mut self, since: Duration, now: Duration, joint: usize, counts: bool) {
         self.phase = Phase::Lost { since: now };
         self.disobeys = Some((self.disobeys.map_or(since, |(first, _)| first), joint));
@@ -342,8 +343,8 @@ mod tests {
     use dq_limits::Interface;
     use proptest::prelude::*;
 
-    /// When an arm is first taken for one that does not follow, if ever. Each of `pieces` commands its two joints for 50 ms [rad/s]; after
-    /// `delay` \[ms\] they go these `parts` of it.
+    /// Returns when an arm is first judged lost, if ever. Each of `pieces` commands its two joints for 50 ms [rad/s]; after `delay` \[ms\] they
+    /// move by these `parts` of it.
     fn lost_after(pieces: &[[f64; 2]], delay: usize, parts: [f64; 2]) -> Option<Duration> {
         let kinds = [JointKind::Revolute; 2];
         let mut history = CommandHistory::new(2, MS, Interface::Velocity);
@@ -363,7 +364,7 @@ mod tests {
         })
     }
 
-    /// Commands for two to four seconds, as fast as joints may be driven until they are seen to follow.
+    /// Commands for two to four seconds, up to the probing speed.
     fn pieces() -> impl Strategy<Value = Vec<[f64; 2]>> {
         let speed = || prop_oneof![Just(0.0), -0.05..0.05, -0.005..0.005];
         prop::collection::vec([speed(), speed()], 40..80)

@@ -52,7 +52,8 @@ print(len(parts))
 "#;
 
 #[test]
-fn a_part_that_has_lost_the_network_is_launched_again_after_longer_and_longer_pauses_and_any_other_end_ends_all() {
+fn a_part_that_has_lost_the_network_is_launched_again_after_longer_and_longer_pauses_and_any_other_end_ends_all()
+ {
     for (name, parts) in [("dq_servo", "3\n"), ("dq_dual_servo", "5\n")] {
         let file = format!("{}/launch_scripts/{name}.launch.py", env!("CARGO_MANIFEST_DIR"));
         Command::new("python3").args(["-c", LAUNCH, &file]).assert().success().stdout(parts);

@@ -24,7 +24,9 @@ impl Keystore {
     pub fn new() -> Self {
         let directory = tempfile::tempdir().unwrap();
         let script = concat!(env!("CARGO_MANIFEST_DIR"), "/launch_scripts/dq_servo_keystore.sh");
-        assert_success(&Command::new(script).arg(directory.path()).env("DQ_SERVO", PROGRAM).output().unwrap());
+        assert_success(
+            &Command::new(script).arg(directory.path()).env("DQ_SERVO", PROGRAM).output().unwrap(),
+        );
         Self(directory)
     }
 
@@ -62,6 +64,13 @@ impl Keystore {
 
     /// Runs a shell command in it.
     pub fn shell(&self, script: &str) {
-        assert_success(&Command::new("sh").args(["-euc", script]).env("DQ_SERVO", PROGRAM).current_dir(&self.0).output().unwrap());
+        assert_success(
+            &Command::new("sh")
+                .args(["-euc", script])
+                .env("DQ_SERVO", PROGRAM)
+                .current_dir(&self.0)
+                .output()
+                .unwrap(),
+        );
     }
 }

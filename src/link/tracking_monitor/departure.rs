@@ -1,7 +1,7 @@
-//! Whether each joint of an arm that stands, or stood, responds to its commands.
+//! Checks that each joint of an arm responds to its commands when it starts to move.
 //!
-//! What pulls at a joint moves it at a constant speed, whatever it is commanded. So the change of its motion counts: a joint that responds
-//! moves by Y = Δθ − v₀ Δt if its command asks it to move by X = ∫u dt − u₀ Δt, where u₀ and v₀ are command and speed before.
+//! A pull moves a joint at a constant speed, whatever its command is. So the change of its motion counts: a joint that responds moves by
+//! Y = Δθ − v₀ Δt if its command asks it to move by X = ∫u dt − u₀ Δt, where u₀ and v₀ are its command and speed before.
 
 use super::{MUCH_TOO_FAR, PART, SLOWEST};
 use crate::command_history::CommandHistory;
@@ -17,39 +17,39 @@ use std::time::Duration;
 const PROBE_SPEED: f64 = 0.05;
 const PROBE_ACCELERATION: f64 = 0.01;
 
-/// A joint that moved this far \[rad\] as commanded responds: more than encoders make of a standstill.
+/// A joint that moved this far \[rad\] as commanded responds. Encoder noise at standstill is less.
 const SEEN: f64 = 2e-4;
 
 /// A joint that has not responded for this long after it was commanded to go [`PROBE_DISTANCE`], or this far \[rad\], does not follow.
 const PATIENCE: Duration = Duration::from_millis(400);
 const LONGEST_PROBE: f64 = 0.02;
 
-/// The distance \[rad\] that must have been commanded before a joint can be said not to respond.
+/// The distance \[rad\] that must be commanded before a joint is judged not to respond.
 pub(super) const PROBE_DISTANCE: f64 = 2e-3;
 
-/// A joint that was seen to respond stands if it does not move for this long, besides the delay, after it was commanded to go
+/// A joint that has responded counts as stuck if it does not move for this time plus the delay, after a command to move
 /// [`PROBE_DISTANCE`].
 const STANDSTILL: Duration = Duration::from_millis(150);
 
-/// Faster than this [rad/s, prismatic: m/s] a joint that was seen to respond is compared with its commands themselves.
+/// Above this speed [rad/s, prismatic: m/s] the monitor compares a joint that has responded with its commands themselves.
 const SLOW: f64 = 0.1;
 
-/// The change of a slow joint's way \[rad, prismatic: m\] that must have been commanded before it can be said not to respond any more.
+/// The change of a slow joint's travel \[rad, prismatic: m\] that must be commanded before it is judged to respond no more.
 const SLOW_DISTANCE: f64 = 0.01;
 
-/// The speed before is measured with this error at most [rad/s, prismatic: m/s]: one count of 8192 a turn, forth and back in a window.
+/// Largest error of the measured speed before [rad/s, prismatic: m/s]: one count of 8192 per turn, forth and back in a window.
 const NOISE: f64 = 0.02;
 
-/// A joint that was asked for nothing is compared with its last seconds only.
+/// A joint without commands is compared with its last seconds only.
 const MEMORY: Duration = Duration::from_secs(1);
 
-/// The largest change [rad/s] of the command of a joint with this acceleration [rad/s²] that was not seen to respond.
+/// Returns the largest change [rad/s] of the command of a joint with this acceleration limit [rad/s²] that has not responded yet.
 fn probe_speed(acceleration: f64) -> f64 {
     PROBE_SPEED.min(PROBE_ACCELERATION * acceleration)
 }
 
-/// How far a joint should have moved that was asked to move by `asked`, of which the pull takes `pulled` \[rad, prismatic: m\]. An estimate of the pull
-/// excuses a joint that moves less. It never asks one to move.
+/// Returns how far a joint should have moved that was commanded to move by `asked` \[rad, prismatic: m\], of which the pull takes `pulled`. The
+/// estimated pull excuses a joint that moves less, but never demands motion.
 pub(super) fn due(asked: f64, pulled: f64) -> f64 {
     let left = if asked * pulled > 0.0 { (asked.abs() - pulled.abs()).max(0.0) } else { asked.abs() };
     left.copysign(asked)
@@ -59,67 +59,67 @@ pub(super) fn due(asked: f64, pulled: f64) -> f64 {
 pub(super) struct Failure {
     /// Counted from 0.
     pub joint: usize,
-    /// Since when it should have been seen to move.
+    /// When it should have moved.
     pub since: Duration,
-    /// Whether it has ceased to follow, or moves in the other direction: such a joint is not tried for ever.
+    /// Whether it stopped following, or moves in the other direction. Such a joint is not tried for ever.
     pub counts: bool,
 }
 
-/// What is known of the arm's answer to its commands.
+/// The estimates of how the arm responds.
 pub(super) struct Answer<'a> {
-    /// The part of its commanded distance that it moves.
+    /// The fraction of its commanded distance that it moves.
     pub factor: f64,
-    /// From a command to the state of the robot that shows it.
+    /// The time from a command to the state of the robot that shows it.
     pub response: Duration,
-    /// What pulls at each joint [rad/s, prismatic: m/s].
+    /// The pull at each joint [rad/s, prismatic: m/s].
     pub pull: &'a [f64],
 }
 
-/// A time with which the motion of a joint is compared.
+/// A time from which the motion of a joint is compared with its commands.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 struct Anchor {
     time: Duration,
-    /// How far its commands should have taken the joint, and how far it has moved \[rad, prismatic: m\].
+    /// The commanded and the measured displacement of the joint until then \[rad, prismatic: m\].
     asked: f64,
     moved: f64,
-    /// Its command and its speed then [rad/s, prismatic: m/s].
+    /// Its command and its speed at that time [rad/s, prismatic: m/s].
     command: f64,
     speed: f64,
 }
 
 impl Anchor {
-    /// By how much the joint, which is at `now`, was asked to move besides, and did \[rad, prismatic: m\].
+    /// Returns the change of the commanded and of the measured motion since this anchor (X and Y above) \[rad, prismatic: m\].
     fn changes(&self, now: &Self) -> (f64, f64) {
         let passed = now.time.saturating_sub(self.time).as_secs_f64();
         (now.asked - self.asked - passed * self.command, now.moved - self.moved - passed * self.speed)
     }
 }
 
-/// What one joint did.
+/// The recent motion of one joint.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 struct JointResponse {
-    /// It was seen to respond.
+    /// Whether it has responded.
     seen: bool,
-    /// Since when it should have been seen to.
+    /// When it should have responded.
     due: Option<Duration>,
-    /// Where it was last \[rad, prismatic: m\].
+    /// Its last position \[rad, prismatic: m\].
     position: f64,
     now: Anchor,
-    /// When the arm stood, and a time since then.
+    /// An anchor at which the arm stood, and a later one.
     stood: Anchor,
     later: Anchor,
-    /// Since when a joint that was seen to respond stands although it is commanded to move.
+    /// When a joint that has responded got stuck.
     stands_since: Option<Duration>,
-    /// How far it should have moved since it last did, has moved, and between which distances it was \[rad, prismatic: m\].
+    /// How far it should have moved since it last moved, how far it has, and the range of its distances \[rad, prismatic: m\].
     due_distance: f64,
     distance: f64,
     range: (f64, f64),
 }
 
-/// What the joints of one arm have done since it stood.
+/// The responses of the joints of one arm since it stood.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Departure {
-    /// Its joints among all.
+    /// The indices of its joints among all.
     joints: Range<usize>,
     responses: Vec<JointResponse>,
     begun: bool,
@@ -127,7 +127,7 @@ pub(super) struct Departure {
 }
 
 impl Departure {
-    /// Of the arm whose joints are `joints` of all.
+    /// Creates the monitor of the arm whose joints have the indices `joints` among all.
     pub fn new(joints: Range<usize>) -> Self {
         let count = joints.len();
         Self {
@@ -138,12 +138,12 @@ impl Departure {
         }
     }
 
-    /// The arm stands: no joint was seen to respond since.
+    /// Forgets the responses, because the arm stands.
     pub fn forget(&mut self) {
         self.responses.iter_mut().for_each(JointResponse::begin);
     }
 
-    /// The arm goes on to stand: what held joints responded to is in the past.
+    /// Forgets the responses of joints that the hold moved, because the arm goes on standing.
     pub fn rest(&mut self) {
         self.responses.iter_mut().filter(|it| it.seen).for_each(JointResponse::begin);
     }
@@ -163,15 +163,14 @@ impl Departure {
         if self.responses[joint].seen { f64::INFINITY } else { probe_speed(acceleration) }
     }
 
-    /// Takes the commands and speeds of the joints in the last window [rad/s, prismatic: m/s].
+    /// Takes each joint's command and speed in the last window [rad/s, prismatic: m/s].
     pub fn note_speeds(&mut self, speeds: impl Iterator<Item = (f64, f64)>) {
         for (it, (command, speed)) in self.responses.iter_mut().zip(speeds) {
             (it.now.command, it.now.speed) = (command, speed);
         }
     }
 
-    /// Looks which joints respond, and which do not: they are at `positions` \[rad, prismatic: m\] at `now`, and of these kinds. The first that
-    /// has not for too long is returned.
+    /// Updates which joints respond; they are at `positions` \[rad, prismatic: m\] at `now`. Returns the first one that has failed for too long.
     pub fn watch(
         &mut self,
         now: Duration,
@@ -192,7 +191,7 @@ impl Departure {
         failed
     }
 
-    /// Notes where the joints are and how far they were commanded.
+    /// Notes the positions and the commanded displacements of the joints.
     pub fn advance(
         &mut self,
         now: Duration,
@@ -205,7 +204,7 @@ impl Departure {
         let places = positions.iter().zip(kinds).zip(self.asked.iter().zip(answer.pull));
         for (it, ((position, kind), (asked, pull))) in self.responses.iter_mut().zip(places) {
             let last = mem::replace(&mut it.position, *position);
-            // State by state, because more than half a turn is not seen at its ends.
+            // From state to state, because a turn by more than half would be ambiguous.
             let moved = if self.begun { kind.displacement(last, *position) } else { 0.0 };
             let passed = now.saturating_sub(it.now.time).as_secs_f64();
             it.distance += moved;
@@ -221,17 +220,17 @@ impl Departure {
 }
 
 impl JointResponse {
-    /// Was not seen to respond yet.
+    /// Starts again: the joint has not responded yet.
     fn begin(&mut self) {
         (self.seen, self.due, self.stood, self.later) = (false, None, self.now, self.now);
     }
 
-    /// Was seen to move as it is commanded.
+    /// Notes that the joint moved as commanded.
     fn follow(&mut self) {
         (self.due_distance, self.distance, self.range) = (0.0, 0.0, (0.0, 0.0));
     }
 
-    /// Since when the joint, which was seen to respond, stands although it is commanded to move, if it does.
+    /// Returns when the joint got stuck, if it has responded before and stands although it is commanded to move.
     fn stands(&mut self, now: Duration, answer: &Answer) -> Option<Duration> {
         let asked = self.due_distance.abs();
         let moves = self.range.1 - self.range.0 >= SEEN + SLOWEST * asked;
@@ -246,8 +245,8 @@ impl JointResponse {
         (now.saturating_sub(since) >= STANDSTILL + answer.response).then_some(since)
     }
 
-    /// Since when the joint should have responded and whether it goes back, if it has not for too long. The arm goes the part `factor` of its
-    /// commanded distance.
+    /// Returns when the joint should have responded and whether it moves backwards, if it has failed for too long. The arm moves the fraction
+    /// `factor` of its commanded distance.
     fn judge(&mut self, now: Duration, factor: f64, answer: &Answer) -> Option<(Duration, bool)> {
         let is_slow = self.now.command.abs().max(self.now.speed.abs()) < SLOW;
         let responds = |anchor: &Anchor, factor: f64| {
@@ -256,7 +255,7 @@ impl JointResponse {
             let most = MUCH_TOO_FAR * asked;
             factor >= SLOWEST && (SEEN.max(0.5 * PART * factor * asked)..=most).contains(&moved)
         };
-        // Since a later time than when the arm stood the factor is not known.
+        // The factor is known only relative to the time at which the arm stood.
         let is_late = self.due.is_some() && self.later.changes(&self.now).0.abs() >= PROBE_DISTANCE;
         let is_seen = responds(&self.stood, factor) || (is_late && responds(&self.later, 1.0));
         if is_seen || (self.seen && !is_slow) {
@@ -271,7 +270,7 @@ impl JointResponse {
             self.wait(now);
             return None;
         }
-        // What pulls at it may have changed: it is compared with a later time too, and with the next one where that shows no response.
+        // The pull may have changed, so the motion is compared with a later anchor too, and with the next one if that shows no response.
         if is_late || self.due.is_none() {
             self.later = self.now;
         }
@@ -280,7 +279,7 @@ impl JointResponse {
         is_over.then_some((since, moved * asked.signum() <= -PART * asked.abs()))
     }
 
-    /// Goes on from a later time if the joint was asked for nothing for long.
+    /// Moves the anchors on if the joint had no command for long.
     fn wait(&mut self, now: Duration) {
         if self.due.take().is_some() {
             self.later = self.now;
