@@ -1,10 +1,10 @@
 //! `dq_servo servo`, `dq_servo dual`, `dq_servo arm`, `dq_servo puma560` and `dq_servo guard`: one node each, until a signal.
 
 use super::signals::Signals;
-use crate::config::{GuardParameters, NodeParameters, PlantParameters, ServoParameters};
-use crate::nodes::{self, GuardNode, PlantNode, Prepared, ServoNode};
-use crate::ros::{Environment, NetworkWatch, RosArgs, Session};
 use anyhow::{anyhow, bail, ensure};
+use dq_config::{GuardParameters, NodeParameters, PlantParameters, ServoParameters};
+use dq_nodes::{GuardNode, PlantNode, Prepared, ServoNode};
+use dq_ros::ros::{Environment, NetworkWatch, RosArgs, Session};
 use std::time::Duration;
 use tokio::runtime::Handle;
 
@@ -50,7 +50,7 @@ fn session<P: NodeParameters>(ros_args: &RosArgs) -> anyhow::Result<Session> {
         let _inside = runtime.enter();
         Session::open(&environment)
     };
-    Ok(nodes::below(Prepared::<P>::realtime_priority(ros_args)?, open)??)
+    Ok(dq_nodes::below(Prepared::<P>::realtime_priority(ros_args)?, open)??)
 }
 
 /// A simulated arm.

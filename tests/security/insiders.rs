@@ -2,9 +2,9 @@
 
 use crate::host::{FAR, Host, assert_success, wait_for_line, wait_until};
 use crate::keystore::{Keystore, Variables};
-use dq_servo::record::{Bag, BagMessage};
-use dq_servo::wire::decode;
-use dq_servo::wire::messages::{DiagnosticStatus, JointState, StringMessage};
+use dq_bags::{Bag, BagMessage};
+use dq_messages::decode;
+use dq_messages::messages::{DiagnosticStatus, JointState, StringMessage};
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
