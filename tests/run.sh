@@ -20,9 +20,9 @@ target/venv/bin/python tests/retried.py target/nextest/default/junit.xml | tee t
 cargo test --locked --workspace --doc --features security
 # A link of the documentation that leads nowhere is an error.
 cargo doc --locked --workspace --no-deps --features security
-# With the profile and the features of the tests, so that what both depend on is compiled once.
+# With the profile of the tests, so that what both depend on is compiled once.
 rm -rf target/wheels
-(cd src/python && CARGO_TARGET_DIR=../../target ../../target/venv/bin/maturin build --profile dev --features security \
+(cd src/python && CARGO_TARGET_DIR=../../target ../../target/venv/bin/maturin build --profile dev \
     --interpreter ../../target/venv/bin/python --out ../../target/wheels)
 target/venv/bin/python -m pip install --quiet --force-reinstall --no-deps target/wheels/dq_servo-*.whl
 target/venv/bin/python -m unittest discover --start-directory tests/python || code=$?

@@ -1,10 +1,10 @@
 //! Which arm: `--arm NAME` of those that are built in, or a robot description.
 
-use crate::config::{ARMS, PLANT_NAMES, arm_file};
-use crate::params::Value;
-use crate::ros::RosArgs;
-use crate::ros::args::{Override, Remap};
 use clap::builder::PossibleValuesParser;
+use dq_config::{ARMS, PLANT_NAMES, arm_file};
+use dq_params::Value;
+use dq_ros::ros::RosArgs;
+use dq_ros::ros::args::{Override, Remap};
 
 /// Which arm, where it is not the built-in PUMA 560 nor one that ROS arguments describe.
 #[derive(clap::Args, Default)]

@@ -2,10 +2,10 @@
 
 use super::find::{Kind, PATIENCE, Search, Targets};
 use super::print::print_line;
-use crate::ros::{Node, ParameterClient, RosArgs, RosError};
-use crate::stderr;
-use crate::wire::messages::{SetBool, SetBoolRequest, SuccessResponse, Trigger, TriggerRequest};
 use anyhow::bail;
+use dq_messages::messages::{SetBool, SetBoolRequest, SuccessResponse, Trigger, TriggerRequest};
+use dq_ros::ros::{Node, ParameterClient, RosArgs, RosError};
+use dq_ros::stderr;
 
 /// What is asked of them.
 #[derive(Clone, Copy)]

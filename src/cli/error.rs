@@ -1,6 +1,6 @@
 //! The errors of the command line itself.
 
-use crate::ros::{NetworkEnd, RosError};
+use dq_ros::ros::{NetworkEnd, RosError};
 use std::path::PathBuf;
 use thiserror::Error;
 

@@ -3,12 +3,12 @@
 
 use super::error::{Incomplete, NetworkLost, Usage, is_ros_usage};
 use super::print::StdoutError;
-use crate::arm::ArmError;
-use crate::nodes::NodeError;
-use crate::params::ParameterError;
-use crate::ros::args::ArgsError;
-use crate::ros::names::NameError;
-use crate::servo::Rejection;
+use dq_core::servo::Rejection;
+use dq_kinematics::arm::ArmError;
+use dq_nodes::NodeError;
+use dq_params::ParameterError;
+use dq_ros::ros::args::ArgsError;
+use dq_ros::ros::names::NameError;
 use dq_ros::{log_file, stderr};
 use std::panic::AssertUnwindSafe;
 use std::process::ExitCode;
@@ -86,7 +86,7 @@ fn is_usage(error: &anyhow::Error) -> bool {
 mod tests {
     use super::super::tools::recording::is_complete;
     use super::*;
-    use crate::record::WrittenBag;
+    use dq_bags::WrittenBag;
     use std::path::Path;
 
     #[test]

@@ -1,9 +1,9 @@
 //! Finds the servos and the simulated arms that are there.
 
 use super::Usage;
-use crate::ros::names::NodeName;
-use crate::ros::{Environment, LogLevel, Logging, Node, Resolver, RosArgs, Session};
 use anyhow::bail;
+use dq_ros::ros::names::NodeName;
+use dq_ros::ros::{Environment, LogLevel, Logging, Node, Resolver, RosArgs, Session};
 use std::collections::BTreeSet;
 use std::time::{Duration, Instant};
 

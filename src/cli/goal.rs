@@ -6,12 +6,13 @@ use super::print;
 use super::signals::Signals;
 use super::tools::recording::Recording;
 use super::watch::Watch;
-use crate::ros::{Environment, LogLevel, Logging, Node, Resolver, RosArgs, Session};
-use crate::servo;
-use crate::stderr;
-use crate::wire::messages::{Trigger, TriggerRequest};
-use crate::wire::{MotionReport, PoseNumbers, ServoKind};
 use anyhow::anyhow;
+use dq_core::servo;
+use dq_messages::PoseNumbers;
+use dq_messages::messages::{Trigger, TriggerRequest};
+use dq_ros::ros::{Environment, LogLevel, Logging, Node, Resolver, RosArgs, Session};
+use dq_ros::stderr;
+use dq_wire::{MotionReport, ServoKind};
 use std::time::Duration;
 
 /// Send the arm to a pose and wait until it has arrived

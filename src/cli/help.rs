@@ -1,10 +1,11 @@
 //! Help that is made from what the nodes are made from: the wire contract and the parameters' declarations.
 
 use super::error::Usage;
-use crate::config::NodeParameters;
-use crate::params::Declaration;
-use crate::wire::{Contract, Direction, NodeContract};
 use clap::error::ErrorKind;
+use dq_config::NodeParameters;
+use dq_messages::{Direction, NodeContract};
+use dq_params::Declaration;
+use dq_wire::Contract;
 
 /// How ROS 2 arguments are given.
 pub(super) const ROS_ARGS: &str = "\
@@ -80,7 +81,7 @@ pub(super) fn node<P: NodeParameters>(
 
 fn topics(contract: &NodeContract) -> String {
     let width = contract.topics().map(|(name, _)| name.len()).max().unwrap_or(0) + 2;
-    let line = |(name, topic): (&str, &crate::wire::TopicContract)| {
+    let line = |(name, topic): (&str, &dq_messages::TopicContract)| {
         let direction = if topic.direction == Direction::In { "in " } else { "out" };
         format!("  {direction} {name:<width$}{}\n", topic.message)
     };

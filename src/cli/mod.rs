@@ -17,6 +17,7 @@ mod parameter_file;
 mod permissions;
 mod pose;
 mod print;
+mod recording;
 mod run;
 mod signals;
 mod spinner;
@@ -24,12 +25,12 @@ mod status;
 mod tools;
 mod watch;
 
-use crate::config::{DualParameters, GuardParameters, NodeParameters, PlantParameters, ServoParameters};
-use crate::nodes::Prepared;
-use crate::ros::args::Override;
-use crate::ros::{Resolver, RosArgs, args};
 use call::Ask;
 use clap::{CommandFactory, Parser, Subcommand};
+use dq_config::{DualParameters, GuardParameters, NodeParameters, PlantParameters, ServoParameters};
+use dq_nodes::Prepared;
+use dq_ros::ros::args::Override;
+use dq_ros::ros::{Resolver, RosArgs, args};
 use error::Usage;
 use std::ffi::OsString;
 use std::io::IsTerminal;
@@ -162,7 +163,7 @@ fn offline(mut ros_args: RosArgs) -> anyhow::Result<Prepared<ServoParameters>> {
 
 /// Prints warnings of what has no log.
 fn warn(warnings: &[String]) {
-    warnings.iter().for_each(|warning| crate::stderr::line(format!("warning: {warning}")));
+    warnings.iter().for_each(|warning| dq_ros::stderr::line(format!("warning: {warning}")));
 }
 
 fn execute(command: Command, ros_args: &RosArgs) -> anyhow::Result<()> {

@@ -1,9 +1,9 @@
 //! What becomes of a goal that this process has sent, as the servo says it in `~/motions`.
 
 use super::not_arrived::NotArrived;
-use crate::servo::{Input, State};
-use crate::wire::messages::Time;
-use crate::wire::{MotionReport, Outcome, StatusReport};
+use dq_core::servo::{Input, State};
+use dq_messages::messages::Time;
+use dq_wire::{MotionReport, Outcome, StatusReport};
 use std::time::{Duration, Instant};
 
 /// A servo that stands this long will not move by itself.
@@ -147,7 +147,7 @@ impl OwnGoal {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::servo::Figures;
+    use dq_core::servo::Figures;
 
     const TIMEOUT: Duration = Duration::from_secs(60);
 

@@ -89,7 +89,7 @@ fn the_layouts_for_rviz_and_foxglove_name_only_topics_and_services_of_ours() {
         serde_saphyr::from_str(include_str!("../../launch_scripts/dq_servo.rviz")).unwrap();
     let foxglove: serde_json::Value =
         serde_json::from_str(include_str!("../../launch_scripts/dq_servo.foxglove.json")).unwrap();
-    let contract = crate::wire::Contract::builtin().unwrap();
+    let contract = dq_wire::Contract::builtin().unwrap();
     let all = [&contract.servo, &contract.plant, &contract.pictures];
     let known: Vec<_> = all
         .iter()

@@ -3,16 +3,16 @@
 use super::find::{Kind, PATIENCE, check_is_node, there};
 use super::print::{StdoutError, print_line};
 use super::{Usage, parameter_file};
-use crate::config::{self, NodeParameters, ServoParameters};
-use crate::params::{Given, Value, nearest};
-use crate::ros::names::NodeName;
-use crate::ros::{
-    Environment, LogLevel, Logging, Node, ParameterClient, Resolver, RosArgs, RosError, Session,
-};
-use crate::text;
-use crate::wire::ParameterDescriptor;
 use anyhow::anyhow;
 use clap::Subcommand;
+use dq_common::text;
+use dq_config::{NodeParameters, ServoParameters};
+use dq_messages::ParameterDescriptor;
+use dq_params::{Given, Value, nearest};
+use dq_ros::ros::names::NodeName;
+use dq_ros::ros::{
+    Environment, LogLevel, Logging, Node, ParameterClient, Resolver, RosArgs, RosError, Session,
+};
 
 /// List, get, set or describe a running node's parameters
 #[derive(clap::Args)]
@@ -85,7 +85,7 @@ impl Action {
 impl Param {
     pub(super) async fn run(&self, ros_args: &RosArgs) -> anyhow::Result<()> {
         if let Action::Docs = self.action {
-            return Ok(print_line!("{}", config::table()?.trim_end())?);
+            return Ok(print_line!("{}", dq_config::table()?.trim_end())?);
         }
         let (words, after_node, usage) = self.action.words();
         if !(after_node..=after_node + 1).contains(&words.len()) {
@@ -97,7 +97,7 @@ impl Param {
             Some((node, rest)) if rest.len() == after_node => (node.as_str(), rest),
             _ => (ServoParameters::NODE_NAME, words),
         };
-        check_is_node(node, &config::names()?, usage)?;
+        check_is_node(node, &dq_config::names()?, usage)?;
         let target = names.service(node)?;
         NodeName::parse(&target)?;
         let value = rest.get(1).map(|text| Value::from_yaml(text)).transpose()?;

@@ -1,10 +1,9 @@
 //! Parameter files written from a running node, and read into one.
 
 use super::Usage;
-use crate::config;
-use crate::params::{FileParameters, Given, Value, shares_namespace};
-use crate::ros::ParameterClient;
-use crate::stderr;
+use dq_params::{FileParameters, Given, Value, shares_namespace};
+use dq_ros::ros::ParameterClient;
+use dq_ros::stderr;
 use std::path::Path;
 
 /// The text of a parameter file that gives the node `target` these values, nested as `ros2 param dump` nests them.
@@ -37,7 +36,7 @@ pub(super) fn read(file: &str, target: &str) -> anyhow::Result<Vec<Given>> {
 
 /// Sets what is other than it should be; nothing where the node refuses any of it.
 pub(super) async fn load(mut parameters: ParameterClient<'_>, given: Vec<Given>) -> anyhow::Result<()> {
-    let (now, own) = (parameters.all().await?, config::names()?);
+    let (now, own) = (parameters.all().await?, dq_config::names()?);
     let (total, mut changes) = (given.len(), Vec::<(String, Value)>::new());
     for Given { name, value, by_name, .. } in given {
         let current = now.iter().find(|(known, _)| *known == name).map(|(_, value)| value);
@@ -66,8 +65,8 @@ pub(super) async fn load(mut parameters: ParameterClient<'_>, given: Vec<Given>)
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::config::{NodeParameters, ServoParameters};
-    use crate::params::parameters_for;
+    use dq_config::{NodeParameters, ServoParameters};
+    use dq_params::parameters_for;
 
     #[test]
     fn a_dump_reads_back_as_it_was() {

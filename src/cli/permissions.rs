@@ -2,11 +2,12 @@
 //! `launch_scripts/dq_servo_keystore.sh` signs it.
 
 use super::{OF_PLANTS, OF_SERVOS, Usage, print};
-use crate::config::{DualParameters, GuardParameters, NodeParameters, PLANT_NAMES, ServoParameters};
-use crate::ros::args::Remap;
-use crate::ros::{Resolver, RosArgs};
-use crate::wire::{Contract, Direction, NodeContract, ServoKind, command_topic};
+use dq_config::{DualParameters, GuardParameters, NodeParameters, PLANT_NAMES, ServoParameters};
 use dq_core::servo::Interface;
+use dq_messages::{Direction, NodeContract};
+use dq_ros::ros::args::Remap;
+use dq_ros::ros::{Resolver, RosArgs};
+use dq_wire::{Contract, ServoKind, command_topic};
 use std::collections::BTreeSet;
 
 /// The services of every node that has parameters.

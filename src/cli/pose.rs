@@ -2,9 +2,9 @@
 
 use super::arm::ArmChoice;
 use super::print::{StdoutError, print_line, short};
-use crate::dq::UnitDualQuaternion;
-use crate::ros::RosArgs;
-use crate::wire::pose_numbers;
+use dq_algebra::UnitDualQuaternion;
+use dq_ros::ros::RosArgs;
+use dq_wire::pose_numbers;
 use serde_json::json;
 
 /// Print the tool pose of joint positions

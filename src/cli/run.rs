@@ -2,10 +2,10 @@
 
 use super::error::NetworkLost;
 use super::signals::Signals;
-use crate::config::{GuardParameters, NodeParameters, PlantParameters, ServoParameters};
-use crate::nodes::{self, GuardNode, PlantNode, Prepared, ServoNode};
-use crate::ros::{Environment, NetworkWatch, RosArgs, Session};
 use anyhow::{bail, ensure};
+use dq_config::{GuardParameters, NodeParameters, PlantParameters, ServoParameters};
+use dq_nodes::{GuardNode, PlantNode, Prepared, ServoNode};
+use dq_ros::ros::{Environment, NetworkWatch, RosArgs, Session};
 use std::time::Duration;
 use tokio::runtime::Handle;
 
@@ -51,7 +51,7 @@ fn session<P: NodeParameters>(ros_args: &RosArgs) -> anyhow::Result<Session> {
         let _inside = runtime.enter();
         Session::open(&environment)
     };
-    Ok(nodes::below(Prepared::<P>::realtime_priority(ros_args)?, open)??)
+    Ok(dq_nodes::below(Prepared::<P>::realtime_priority(ros_args)?, open)??)
 }
 
 /// A simulated arm.

@@ -2,11 +2,13 @@
 
 use super::find::{Kind, PATIENCE, Search, Targets};
 use super::print::{print_line, short};
-use crate::ros::RosArgs;
-use crate::wire::messages::DiagnosticStatus;
-use crate::wire::{Contract, Direction};
-use crate::wire::{PoseNumbers, ServoKind, StatusReport};
 use anyhow::bail;
+use dq_messages::Direction;
+use dq_messages::PoseNumbers;
+use dq_messages::messages::DiagnosticStatus;
+use dq_ros::ros::RosArgs;
+use dq_wire::Contract;
+use dq_wire::{ServoKind, StatusReport};
 use serde_json::{Map, Value, json};
 
 /// Print what the servo is doing
@@ -71,7 +73,7 @@ fn as_json(name: &str, status: &DiagnosticStatus) -> Value {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::wire::messages::KeyValue;
+    use dq_messages::messages::KeyValue;
 
     #[test]
     fn a_status_is_a_line_or_an_object_with_every_figure() {

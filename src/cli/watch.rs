@@ -3,11 +3,12 @@
 use super::not_arrived::NotArrived;
 use super::own_goal::OwnGoal;
 use super::spinner::Spinner;
-use crate::ros::{Node, Publisher, RosError, Subscription};
-use crate::stderr;
-use crate::wire::distance;
-use crate::wire::messages::{DiagnosticStatus, Header, PoseStamped, Time};
-use crate::wire::{Contract, Direction, MotionReport, PoseNumbers, ServoKind, StatusReport};
+use dq_messages::messages::{DiagnosticStatus, Header, PoseStamped, Time};
+use dq_messages::{Direction, PoseNumbers};
+use dq_ros::ros::{Node, Publisher, RosError, Subscription};
+use dq_ros::stderr;
+use dq_wire::distance;
+use dq_wire::{Contract, MotionReport, ServoKind, StatusReport};
 use std::time::{Duration, Instant};
 
 /// How long to wait for the servo to be there.

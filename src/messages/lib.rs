@@ -21,6 +21,6 @@ pub use error::WireError;
 pub use in_place::{InPlace, Reuse};
 pub use interfaces::{definition, type_hash};
 pub use parameter_messages::*;
-pub use poses::{PoseNumbers, pose_numbers};
+pub use poses::PoseNumbers;
 pub use qos::{DurabilityKind, LivelinessKind, OfferedQos, ReliabilityKind};
 pub use type_description::{GetTypeDescription, describe};

@@ -1,7 +1,7 @@
 //! The algebra of dual quaternions that are no poses, on arrays of eight numbers: real part, then dual part, scalar first in each.
 
 use super::arrays::{Numbers, array, exactly, matrix};
-use dq_servo::dq::{self, DualQuaternion, Vector8};
+use dq_algebra::{DualQuaternion, Vector8};
 use nalgebra::Quaternion;
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
@@ -17,12 +17,12 @@ fn dual_quaternion(numbers: &Numbers<'_>) -> PyResult<DualQuaternion> {
 
 #[pyfunction]
 pub(super) fn hamilton_plus<'py>(py: Python<'py>, a: Numbers<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-    matrix(py, &dq::hamilton_plus(&quaternion(&a)?))
+    matrix(py, &dq_algebra::hamilton_plus(&quaternion(&a)?))
 }
 
 #[pyfunction]
 pub(super) fn hamilton_minus<'py>(py: Python<'py>, b: Numbers<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-    matrix(py, &dq::hamilton_minus(&quaternion(&b)?))
+    matrix(py, &dq_algebra::hamilton_minus(&quaternion(&b)?))
 }
 
 #[pyfunction]
@@ -30,7 +30,7 @@ pub(super) fn dual_hamilton_plus<'py>(
     py: Python<'py>,
     a: Numbers<'py>,
 ) -> PyResult<Bound<'py, PyArray2<f64>>> {
-    matrix(py, &dq::dual_hamilton_plus(&dual_quaternion(&a)?))
+    matrix(py, &dq_algebra::dual_hamilton_plus(&dual_quaternion(&a)?))
 }
 
 #[pyfunction]
@@ -38,7 +38,7 @@ pub(super) fn dual_hamilton_minus<'py>(
     py: Python<'py>,
     b: Numbers<'py>,
 ) -> PyResult<Bound<'py, PyArray2<f64>>> {
-    matrix(py, &dq::dual_hamilton_minus(&dual_quaternion(&b)?))
+    matrix(py, &dq_algebra::dual_hamilton_minus(&dual_quaternion(&b)?))
 }
 
 #[pyfunction]

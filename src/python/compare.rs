@@ -3,8 +3,8 @@
 use super::arrays::{table, wrong};
 use super::law::Law;
 use super::parameters::{store, values};
-use dq_servo::compare::{self, Arm, ClosedLoop, PLANTS};
-use dq_servo::control::Controller;
+use dq_kinematics::control::Controller;
+use dq_studies::compare::{self, Arm, ClosedLoop, PLANTS};
 use numpy::{IntoPyArray, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;

@@ -3,10 +3,10 @@
 use super::arrays::{Numbers, Rows, array, exactly, rows, slice, table, wrong};
 use super::chain::Chain;
 use super::pose::Pose;
-use dq_servo::arm::ArmState;
-use dq_servo::control::Law as ListedLaw;
-use dq_servo::control::{AngularLinear, ControlLaw, Controller, Map, PoseError, nearer_goal};
-use dq_servo::dq::{DualQuaternion, UnitDualQuaternion, Vector8};
+use dq_algebra::{DualQuaternion, UnitDualQuaternion, Vector8};
+use dq_kinematics::arm::ArmState;
+use dq_kinematics::control::Law as ListedLaw;
+use dq_kinematics::control::{AngularLinear, ControlLaw, Controller, Map, PoseError, nearer_goal};
 use nalgebra::{UnitQuaternion, Vector3};
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::exceptions::PyTypeError;

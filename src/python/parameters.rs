@@ -2,8 +2,8 @@
 
 use super::arrays::wrong;
 use super::law::Law;
-use dq_servo::config::{NodeParameters, ServoParameters, SetupError, arm_file};
-use dq_servo::params::{Given, ParameterError, ParameterStore, Value, parameters_for};
+use dq_config::{NodeParameters, ServoParameters, SetupError, arm_file};
+use dq_params::{Given, ParameterError, ParameterStore, Value, parameters_for};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 

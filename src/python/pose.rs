@@ -1,7 +1,7 @@
 //! Poses.
 
 use super::arrays::{Numbers, Rows, array, exactly, matrix, rows, wrong};
-use dq_servo::dq::{DualQuaternion, UnitDualQuaternion, Vector8, unit_rotation};
+use dq_algebra::{DualQuaternion, UnitDualQuaternion, Vector8, unit_rotation};
 use nalgebra::{Isometry3, Matrix3, Rotation3, Unit, UnitQuaternion, Vector3, Vector6};
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;

@@ -1,9 +1,9 @@
 //! Bags: the runs in them as arrays, and the replay.
 
 use super::arrays::{table, wrong};
-use dq_servo::config::{ForArm, ServoParameters};
-use dq_servo::record::Bag;
-use dq_servo::runs::{self, RecordedRun};
+use dq_bags::Bag;
+use dq_config::{ForArm, ServoParameters};
+use dq_runs::RecordedRun;
 use numpy::{IntoPyArray, PyArray1, PyArray2};
 use pyo3::prelude::*;
 use serde::Serialize;
@@ -103,7 +103,7 @@ impl Run {
 pub(super) fn recorded(py: Python<'_>, path: PathBuf, arm: &str) -> PyResult<Vec<Run>> {
     let presumed = ServoParameters::for_arm(arm).map_err(wrong)?;
     let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
-    let recorded = py.detach(|| runs::recorded(&path, &name, &presumed)).map_err(wrong)?;
+    let recorded = py.detach(|| dq_runs::recorded(&path, &name, &presumed)).map_err(wrong)?;
     Ok(recorded.runs.into_iter().map(Run).collect())
 }
 
@@ -111,5 +111,5 @@ pub(super) fn recorded(py: Python<'_>, path: PathBuf, arm: &str) -> PyResult<Vec
 #[pyfunction]
 pub(super) fn replay(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyAny>> {
     let mut bag = py.detach(|| Bag::open(&path)).map_err(wrong)?;
-    python(py, &py.detach(|| runs::replay(&mut bag)).map_err(wrong)?)
+    python(py, &py.detach(|| dq_runs::replay(&mut bag)).map_err(wrong)?)
 }

@@ -5,13 +5,11 @@ use super::law::Law;
 use super::parameters::{PythonValue, changed, of_law, store, typed, values};
 use super::pose::Pose;
 use super::runs::python;
-use dq_servo::config::ServoParameters;
-use dq_servo::control::Controller;
-use dq_servo::params::ParameterStore;
-use dq_servo::servo::{
-    self, Contended, Event, JointReading, Rejection, STARTS, Search, Settings, joint_name,
-};
-use dq_servo::wire::{ServoKind, ServoReport};
+use dq_config::ServoParameters;
+use dq_core::servo::{self, Contended, Event, JointReading, Rejection, STARTS, Search, Settings, joint_name};
+use dq_kinematics::control::Controller;
+use dq_params::ParameterStore;
+use dq_wire::{ServoKind, ServoReport};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;

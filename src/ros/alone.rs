@@ -1,4 +1,5 @@
 //! For tests of participants that meet nobody but each other.
+#![allow(clippy::unwrap_used, clippy::expect_used, missing_docs)]
 
 use crate::ros::{Environment, LogLevel, Logging, Node, Reach, Resolver, RosArgs, Session};
 

@@ -3,8 +3,8 @@
 // Both panic where nobody reads: results go through cli::print, all else through stderr.
 #![warn(clippy::print_stdout, clippy::print_stderr)]
 
-#[cfg(test)]
-mod alone;
+#[cfg(any(test, feature = "test-util"))]
+pub mod alone;
 mod dds;
 pub mod log_file;
 pub mod ros;

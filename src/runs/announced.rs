@@ -1,11 +1,12 @@
 //! What the nodes of a bag announced of their parameters.
 
 use super::RunError;
-use crate::params::{ParameterStore, Value};
-use crate::record::{Bag, BagMessage, Topic};
-use crate::text::{NAME, shown};
-use crate::wire::messages::Message;
-use crate::wire::{Parameter, ParameterEvent, ServoKind};
+use dq_bags::{Bag, BagMessage, Topic};
+use dq_common::text::{NAME, shown};
+use dq_messages::messages::Message;
+use dq_messages::{Parameter, ParameterEvent};
+use dq_params::{ParameterStore, Value};
+use dq_wire::ServoKind;
 use std::collections::BTreeMap;
 
 /// What nodes announced, and the topics of their bag.
@@ -161,7 +162,7 @@ pub(super) fn bounded(values: Vec<(String, Value)>) -> Result<Vec<(String, Value
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::wire::messages::Time;
+    use dq_messages::messages::Time;
 
     fn announced(sec: i32, changed: bool) -> ParameterEvent {
         let parameter = Parameter { name: format!("p{sec}"), ..Parameter::default() };

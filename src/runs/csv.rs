@@ -1,7 +1,7 @@
 //! The curves of a run as CSV: what spreadsheets and plotting programs take.
 
 use super::{RecordedRun, Sample};
-use crate::wire::pose_numbers;
+use dq_wire::pose_numbers;
 use std::fmt::Write as _;
 
 /// Tables of the run, each with its name: the samples, the pose errors, and what each arm was sent. The first line of a table names its

@@ -1,8 +1,8 @@
 //! The motions of a servo as a bag has them: what the servo said of each last.
 
 use super::run::MotionRow;
-use crate::text::{NAME, shown};
-use crate::wire::{MotionReport, Outcome};
+use dq_common::text::{NAME, shown};
+use dq_wire::{MotionReport, Outcome};
 
 /// So many motions have a row: nobody reads more of them.
 const MOST: usize = 10_000;

@@ -4,17 +4,17 @@ use super::announced::{AnnouncedParameters, changed};
 use super::motion_rows::MotionRows;
 use super::run::{ArmCommands, Change, RecordedRun, Sample, What};
 use super::{RunError, Thinned};
-use crate::check::Gaps;
-use crate::config::ServoParameters;
-use crate::dq::UnitDualQuaternion;
-use crate::record::BagMessage;
-use crate::servo::{Goal, GoalError, Interface, JointOrder, Settings};
-use crate::text::{NAME, shown};
-use crate::wire::messages::{
+use dq_algebra::UnitDualQuaternion;
+use dq_bags::BagMessage;
+use dq_common::text::{NAME, shown};
+use dq_config::ServoParameters;
+use dq_core::servo::{Goal, GoalError, Interface, JointOrder, Settings};
+use dq_limits::check::Gaps;
+use dq_link::longest_travel;
+use dq_messages::messages::{
     DiagnosticStatus, Float64MultiArray, JointState, JointTrajectory, TwistStamped, UInt8MultiArray,
 };
-use crate::wire::{Command, CycleRecord, MotionReport, ServoKind, StatusReport, command_topic};
-use dq_link::longest_travel;
+use dq_wire::{Command, CycleRecord, MotionReport, ServoKind, StatusReport, command_topic};
 use std::time::Duration;
 
 /// So many points of a curve are kept at most, some fifty a pixel of a figure: what a run of an hour takes is what one of a minute does.
@@ -333,7 +333,7 @@ impl RunReader {
             let last = *last;
             self.run.errors.push((last, none));
         }
-        let error = crate::wire::error_distance(error);
+        let error = dq_wire::error_distance(error);
         if self.run.errors.last().is_none_or(|(last, _)| *last < time) && error.position.is_finite() {
             self.run.errors.push((time, error));
         }

@@ -5,10 +5,10 @@ use super::announced::{Announced, AnnouncedParameters};
 use super::reader::{Reader, RunReader};
 
 use super::{RecordedRun, RunError};
-use crate::config::ServoParameters;
-use crate::record::{Bag, BagMessage, UnreadableParts};
-use crate::text::{NAME, shown};
-use crate::wire::ServoKind;
+use dq_bags::{Bag, BagMessage, UnreadableParts};
+use dq_common::text::{NAME, shown};
+use dq_config::ServoParameters;
+use dq_wire::ServoKind;
 use std::collections::HashMap;
 use std::path::Path;
 use std::sync::Arc;

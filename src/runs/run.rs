@@ -1,11 +1,11 @@
 //! A recorded run as figures and tables need it.
 
 use super::Thinned;
-use crate::arm::Chain;
-use crate::dq::UnitDualQuaternion;
-use crate::servo::{Figures, GoalError, Limits, Tolerance, Violation};
-use crate::space::{KeepOut, MOST_KEEP_OUTS, Scene};
-use crate::wire::PoseNumbers;
+use dq_algebra::UnitDualQuaternion;
+use dq_core::servo::{Figures, GoalError, Limits, Tolerance, Violation};
+use dq_kinematics::arm::Chain;
+use dq_messages::PoseNumbers;
+use dq_space::space::{KeepOut, MOST_KEEP_OUTS, Scene};
 use serde::Serialize;
 use std::ops::Range;
 

@@ -1,6 +1,6 @@
 //! The servo's state in words.
 
-use dq_nodes::wire::StatusReport;
+use dq_wire::StatusReport;
 use std::time::Duration;
 
 /// What the servo called `servo` is doing, by its last report and how long ago that came; and whether there is one for two arms.
@@ -18,7 +18,7 @@ pub(super) fn explain(servo: &str, heard: Option<(&StatusReport, Duration)>, two
 #[cfg(test)]
 mod tests {
     use super::*;
-    use dq_nodes::wire::messages::{DiagnosticStatus, KeyValue};
+    use dq_messages::messages::{DiagnosticStatus, KeyValue};
 
     #[test]
     fn a_servo_that_was_never_heard_and_one_that_is_gone_are_said_to_be() {

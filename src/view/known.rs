@@ -1,7 +1,7 @@
 //! The robot as far as it is known, while its parameters are read and while they change.
 
 use super::robot::Robot;
-use dq_nodes::wire::ParameterEvent;
+use dq_messages::ParameterEvent;
 
 /// More changes than anybody makes while parameters are read; a reading that fails ends with the next one.
 const MOST_CHANGES: usize = 1000;

@@ -1,8 +1,8 @@
 //! What the servo has drawn in `~/markers` that the page draws too: what the arm keeps out of, what its tool stays in, and the nearest pair.
 
-use dq_nodes::wire::PoseNumbers;
-use dq_nodes::wire::messages::Point;
-use dq_nodes::wire::visualization::{Marker, MarkerArray};
+use dq_messages::PoseNumbers;
+use dq_messages::messages::Point;
+use dq_messages::visualization::{Marker, MarkerArray};
 use serde_json::{Value, json};
 
 /// The frame that shows them: each solid with its kind, pose and size \[m\], of a hull the corners of its

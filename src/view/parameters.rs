@@ -1,6 +1,6 @@
 //! The servo's parameters, as the page shows and sets them.
 
-use dq_nodes::wire::ParameterDescriptor;
+use dq_messages::ParameterDescriptor;
 use dq_params::Value;
 use serde::Serialize;
 

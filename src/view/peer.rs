@@ -7,15 +7,17 @@ use super::seen::Seen;
 use super::{Answer, Ask, Asked, BackgroundTask, Race, RobotEnd, markers};
 use dq_config::PLANT_NAMES;
 use dq_core::servo;
-use dq_nodes::wire::messages::{
+use dq_messages::ParameterEvent;
+use dq_messages::messages::{
     Header, Pose, PoseStamped, ServiceType, SetBool, SetBoolRequest, StringMessage, SuccessResponse, Trigger,
     TriggerRequest, Twist, TwistStamped, Vector3,
 };
-use dq_nodes::wire::visualization::MarkerArray;
-use dq_nodes::wire::{Contract, Direction, ParameterEvent, PoseNumbers, ServoKind};
+use dq_messages::visualization::MarkerArray;
+use dq_messages::{Direction, PoseNumbers};
 use dq_ros::ros::{
     Client, Logger, Logging, Node, ParameterClient, Publisher, Resolver, RosError, Session, Subscription,
 };
+use dq_wire::{Contract, ServoKind};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use tokio::sync::{Notify, OnceCell, mpsc, oneshot, watch};

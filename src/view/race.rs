@@ -3,10 +3,11 @@
 use super::robot::{Robot, units};
 use super::seen::Seen;
 use dq_core::servo::State;
-use dq_nodes::wire::messages::{Header, PoseStamped};
-use dq_nodes::wire::{Contract, Direction, MotionReport, Outcome, PoseNumbers, ServoKind};
+use dq_messages::messages::{Header, PoseStamped};
+use dq_messages::{Direction, PoseNumbers};
 use dq_params::Value;
 use dq_ros::ros::{Logging, Node, Publisher, Resolver, RosError, Session};
+use dq_wire::{Contract, MotionReport, Outcome, ServoKind};
 use serde_json::json;
 use std::time::{Duration, Instant};
 

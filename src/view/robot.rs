@@ -5,8 +5,9 @@ use super::parameters::Entry;
 use dq_config::ServoParameters;
 use dq_core::servo::JointOrder;
 use dq_kinematics::arm::{Chain, bounds};
-use dq_nodes::wire::{ParameterDescriptor, ParameterEvent, ServoKind};
+use dq_messages::{ParameterDescriptor, ParameterEvent};
 use dq_params::{ParameterError, Value};
+use dq_wire::ServoKind;
 use serde_json::json;
 
 /// What is known of the robot from its servo's parameters.
@@ -166,7 +167,7 @@ pub(super) mod tests {
     }
 
     pub fn changed(name: &str, value: Value) -> ParameterEvent {
-        let changed = dq_nodes::wire::Parameter { name: name.to_owned(), value: (&value).into() };
+        let changed = dq_messages::Parameter { name: name.to_owned(), value: (&value).into() };
         ParameterEvent { changed_parameters: vec![changed], ..ParameterEvent::default() }
     }
 

@@ -5,12 +5,11 @@ use super::robot::Robot;
 use dq_algebra::UnitDualQuaternion;
 use dq_core::servo::{GoalError, GoalReading, JointOrder};
 use dq_kinematics::arm::{ArmError, Chain};
-use dq_nodes::wire::messages::{DiagnosticStatus, JointState, Message, PoseStamped, TwistStamped};
-use dq_nodes::wire::{
-    Contract, Direction, PoseNumbers, ServoKind, error_distance, goal_reading, pose_numbers,
-};
-use dq_nodes::wire::{MotionReport, Outcome, StatusReport};
+use dq_messages::messages::{DiagnosticStatus, JointState, Message, PoseStamped, TwistStamped};
+use dq_messages::{Direction, PoseNumbers};
 use dq_ros::ros::{Node, RosError, Subscription};
+use dq_wire::{Contract, ServoKind, error_distance, goal_reading, pose_numbers};
+use dq_wire::{MotionReport, Outcome, StatusReport};
 use serde::Serialize;
 use serde_json::{Value, json};
 use std::time::{Duration, Instant};

@@ -6,10 +6,10 @@
 mod plain;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use dq_servo::arm::{ArmState, Convention, DhRow};
-use dq_servo::config::{NodeParameters, ServoParameters};
-use dq_servo::control::{Controller, Law};
-use dq_servo::dq::{UnitDualQuaternion, Vector8};
+use dq_algebra::{UnitDualQuaternion, Vector8};
+use dq_config::{NodeParameters, ServoParameters};
+use dq_kinematics::arm::{ArmState, Convention, DhRow};
+use dq_kinematics::control::{Controller, Law};
 use plain::PlainArm;
 use std::cell::Cell;
 use std::f64::consts::{FRAC_PI_2, PI};

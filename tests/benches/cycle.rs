@@ -5,9 +5,9 @@
 #[path = "../dds/host.rs"]
 mod host;
 
-use dq_servo::record::Bag;
-use dq_servo::wire::messages::DiagnosticArray;
-use dq_servo::wire::{CycleTiming, SpreadFigures, TimingFigures};
+use dq_bags::Bag;
+use dq_messages::messages::DiagnosticArray;
+use dq_wire::{CycleTiming, SpreadFigures, TimingFigures};
 use host::{Host, assert_success, wait_for_line};
 use rustix::thread::{ClockId, clock_nanosleep_absolute};
 use rustix::time::{Timespec, clock_gettime};

@@ -5,12 +5,13 @@
 mod host;
 mod node;
 
-use dq_servo::config::{PlantParameters, ServoParameters};
-use dq_servo::nodes::{PlantNode, Prepared, ServoNode};
-use dq_servo::ros::{Environment, Node, Publisher, RosArgs, Session, Subscription, args};
-use dq_servo::servo::State;
-use dq_servo::wire::messages::{DiagnosticStatus, PoseStamped};
-use dq_servo::wire::{Direction, StatusReport};
+use dq_config::{PlantParameters, ServoParameters};
+use dq_core::servo::State;
+use dq_messages::Direction;
+use dq_messages::messages::{DiagnosticStatus, PoseStamped};
+use dq_nodes::{PlantNode, Prepared, ServoNode};
+use dq_ros::ros::{Environment, Node, Publisher, RosArgs, Session, Subscription, args};
+use dq_wire::StatusReport;
 use host::Host;
 use node::{GOALS, goal, join};
 use std::io::{BufRead, BufReader};

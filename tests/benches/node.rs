@@ -1,11 +1,12 @@
 //! The other side of a servo: a node of a bench's own process, which hears its commands and sends it goals.
 
-use dq_servo::ros::{
+use dq_core::servo::Interface;
+use dq_messages::messages::{Float64MultiArray, Header, PoseStamped};
+use dq_messages::{Direction, NodeContract, PoseNumbers};
+use dq_ros::ros::{
     Environment, LogLevel, Logging, Node, Publisher, Resolver, RosArgs, Session, Subscription,
 };
-use dq_servo::servo::Interface;
-use dq_servo::wire::messages::{Float64MultiArray, Header, PoseStamped};
-use dq_servo::wire::{Contract, Direction, NodeContract, PoseNumbers, ServoKind, command_topic};
+use dq_wire::{Contract, ServoKind, command_topic};
 
 /// Goals that the arm reaches from each other.
 pub const GOALS: [PoseNumbers; 2] = [

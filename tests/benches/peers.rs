@@ -1,10 +1,10 @@
 //! This program's control step, or nalgebra's own dual quaternions, as one of the peers that `tests/benches/peers.sh` measures: answers
 //! on stdout what `peers/measure.py` asks on stdin.
 
-use dq_servo::arm::{ArmState, Chain};
-use dq_servo::config::{NodeParameters, ServoParameters};
-use dq_servo::control::{Controller, Law, nearer_goal};
-use dq_servo::dq::{UnitDualQuaternion, Vector8};
+use dq_algebra::{UnitDualQuaternion, Vector8};
+use dq_config::{NodeParameters, ServoParameters};
+use dq_kinematics::arm::{ArmState, Chain};
+use dq_kinematics::control::{Controller, Law, nearer_goal};
 use nalgebra::{Quaternion, Translation3, UnitDualQuaternion as Dual, UnitQuaternion, Vector3};
 use std::collections::BTreeMap;
 use std::f64::consts::FRAC_PI_2;

@@ -1,10 +1,10 @@
 //! What a cycle of the servo takes in each state, for one arm and for two: `cargo bench --bench servo_step`.
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use dq_servo::config::{DualParameters, NodeParameters, ServoParameters};
-use dq_servo::control::Law;
-use dq_servo::params::{Given, Value};
-use dq_servo::servo::{JointReading, Servo, State};
+use dq_config::{DualParameters, NodeParameters, ServoParameters};
+use dq_core::servo::{JointReading, Servo, State};
+use dq_kinematics::control::Law;
+use dq_params::{Given, Value};
 use std::hint::black_box;
 use std::time::{Duration, Instant};
 

@@ -5,9 +5,9 @@
 mod host;
 mod usage;
 
-use dq_servo::record::Bag;
-use dq_servo::runs::replay;
-use dq_servo::wire::messages::DiagnosticArray;
+use dq_bags::Bag;
+use dq_messages::messages::DiagnosticArray;
+use dq_runs::replay;
 use host::{Host, assert_success, wait_for_line};
 use std::path::Path;
 use std::time::{Duration, Instant};

@@ -6,9 +6,10 @@
 mod host;
 mod node;
 
-use dq_servo::ros::{Publisher, Session, Subscription};
-use dq_servo::wire::messages::{Float64MultiArray, JointState, PoseStamped, Time, UInt8MultiArray};
-use dq_servo::wire::{Contract, CycleRecord, Direction, Recorded};
+use dq_messages::Direction;
+use dq_messages::messages::{Float64MultiArray, JointState, PoseStamped, Time, UInt8MultiArray};
+use dq_ros::ros::{Publisher, Session, Subscription};
+use dq_wire::{Contract, CycleRecord, Recorded};
 use host::{Host, assert_success, wait_for_line};
 use node::{GOALS, commands, goal, goals, join};
 use rustix::time::{ClockId, clock_gettime};

@@ -1,8 +1,8 @@
 //! The arms that are built in.
 
 use crate::arm;
-use dq_servo::compare::Arm;
-use dq_servo::control::SignMemory;
+use dq_kinematics::control::SignMemory;
+use dq_studies::compare::Arm;
 use std::path::Path;
 
 #[test]

@@ -1,8 +1,8 @@
 //! The file of runs: the same bytes on any number of cores, in parts, and after a kill.
 
 use crate::{CONDITIONS, arm, committed, study};
-use dq_servo::compare::{Arm, CompareError, Gain, Part, Study, Summary};
-use dq_servo::control::Law;
+use dq_kinematics::control::Law;
+use dq_studies::compare::{Arm, CompareError, Gain, Part, Study, Summary};
 use std::fs;
 use std::path::{Path, PathBuf};
 

@@ -1,8 +1,8 @@
 //! The gains of the built-in arms.
 
-use dq_servo::compare::{Arm, ClosedLoop, Outcome, PLANTS, Task, sign_test};
-use dq_servo::config::ARMS;
-use dq_servo::control::Law;
+use dq_config::ARMS;
+use dq_kinematics::control::Law;
+use dq_studies::compare::{Arm, ClosedLoop, Outcome, PLANTS, Task, sign_test};
 use std::path::Path;
 
 /// On so many tasks a gain is chosen, of a seed that the comparison does not use.

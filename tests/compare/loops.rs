@@ -1,10 +1,10 @@
 //! One closed loop.
 
 use crate::arm;
-use dq_servo::compare::{ClosedLoop, Interval, Outcome, PLANTS, Plant};
-use dq_servo::control::{Aim, Law, PoseError};
+use dq_kinematics::control::{Aim, Law, PoseError};
+use dq_studies::compare::{ClosedLoop, Interval, Outcome, PLANTS, Plant};
 
-fn closed_loop<'a>(arm: &'a dq_servo::compare::Arm, law: Law, gain: f64) -> ClosedLoop<'a> {
+fn closed_loop<'a>(arm: &'a dq_studies::compare::Arm, law: Law, gain: f64) -> ClosedLoop<'a> {
     let controller = arm.parameters.settings.controller.with_law(law, gain);
     ClosedLoop { arm, controller, plant: PLANTS[0], limits: false }
 }

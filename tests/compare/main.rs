@@ -9,8 +9,8 @@ mod pairs;
 mod peers;
 mod switch;
 
-use dq_servo::compare::{Arm, Findings, Gain, Matched, Study};
-use dq_servo::control::Law;
+use dq_kinematics::control::Law;
+use dq_studies::compare::{Arm, Findings, Gain, Matched, Study};
 
 /// Four plants without and with limits, and fresh joint states with gains for equal peak speed, without and with limits.
 const CONDITIONS: usize = 2 * 6 + 2;

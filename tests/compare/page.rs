@@ -1,8 +1,10 @@
 //! The page "What the laws do".
 
 use crate::{CONDITIONS, committed};
-use dq_servo::compare::{ALL_ARMS, Arm, Findings, Interval, Key, Matched, Part, Peers, Study, Summary, page};
-use dq_servo::control::Law;
+use dq_kinematics::control::Law;
+use dq_studies::compare::{
+    ALL_ARMS, Arm, Findings, Interval, Key, Matched, Part, Peers, Study, Summary, page,
+};
 
 #[test]
 fn the_committed_page_is_what_the_command_wrote() {

@@ -1,6 +1,6 @@
 //! Laws two by two on the same tasks: the tests and intervals are those of the textbooks.
 
-use dq_servo::compare::{Interval, holm, sign_test};
+use dq_studies::compare::{Interval, holm, sign_test};
 
 fn close(ours: f64, theirs: f64, to: f64) {
     assert!((ours - theirs).abs() <= to, "{ours} {theirs}");

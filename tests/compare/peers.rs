@@ -1,10 +1,10 @@
 //! Other programs beside the laws: what they have run is compared pair by pair, and only if it is the same tasks.
 
 use crate::study;
-use dq_servo::compare::{
+use dq_kinematics::control::Law;
+use dq_studies::compare::{
     ALL_ARMS, CompareError, Findings, Matched, Part, Peers, Quantity, Study, Summary, page,
 };
-use dq_servo::control::Law;
 use std::fs;
 use std::path::Path;
 
@@ -65,7 +65,7 @@ fn other_programs_are_paired_with_the_law_on_their_tasks() {
     // As many comparisons as on the page, of which Holm counts each.
     let alone = read(&study, folder.path(), "").unwrap();
     assert_eq!(findings.comparisons.len(), alone.comparisons.len() + 2 * 2 * 6);
-    assert!(alone.peers.is_empty() && !dq_servo::compare::page(&alone).contains("Other programs"));
+    assert!(alone.peers.is_empty() && !dq_studies::compare::page(&alone).contains("Other programs"));
 }
 
 #[test]

@@ -1,8 +1,8 @@
 //! A parameter of the servo at two of its values, on the same tasks.
 
 use crate::arm;
-use dq_servo::compare::{CompareError, End, Gain, Matched, Paired, PeerRuns, REFERENCE, Study, Switch};
-use dq_servo::control::Law;
+use dq_kinematics::control::Law;
+use dq_studies::compare::{CompareError, End, Gain, Matched, Paired, PeerRuns, REFERENCE, Study, Switch};
 use std::fs;
 use std::sync::atomic::{AtomicU64, Ordering};
 

@@ -1,8 +1,8 @@
 //! What an operator without ROS has: goals with an outcome of their own, and a way to stop, to look and to keep parameters.
 
 use crate::host::{FAR, Host, assert_success, wait_for_line};
-use dq_servo::record::Bag;
-use dq_servo::runs::replay;
+use dq_bags::Bag;
+use dq_runs::replay;
 use std::process::Output;
 
 pub fn err(output: &Output) -> String {

@@ -2,8 +2,8 @@
 
 use crate::host::{Host, assert_success, wait_until};
 use crate::replay::{assert_replays, place};
-use dq_servo::config::{NodeParameters, PlantParameters};
-use dq_servo::params::{Given, Value};
+use dq_config::{NodeParameters, PlantParameters};
+use dq_params::{Given, Value};
 use std::fs::File;
 use std::path::Path;
 use std::time::{Duration, Instant};

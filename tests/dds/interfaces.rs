@@ -4,7 +4,7 @@ use crate::described::wait_for_text;
 use crate::host::{FAR, FAST, Host, assert_success};
 use crate::record::wait_for;
 use crate::replay::{assert_replays, built_in, place, recorded_and_replayed};
-use dq_servo::runs::{plot, recorded};
+use dq_runs::{plot, recorded};
 use std::fs::File;
 use std::path::Path;
 

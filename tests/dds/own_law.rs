@@ -2,7 +2,7 @@
 
 use crate::host::{Host, assert_success};
 use crate::replay::place;
-use dq_servo::compare::{ALL_ARMS, Findings, Gain};
+use dq_studies::compare::{ALL_ARMS, Findings, Gain};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::process::Output;

@@ -2,9 +2,9 @@
 
 use crate::host::{FAR, Host, assert_success, wait_until};
 use crate::replay::place;
-use dq_servo::record::{Bag, BagMessage, Topic};
-use dq_servo::wire::decode;
-use dq_servo::wire::messages::{Float64MultiArray, JointState};
+use dq_bags::{Bag, BagMessage, Topic};
+use dq_messages::decode;
+use dq_messages::messages::{Float64MultiArray, JointState};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};

@@ -2,11 +2,11 @@
 
 use crate::commands::err;
 use crate::host::{FAR, FAST, Host, assert_success};
-use dq_servo::config::ServoParameters;
-use dq_servo::nodes::Prepared;
-use dq_servo::record::Bag;
-use dq_servo::ros::RosArgs;
-use dq_servo::runs::{Replayed, recorded, replay};
+use dq_bags::Bag;
+use dq_config::ServoParameters;
+use dq_nodes::Prepared;
+use dq_ros::ros::RosArgs;
+use dq_runs::{Replayed, recorded, replay};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 

@@ -1,6 +1,8 @@
 //! A UR5e moves its tool along a circle, once in ten seconds, with joints that do what they are told.
-use dq_servo::config::ForArm;
-use dq_servo::{arm::Chain, dq::UnitDualQuaternion, servo::Measured, servo::Servo};
+use dq_algebra::UnitDualQuaternion;
+use dq_config::ForArm;
+use dq_core::servo::{Measured, Servo};
+use dq_kinematics::arm::Chain;
 use std::{error::Error, f64::consts::TAU, time::Duration};
 
 pub(crate) fn main() -> Result<(), Box<dyn Error>> {

@@ -1,12 +1,12 @@
 //! A servo in one's own program drives a simulated arm over DDS: it hears joint states and sends velocities, as the node does. Both are in
 //! this process, in a domain of their own on this host; an arm that is up elsewhere is driven likewise.
 
-use dq_servo::config::{ForArm, PlantParameters, ServoParameters};
-use dq_servo::nodes::{PlantNode, Prepared};
-use dq_servo::ros::{Environment, LogLevel, Logging, Resolver, RosArgs, Session};
-use dq_servo::servo::{Event, Servo, State};
-use dq_servo::wire::messages::{Float64MultiArray, JointState};
-use dq_servo::wire::{Contract, ServoKind, joint_reading};
+use dq_config::{ForArm, PlantParameters, ServoParameters};
+use dq_core::servo::{Event, Servo, State};
+use dq_messages::messages::{Float64MultiArray, JointState};
+use dq_nodes::{PlantNode, Prepared};
+use dq_ros::ros::{Environment, LogLevel, Logging, Resolver, RosArgs, Session};
+use dq_wire::{Contract, ServoKind, joint_reading};
 use std::error::Error;
 use std::time::{Duration, Instant};
 

@@ -1,6 +1,6 @@
 //! The reference work's algebra: its functions of appendix A one after the other, and by which names they are here.
 
-use dq_servo::dq::*;
+use dq_algebra::*;
 use nalgebra::Vector3;
 use std::{error::Error, f64::consts::FRAC_PI_2};
 

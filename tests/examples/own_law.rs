@@ -3,7 +3,7 @@
 #[allow(dead_code)]
 mod your_law;
 
-use dq_servo::control::register;
+use dq_kinematics::control::register;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {

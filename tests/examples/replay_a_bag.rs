@@ -1,8 +1,8 @@
 //! What a bag of a run says of itself, and the same run once more through the servo's cycle, without DDS.
 
-use dq_servo::config::{ForArm, ServoParameters};
-use dq_servo::record::Bag;
-use dq_servo::runs::{recorded, replay};
+use dq_bags::Bag;
+use dq_config::{ForArm, ServoParameters};
+use dq_runs::{recorded, replay};
 use std::error::Error;
 use std::path::Path;
 

@@ -1,8 +1,8 @@
 //! Two UR5e beside each other move one tool as the other one sees it, as if both held one thing: the two are one arm to every law.
 
-use dq_servo::config::ServoParameters;
-use dq_servo::dq::UnitDualQuaternion;
-use dq_servo::servo::{Measured, State};
+use dq_algebra::UnitDualQuaternion;
+use dq_config::ServoParameters;
+use dq_core::servo::{Measured, State};
 use nalgebra::{Isometry3, Vector3};
 use std::error::Error;
 use std::time::Duration;

@@ -1,9 +1,9 @@
 //! A control law of one's own drives a Panda, with every safety rule of the servo: it is registered, then named like the built-in ones.
 
-use dq_servo::arm::Chain;
-use dq_servo::config::{ForArm, ServoParameters};
-use dq_servo::control::{AngularLinear, ControlLaw, PoseError, register};
-use dq_servo::servo::{Measured, State};
+use dq_config::{ForArm, ServoParameters};
+use dq_core::servo::{Measured, State};
+use dq_kinematics::arm::Chain;
+use dq_kinematics::control::{AngularLinear, ControlLaw, PoseError, register};
 use std::error::Error;
 use std::time::Duration;
 

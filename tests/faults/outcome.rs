@@ -1,11 +1,11 @@
 //! What must hold at the end of every case.
 
 use crate::host::Host;
-use dq_servo::check::Invariants;
-use dq_servo::config::{NodeParameters, ServoParameters};
-use dq_servo::params::Value;
-use dq_servo::servo::Interface;
-use dq_servo::wire::{CycleRecord, Recorded};
+use dq_config::{NodeParameters, ServoParameters};
+use dq_core::servo::Interface;
+use dq_limits::check::Invariants;
+use dq_params::Value;
+use dq_wire::{CycleRecord, Recorded};
 use std::time::Duration;
 
 /// A test for each case: its name says the outcome, and the function runs the case with these arguments.

@@ -1,7 +1,7 @@
 //! Environment variables, those of security among them.
 
 use crate::{assert_one_line, cases};
-use dq_servo::ros::{Environment, RosArgs};
+use dq_ros::ros::{Environment, RosArgs};
 use proptest::prelude::*;
 use proptest::sample::select;
 use std::collections::BTreeMap;

@@ -2,9 +2,9 @@
 
 use crate::damage::{Damage, apply, damage};
 use crate::{assert_one_line, cases, measured};
-use dq_servo::wire::ParameterEvent;
-use dq_servo::wire::decode;
-use dq_servo::wire::messages::*;
+use dq_messages::ParameterEvent;
+use dq_messages::decode;
+use dq_messages::messages::*;
 use proptest::prelude::*;
 use proptest::sample::Index;
 use rustdds::RepresentationIdentifier;

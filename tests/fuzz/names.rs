@@ -2,8 +2,8 @@
 
 use crate::damage::{apply, damage};
 use crate::{assert_one_line, cases, corpus};
-use dq_servo::ros::names::NodeName;
-use dq_servo::ros::{Resolver, args};
+use dq_ros::ros::names::NodeName;
+use dq_ros::ros::{Resolver, args};
 use proptest::prelude::*;
 use proptest::sample::{Index, select};
 use std::sync::LazyLock;

@@ -2,8 +2,8 @@
 
 use crate::damage::{apply, damage};
 use crate::{assert_one_line, cases, corpus, measured};
-use dq_servo::config::{BUILTIN_FILE, DualParameters, NodeParameters, PlantParameters, ServoParameters};
-use dq_servo::params::{Value, parameters_for};
+use dq_config::{BUILTIN_FILE, DualParameters, NodeParameters, PlantParameters, ServoParameters};
+use dq_params::{Value, parameters_for};
 use proptest::prelude::*;
 use proptest::sample::{Index, select};
 use std::sync::LazyLock;

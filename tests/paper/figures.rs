@@ -1,7 +1,7 @@
 //! The figures as drawn.
 
 use crate::reproduction;
-use dq_servo::draw::{Width, frameplotter, png};
+use dq_figures::{Width, frameplotter, png};
 
 #[test]
 fn frameplotter_draws_the_frame_of_the_paper_s_logarithm() {

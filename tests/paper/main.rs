@@ -4,9 +4,11 @@ mod figures;
 #[path = "../../src/algebra/tests/reference.rs"]
 mod reference;
 
-use dq_servo::config::{NodeParameters, ServoParameters};
-use dq_servo::control::Law;
-use dq_servo::paper::{Claim, Experiment, Laboratory, Reproduction, TaskSpaceLogc, half_log_rate, reproduce};
+use dq_config::{NodeParameters, ServoParameters};
+use dq_kinematics::control::Law;
+use dq_studies::paper::{
+    Claim, Experiment, Laboratory, Reproduction, TaskSpaceLogc, half_log_rate, reproduce,
+};
 use reference::{distance, json, numbers};
 use serde_json::Value;
 use std::sync::OnceLock;

@@ -1,10 +1,9 @@
 //! Bags to test with.
 
-use dq_servo::record::{Bag, BagError, BagMessage, BagWriter, Topic, TopicRecord, WriterOptions};
-use dq_servo::wire::messages::{Message, UInt8MultiArray};
-use dq_servo::wire::{
-    CycleRecord, DurabilityKind, LivelinessKind, OfferedQos, ReliabilityKind, decode, definition,
-};
+use dq_bags::{Bag, BagError, BagMessage, BagWriter, Topic, TopicRecord, WriterOptions};
+use dq_messages::messages::{Message, UInt8MultiArray};
+use dq_messages::{DurabilityKind, LivelinessKind, OfferedQos, ReliabilityKind, decode, definition};
+use dq_wire::CycleRecord;
 use rustdds::RepresentationIdentifier;
 use rustdds::serialization::to_writer_with_rep_id;
 use serde_json::Value;
@@ -61,7 +60,7 @@ pub fn latched() -> OfferedQos {
 }
 
 /// Writes the samples into a new bag, with every topic announced by two publishers.
-pub fn write(directory: &Path, options: WriterOptions, samples: &[Sample]) -> dq_servo::record::WrittenBag {
+pub fn write(directory: &Path, options: WriterOptions, samples: &[Sample]) -> dq_bags::WrittenBag {
     let mut bag = BagWriter::create(directory, options).unwrap();
     let mut ids = std::collections::BTreeMap::new();
     for sample in samples {

@@ -3,10 +3,10 @@
 use crate::bags::{DEMO, Sample, alter, demo, dq_servo, jazzy, place, write};
 use crate::runs::{only_run, puma560};
 use assert_cmd::Command;
-use dq_servo::draw::{Figure, Width};
-use dq_servo::record::WriterOptions;
-use dq_servo::runs::{RecordedRun, plot, recorded};
-use dq_servo::wire::messages::DiagnosticStatus;
+use dq_bags::WriterOptions;
+use dq_figures::{Figure, Width};
+use dq_messages::messages::DiagnosticStatus;
+use dq_runs::{RecordedRun, plot, recorded};
 use std::ffi::OsStr;
 use std::path::Path;
 

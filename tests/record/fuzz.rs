@@ -2,12 +2,12 @@
 
 use crate::bags::{data_file, jazzy, samples, write};
 use crate::damage::{apply, damage};
-use dq_servo::config::ServoParameters;
-use dq_servo::draw::Width;
-use dq_servo::record::{Bag, WriterOptions};
-use dq_servo::runs::{plot, recorded, replay};
-use dq_servo::wire::decode;
-use dq_servo::wire::messages::{DiagnosticArray, JointState};
+use dq_bags::{Bag, WriterOptions};
+use dq_config::ServoParameters;
+use dq_figures::Width;
+use dq_messages::decode;
+use dq_messages::messages::{DiagnosticArray, JointState};
+use dq_runs::{plot, recorded, replay};
 use proptest::prelude::*;
 use proptest::sample::Index;
 use std::collections::HashSet;

@@ -1,7 +1,7 @@
 //! PyPI `rosbags`, an independent implementation, reads our bags, and we read its.
 
 use crate::bags::{Sample, data_file, place, read, read_through, samples, topics, write};
-use dq_servo::record::WriterOptions;
+use dq_bags::WriterOptions;
 use serde::Deserialize;
 use std::path::Path;
 use std::process::{Command, Output};

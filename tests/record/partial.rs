@@ -2,12 +2,12 @@
 
 use crate::bags::{DEMO, Sample, alter, demo, demo_with, dq_servo, read, write};
 use crate::runs::only_run;
-use dq_servo::draw::{Figure, Width};
-use dq_servo::record::WriterOptions;
-use dq_servo::runs::{RecordedRun, plot};
-use dq_servo::servo::GoalError;
-use dq_servo::wire::ParameterEvent;
-use dq_servo::wire::messages::JointState;
+use dq_bags::WriterOptions;
+use dq_core::servo::GoalError;
+use dq_figures::{Figure, Width};
+use dq_messages::ParameterEvent;
+use dq_messages::messages::JointState;
+use dq_runs::{RecordedRun, plot};
 use std::path::Path;
 
 const SECOND: i64 = 1_000_000_000;

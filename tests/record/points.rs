@@ -3,10 +3,10 @@
 use crate::bags::{Sample, alter, demo, place, write};
 use crate::measured;
 use crate::runs::puma560;
-use dq_servo::draw::Width;
-use dq_servo::record::WriterOptions;
-use dq_servo::runs::{RecordedRun, plot, recorded};
-use dq_servo::wire::messages::{DiagnosticStatus, JointState, KeyValue, Time};
+use dq_bags::WriterOptions;
+use dq_figures::Width;
+use dq_messages::messages::{DiagnosticStatus, JointState, KeyValue, Time};
+use dq_runs::{RecordedRun, plot, recorded};
 
 /// With what tests beside these take \[bytes\].
 const LIMIT: usize = 200 << 20;

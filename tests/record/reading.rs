@@ -1,8 +1,8 @@
 //! What the reader makes of other bags, whole and broken.
 
 use crate::bags::{Sample, data_file, jazzy, read, read_through, samples, topics};
-use dq_servo::record::Bag;
-use dq_servo::wire::messages::{JointState, PoseStamped};
+use dq_bags::Bag;
+use dq_messages::messages::{JointState, PoseStamped};
 use mcap::{Compression, WriteOptions, Writer, records::MessageHeader};
 use std::collections::BTreeMap;
 use std::path::Path;

@@ -1,8 +1,8 @@
 //! The record of a cycle, as bytes.
 
-use dq_servo::params::Value;
-use dq_servo::servo::{Event, Found, GoalMotion, GoalReading, JointOrder, JointReading, Sent, TwistReading};
-use dq_servo::wire::{CycleRecord, Recorded, RecordedParameters};
+use dq_core::servo::{Event, Found, GoalMotion, GoalReading, JointOrder, JointReading, Sent, TwistReading};
+use dq_params::Value;
+use dq_wire::{CycleRecord, Recorded, RecordedParameters};
 use std::time::Duration;
 
 fn joints() -> [JointOrder; 2] {

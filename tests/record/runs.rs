@@ -5,15 +5,17 @@ use crate::bags::{
     jazzy, place, read, samples, write,
 };
 use crate::interop::peer_samples;
-use dq_servo::config::ServoParameters;
-use dq_servo::draw::Width;
-use dq_servo::nodes::Prepared;
-use dq_servo::params::Value;
-use dq_servo::record::{Bag, WriterOptions};
-use dq_servo::ros::RosArgs;
-use dq_servo::runs::{Recorded, RecordedRun, Replayed, RunError, plot, recorded, replay};
-use dq_servo::wire::messages::{DiagnosticStatus, JointState, KeyValue, Time, UInt8MultiArray};
-use dq_servo::wire::{CycleRecord, Parameter, ParameterEvent, Recorded as RecordedEvent, decode};
+use dq_bags::{Bag, WriterOptions};
+use dq_config::ServoParameters;
+use dq_figures::Width;
+use dq_messages::decode;
+use dq_messages::messages::{DiagnosticStatus, JointState, KeyValue, Time, UInt8MultiArray};
+use dq_messages::{Parameter, ParameterEvent};
+use dq_nodes::Prepared;
+use dq_params::Value;
+use dq_ros::ros::RosArgs;
+use dq_runs::{Recorded, RecordedRun, Replayed, RunError, plot, recorded, replay};
+use dq_wire::{CycleRecord, Recorded as RecordedEvent};
 use std::ffi::OsStr;
 use std::path::Path;
 use std::time::Duration;

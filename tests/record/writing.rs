@@ -1,8 +1,8 @@
 //! What the writer writes.
 
 use crate::bags::{data_file, place, read, read_through, samples, topics, write};
-use dq_servo::record::{BagError, BagWriter, TopicRecord, WriterOptions};
-use dq_servo::wire::type_hash;
+use dq_bags::{BagError, BagWriter, TopicRecord, WriterOptions};
+use dq_messages::type_hash;
 use std::path::Path;
 use std::time::Duration;
 
@@ -91,7 +91,7 @@ fn the_definitions_are_those_that_a_real_ros_2_writes() {
     };
     for schema in summary.schemas.values() {
         let theirs = std::str::from_utf8(&schema.data).unwrap();
-        let ours = dq_servo::wire::definition(&schema.name).unwrap();
+        let ours = dq_messages::definition(&schema.name).unwrap();
         assert_eq!(bare(&ours), bare(theirs), "{}", schema.name);
     }
     for channel in summary.channels.values() {

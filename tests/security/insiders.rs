@@ -2,9 +2,10 @@
 
 use crate::host::{FAR, Host, assert_success, wait_for_line, wait_until};
 use crate::keystore::{Keystore, PROGRAM, Variables};
-use dq_servo::record::{Bag, BagMessage};
-use dq_servo::wire::messages::{DiagnosticStatus, JointState, StringMessage};
-use dq_servo::wire::{Contract, Direction, NodeContract, TopicContract, decode};
+use dq_bags::{Bag, BagMessage};
+use dq_messages::messages::{DiagnosticStatus, JointState, StringMessage};
+use dq_messages::{Direction, NodeContract, TopicContract, decode};
+use dq_wire::Contract;
 use std::collections::BTreeSet;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};

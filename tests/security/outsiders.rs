@@ -3,7 +3,7 @@
 use crate::host::{Host, PYTHON, assert_success};
 use crate::insiders::{Site, run, start};
 use crate::keystore::{Keystore, Variables, unsecured};
-use dq_servo::record::Bag;
+use dq_bags::Bag;
 use serde_json::Value;
 
 /// How long an outsider may try \[s\]; the positive controls show that it is enough.

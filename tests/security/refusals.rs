@@ -3,7 +3,7 @@
 use crate::host::Host;
 use crate::insiders::run;
 use crate::keystore::{Keystore, Variables};
-use dq_servo::ros::{Environment, RosArgs};
+use dq_ros::ros::{Environment, RosArgs};
 use std::path::PathBuf;
 
 /// Runs a servo, which must end with code 2 and one line that contains `reason`.

@@ -1,8 +1,8 @@
 //! Nodes on Fast DDS (peer.cpp) beside servo and plant.
 
 use crate::host::{Host, assert_success, wait_for_line};
-use dq_servo::record::{Bag, BagMessage};
-use dq_servo::wire::messages::PoseStamped;
+use dq_bags::{Bag, BagMessage};
+use dq_messages::messages::PoseStamped;
 use std::time::Duration;
 
 /// The peer, which tests/install.sh builds.

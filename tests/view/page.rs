@@ -1,6 +1,6 @@
 //! A page with nobody behind it, for the tests of the server: on a free port of this host.
 
-use dq_servo::view::{Ask, Asked, RobotEnd, Server, Settings, ends};
+use dq_view::{Ask, Asked, RobotEnd, Server, Settings, ends};
 use futures::{SinkExt, StreamExt};
 use serde_json::Value;
 use std::net::SocketAddr;

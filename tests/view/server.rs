@@ -1,7 +1,7 @@
 //! Who is let in, what is refused, and that nobody is waited for.
 
 use crate::page::Page;
-use dq_servo::view::{Answer, Ask, Server, Settings, ViewError, ends};
+use dq_view::{Answer, Ask, Server, Settings, ViewError, ends};
 use serde_json::{Value, json};
 use std::time::{Duration, Instant};
 use tokio::io::{AsyncReadExt, AsyncWriteExt};

@@ -2,9 +2,9 @@
 
 use super::race::Lanes;
 use super::recording::Recording;
-use crate::ros::{Environment, RosArgs};
-use crate::text::cut;
-use crate::view::{Answer, Asked, BackgroundTask, BackgroundTasks, Race};
+use dq_common::text::cut;
+use dq_ros::ros::{Environment, RosArgs};
+use dq_view::{Answer, Asked, BackgroundTask, BackgroundTasks, Race};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};

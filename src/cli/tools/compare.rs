@@ -3,10 +3,10 @@
 use super::progress::Progress;
 use crate::cli::count::count;
 use crate::cli::print::print_line;
-use crate::compare::{
+use dq_figures::Width;
+use dq_studies::compare::{
     Arm, Findings, HORIZON, Paired, Part, PeerRuns, Peers, REFERENCE, Study, Summary, Switch, figures, page,
 };
-use crate::draw::{self, Width};
 use std::path::{Path, PathBuf};
 
 /// Compare the laws on several arms, random tasks and plants; resumes an interrupted run
@@ -44,7 +44,7 @@ impl Compare {
             [] => Arm::builtin()?,
             arms => arms.iter().map(|arm| Arm::named(arm)).collect::<Result<_, _>>()?,
         };
-        draw::make_folder(&self.out)?;
+        dq_figures::make_folder(&self.out)?;
         let progress = Progress::new("gains", Study::gain_count(arms.len()));
         let study =
             Study::new(arms, self.tasks, self.seed, &self.out.join("gains.json"), || progress.add(1))?;
@@ -96,7 +96,7 @@ impl Compare {
             tables += &format!("\n{}", Paired::table(&rows, &[ours, program]));
         }
         let file = self.out.join(format!("{}.md", switch.parameter()));
-        draw::write(&file, tables.as_bytes())?;
+        dq_figures::write(&file, tables.as_bytes())?;
         Ok(print_line!("{tables}")?)
     }
 
@@ -104,11 +104,11 @@ impl Compare {
         let summary = Summary::read(study, file)?;
         let peers = Peers::read(study, &summary, &self.out.join("peers.jsonl"))?;
         let findings = Findings::new(study, &summary, &peers)?;
-        draw::save(&figures(&findings, &summary), &self.out, Width::Screen)?;
+        dq_figures::save(&figures(&findings, &summary), &self.out, Width::Screen)?;
         let json = serde_json::to_string(&findings)? + "\n";
-        draw::write(&self.out.join("compare.json"), json.as_bytes())?;
+        dq_figures::write(&self.out.join("compare.json"), json.as_bytes())?;
         let page = page(&findings);
-        draw::write(&self.out.join("what_the_laws_do.md"), page.as_bytes())?;
+        dq_figures::write(&self.out.join("what_the_laws_do.md"), page.as_bytes())?;
         print_line!(
             "{page}\ncompare.jsonl, compare.json, figures and this page are in {}",
             self.out.display()

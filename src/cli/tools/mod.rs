@@ -18,14 +18,14 @@ mod view;
 
 use super::error::is_ros_usage;
 use super::help;
-use crate::compare::CompareError;
-use crate::paper::PaperError;
-use crate::record::BagError;
-use crate::recording::RecordingError;
-use crate::ros::RosArgs;
-use crate::runs::RunError;
-use crate::view::ViewError;
+use super::recording::RecordingError;
 use clap::Subcommand;
+use dq_bags::BagError;
+use dq_ros::ros::RosArgs;
+use dq_runs::RunError;
+use dq_studies::compare::CompareError;
+use dq_studies::paper::PaperError;
+use dq_view::ViewError;
 
 /// A subcommand around the nodes.
 #[derive(Subcommand)]

@@ -4,13 +4,14 @@ use super::recording::Recording;
 use crate::cli::not_arrived::NotArrived;
 use crate::cli::signals::Signals;
 use crate::cli::watch::{DISCOVERY, Watch};
-use crate::config::{PlantParameters, ServoParameters};
-use crate::nodes::{PlantNode, Prepared, ServoNode};
-use crate::params::Value;
-use crate::ros::{Environment, LogLevel, Logging, Node, ParameterClient, Resolver, RosArgs, Session};
-use crate::servo::State;
-use crate::wire::{MotionReport, PoseNumbers, ServoKind};
 use anyhow::bail;
+use dq_config::{PlantParameters, ServoParameters};
+use dq_core::servo::State;
+use dq_messages::PoseNumbers;
+use dq_nodes::{PlantNode, Prepared, ServoNode};
+use dq_params::Value;
+use dq_ros::ros::{Environment, LogLevel, Logging, Node, ParameterClient, Resolver, RosArgs, Session};
+use dq_wire::{MotionReport, ServoKind};
 use std::time::Duration;
 
 /// Longest time for one motion. diffc with the paper's gain takes about 20 s to the goal tolerance.

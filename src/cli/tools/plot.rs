@@ -1,15 +1,15 @@
 //! `dq_servo plot`: figures and metrics of recorded runs.
 
 use super::table;
-use crate::arm::{Chain, JointKind};
 use crate::cli::Usage;
 use crate::cli::arm::ArmChoice;
 use crate::cli::print::print_line;
-use crate::draw::{self, DrawError, Figure, Width};
-use crate::ros::RosArgs;
-use crate::runs::{MotionRow, Recorded, RecordedRun, csv, plot, recorded};
-use crate::stderr;
 use comfy_table::Table;
+use dq_figures::{DrawError, Figure, Width};
+use dq_kinematics::arm::{Chain, JointKind};
+use dq_ros::ros::RosArgs;
+use dq_ros::stderr;
+use dq_runs::{MotionRow, Recorded, RecordedRun, csv, plot, recorded};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
@@ -57,7 +57,7 @@ impl Plot {
         }
         let figures = plot(&runs);
         self.claim_folder(&figures)?;
-        draw::save(&figures, &self.out, self.width)?;
+        dq_figures::save(&figures, &self.out, self.width)?;
         if self.csv {
             self.write_curves(&runs)?;
         }
@@ -97,8 +97,8 @@ impl Plot {
             ))
             .into());
         }
-        draw::make_folder(&self.out)?;
-        Ok(draw::write(&note, bags.as_bytes())?)
+        dq_figures::make_folder(&self.out)?;
+        Ok(dq_figures::write(&note, bags.as_bytes())?)
     }
 
     /// The curves of each run, in files that are numbered where there are several runs.
@@ -106,7 +106,7 @@ impl Plot {
         for (number, run) in (1..).zip(runs) {
             let before = if runs.len() > 1 { format!("{number}_") } else { String::new() };
             for (name, text) in csv(run) {
-                draw::write(&self.out.join(format!("{before}{name}.csv")), text.as_bytes())?;
+                dq_figures::write(&self.out.join(format!("{before}{name}.csv")), text.as_bytes())?;
             }
         }
         Ok(())

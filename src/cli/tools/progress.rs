@@ -1,6 +1,6 @@
 //! The progress of something long, on stderr: a bar on a terminal, a line now and then elsewhere.
 
-use crate::stderr;
+use dq_ros::stderr;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::IsTerminal;
 use std::sync::{Mutex, PoisonError};

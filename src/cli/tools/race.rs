@@ -1,13 +1,13 @@
 //! A race of the page: two servos with an arm each, in a domain that nobody else is in, under two laws to the same goal.
 
-use crate::config::{NodeParameters, PlantParameters, ServoParameters};
-use crate::nodes::{PlantNode, Prepared, ServoNode};
-use crate::params::ParameterError;
-use crate::ros::args::{Override, Remap};
-use crate::ros::{Environment, LogLevel, Logging, OwnDomain, Resolver, RosArgs, Session};
-use crate::view::{Race, RaceWatch};
-use crate::wire::PoseNumbers;
 use anyhow::ensure;
+use dq_config::{NodeParameters, PlantParameters, ServoParameters};
+use dq_messages::PoseNumbers;
+use dq_nodes::{PlantNode, Prepared, ServoNode};
+use dq_params::ParameterError;
+use dq_ros::ros::args::{Override, Remap};
+use dq_ros::ros::{Environment, LogLevel, Logging, OwnDomain, Resolver, RosArgs, Session};
+use dq_view::{Race, RaceWatch};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use tokio::sync::watch;
@@ -108,7 +108,7 @@ fn arguments(lane: &str, law: &str, race: &Race) -> Result<RosArgs, ParameterErr
         let known = known.filter(|(name, _)| name != "use_sim_time");
         args.overrides.extend(known.map(|(name, value)| give(node, name, value.to_string())));
     }
-    let start = crate::params::Value::DoubleArray(race.start.clone());
+    let start = dq_params::Value::DoubleArray(race.start.clone());
     args.overrides.push(give(PlantParameters::NODE_NAME, "initial_positions", start.to_string()));
     args.overrides.push(give(ServoParameters::NODE_NAME, "controller", law.to_owned()));
     Ok(args)

@@ -1,16 +1,16 @@
 //! `dq_servo record`: records a running graph into a bag.
 
+use super::super::recording::{Progress, Recorder, Selection};
 use super::recording::{is_complete, what_was_recorded};
 use crate::cli::Usage;
 use crate::cli::count::count;
 use crate::cli::print;
 use crate::cli::signals::Signals;
 use crate::cli::spinner::Spinner;
-use crate::record::WriterOptions;
-use crate::recording::{Progress, Recorder, Selection};
-use crate::ros::{Environment, LogLevel, Logging, Resolver, RosArgs, Session};
-use crate::stderr;
 use anyhow::bail;
+use dq_bags::WriterOptions;
+use dq_ros::ros::{Environment, LogLevel, Logging, Resolver, RosArgs, Session};
+use dq_ros::stderr;
 use std::path::PathBuf;
 use std::time::Duration;
 

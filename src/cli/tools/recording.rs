@@ -1,15 +1,15 @@
 //! `--record DIR`: a bag of what the command does.
 
+use super::super::recording::{Recorder, Selection};
 use crate::cli::error::Incomplete;
-use crate::record::{Bag, WriterOptions, WrittenBag};
-use crate::recording::{Recorder, Selection};
-use crate::ros::names::NameError;
-use crate::ros::{Environment, LogLevel, Logging, Resolver, RosArgs, Session};
-use crate::runs::replayable_from;
-use crate::servo::Interface;
-use crate::stderr;
-use crate::wire::{ServoKind, command_topic};
 use anyhow::ensure;
+use dq_bags::{Bag, WriterOptions, WrittenBag};
+use dq_core::servo::Interface;
+use dq_ros::ros::names::NameError;
+use dq_ros::ros::{Environment, LogLevel, Logging, Resolver, RosArgs, Session};
+use dq_ros::stderr;
+use dq_runs::replayable_from;
+use dq_wire::{ServoKind, command_topic};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 use tokio::task::JoinSet;

@@ -1,9 +1,9 @@
 //! The motions of the demo in fake time, before the arm makes them.
 
-use crate::config::ServoParameters;
-use crate::control::Law;
-use crate::dq::UnitDualQuaternion;
-use crate::servo::{Interface, Measured, State};
+use dq_algebra::UnitDualQuaternion;
+use dq_config::ServoParameters;
+use dq_core::servo::{Interface, Measured, State};
+use dq_kinematics::control::Law;
 use std::time::Duration;
 
 /// A motion that takes longer is too slow to be looked at.
@@ -72,7 +72,7 @@ fn end(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::config::ForArm;
+    use dq_config::ForArm;
 
     #[test]
     fn every_built_in_arm_goes_there_and_back() {

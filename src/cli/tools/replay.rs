@@ -2,11 +2,11 @@
 
 use super::plot;
 use crate::cli::print::print_line;
-use crate::record::Bag;
-use crate::ros::RosArgs;
-use crate::runs::{Replayed, replay};
-use crate::stderr;
 use anyhow::bail;
+use dq_bags::Bag;
+use dq_ros::ros::RosArgs;
+use dq_ros::stderr;
+use dq_runs::{Replayed, replay};
 use serde_json::json;
 use std::path::PathBuf;
 

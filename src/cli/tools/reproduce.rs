@@ -3,11 +3,10 @@
 use super::table::{self, seconds};
 use crate::cli::arm::ArmChoice;
 use crate::cli::print::{StdoutError, print_line};
-use crate::draw;
-use crate::paper::{Experiment, Laboratory, Reproduction, Row, reproduce};
-use crate::ros::RosArgs;
 use anyhow::Context;
 use comfy_table::Table;
+use dq_ros::ros::RosArgs;
+use dq_studies::paper::{Experiment, Laboratory, Reproduction, Row, reproduce};
 use std::path::PathBuf;
 
 /// Repeat the paper's figures and comparison, and two results that it does not have
@@ -32,7 +31,7 @@ impl Reproduce {
             None => Experiment::builtin()?,
         };
         // What cannot be kept is not computed.
-        draw::make_folder(&self.out)?;
+        dq_figures::make_folder(&self.out)?;
         let (chain, settings) = (parameters.arms.chain().clone(), parameters.settings.clone());
         let lab = Laboratory { chain, settings, experiment };
         lab.goal().context("--experiment FILE can give angles for another arm")?;

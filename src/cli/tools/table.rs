@@ -1,8 +1,8 @@
 //! Tables as every subcommand prints them.
 
-use crate::arm::JointKind;
-use crate::servo::Figures;
 use comfy_table::{CellAlignment, ColumnConstraint, ContentArrangement, Table, presets};
+use dq_core::servo::Figures;
+use dq_kinematics::arm::JointKind;
 use rustix::stdio::stdout;
 use rustix::termios::tcgetwinsize;
 

@@ -4,9 +4,9 @@ use super::background_tasks::Runner;
 use crate::cli::print::print_line;
 use crate::cli::run;
 use crate::cli::signals::Signals;
-use crate::ros::{Environment, LogLevel, Logging, Resolver, RosArgs, Session};
-use crate::view::{self, PageEnd, Peer, RobotEnd, Server, Settings};
-use crate::wire::ServoKind;
+use dq_ros::ros::{Environment, LogLevel, Logging, Resolver, RosArgs, Session};
+use dq_view::{PageEnd, Peer, RobotEnd, Server, Settings};
+use dq_wire::ServoKind;
 use tokio::sync::{mpsc, oneshot, watch};
 use tokio::task::{JoinHandle, JoinSet};
 
@@ -59,7 +59,7 @@ impl View {
         environment: &Environment,
         ros_args: &RosArgs,
     ) -> anyhow::Result<Page> {
-        let (robot, browsers) = view::ends();
+        let (robot, browsers) = dq_view::ends();
         let viewer = ViewerNode::join(kind, environment, ros_args, robot)?;
         let log = viewer.peer.log().clone();
         let server = self.server(browsers, Box::new(move |why| log.warn(why))).await?;
@@ -71,8 +71,8 @@ impl View {
 
     /// Opens the page, at another port where this one is taken. It joins the graph once a browser watches, and until then costs nothing.
     pub(super) async fn offer(environment: &Environment, ros_args: &RosArgs) -> anyhow::Result<Page> {
-        let (robot, browsers) = view::ends();
-        let warn = || Box::new(|why: &str| crate::stderr::line(format!("warning: {why}")));
+        let (robot, browsers) = dq_view::ends();
+        let warn = || Box::new(|why: &str| dq_ros::stderr::line(format!("warning: {why}")));
         let any_port = Self { listen: ANY_PORT.to_owned(), ..Self::default() };
         let server = match Self::default().server(browsers.clone(), warn()).await {
             Err(_) => any_port.server(browsers, warn()).await?,
@@ -93,7 +93,7 @@ impl View {
                     let _ = closed.await;
                     viewer.leave().await;
                 }
-                Err(why) => crate::stderr::line(format!("warning: the page shows nothing: {why:#}")),
+                Err(why) => dq_ros::stderr::line(format!("warning: the page shows nothing: {why:#}")),
             }
         }))
     }
@@ -102,7 +102,7 @@ impl View {
         &self,
         browsers: PageEnd,
         warn: Box<dyn Fn(&str) + Send + Sync>,
-    ) -> Result<Server, view::ViewError> {
+    ) -> Result<Server, dq_view::ViewError> {
         // Not on the command line, which all accounts of a host can read.
         let token = std::env::var(TOKEN).ok().filter(|token| !token.is_empty());
         let settings = Settings { listen: self.listen.clone(), token, drive: !self.watch_only, warn };

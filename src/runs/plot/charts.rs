@@ -2,10 +2,10 @@
 
 use super::each_once;
 use super::looks::Drawn;
-use crate::arm::{Chain, JointKind};
-use crate::draw::{Axis, Color, Figure, INK, LIMIT, Line, Mark, Panel, Series, chart, over_time};
-use crate::runs::{ArmCommands, Change, RecordedRun, Sample, Thinned, What};
-use crate::servo::{CLEARANCE, GoalError, Limits, PositionLimits, Tolerance};
+use crate::{ArmCommands, Change, RecordedRun, Sample, Thinned, What};
+use dq_core::servo::{CLEARANCE, GoalError, Limits, PositionLimits, Tolerance};
+use dq_figures::{Axis, Color, Figure, INK, LIMIT, Line, Mark, Panel, Series, chart, over_time};
+use dq_kinematics::arm::{Chain, JointKind};
 use std::f64::consts::PI;
 
 fn time_axis(runs: &[Drawn]) -> Axis {
@@ -317,7 +317,7 @@ pub(super) fn cycle_jitter(runs: &[Drawn]) -> Figure {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::dq::UnitDualQuaternion;
+    use dq_algebra::UnitDualQuaternion;
 
     #[test]
     fn an_angle_that_wraps_breaks_its_curve() {

@@ -1,8 +1,8 @@
 //! Names and colours of curves: one for each law of each run.
 
-use crate::control::Law;
-use crate::draw::{Color, law_color};
-use crate::runs::{RecordedRun, Sample};
+use crate::{RecordedRun, Sample};
+use dq_figures::{Color, law_color};
+use dq_kinematics::control::Law;
 use std::ops::Range;
 
 /// A run with the looks of its curves.

@@ -6,7 +6,7 @@ mod outline;
 mod path;
 
 use super::RecordedRun;
-use crate::draw::Figure;
+use dq_figures::Figure;
 use looks::looks;
 
 /// Each of these once, where it came first.

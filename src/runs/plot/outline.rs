@@ -1,6 +1,6 @@
 //! Outlines of keep-outs, as far as they are near the paths.
 
-use crate::space::{Segment, Shape};
+use dq_space::space::{Segment, Shape};
 use nalgebra::{Isometry3, Point3, Vector3};
 use std::f64::consts::PI;
 
@@ -108,7 +108,7 @@ fn straight(line: &Segment) -> Vec<Vector3<f64>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::space::KeepOut;
+    use dq_space::space::KeepOut;
 
     #[test]
     fn an_outline_lies_on_its_shape_and_near_the_path() {

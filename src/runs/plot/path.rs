@@ -2,11 +2,11 @@
 
 use super::looks::{Drawn, Look};
 use super::outline::outline;
-use crate::dq::UnitDualQuaternion;
-use crate::draw::{BOTH_SIDES, Figure, LIMIT, Line, Path, Place, Scene, frameplotter, scenes};
-use crate::runs::{RecordedRun, Sample};
-use crate::space::KeepOut;
-use crate::wire::PoseNumbers;
+use crate::{RecordedRun, Sample};
+use dq_algebra::UnitDualQuaternion;
+use dq_figures::{BOTH_SIDES, Figure, LIMIT, Line, Path, Place, Scene, frameplotter, scenes};
+use dq_messages::PoseNumbers;
+use dq_space::space::KeepOut;
 use nalgebra::{Isometry3, Vector3};
 
 /// The frames along the way: so far apart that they can be distinguished, farther where there are many motions.

@@ -1,0 +1,199 @@
+//! The cycle's thread allocates nothing but what RustDDS does to write a message.
+
+use super::cycle_thread::Tick;
+use super::servo::{Assembled, Cycle};
+use super::{NodeError, Prepared};
+use allocation_counter::measure;
+use dq_config::ServoParameters;
+use dq_core::servo::State;
+use dq_messages::messages::*;
+use dq_messages::{Direction, NodeContract};
+use dq_ros::alone::{node, outside, session};
+use dq_ros::ros::{Node, Publisher, RosArgs, RosError, Subscription};
+use dq_wire::{Contract, command_array};
+use std::time::{Duration, Instant};
+
+const PERIOD: Duration = Duration::from_millis(2);
+
+/// The robot's part, and who sends goals and twists.
+struct Robot {
+    joint_states: Publisher<JointState>,
+    commands: Subscription<Float64MultiArray>,
+    goals: Publisher<PoseStamped>,
+    twists: Publisher<TwistStamped>,
+    state: JointState,
+}
+
+impl Robot {
+    fn new(node: &mut Node, joints: &[String]) -> Result<Self, NodeError> {
+        let contract = Contract::builtin()?;
+        let goal = contract.servo.topic::<PoseStamped>("goal_pose", Direction::In)?;
+        let twist = contract.servo.topic::<TwistStamped>("~/target_twist", Direction::In)?;
+        let zeros = vec![0.0; joints.len()];
+        // Where the paper's arm is in nobody's way: away from singularities.
+        let position = [0.3, -1.0, 0.0, 0.4, 1.4, 0.1].to_vec();
+        Ok(Self {
+            joint_states: node.publisher(&contract.plant, "joint_states")?,
+            commands: node.subscription(&contract.plant, "forward_velocity_controller/commands")?,
+            goals: node.publisher_as(goal, "goal_pose")?,
+            twists: node.publisher_as(twist, "/dq_servo/target_twist")?,
+            state: JointState { name: joints.to_vec(), position, velocity: zeros, ..JointState::default() },
+        })
+    }
+
+    /// Obeys the newest command for a period, and sends the state.
+    fn move_on(&mut self) {
+        if let Some(command) = self.commands.newest().message {
+            for (position, speed) in self.state.position.iter_mut().zip(&command.data) {
+                *position += PERIOD.as_secs_f64() * speed;
+            }
+            self.state.velocity = command.data;
+        }
+        self.state.header.stamp = Time::now();
+        self.joint_states.publish(self.state.clone());
+    }
+}
+
+/// A servo whose cycles the test runs, with its robot.
+struct Cycles {
+    cycle: Cycle,
+    robot: Robot,
+    /// The servo's time, which goes on by a period a cycle as the robot does: how late this thread wakes is nothing to either.
+    now: Duration,
+    /// A twist [m/s] for each cycle, if it is jogged.
+    twist: Option<f64>,
+}
+
+impl Cycles {
+    fn state(&self) -> State {
+        self.cycle.servo.status().state
+    }
+
+    /// One cycle; how often it allocated.
+    fn run_one(&mut self) -> u64 {
+        self.robot.move_on();
+        if let Some(up) = self.twist {
+            let linear = Vector3 { z: up, ..Vector3::default() };
+            let twist = Twist { linear, ..Twist::default() };
+            self.robot.twists.publish(TwistStamped { header: Header::now("base_link"), twist });
+        }
+        std::thread::sleep(PERIOD);
+        self.now += PERIOD;
+        let tick = Tick { now: self.now, lateness: Duration::ZERO, missed: 0, worked: None };
+        let cycle = || assert!(self.cycle.tick(tick).is_continue());
+        measure(cycle).count_total
+    }
+
+    /// Runs [`COUNT`] cycles in `state`, and as many before that warm it up; the allocations of each, sorted.
+    fn count(&mut self, state: State) -> Vec<u64> {
+        let end = Instant::now() + Duration::from_secs(20);
+        while self.state() != state {
+            assert!(Instant::now() < end, "{} instead of {state}", self.state());
+            self.run_one();
+        }
+        (0..COUNT).for_each(|_| {
+            self.run_one();
+        });
+        let mut allocations: Vec<_> = (0..COUNT).map(|_| self.run_one()).collect();
+        assert_eq!(self.state(), state);
+        allocations.sort_unstable();
+        allocations
+    }
+}
+
+/// So many cycles are counted in each state: in half a second all that is published at 10 Hz is due five times.
+const COUNT: usize = 250;
+
+/// What RustDDS allocates to write a message that is there, a message, sorted.
+fn of_writing<M: Message>(
+    topic: &str,
+    message: M,
+    publisher: fn(&mut Node, &NodeContract, &str) -> Result<Publisher<M>, RosError>,
+) -> Vec<u64> {
+    let ((_one, mut servo), (_other, mut robot)) = (node("servo"), node("robot"));
+    let contract = Contract::builtin().unwrap().servo;
+    let publisher = publisher(&mut servo, &contract, topic).unwrap();
+    let entry = contract.topic::<M>(topic, Direction::Out).unwrap();
+    let heard: Subscription<M> = robot.subscription_as(entry, publisher.topic()).unwrap();
+    while publisher.readers() == 0 {
+        std::thread::sleep(PERIOD);
+    }
+    let message = std::sync::Arc::new(message);
+    let write = |_| {
+        heard.newest();
+        std::thread::sleep(PERIOD);
+        measure(|| publisher.publish(message.clone())).count_total
+    };
+    let mut allocations: Vec<_> = (0..COUNT).map(write).collect();
+    allocations.sort_unstable();
+    allocations
+}
+
+fn of_writing_commands() -> (u64, u64) {
+    let topic = "forward_velocity_controller/commands";
+    figures(&of_writing(topic, command_array(vec![0.5; 6]), Node::publisher))
+}
+
+/// The median and the sum.
+fn figures(sorted: &[u64]) -> (u64, u64) {
+    (sorted[sorted.len() / 2], sorted.iter().sum())
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_cycle_allocates_what_rustdds_does_to_write_its_command_and_nothing_else() {
+    if outside("allocations::a_cycle_allocates_what_rustdds_does_to_write_its_command_and_nothing_else") {
+        return;
+    }
+    let writing = of_writing_commands();
+    let (session, (_robots, mut robot)) = (session(), node("robot"));
+    let prepared = Prepared::<ServoParameters>::new(&RosArgs::default()).unwrap();
+    let joints = prepared.parameters().joints[0].names().to_vec();
+    let servo = Assembled::new(&session, prepared).unwrap();
+    let robot = Robot::new(&mut robot, &joints).unwrap();
+    let _report = servo.report.spawn(servo.snapshots).unwrap();
+    let mut cycles = Cycles { cycle: servo.cycle, robot, now: Duration::from_secs(1000), twist: None };
+    assert_eq!(cycles.count(State::Holding).last(), Some(&0), "nothing is sent before a goal");
+    let goal =
+        PoseStamped { header: Header::now("base_link"), pose: [-0.125, 0.2, 0.2, 0.0, 0.0, 0.0, 1.0].into() };
+    cycles.robot.goals.publish(goal);
+    let pursuing = figures(&cycles.count(State::Tracking));
+    cycles.twist = Some(0.02);
+    let jogging = figures(&cycles.count(State::Jogging));
+    cycles.twist = None;
+    let holding = figures(&cycles.count(State::Holding));
+    for (what, (median, sum)) in [("pursuing", pursuing), ("jogging", jogging), ("holding", holding)] {
+        assert_eq!(median, writing.0, "{what}, of {writing:?}");
+        // What grows by and by in RustDDS does not grow at the same cycles.
+        assert!(sum <= writing.1 + COUNT as u64 / 10, "{what}: {sum} of {}", writing.1);
+    }
+}
+
+/// Nor does the record, of which most cycles write nothing.
+#[tokio::test(flavor = "multi_thread")]
+async fn a_cycle_that_is_recorded_allocates_what_rustdds_does_to_write_its_command() {
+    if outside("allocations::a_cycle_that_is_recorded_allocates_what_rustdds_does_to_write_its_command") {
+        return;
+    }
+    let (writing, _) = of_writing_commands();
+    let (session, (_robots, mut robot)) = (session(), node("robot"));
+    let prepared = Prepared::<ServoParameters>::new(&RosArgs::default()).unwrap();
+    let joints = prepared.parameters().joints[0].names().to_vec();
+    let servo = Assembled::new(&session, prepared).unwrap();
+    let contract = Contract::builtin().unwrap().servo;
+    let entry = contract.topic::<UInt8MultiArray>("~/events", Direction::Out).unwrap();
+    let records: Subscription<UInt8MultiArray> = robot.subscription_as(entry, "/dq_servo/events").unwrap();
+    let robot = Robot::new(&mut robot, &joints).unwrap();
+    let _report = servo.report.spawn(servo.snapshots).unwrap();
+    let mut cycles = Cycles { cycle: servo.cycle, robot, now: Duration::from_secs(1000), twist: None };
+    let end = Instant::now() + Duration::from_secs(20);
+    while records.newest().count == 0 {
+        assert!(Instant::now() < end, "no record begins");
+        cycles.run_one();
+    }
+    let goal =
+        PoseStamped { header: Header::now("base_link"), pose: [-0.125, 0.2, 0.2, 0.0, 0.0, 0.0, 1.0].into() };
+    cycles.robot.goals.publish(goal);
+    let (median, _) = figures(&cycles.count(State::Tracking));
+    assert!(records.newest().count > 0, "it goes on");
+    assert_eq!(median, writing);
+}

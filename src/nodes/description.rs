@@ -1,0 +1,87 @@
+//! The robot description that comes by topic: waited for before the servo starts, and watched while it runs.
+
+use super::{NodeError, Prepared};
+use dq_config::NodeParameters;
+use dq_kinematics::arm::Description;
+use dq_messages::NodeContract;
+use dq_messages::messages::StringMessage;
+use dq_params::{ParameterStore, Value};
+use dq_ros::ros::{LogLevel, Logging, Node, Resolver, RosArgs, RosError, Session};
+use dq_wire::Contract;
+use std::time::Duration;
+use tokio::task::spawn_blocking;
+use tokio::time::{Instant, interval};
+
+/// The topic.
+const TOPIC: &str = "robot_description";
+
+/// So often it is logged that the description is waited for, or that another one came.
+const REMINDER: Duration = Duration::from_secs(5);
+
+impl<P: NodeParameters> Prepared<P> {
+    /// The node that the command line asks for, once a robot description has come to `session`.
+    ///
+    /// # Errors
+    /// [`NodeError`] for names that are not right, for a description that has no arm between the frames, and where the network refuses.
+    pub async fn when_described(session: &Session, args: &RosArgs) -> Result<Self, NodeError> {
+        let names = Resolver::new(P::NODE_NAME, args).map_err(RosError::from)?;
+        let mut node = session.node(names, Logging::new(args, LogLevel::Info))?;
+        let descriptions = node.subscription::<StringMessage>(&Contract::builtin()?.servo, TOPIC)?;
+        let mut reminder = interval(REMINDER);
+        loop {
+            tokio::select! {
+                description = descriptions.next() => {
+                    let topic = descriptions.topic().to_owned();
+                    let refused = |why| NodeError::Description { topic, why: Box::new(why) };
+                    let args = args.clone();
+                    // Signals are heard meanwhile.
+                    let read = spawn_blocking(move || Self::described(&args, description.data)).await;
+                    return read.map_err(|why| NodeError::Thread(why.into()))?.map_err(refused);
+                }
+                _ = reminder.tick() => {
+                    let topic = descriptions.topic();
+                    node.log().warn(&format!("waiting for the arm: nothing on {topic} describes it yet"));
+                }
+            }
+        }
+    }
+}
+
+/// Logs robot descriptions that have another arm between the frames than the one in force: it stays in force.
+pub(super) fn watch(
+    node: &mut Node,
+    contract: &NodeContract,
+    store: &ParameterStore,
+) -> Result<(), RosError> {
+    let text = |name: &str| match store.get(name) {
+        Some(Value::String(text)) => text.clone(),
+        _ => String::new(),
+    };
+    let [in_force, base, tool] = [TOPIC, "base_frame", "tool_frame"].map(text);
+    if in_force.is_empty() {
+        return Ok(());
+    }
+    let descriptions = node.subscription::<StringMessage>(contract, TOPIC)?;
+    let log = node.log().clone();
+    node.run(async move {
+        let mut logged: Option<Instant> = None;
+        loop {
+            let came = descriptions.next().await.data;
+            let (from, to) = (base.clone(), tool.clone());
+            // The node's other tasks go on meanwhile.
+            let why = match spawn_blocking(move || Description::read(&came, &from, &to)).await {
+                Ok(Ok(read)) if read.arm.urdf() == in_force => continue,
+                Ok(Ok(_)) => {
+                    format!("it has another arm between {base} and {tool}: start the servo anew to take it")
+                }
+                Ok(Err(why)) => why.to_string(),
+                Err(why) => why.to_string(),
+            };
+            if logged.is_none_or(|last| last.elapsed() >= REMINDER) {
+                logged = Some(Instant::now());
+                log.warn(&format!("the description on {} is not taken: {why}", descriptions.topic()));
+            }
+        }
+    });
+    Ok(())
+}

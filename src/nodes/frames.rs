@@ -1,0 +1,307 @@
+//! What TF says, off the cycle's thread: the cycle asks where a goal is, and finds the answer there when it comes.
+
+use super::servo::Wiring;
+use dq_core::servo::{GoalFrameMode, GoalFrames};
+use dq_messages::messages::{TFMessage, TransformStamped};
+use dq_ros::ros::{Clock, Logger, RosError, Subscription};
+use dq_space::frames::{
+    Answer, Followed, FrameError, FrameMotion, FrameTree, FramedGoal, Ignored, WaitingGoals,
+};
+use dq_wire::transform_reading;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, mpsc};
+use std::time::Duration;
+use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
+use tokio::time::{Instant, sleep_until};
+
+const WARNING_INTERVAL: Duration = Duration::from_secs(1);
+
+/// What the cycle asks.
+enum Ask {
+    /// Where this goal is.
+    Goal(FramedGoal),
+    /// Where the frame of this goal takes it, where goals are followed; none before it is followed any more.
+    Follow(FramedGoal),
+    /// Nothing of where frames take goals.
+    Unfollow,
+    /// Nothing any more of the goals up to that number.
+    Forget(u64),
+    Configure(GoalFrames),
+}
+
+/// All frames that were heard of, for who looks them up.
+#[derive(Clone, Default)]
+pub(super) struct Tree(Arc<Mutex<FrameTree>>);
+
+impl Tree {
+    pub fn lock(&self) -> MutexGuard<'_, FrameTree> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// The cycle's side.
+pub(super) struct Frames {
+    asks: UnboundedSender<Ask>,
+    reports: mpsc::Receiver<Report>,
+    /// The number of the last goal that was asked for.
+    asked: u64,
+    /// Goals up to this number are over.
+    over: u64,
+    /// Goals up to this number do not move with their frames any more.
+    unfollowed: u64,
+    /// What has become of the goal that is followed, until the cycle takes it.
+    motion: Option<FrameMotion>,
+}
+
+/// What the listener has found out.
+enum Report {
+    Answer(Answer),
+    /// What the frame of the goal of that number has done.
+    Motion(u64, FrameMotion),
+}
+
+impl Frames {
+    /// Subscribes to TF, whose stamps are of `clock` and which becomes known to `tree`; goals are looked up in the frame `base`.
+    pub fn new(
+        Wiring { node, contract, .. }: &mut Wiring,
+        clock: &Clock,
+        base: &str,
+        tool: &str,
+        settings: GoalFrames,
+        tree: Tree,
+    ) -> Result<Self, RosError> {
+        let (asks, inbox) = unbounded_channel();
+        let (sender, reports) = mpsc::channel();
+        let listener = Listener {
+            tf: node.subscription(contract, "/tf")?,
+            tf_static: node.subscription(contract, "/tf_static")?,
+            inbox,
+            reports: sender,
+            base: base.to_owned(),
+            tool: tool.to_owned(),
+            settings,
+            clock: clock.clone(),
+            time: 0,
+            tree,
+            waiting: WaitingGoals::default(),
+            followed: None,
+            began: Instant::now(),
+            warned: Warned::default(),
+            log: node.log().clone(),
+        };
+        node.run(listener.run());
+        Ok(Self { asks, reports, asked: 0, over: 0, unfollowed: 0, motion: None })
+    }
+
+    /// Asks where a goal is, whose number is above those before.
+    pub fn ask(&mut self, goal: FramedGoal) {
+        self.asked = goal.number;
+        // The other side is gone only when the node is about to go.
+        let _ = self.asks.send(Ask::Goal(goal));
+    }
+
+    /// Wants no answers any more for the goals up to that number.
+    pub fn forget(&mut self, number: u64) {
+        // Else the listener knows of none, and need not be woken from the cycle.
+        let is_one_known = self.asked > self.over;
+        (self.over, self.unfollowed, self.motion) = (number, number, None);
+        if is_one_known {
+            let _ = self.asks.send(Ask::Forget(number));
+        }
+    }
+
+    /// The goal, which was answered, was taken: it moves with its frame from now on, and none before it does.
+    pub fn follow(&mut self, goal: FramedGoal) {
+        (self.unfollowed, self.motion) = (goal.number.saturating_sub(1), None);
+        let _ = self.asks.send(Ask::Follow(goal));
+    }
+
+    /// No goal up to that number moves with its frame any more; those that wait are still answered.
+    pub fn unfollow(&mut self, number: u64) {
+        (self.unfollowed, self.motion) = (number, None);
+        if self.asked > self.over {
+            let _ = self.asks.send(Ask::Unfollow);
+        }
+    }
+
+    /// Takes these settings for the goals that come from now on.
+    pub fn configure(&self, settings: GoalFrames) {
+        let _ = self.asks.send(Ask::Configure(settings));
+    }
+
+    /// The next answer that has come.
+    pub fn answer(&mut self) -> Option<Answer> {
+        loop {
+            match self.reports.try_recv().ok()? {
+                Report::Motion(number, motion) if number > self.unfollowed => {
+                    self.motion = Some(motion);
+                }
+                Report::Answer(answer) if answer.goal.number > self.over => return Some(answer),
+                _ => {}
+            }
+        }
+    }
+
+    /// What has become of the goal that is followed, after the last [`answer`](Self::answer).
+    pub fn motion(&mut self) -> Option<FrameMotion> {
+        self.motion.take()
+    }
+}
+
+/// The side of TF.
+struct Listener {
+    tf: Subscription<TFMessage>,
+    tf_static: Subscription<TFMessage>,
+    inbox: UnboundedReceiver<Ask>,
+    reports: mpsc::Sender<Report>,
+    base: String,
+    tool: String,
+    settings: GoalFrames,
+    clock: Clock,
+    /// What a simulated clock said last \[ns\].
+    time: i64,
+    tree: Tree,
+    waiting: WaitingGoals,
+    followed: Option<Followed>,
+    began: Instant,
+    warned: Warned,
+    log: Logger,
+}
+
+/// Why a transform was ignored, of which frame, as was logged last, and when: not the same again, and once a second at most.
+#[derive(Default)]
+struct Warned(Option<(Ignored, String, Duration)>);
+
+impl Warned {
+    fn is_due(&mut self, why: Ignored, child: &str, now: Duration) -> bool {
+        let due = self.0.as_ref().is_none_or(|(before, of, at)| {
+            (*before, of.as_str()) != (why, child) && now.saturating_sub(*at) >= WARNING_INTERVAL
+        });
+        if due {
+            self.0 = Some((why, child.to_owned(), now));
+        }
+        due
+    }
+}
+
+impl Listener {
+    async fn run(mut self) {
+        loop {
+            let patience = self.settings.tf_timeout;
+            let followed = self.followed.as_ref().and_then(|followed| followed.deadline(patience));
+            let deadline = [self.waiting.deadline(patience), followed].into_iter().flatten().min();
+            tokio::select! {
+                message = self.tf.next() => self.take(&message, false),
+                message = self.tf_static.next() => self.take(&message, true),
+                ask = self.inbox.recv() => match ask {
+                    Some(Ask::Goal(goal)) => self.waiting.add(goal, self.began.elapsed()),
+                    Some(Ask::Follow(goal)) => self.follow(goal),
+                    Some(Ask::Unfollow) => self.followed = None,
+                    Some(Ask::Forget(number)) => self.forget(number),
+                    Some(Ask::Configure(settings)) => self.settings = settings,
+                    None => return,
+                },
+                () = sleep_until(self.began + deadline.unwrap_or_default()), if deadline.is_some() => {}
+            }
+            self.answer();
+            // Whoever floods TF holds up nothing else that runs here.
+            tokio::task::yield_now().await;
+        }
+    }
+
+    fn take(&mut self, message: &TFMessage, is_static: bool) {
+        // As tf2 does: where a simulation has begun anew, what its frames did before says nothing of where they are.
+        if self.clock.is_simulated() {
+            let time = self.clock.now().nanoseconds();
+            if time < std::mem::replace(&mut self.time, time) {
+                self.tree.lock().forget_moving();
+            }
+        }
+        for transform in &message.transforms {
+            let taken = self.tree.lock().insert(&transform_reading(transform), is_static);
+            let TransformStamped { header, child_frame_id: child, .. } = transform;
+            if let Err(why) = taken
+                && self.warned.is_due(why, child, self.began.elapsed())
+            {
+                let parent = &header.frame_id;
+                self.log.warn(&format!("TF from {parent:?} to {child:?} is ignored: {why}"));
+            }
+        }
+    }
+
+    fn forget(&mut self, number: u64) {
+        self.waiting.forget(number);
+        self.followed = self.followed.take().filter(|followed| followed.number() > number);
+    }
+
+    /// Follows the goal if goals are, and no other one any more.
+    fn follow(&mut self, goal: FramedGoal) {
+        let follows = self.settings.mode == GoalFrameMode::Follow && !self.is_on_tool(&goal);
+        self.followed = follows.then(|| Followed::new(goal, self.began.elapsed()));
+    }
+
+    fn is_on_tool(&self, goal: &FramedGoal) -> bool {
+        self.tree.lock().are_rigid(&self.tool, &goal.frame)
+    }
+
+    fn answer(&mut self) {
+        let (now, patience) = (self.began.elapsed(), self.settings.tf_timeout);
+        let answers = self.waiting.look(&self.tree.lock(), &self.base, now, patience);
+        for mut answer in answers {
+            if self.settings.mode == GoalFrameMode::Follow && self.is_on_tool(&answer.goal) {
+                answer.base_from_goal = Err(FrameError::OnTool(answer.goal.frame.clone()));
+            }
+            let _ = self.reports.send(Report::Answer(answer));
+        }
+        let Some(followed) = &mut self.followed else { return };
+        if let Some(motion) = followed.look(&self.tree.lock(), &self.base, now, patience) {
+            let _ = self.reports.send(Report::Motion(followed.number(), motion));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use dq_algebra::UnitDualQuaternion;
+
+    #[test]
+    fn transforms_that_are_ignored_for_reasons_in_turn_are_warned_of_once_a_second() {
+        let mut warned = Warned::default();
+        let mut lines = |reasons: &[(Ignored, &str)], from: u64| {
+            let times = (from..from + 5000).zip(reasons.iter().cycle());
+            times.filter(|(ms, (why, of))| warned.is_due(*why, of, Duration::from_millis(*ms))).count()
+        };
+        assert_eq!(lines(&[(Ignored::Names, "a")], 0), 1);
+        assert_eq!(lines(&[(Ignored::Numbers, "a"), (Ignored::Names, "a")], 5000), 5);
+        assert_eq!(lines(&[(Ignored::Numbers, "b")], 10_000), 1, "another frame's");
+    }
+
+    #[test]
+    fn the_listener_hears_only_of_the_end_of_goals_that_it_was_asked_for() {
+        let (asks, mut inbox) = unbounded_channel();
+        let mut frames =
+            Frames { asks, reports: mpsc::channel().1, asked: 0, over: 0, unfollowed: 0, motion: None };
+        let goal = |number| FramedGoal {
+            number,
+            frame: "table".to_owned(),
+            stamp: 0,
+            by: 0,
+            came: Duration::ZERO,
+            frame_from_goal: UnitDualQuaternion::identity(),
+        };
+        let mut forgotten = |frames: &mut Frames, number| {
+            frames.forget(number);
+            let asks = std::iter::from_fn(|| inbox.try_recv().ok());
+            asks.filter(|ask| matches!(ask, Ask::Forget(up_to) if *up_to == number)).count()
+        };
+        // Goals in the base frame are looked up nowhere.
+        assert_eq!((1..=1000).map(|number| forgotten(&mut frames, number)).sum::<usize>(), 0);
+        frames.ask(goal(1001));
+        frames.ask(goal(1003));
+        // The goal after it is still looked up.
+        assert_eq!(
+            [1001, 1002, 1003, 1003, 1004].map(|number| forgotten(&mut frames, number)),
+            [1, 1, 1, 0, 0]
+        );
+    }
+}

@@ -1,0 +1,232 @@
+//! The guard node: watches the commands to one arm, and stops the arm when they cease in motion.
+
+use super::complaint::due;
+use super::cycle_thread::{CycleThread, Schedule, Tick};
+use super::parameters::CYCLE_ENDED;
+use super::{NodeError, Prepared, shutdown};
+use dq_config::{GuardParameters, NodeParameters};
+use dq_core::servo::{Interface, JointOrder};
+use dq_limits::check::Guard;
+use dq_messages::messages::*;
+use dq_messages::{Direction, NodeContract};
+use dq_ros::ros::{Logger, Node, ParameterServer, Publisher, RosError, Session, Subscription};
+use dq_wire::KeyValues;
+use dq_wire::{Command, Contract, command_array, command_topic, command_trajectory};
+use std::sync::mpsc::{Receiver, channel};
+use std::time::Duration;
+use tokio::sync::watch;
+
+/// The guard looks so often: of the time in which an arm is to be stopped this is little.
+const PERIOD: Duration = Duration::from_millis(5);
+
+/// It says so often that it is there.
+const STATUS_INTERVAL: Duration = Duration::from_millis(100);
+
+/// It says so often at most that it hears nothing.
+const COMPLAINT_INTERVAL: Duration = Duration::from_secs(10);
+
+/// A trajectory that lets an arm stand is reached after so long.
+const STAND: Duration = Duration::from_millis(20);
+
+/// A running guard node.
+pub struct GuardNode {
+    cycle: CycleThread,
+    /// Whether the guard is needed.
+    needed: watch::Receiver<bool>,
+    node: Node,
+}
+
+impl GuardNode {
+    /// Starts the node on `session`.
+    ///
+    /// # Errors
+    /// [`NodeError`] where the network or the operating system refuses.
+    pub fn start(session: &Session, prepared: Prepared<GuardParameters>) -> Result<Self, NodeError> {
+        let Prepared { names, store, parameters, logging, warnings } = prepared;
+        let contract = Contract::builtin()?.guard;
+        let mut node = session.node(names, logging)?;
+        warnings.iter().for_each(|warning| node.log().warn(warning));
+        let (timeouts, inbox) = channel();
+        ParameterServer::start(
+            &mut node,
+            &contract,
+            store,
+            Box::new(move |store, _| {
+                let parameters = GuardParameters::from_store(store).map_err(|why| why.to_string())?;
+                timeouts.send(parameters.command_timeout).map_err(|_| CYCLE_ENDED.to_owned())
+            }),
+        )?;
+        let schedule = Schedule { period: PERIOD, realtime_priority: parameters.realtime_priority };
+        let (needed, is_needed) = watch::channel(false);
+        let mut watch = Watch::new(&mut node, &contract, parameters, inbox, needed)?;
+        node.log().info(&format!("watching {}", watch.commands.topic()));
+        let cycle = CycleThread::start("guard", schedule, move |tick| watch.tick(tick))?;
+        Ok(Self { cycle, needed: is_needed, node })
+    }
+
+    /// Ends the node once nobody needs it any more: what ends a launch ends its guard too, just when the servo was killed. Whether
+    /// that came while a servo may take to its own end; else the arm is still commanded to move.
+    pub async fn shut_down(mut self) -> bool {
+        if *self.needed.borrow() {
+            self.node
+                .log()
+                .info("asked to end while the arm is commanded to move: it is watched until it stands");
+        }
+        let stands = self.needed.wait_for(|needed| !needed);
+        let stands = tokio::time::timeout(shutdown::PATIENCE, stands).await;
+        matches!(stands, Ok(Ok(_)))
+    }
+
+    /// Whether it watches: it ends by itself only by a panic.
+    pub fn is_running(&self) -> bool {
+        self.cycle.is_running()
+    }
+}
+
+/// Commands of one type, watched and sent.
+struct Channel<M: Message> {
+    watched: Subscription<M>,
+    sent: Publisher<M>,
+}
+
+impl<M: Command> Channel<M> {
+    fn new(node: &mut Node, contract: &NodeContract, topic: &str) -> Result<Self, RosError> {
+        let entry = contract.topic::<M>(topic, Direction::Out)?.clone();
+        Ok(Self { watched: node.subscription_as(&entry, topic)?, sent: node.publisher_as(&entry, topic)? })
+    }
+
+    /// Gives the commands of all but guards to `guard`.
+    fn hear(&self, guard: &mut Guard, joints: &[String], now: Duration) {
+        self.watched.each(|command, _| {
+            if !command.is_of_guard() {
+                guard.hear(&command.in_order(joints), now);
+            }
+        });
+    }
+}
+
+/// The commands, of the kind that the arm's controller takes.
+enum Commands {
+    Arrays(Channel<Float64MultiArray>),
+    Trajectories(Channel<JointTrajectory>),
+}
+
+impl Commands {
+    fn topic(&self) -> &str {
+        match self {
+            Self::Arrays(channel) => channel.sent.topic(),
+            Self::Trajectories(channel) => channel.sent.topic(),
+        }
+    }
+
+    fn hear(&self, guard: &mut Guard, joints: &[String], now: Duration) {
+        match self {
+            Self::Arrays(channel) => channel.hear(guard, joints, now),
+            Self::Trajectories(channel) => channel.hear(guard, joints, now),
+        }
+    }
+
+    fn send(&self, numbers: Vec<f64>, joints: &[String]) {
+        match self {
+            Self::Arrays(channel) => channel.sent.publish(command_array(numbers).of_guard()),
+            Self::Trajectories(channel) => {
+                channel.sent.publish(command_trajectory(joints.to_vec(), numbers, STAND).of_guard());
+            }
+        }
+    }
+}
+
+/// Everything that the thread owns.
+struct Watch {
+    guard: Guard,
+    joints: JointOrder,
+    /// The timeouts that the parameters ask for.
+    inbox: Receiver<Duration>,
+    joint_states: Subscription<JointState>,
+    commands: Commands,
+    status: Publisher<DiagnosticStatus>,
+    status_sent: Duration,
+    node: String,
+    stops: u64,
+    complained: Duration,
+    needed: watch::Sender<bool>,
+    log: Logger,
+}
+
+impl Watch {
+    fn new(
+        node: &mut Node,
+        contract: &NodeContract,
+        parameters: GuardParameters,
+        inbox: Receiver<Duration>,
+        needed: watch::Sender<bool>,
+    ) -> Result<Self, RosError> {
+        let GuardParameters { joints, interface, command_timeout, .. } = parameters;
+        // First, so that nobody sees the guard's commands before it is known for a guard.
+        let status = node.publisher(contract, "command_guard")?;
+        let topic = command_topic(interface);
+        let commands = match interface {
+            Interface::Trajectory => Commands::Trajectories(Channel::new(node, contract, topic)?),
+            Interface::Velocity | Interface::Position => {
+                Commands::Arrays(Channel::new(node, contract, topic)?)
+            }
+        };
+        Ok(Self {
+            guard: Guard::new(interface, joints.names().len(), command_timeout),
+            joints,
+            inbox,
+            joint_states: node.adapting_subscription(contract, "joint_states")?,
+            commands,
+            status,
+            status_sent: Duration::ZERO,
+            node: node.name().fully_qualified(),
+            stops: 0,
+            complained: Duration::ZERO,
+            needed,
+            log: node.log().clone(),
+        })
+    }
+
+    fn tick(&mut self, tick: Tick) {
+        self.inbox.try_iter().for_each(|timeout| self.guard.set_timeout(timeout));
+        let Self { guard, joints, joint_states, .. } = self;
+        // A message of other joints, or a damaged one, is none of this arm.
+        joint_states.each(|state, _| {
+            let mut positions = vec![0.0; joints.names().len()];
+            if joints.positions(&state.name, &state.position, &mut positions).is_ok() {
+                guard.measure(&positions, tick.now);
+            }
+        });
+        self.commands.hear(guard, joints.names(), tick.now);
+        if let Some(command) = guard.step(tick.now) {
+            self.commands.send(command.to_vec(), joints.names());
+        }
+        if guard.stops() > self.stops {
+            self.stops = guard.stops();
+            self.log
+                .warn(&format!("commands on {} ceased in motion: the arm is stopped", self.commands.topic()));
+        }
+        let is_needed = self.guard.is_needed();
+        self.needed.send_if_modified(|needed| std::mem::replace(needed, is_needed) != is_needed);
+        if self.guard.hears(tick.now) {
+            // One that hears nothing does not say that it watches.
+            if due(&mut self.status_sent, tick.now, STATUS_INTERVAL) {
+                self.publish_status();
+            }
+        } else if is_needed && due(&mut self.complained, tick.now, COMPLAINT_INTERVAL) {
+            self.log.warn(&format!(
+                "{} has not come for half of command_timeout: nobody can tell whether commands have ceased, and nothing is sent",
+                self.joint_states.topic()
+            ));
+        }
+    }
+
+    fn publish_status(&self) {
+        let mut values = KeyValues::default();
+        values.add("commands", self.commands.topic());
+        values.add("stops", self.guard.stops());
+        let stopping = self.guard.is_stopping();
+        let message = if stopping { "stopping" } else { "watching" };
+        self.status.publish(values.status(stopping, &self.node, message.to_owned()));
+    }
+}

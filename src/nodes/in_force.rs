@@ -1,0 +1,240 @@
+//! The settings in force: by the parameters, and by what is drawn on `~/keep_out`. Only this module gives the cycle settings, and it makes
+//! them outside of the cycle's thread.
+
+use super::events::ParameterRecord;
+use super::parameters::CYCLE_ENDED;
+use super::ros_inputs::Request;
+use dq_config::ServoParameters;
+use dq_core::servo::Settings;
+use dq_params::{ParameterStore, Value};
+use dq_space::space::{KeepOut, MOST_KEEP_OUTS, Scene};
+use dq_wire::ServoKind;
+use std::sync::mpsc::Sender;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+/// The settings by which the cycle goes.
+pub(super) struct InForce {
+    now: Mutex<Now>,
+    requests: Sender<Request>,
+    kind: ServoKind,
+}
+
+struct Now {
+    /// By the parameters alone.
+    settings: Settings,
+    /// How many keep-outs and keep-ins these have that are not looked at.
+    idle: usize,
+    store: ParameterStore,
+    drawn: Vec<KeepOut>,
+    /// What of what is drawn is not obeyed, or not as it should be.
+    refused: Option<String>,
+    /// Scenes that the cycle may have: what it takes no more is dropped here.
+    scenes: Vec<Arc<Scene>>,
+}
+
+/// What is to be kept out of, or stayed in, and is not.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct NotObeyed {
+    /// As constraints are off.
+    pub idle: Option<String>,
+    /// Of what is drawn.
+    pub refused: Option<String>,
+}
+
+impl InForce {
+    /// The settings of these parameters of a servo of this kind, which the cycle has, with so many `idle` keep-outs, and nothing drawn. Other
+    /// settings are asked for by `requests`.
+    pub fn new(
+        settings: Settings,
+        idle: usize,
+        store: ParameterStore,
+        requests: Sender<Request>,
+        kind: ServoKind,
+    ) -> Self {
+        let scenes = settings.scene.iter().cloned().collect();
+        let now = Now { settings, idle, store, drawn: Vec::new(), refused: None, scenes };
+        Self { now: Mutex::new(now), requests, kind }
+    }
+
+    /// Puts parameters into force: those of a store, to which these `changes` have led.
+    ///
+    /// # Errors
+    /// Why they are not taken.
+    pub fn set(
+        &self,
+        parameters: ServoParameters,
+        store: &ParameterStore,
+        changes: &[(String, Value)],
+    ) -> Result<(), String> {
+        let now = &mut *self.lock();
+        let ServoParameters { mut settings, idle_keep_outs, .. } = parameters;
+        if settings.scene == now.settings.scene {
+            settings.scene.clone_from(&now.settings.scene);
+        }
+        let asked = settings.keeping_out_of(&now.drawn).map_err(|why| why.to_string())?;
+        let record = ParameterRecord::new(self.kind, store, changes, &now.drawn);
+        self.ask(&mut now.scenes, asked, record)?;
+        now.store.clone_from(store);
+        (now.settings, now.idle) = (settings, idle_keep_outs);
+        Ok(())
+    }
+
+    /// Whether these are what is drawn.
+    pub fn is_drawn(&self, drawn: &[KeepOut]) -> bool {
+        self.lock().drawn == drawn
+    }
+
+    /// Puts these into force in place of all that was drawn before.
+    ///
+    /// # Errors
+    /// Why they are not taken.
+    pub fn draw(&self, drawn: Vec<KeepOut>) -> Result<(), String> {
+        let now = &mut *self.lock();
+        let settings = now.settings.keeping_out_of(&drawn).map_err(|why| why.to_string())?;
+        if settings.scene.is_some() {
+            let record = ParameterRecord::new(self.kind, &now.store, &[], &drawn);
+            self.ask(&mut now.scenes, settings, record)?;
+        }
+        now.drawn = drawn;
+        Ok(())
+    }
+
+    /// Asks the cycle to go by these settings, which the record has as these parameters.
+    fn ask(
+        &self,
+        scenes: &mut Vec<Arc<Scene>>,
+        settings: Settings,
+        record: ParameterRecord,
+    ) -> Result<(), String> {
+        scenes.retain(|scene| Arc::strong_count(scene) > 1);
+        scenes.extend(settings.scene.clone());
+        let request = Request::Configure(Box::new(settings), record);
+        self.requests.send(request).map_err(|_| CYCLE_ENDED.to_owned())
+    }
+
+    /// Says what of what is drawn is not obeyed.
+    pub fn refuse(&self, refused: Option<String>) {
+        self.lock().refused = refused;
+    }
+
+    /// How many may be drawn.
+    pub fn room(&self) -> usize {
+        let now = self.lock();
+        now.settings.scene.as_ref().map_or(MOST_KEEP_OUTS.saturating_sub(now.idle), |scene| scene.room())
+    }
+
+    /// How long the frame of what is drawn may be on its way, as that of a goal.
+    pub fn patience(&self) -> Duration {
+        self.lock().settings.goal_frames.tf_timeout
+    }
+
+    /// What is not obeyed.
+    pub fn not_obeyed(&self) -> NotObeyed {
+        let now = self.lock();
+        let count = now.idle + if now.settings.scene.is_none() { now.drawn.len() } else { 0 };
+        let idle = (count > 0).then(|| {
+            format!("constraints is false: the arm does not look at the {count} of keep_out, keep_in and ~/keep_out")
+        });
+        NotObeyed { idle, refused: now.refused.clone() }
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Now> {
+        self.now.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use dq_config::NodeParameters;
+    use dq_params::Given;
+    use std::sync::mpsc::{Receiver, channel};
+
+    fn store() -> ParameterStore {
+        let keep_out = Value::StringArray(vec!["table half_space 0 0 1 -0.5".to_owned()]);
+        let given = [("constraints", Value::Bool(true)), ("keep_out", keep_out)];
+        let given = given.map(|(name, value)| Given {
+            name: name.to_owned(),
+            value,
+            source: "test".to_owned(),
+            by_name: true,
+        });
+        ServoParameters::start("/dq_servo", given.into()).unwrap().0
+    }
+
+    fn drawn(count: usize) -> Vec<KeepOut> {
+        (0..count).map(|i| format!("crate/{i} sphere 2 2 2 0.1").parse().unwrap()).collect()
+    }
+
+    /// The names of what the cycle is to keep out of now; none where it is not asked for anything else.
+    fn asked(inbox: &Receiver<Request>) -> Option<Vec<String>> {
+        let Request::Configure(settings, _) = inbox.try_iter().last()? else { panic!() };
+        let scene = settings.scene?;
+        Some(scene.keep_outs().iter().map(|one| one.name.to_string()).collect())
+    }
+
+    fn new() -> (InForce, Receiver<Request>) {
+        let (requests, inbox) = channel();
+        let ServoParameters { settings, idle_keep_outs, .. } = ServoParameters::from_store(&store()).unwrap();
+        (InForce::new(settings, idle_keep_outs, store(), requests, ServoKind::OneArm), inbox)
+    }
+
+    fn set(in_force: &InForce, changes: &[(&str, Value)]) -> Result<(), String> {
+        let changes: Vec<_> =
+            changes.iter().map(|(name, value)| ((*name).to_owned(), value.clone())).collect();
+        let store = store().with(&changes).unwrap();
+        in_force.set(ServoParameters::from_store(&store).unwrap(), &store, &changes)
+    }
+
+    #[test]
+    fn what_is_drawn_stays_whatever_parameters_are_set() {
+        let (in_force, inbox) = new();
+        in_force.draw(drawn(2)).unwrap();
+        let all = ["table", "crate/0", "crate/1"];
+        assert_eq!(asked(&inbox).unwrap(), all);
+        // As `param load` of a dump that was made before sets all parameters.
+        let dump: Vec<_> = store().iter().map(|(declared, value)| (declared.name, value.clone())).collect();
+        let dump: Vec<_> =
+            dump.into_iter().filter(|(name, _)| *name == "keep_out" || *name == "controller").collect();
+        set(&in_force, &dump).unwrap();
+        assert_eq!(asked(&inbox).unwrap(), all);
+        assert!(!store().iter().any(|(declared, _)| declared.name == "drawn"));
+        in_force.draw(Vec::new()).unwrap();
+        assert_eq!(asked(&inbox).unwrap(), all[..1]);
+    }
+
+    #[test]
+    fn what_is_too_much_is_refused_by_name_and_what_is_idle_is_said() {
+        let (in_force, inbox) = new();
+        assert_eq!((in_force.room(), in_force.not_obeyed()), (63, NotObeyed::default()));
+        assert!(in_force.draw(drawn(64)).unwrap_err().ends_with("no room for crate/63"));
+        in_force.draw(drawn(63)).unwrap();
+        let more = ["a sphere 2 2 2 0.1", "b sphere 2 2 2 0.1"].map(str::to_owned).to_vec();
+        let why = set(&in_force, &[("keep_out", Value::StringArray(more))]).unwrap_err();
+        assert!(why.ends_with("no room for crate/62"), "{why}");
+        assert_eq!(asked(&inbox).unwrap().len(), 64);
+        set(&in_force, &[("constraints", Value::Bool(false))]).unwrap();
+        assert_eq!(asked(&inbox), None);
+        let idle = in_force.not_obeyed().idle.unwrap();
+        assert!(idle.contains("constraints is false") && idle.contains("64"), "{idle}");
+        in_force.draw(drawn(1)).unwrap();
+        assert!(inbox.try_recv().is_err(), "the cycle has no part in it");
+        set(&in_force, &[]).unwrap();
+        assert_eq!(asked(&inbox).unwrap(), ["table", "crate/0"]);
+    }
+
+    #[test]
+    fn a_scene_that_the_cycle_takes_no_more_is_dropped_elsewhere() {
+        let (in_force, inbox) = new();
+        let mut cycle = None;
+        for count in 1..20 {
+            in_force.draw(drawn(count)).unwrap();
+            let Request::Configure(settings, _) = inbox.recv().unwrap() else { panic!() };
+            if let Some(before) = std::mem::replace(&mut cycle, settings.scene) {
+                assert!(Arc::strong_count(&before) > 1, "the cycle would free it");
+            }
+        }
+        assert!(in_force.lock().scenes.len() <= 3);
+    }
+}

@@ -1,0 +1,233 @@
+//! What the arm must keep out of, as markers on `~/keep_out`: made here, on a thread that nobody waits for, and kept out of besides what
+//! parameters say.
+
+use super::frames::Tree;
+use super::in_force::InForce;
+use super::servo::Wiring;
+use dq_common::text::{NAME, cut, shown};
+use dq_core::servo::Goal;
+use dq_messages::messages::Point;
+use dq_messages::visualization::{Marker, MarkerArray};
+use dq_ros::ros::{Logger, RosError, Subscription};
+use dq_space::frames::{FramedKeepOut, FramedKeepOuts, KeepOutKey, KeepOutRefused};
+use dq_space::space::{NO_TURN, Solid};
+use nalgebra::Vector3;
+use std::sync::Arc;
+use std::time::Duration;
+use tokio::time::Instant;
+
+/// So often frames are looked up, and what is refused is logged.
+const INTERVAL: Duration = Duration::from_millis(50);
+const WARNING_INTERVAL: Duration = Duration::from_secs(1);
+
+/// Obeys the markers that come to the node, of which those in frames of `tree` are known in its frame `base`.
+///
+/// # Errors
+/// [`RosError`] where the network refuses.
+pub(super) fn obey(
+    Wiring { node, contract, .. }: &mut Wiring,
+    tree: Tree,
+    base: &str,
+    in_force: Arc<InForce>,
+) -> Result<(), RosError> {
+    let markers = node.adapting_subscription(contract, "~/keep_out")?;
+    let drawn = Drawn {
+        tree,
+        base: base.to_owned(),
+        in_force,
+        keep_outs: FramedKeepOuts::default(),
+        began: Instant::now(),
+        unsaid: Vec::new(),
+        warned: None,
+        log: node.log().clone(),
+    };
+    node.run(run(markers, drawn));
+    Ok(())
+}
+
+/// Works half of the time at most, whatever comes.
+async fn run(markers: Subscription<MarkerArray>, mut drawn: Drawn) {
+    let mut is_pending = false;
+    loop {
+        let mut messages = Vec::new();
+        tokio::select! {
+            message = markers.next() => messages.push(message),
+            () = tokio::time::sleep(INTERVAL), if is_pending || drawn.keep_outs.may_change() => {}
+        }
+        markers.each(|message, _| messages.push(message));
+        // Hulls take long, and those who ask for parameters do not wait for them.
+        let work = tokio::task::spawn_blocking(move || {
+            let began = Instant::now();
+            messages.iter().for_each(|message| drawn.take(message));
+            let is_pending = drawn.put_into_force();
+            (drawn, is_pending, began.elapsed())
+        });
+        let Ok((back, pending, worked)) = work.await else { return };
+        (drawn, is_pending) = (back, pending);
+        tokio::time::sleep(worked).await;
+    }
+}
+
+/// What is drawn.
+struct Drawn {
+    tree: Tree,
+    base: String,
+    in_force: Arc<InForce>,
+    keep_outs: FramedKeepOuts,
+    began: Instant,
+    /// Why something is not obeyed, which is still to be logged; and when that was done. None is of what is not there any more.
+    unsaid: Vec<(KeepOutKey, String)>,
+    warned: Option<Duration>,
+    log: Logger,
+}
+
+impl Drawn {
+    fn take(&mut self, message: &MarkerArray) {
+        let (most, now) = (self.in_force.room(), self.began.elapsed());
+        for marker in &message.markers {
+            let key = key(marker);
+            let taken = match marker.action {
+                Marker::ADD => framed(marker, now).and_then(|one| self.keep_outs.put(one, most)),
+                Marker::DELETE => {
+                    self.keep_outs.remove(&key);
+                    self.unsaid.retain(|(of, _)| *of != key);
+                    Ok(())
+                }
+                Marker::DELETE_ALL => {
+                    self.keep_outs.clear();
+                    self.unsaid.clear();
+                    Ok(())
+                }
+                other => Err(KeepOutRefused::NoSolid(format!("there is no action {other}"))),
+            };
+            if let Err(why) = taken {
+                self.unsaid.push((key.clone(), said(&key, &why)));
+                self.keep_outs.refuse(key, why);
+            }
+        }
+    }
+
+    /// Whether something is still to be put into force or to be logged.
+    fn put_into_force(&mut self) -> bool {
+        let (now, patience) = (self.began.elapsed(), self.in_force.patience());
+        let lost = self.keep_outs.look(&self.tree.lock(), &self.base, now, patience);
+        self.unsaid.extend(lost.into_iter().map(|(key, why)| {
+            let why = said(&key, &why);
+            (key, why)
+        }));
+        let drawn = self.keep_outs.in_base();
+        let mut is_in_force = self.in_force.is_drawn(&drawn);
+        // What was refused last is said first.
+        let refused = self.keep_outs.refused().iter().rev();
+        let mut refused: Vec<_> = refused.map(|(key, why)| said(key, why)).collect();
+        if !is_in_force {
+            match self.in_force.draw(drawn) {
+                Ok(()) => is_in_force = true,
+                Err(why) => {
+                    refused.insert(0, format!("what is drawn on ~/keep_out now is not obeyed: {why}"))
+                }
+            }
+        }
+        self.in_force.refuse(together(&refused));
+        let is_due = self.warned.is_none_or(|warned| now.saturating_sub(warned) >= WARNING_INTERVAL);
+        if is_due && !self.unsaid.is_empty() {
+            let unsaid: Vec<_> = self.unsaid.drain(..).map(|(_, why)| why).collect();
+            together(&unsaid).iter().for_each(|why| self.log.warn(why));
+            self.warned = Some(now);
+        }
+        !(is_in_force && self.unsaid.is_empty())
+    }
+}
+
+/// Why one is not obeyed, or not as it should be.
+fn said(KeepOutKey { namespace, id }: &KeepOutKey, why: &KeepOutRefused) -> String {
+    let how = if matches!(why, KeepOutRefused::Silent(_)) { "does not move" } else { "is not obeyed" };
+    cut(&format!("{:?} {id} of ~/keep_out {how}: {why}", shown(namespace, NAME))).into_owned()
+}
+
+/// The first, and how many more there are; none of none.
+fn together(all: &[String]) -> Option<String> {
+    let (first, more) = all.split_first()?;
+    Some(if more.is_empty() { first.clone() } else { format!("{first} (and {} more)", more.len()) })
+}
+
+/// What the arm must keep out of, where a marker that came at `came` is a solid.
+fn framed(marker: &Marker, came: Duration) -> Result<FramedKeepOut, KeepOutRefused> {
+    Ok(FramedKeepOut {
+        key: key(marker),
+        solid: solid(marker).map_err(KeepOutRefused::NoSolid)?,
+        frame: marker.header.frame_id.clone(),
+        stamp: marker.header.stamp.nanoseconds(),
+        is_carried: marker.frame_locked,
+        came,
+        lifetime: (&marker.lifetime).into(),
+    })
+}
+
+fn key(marker: &Marker) -> KeepOutKey {
+    KeepOutKey { namespace: marker.ns.clone(), id: marker.id }
+}
+
+/// The solid that a marker is, in the marker's frame; else what is wrong with it.
+fn solid(marker: &Marker) -> Result<Solid, String> {
+    let scale = &marker.scale;
+    let (is_round, center, turn) = (scale.x == scale.y, Vector3::zeros(), NO_TURN);
+    let solid = match marker.kind {
+        Marker::CUBE => Solid::Box { center, turn, lengths: Vector3::new(scale.x, scale.y, scale.z) },
+        Marker::SPHERE if is_round && scale.x == scale.z => Solid::Sphere { center, radius: 0.5 * scale.x },
+        Marker::CYLINDER if is_round => {
+            Solid::Cylinder { center, turn, radius: 0.5 * scale.x, length: scale.z }
+        }
+        Marker::SPHERE | Marker::CYLINDER => return Err("its scale is not that of a circle".to_owned()),
+        Marker::TRIANGLE_LIST => Solid::Hull { points: corners(marker) },
+        other => {
+            return Err(format!(
+                "its type is {other}: expected CUBE (1), SPHERE (2), CYLINDER (3) or TRIANGLE_LIST (11)"
+            ));
+        }
+    };
+    let (at, turn) = (&marker.pose.position, &marker.pose.orientation);
+    let turn = match [turn.x, turn.y, turn.z, turn.w] {
+        // As RViz draws what nobody has turned.
+        [0.0, 0.0, 0.0, 0.0] => NO_TURN,
+        turn => turn,
+    };
+    let pose = Goal::new([at.x, at.y, at.z], turn, "", "").map_err(|why| why.to_string())?;
+    Ok(solid.moved(&pose.base_from_goal().frame()))
+}
+
+/// The points of a marker, each point once: triangles beside each other share corners.
+fn corners(marker: &Marker) -> Vec<Vector3<f64>> {
+    let scale = &marker.scale;
+    let scaled = |point: &Point| [scale.x * point.x, scale.y * point.y, scale.z * point.z];
+    let mut points: Vec<_> = marker.points.iter().map(scaled).collect();
+    points.sort_by_key(|point| point.map(f64::to_bits));
+    points.dedup();
+    points.into_iter().map(Vector3::from).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use dq_messages::messages;
+
+    #[test]
+    fn triangles_are_the_hull_of_their_points_each_once_as_large_as_they_are_drawn() {
+        let [a, b, c, d] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        let points = [a, c, b, a, b, d, a, d, c, b, c, d].map(|[x, y, z]| Point { x, y, z });
+        let scale = messages::Vector3 { x: 2.0, y: 3.0, z: 4.0 };
+        let marker =
+            Marker { kind: Marker::TRIANGLE_LIST, scale, points: points.to_vec(), ..Marker::default() };
+        let tent = solid(&marker).unwrap();
+        assert_eq!(tent.to_string(), "hull 0 0 0 0 0 4 0 3 0 2 0 0");
+        let mut all = FramedKeepOuts::default();
+        let empty = framed(&Marker { points: Vec::new(), ..marker }, Duration::ZERO).unwrap();
+        all.put(empty, 1).unwrap();
+        let lost = all.look(&dq_space::frames::FrameTree::default(), "base", Duration::ZERO, Duration::ZERO);
+        assert_eq!(lost[0].1.to_string(), "expected finite numbers after hull: x y z of 4 to 100 points");
+        assert_eq!(
+            said(&lost[0].0, &lost[0].1),
+            "\"\" 0 of ~/keep_out is not obeyed: expected finite numbers after hull: x y z of 4 to 100 points"
+        );
+    }
+}

@@ -1,0 +1,336 @@
+//! The plant node: a kinematic arm that plays the robot's part, `puma560`.
+
+use super::complaint::{Complaint, due};
+use super::cycle_thread::{CycleThread, Schedule, Tick};
+use super::guards::{self, Guards};
+use super::parameters::CYCLE_ENDED;
+use super::requests::{self, Reply};
+use super::{NodeError, Prepared};
+use dq_config::{ArmParameters, NodeParameters, PlantParameters};
+use dq_core::servo::Interface;
+use dq_kinematics::arm::{ArmError, DescribedArm, DescribedJoint, Description, JointLimits};
+use dq_messages::NodeContract;
+use dq_messages::messages::*;
+use dq_plant::{CommandError, Measured, Plant, Realism};
+use dq_ros::ros::{
+    Clock, Logger, NameWatch, Node, ParameterServer, Publisher, RosError, Session, Subscription,
+};
+use dq_wire::{Contract, command_topic};
+use dq_wire::{KeyValues, rivalry, transform_message};
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{Rng, SeedableRng};
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, channel};
+use std::time::Duration;
+
+/// What the services ask of the cycle.
+enum Request {
+    Configure(Duration, Realism),
+    Reset(Reply),
+}
+
+/// A running plant node.
+pub struct PlantNode {
+    cycle: CycleThread,
+    _node: Node,
+}
+
+impl PlantNode {
+    /// Starts the node on `session`.
+    ///
+    /// # Errors
+    /// [`NodeError`] where the network or the operating system refuses.
+    pub fn start(session: &Session, prepared: Prepared<PlantParameters>) -> Result<Self, NodeError> {
+        let Prepared { names, store, parameters, logging, mut warnings } = prepared;
+        warnings.extend(parameters.beyond_limits());
+        let PlantParameters {
+            arm,
+            initial_positions,
+            limits,
+            command_timeout,
+            realism,
+            interface,
+            frame_prefix,
+        } = parameters;
+        let mut node = session.node(names, logging)?;
+        warnings.iter().for_each(|warning| node.log().warn(warning));
+        let (requests, inbox) = channel();
+        let reset = requests.clone();
+        node.serve_later::<Trigger, _>("~/reset", move |_| {
+            let reset = reset.clone();
+            async move {
+                requests::ask(&reset, Request::Reset, "back to initial_positions", requests::PATIENCE).await
+            }
+        })?;
+        ParameterServer::start(
+            &mut node,
+            &Contract::builtin()?.plant,
+            store,
+            Box::new(move |store, _| {
+                let parameters = PlantParameters::from_store(store).map_err(|why| why.to_string())?;
+                let request = Request::Configure(parameters.command_timeout, parameters.realism);
+                requests.send(request).map_err(|_| CYCLE_ENDED.to_owned())
+            }),
+        )?;
+        let schedule = Schedule { period: arm.period, realtime_priority: arm.realtime_priority };
+        let mut plant = Plant::new(initial_positions, command_timeout);
+        plant.set_realism(realism);
+        let mut cycle = Cycle::new(&mut node, arm, limits, &frame_prefix, interface, plant, inbox)?;
+        let joints = cycle.plant.positions().len();
+        node.log().info(&format!("simulating {joints} joint{}", if joints == 1 { "" } else { "s" }));
+        let cycle = CycleThread::start("plant", schedule, move |tick| cycle.tick(tick))?;
+        Ok(Self { cycle, _node: node })
+    }
+
+    /// Whether the cycle runs: it ends by itself only by a panic.
+    pub fn is_running(&self) -> bool {
+        self.cycle.is_running()
+    }
+}
+
+/// Everything that the cycle's thread owns.
+struct Cycle {
+    plant: Plant,
+    /// Those that move, in the order of the plant.
+    moving: Vec<DescribedJoint>,
+    joints: Vec<String>,
+    inbox: Receiver<Request>,
+    commands: Commands,
+    guards: Guards,
+    clock: Clock,
+    /// Of the noise in what is measured.
+    random: ChaCha8Rng,
+    joint_states: Publisher<JointState>,
+    tf: Publisher<TFMessage>,
+    /// What was published last, over which the next is written.
+    state: Arc<JointState>,
+    transforms: Arc<TFMessage>,
+    diagnostics: Publisher<DiagnosticArray>,
+    // Late joiners get what these two published once, as long as they live.
+    _tf_static: Publisher<TFMessage>,
+    _description: Publisher<StringMessage>,
+    node: String,
+    transforms_sent: Duration,
+    diagnostics_sent: Duration,
+    rejected: u64,
+    rivals: Complaint,
+    name_watch: NameWatch,
+    namesakes: Complaint,
+    complained: Duration,
+    log: Logger,
+}
+
+/// The commands, of the kind that its controller takes.
+enum Commands {
+    Velocities(Subscription<Float64MultiArray>),
+    Positions(Subscription<Float64MultiArray>),
+    Trajectories(Subscription<JointTrajectory>),
+}
+
+impl Commands {
+    fn new(node: &mut Node, contract: &NodeContract, interface: Interface) -> Result<Self, RosError> {
+        let topic = command_topic(interface);
+        Ok(match interface {
+            Interface::Velocity => Self::Velocities(node.subscription(contract, topic)?),
+            Interface::Position => Self::Positions(node.subscription(contract, topic)?),
+            Interface::Trajectory => Self::Trajectories(node.subscription(contract, topic)?),
+        })
+    }
+
+    /// Gives the newest one to `plant`, whose joints are called `joints`, at `now`; returns what of them was no good.
+    fn give(&self, plant: &mut Plant, joints: &[String], now: Duration) -> Vec<String> {
+        let text = |why: CommandError| why.to_string();
+        match self {
+            Self::Velocities(commands) => {
+                newest(commands, |it| plant.take_command(&it.data, now).map_err(text))
+            }
+            Self::Positions(commands) => {
+                newest(commands, |it| plant.take_positions(&it.data, now, Duration::ZERO).map_err(text))
+            }
+            Self::Trajectories(commands) => newest(commands, |trajectory| {
+                let (positions, time) =
+                    trajectory.target(joints).ok_or("a trajectory without a position for each joint")?;
+                plant.take_positions(&positions, now, time).map_err(text)
+            }),
+        }
+    }
+
+    fn topic(&self) -> &str {
+        match self {
+            Self::Velocities(commands) | Self::Positions(commands) => commands.topic(),
+            Self::Trajectories(commands) => commands.topic(),
+        }
+    }
+
+    /// How many publish them.
+    fn publishers(&self) -> usize {
+        match self {
+            Self::Velocities(commands) | Self::Positions(commands) => commands.publishers(),
+            Self::Trajectories(commands) => commands.publishers(),
+        }
+    }
+}
+
+/// Gives the newest command to `take`; returns what of them was no good.
+fn newest<M: Message>(commands: &Subscription<M>, take: impl FnOnce(M) -> Result<(), String>) -> Vec<String> {
+    let newest = commands.newest();
+    let mut bad = newest.malformed;
+    bad.extend(newest.message.and_then(|message| take(message).err()));
+    bad
+}
+
+/// Transforms go out at 50 Hz.
+const TRANSFORM_INTERVAL: Duration = Duration::from_millis(20);
+
+/// Diagnostics go out at 1 Hz.
+const DIAGNOSTICS_INTERVAL: Duration = Duration::from_secs(1);
+
+impl Cycle {
+    fn new(
+        node: &mut Node,
+        arm: ArmParameters,
+        limits: Vec<JointLimits>,
+        frame_prefix: &str,
+        interface: Interface,
+        plant: Plant,
+        inbox: Receiver<Request>,
+    ) -> Result<Self, NodeError> {
+        let contract = Contract::builtin()?.plant;
+        let description: Publisher<StringMessage> = node.publisher(&contract, "robot_description")?;
+        let robot = node.name().fully_qualified().trim_start_matches('/').replace('/', "_");
+        let (described, data) = match &arm.description {
+            Some(description) => description.clone(),
+            None => of_rows(&robot, &arm, limits)?,
+        };
+        description.publish(StringMessage { data });
+        let tf_static: Publisher<TFMessage> = node.publisher(&contract, "/tf_static")?;
+        let clock = Clock::new(node, &contract, arm.simulated_time)?;
+        let (moving, fixed): (Vec<_>, Vec<_>) =
+            described.arm.joints.into_iter().partition(|joint| joint.motion.kind().is_some());
+        // What nobody moves stays where it is.
+        let standing = fixed.iter().chain(&described.beside);
+        let at_start = |joint: &DescribedJoint| transform(joint, &clock, frame_prefix);
+        tf_static.publish(TFMessage { transforms: standing.map(at_start).collect() });
+        let transforms = Arc::new(TFMessage { transforms: moving.iter().map(at_start).collect() });
+        Ok(Self {
+            plant,
+            moving,
+            state: Arc::new(JointState { name: arm.joints.clone(), ..JointState::default() }),
+            transforms,
+            joints: arm.joints,
+            inbox,
+            commands: Commands::new(node, &contract, interface)?,
+            guards: Guards::new(guards::subscribe(node, &contract, "")?),
+            clock,
+            random: ChaCha8Rng::seed_from_u64(0),
+            joint_states: node.publisher(&contract, "joint_states")?,
+            tf: node.publisher(&contract, "/tf")?,
+            diagnostics: node.publisher(&contract, "/diagnostics")?,
+            _tf_static: tf_static,
+            _description: description,
+            node: node.name().name().to_owned(),
+            transforms_sent: Duration::ZERO,
+            diagnostics_sent: Duration::ZERO,
+            rejected: 0,
+            rivals: Complaint::default(),
+            name_watch: node.watch_name(&node.name().fully_qualified()),
+            namesakes: Complaint::default(),
+            complained: Duration::ZERO,
+            log: node.log().clone(),
+        })
+    }
+
+    fn tick(&mut self, tick: Tick) {
+        while let Ok(request) = self.inbox.try_recv() {
+            match request {
+                Request::Configure(timeout, realism) => {
+                    self.plant.set_command_timeout(timeout);
+                    self.plant.set_realism(realism);
+                }
+                Request::Reset(reply) => {
+                    self.plant.reset();
+                    self.log.info("reset: back to initial_positions");
+                    reply.taken();
+                }
+            }
+        }
+        for why in self.commands.give(&mut self.plant, &self.joints, tick.now) {
+            self.complain(tick.now, &why);
+        }
+        self.plant.step(tick.now);
+        self.publish(tick.now);
+    }
+
+    /// Counts a bad command, and warns once a second.
+    fn complain(&mut self, now: Duration, why: &str) {
+        self.rejected += 1;
+        if due(&mut self.complained, now, Duration::from_secs(1)) {
+            self.log.warn(&format!("command rejected: {why}"));
+        }
+    }
+
+    fn publish(&mut self, now: Duration) {
+        let random = &mut self.random;
+        let noise = || 2.0 * f64::from(random.next_u32()) / f64::from(u32::MAX) - 1.0;
+        if let Some(Measured { at, positions, velocities }) = self.plant.measure(now, noise) {
+            let state = Arc::make_mut(&mut self.state);
+            state.header.stamp = self.clock.now().before(now.saturating_sub(at));
+            (state.position, state.velocity) = (positions, velocities);
+            self.joint_states.publish(self.state.clone());
+        }
+        if due(&mut self.diagnostics_sent, now, DIAGNOSTICS_INTERVAL) {
+            self.namesakes.warn(&self.log, self.name_watch.warning());
+            self.publish_diagnostics(now);
+        }
+        if due(&mut self.transforms_sent, now, TRANSFORM_INTERVAL) {
+            let stamp = self.clock.now();
+            let transforms = &mut Arc::make_mut(&mut self.transforms).transforms;
+            for ((message, joint), position) in
+                transforms.iter_mut().zip(&self.moving).zip(self.plant.positions())
+            {
+                message.header.stamp = stamp.clone();
+                message.transform = transform_message(&joint.parent_from_child(*position));
+            }
+            self.tf.publish(self.transforms.clone());
+        }
+    }
+
+    /// Who commands, and how much of it was rejected; a warning where it is more than one.
+    fn publish_diagnostics(&mut self, now: Duration) {
+        let guard = self.guards.look(now);
+        // Those of guards are meant to be there.
+        let publishers = self.commands.publishers().saturating_sub(self.guards.count());
+        let rivals = (publishers > 1).then(|| rivalry(self.commands.topic(), publishers));
+        self.rivals.warn(&self.log, rivals.clone());
+        let mut values = KeyValues::default();
+        values.add("publishers", publishers);
+        values.add("guard", guard);
+        values.add("rejected", self.rejected);
+        let (warns, name) = (rivals.is_some(), format!("{}: commands", self.node));
+        let status = values.status(warns, &name, rivals.unwrap_or_else(|| "ok".to_owned()));
+        self.diagnostics.publish(DiagnosticArray { header: self.clock.header(""), status: vec![status] });
+    }
+}
+
+/// The description of an arm that has none, and its text.
+fn of_rows(
+    robot: &str,
+    arm: &ArmParameters,
+    limits: Vec<JointLimits>,
+) -> Result<(Description, String), ArmError> {
+    let links: Vec<_> = (1..=arm.joints.len()).map(|i| format!("link{i}")).collect();
+    let frames = [arm.base_frame.as_str(), arm.tool_frame.as_str()];
+    let arm = DescribedArm::of_chain(&arm.chain, robot, &arm.joints, frames, &links)?.with_limits(limits);
+    let text = arm.drawn_urdf();
+    Ok((Description { arm, beside: Vec::new() }, text))
+}
+
+/// The link that a joint carries, in the link that carries the joint, where the plant starts. The description keeps its own names: those
+/// who use it have a prefix for them too.
+fn transform(joint: &DescribedJoint, clock: &Clock, frame_prefix: &str) -> TransformStamped {
+    TransformStamped {
+        header: clock.header(&format!("{frame_prefix}{}", joint.parent)),
+        child_frame_id: format!("{frame_prefix}{}", joint.child),
+        transform: transform_message(&joint.parent_from_child(joint.limits.start())),
+    }
+}

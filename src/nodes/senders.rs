@@ -1,0 +1,74 @@
+//! Who sends messages of one kind, each with a number, and how long theirs are under way.
+
+use super::sender_clock::SenderClock;
+use dq_core::servo::Sent;
+use dq_messages::messages::Time;
+use dq_ros::ros::{EndpointId, Origin};
+use std::time::Duration;
+
+/// The publishers that are remembered; the one that was heard longest ago goes first.
+const MOST: usize = 16;
+
+/// When a cycle began, by its own clock and by this host's \[ns since 1970\].
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Clocks {
+    pub now: Duration,
+    pub wall: i64,
+}
+
+impl Clocks {
+    /// At the present time of day.
+    pub fn at(now: Duration) -> Self {
+        Self { now, wall: Time::now().nanoseconds() }
+    }
+}
+
+struct Sender {
+    number: u32,
+    publisher: EndpointId,
+    clock: SenderClock,
+}
+
+/// Numbers for publishers, in the order in which they were heard first.
+#[derive(Default)]
+pub(super) struct Senders {
+    /// The one that was heard last is the last.
+    known: Vec<Sender>,
+    count: u32,
+}
+
+impl Senders {
+    /// The number of a publisher.
+    pub fn number(&mut self, publisher: EndpointId) -> u32 {
+        self.sender(publisher).number
+    }
+
+    /// Who sent a message, and how long before it came.
+    pub fn hear(&mut self, origin: &Origin, clocks: Clocks) -> Sent {
+        let sender = self.sender(origin.publisher);
+        let offset = origin.sent.map(|sent| clocks.wall.saturating_sub(sent));
+        let found = || origin.known_for().and_then(|found| i64::try_from(found.as_nanos()).ok());
+        let ago = offset.map_or(Duration::ZERO, |offset| sender.clock.age(offset, clocks.now, found));
+        Sent { by: sender.number, ago }
+    }
+
+    /// The publisher of that number.
+    pub fn publisher(&self, number: u32) -> Option<EndpointId> {
+        self.known.iter().find(|sender| sender.number == number).map(|sender| sender.publisher)
+    }
+
+    fn sender(&mut self, publisher: EndpointId) -> &mut Sender {
+        match self.known.iter().position(|sender| sender.publisher == publisher) {
+            Some(place) => self.known[place..].rotate_left(1),
+            None => {
+                if self.known.len() >= MOST {
+                    self.known.remove(0);
+                }
+                self.known.push(Sender { number: self.count, publisher, clock: SenderClock::default() });
+                self.count = self.count.wrapping_add(1);
+            }
+        }
+        let last = self.known.len() - 1;
+        &mut self.known[last]
+    }
+}

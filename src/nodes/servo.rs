@@ -1,0 +1,294 @@
+//! The servo node, for one arm (`dq_servo`) or for two (`dq_dual_servo`).
+
+use super::arm_input::ArmInput;
+use super::commands::{Commands, Sending, last_words};
+use super::cycle_thread::{self, Schedule, Tick};
+use super::events::{EventsRecord, EventsTopic, ParameterRecord};
+use super::frames::{Frames, Tree};
+use super::in_force::InForce;
+use super::outputs::Outputs;
+use super::pictures::Easel;
+use super::report::Report;
+use super::ros_inputs::{Request, RosInputs, Sources};
+use super::searcher::Searcher;
+use super::senders::{Clocks, Senders};
+use super::shutdown::{self, Outcome, ShutdownError, Step};
+use super::snapshot::{ReportEnded, Snapshot, Snapshots};
+use super::{NodeError, Prepared, arm_input, description, keep_outs, pictures, requests, snapshot};
+use dq_config::ServoParameters;
+use dq_core::servo::{GoalFrames, Servo};
+use dq_messages::NodeContract;
+use dq_messages::messages::*;
+use dq_params::{ParameterStore, Value};
+use dq_ros::ros::{Clock, Node, ParameterServer, RosError, Session};
+use dq_wire::{Contract, CycleTiming, ServoKind};
+use std::ops::ControlFlow;
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+use tokio::sync::watch;
+
+/// A servo node in the making: from here its parts have their topics.
+pub(super) struct Wiring<'a> {
+    pub node: &'a mut Node,
+    pub kind: ServoKind,
+    pub contract: &'a NodeContract,
+}
+
+/// A running servo node. It ends by [`shut_down`](Self::shut_down); one that is dropped sends zeros at once.
+pub struct ServoNode {
+    requests: Sender<Request>,
+    commands: Arc<Commands>,
+    /// How the cycle ended, once it has.
+    outcome: watch::Receiver<Option<Outcome>>,
+    report: JoinHandle<()>,
+    _node: Node,
+}
+
+impl ServoNode {
+    /// Starts the node on `session`.
+    ///
+    /// # Errors
+    /// [`NodeError`] where the network or the operating system refuses.
+    pub fn start(session: &Session, prepared: Prepared<ServoParameters>) -> Result<Self, NodeError> {
+        let Assembled { mut node, mut cycle, report, snapshots, requests, schedule } =
+            Assembled::new(session, prepared)?;
+        let commands = cycle.commands.clone();
+        let period = schedule.period.as_secs_f64() * 1e3;
+        node.log().info(&format!("cycle of {period} ms, waiting for joint states"));
+        serve_requests(&mut node, &requests)?;
+        let report = report.spawn(snapshots)?;
+        let (end, outcome) = watch::channel(None);
+        let last_words = last_words(commands.clone(), end);
+        cycle_thread::spawn("servo", schedule, move |tick| cycle.tick(tick), last_words)?;
+        Ok(Self { requests, commands, outcome, report, _node: node })
+    }
+}
+
+/// A node whose threads have not begun.
+pub(super) struct Assembled {
+    node: Node,
+    pub cycle: Cycle,
+    pub report: Report,
+    pub snapshots: Receiver<Snapshot>,
+    requests: Sender<Request>,
+    schedule: Schedule,
+}
+
+impl Assembled {
+    pub fn new(session: &Session, prepared: Prepared<ServoParameters>) -> Result<Self, NodeError> {
+        let Prepared { names, store, parameters, logging, warnings } = prepared;
+        let servo = parameters.build()?;
+        let kind = ServoKind::of(&parameters.arms);
+        let ServoParameters {
+            arms: controlled,
+            joints,
+            goal_frame,
+            tool_frame,
+            settings,
+            idle_keep_outs,
+            joint_states,
+            period,
+            realtime_priority,
+            simulated_time,
+        } = parameters;
+        let contract = kind.contract(Contract::builtin()?);
+        let mut node = session.node(names, logging)?;
+        warnings.iter().for_each(|warning| node.log().warn(warning));
+        let names = kind.joint_names(&joints);
+        description::watch(&mut node, &contract, &store)?;
+        let (requests, inbox) = channel();
+        let sending = Sending { interface: settings.interface, period, in_time: realtime_priority > 0 };
+        let wiring = &mut Wiring { node: &mut node, kind, contract: &contract };
+        let commands = Arc::new(Commands::new(wiring, &joints, sending)?);
+        let kinds = controlled.joint_kinds();
+        let topic = EventsTopic::new(wiring.node, &contract)?;
+        let recorded = ParameterRecord::new(kind, &store, &[], &[]);
+        let record = EventsRecord::new(topic.clone(), joints.clone(), recorded);
+        let in_force = InForce::new(settings.clone(), idle_keep_outs, store.clone(), requests.clone(), kind);
+        let in_force = Arc::new(in_force);
+        let searcher = Searcher::spawn(controlled)?;
+        let clock = Clock::new(wiring.node, &contract, simulated_time)?;
+        let arms = arm_input::subscribe(wiring, joints, joint_states, &clock)?;
+        let joint_states = arms.iter().map(ArmInput::source).collect();
+        let tree = Tree::default();
+        let goal_frames = servo.settings().goal_frames;
+        let frames = frames(wiring, &clock, &goal_frame, &tool_frame, goal_frames, tree.clone());
+        let sources = Sources { arms, kinds, inbox, searcher, frames };
+        let live = RosInputs::new(wiring, sources, commands.clone(), record, &goal_frame)?;
+        let easel = easel(wiring, &goal_frame);
+        obey_keep_outs(wiring, tree, &goal_frame, in_force.clone());
+        let outputs = Outputs::new(wiring, commands.clone(), topic, easel, clock, names, goal_frame)?;
+        serve_parameters(wiring, store, in_force.clone())?;
+        let report = Report::new(&mut node, outputs, joint_states, in_force, period);
+        let (queue, snapshots) = snapshot::queue();
+        let cycle = Cycle { servo, live, commands, snapshots: queue, timing: CycleTiming::default() };
+        Ok(Self {
+            node,
+            cycle,
+            report,
+            snapshots,
+            requests,
+            schedule: Schedule { period, realtime_priority },
+        })
+    }
+}
+
+impl ServoNode {
+    /// Why the cycle has ended by itself, once it has.
+    pub fn failure(&self) -> Option<ShutdownError> {
+        self.outcome.borrow().clone().and_then(Result::err)
+    }
+
+    /// Decelerates the arm, sends zeros until the robot stands, and leaves the graph; each step has a deadline. Where this
+    /// future is dropped, zeros are sent at once.
+    ///
+    /// # Errors
+    /// [`ShutdownError`] where the arm or the robot was not brought to rest.
+    pub async fn shut_down(mut self) -> Result<(), ShutdownError> {
+        let _ = self.requests.send(Request::Shutdown);
+        shutdown::ended(&mut self.outcome, shutdown::PATIENCE).await
+    }
+}
+
+impl Drop for ServoNode {
+    fn drop(&mut self) {
+        if self.outcome.borrow().is_none() {
+            self.commands.end();
+        }
+        // What the cycle left last is published and logged too, unless the cycle hangs and so never ends.
+        let end = Instant::now() + LAST_REPORT;
+        while !self.report.is_finished() && Instant::now() < end {
+            std::thread::sleep(Duration::from_millis(1));
+        }
+    }
+}
+
+/// Serves the parameters in force; the cycle takes those that change.
+fn serve_parameters(
+    Wiring { node, kind, contract }: &mut Wiring,
+    store: ParameterStore,
+    in_force: Arc<InForce>,
+) -> Result<(), RosError> {
+    let kind = *kind;
+    let apply = move |store: &ParameterStore, changes: &[(String, Value)]| {
+        in_force.set(kind.from_store(store).map_err(|why| why.to_string())?, store, changes)
+    };
+    ParameterServer::start(node, contract, store, Box::new(apply)).map(drop)
+}
+
+/// How long the report may take after the end of the cycle.
+const LAST_REPORT: Duration = Duration::from_millis(200);
+
+fn serve_requests(node: &mut Node, requests: &Sender<Request>) -> Result<(), RosError> {
+    let (pause, stop, round) = (requests.clone(), requests.clone(), requests.clone());
+    let (mut senders, mut others, began) = (Senders::default(), Senders::default(), Instant::now());
+    node.serve_timed::<SetBool, _>("~/pause", move |SetBoolRequest { data: paused }, origin| {
+        let ago = senders.hear(origin, Clocks::at(began.elapsed())).ago;
+        let done = if paused { "decelerating, then holding" } else { "going on from the measured state" };
+        let pause = pause.clone();
+        async move {
+            requests::ask(&pause, |reply| Request::Pause(paused, ago, reply), done, requests::PATIENCE).await
+        }
+    })?;
+    let reconfigures = node.serve_timed::<Trigger, _>("~/reconfigure", move |_, origin| {
+        let ago = others.hear(origin, Clocks::at(began.elapsed())).ago;
+        let (round, done) = (round.clone(), "going to the other configuration, then on to the goal");
+        async move {
+            requests::ask(&round, |reply| Request::Reconfigure(ago, reply), done, requests::PATIENCE).await
+        }
+    });
+    // A keystore from before there was this service lacks the right to it, which is no reason for the arm to stand.
+    reconfigures.unwrap_or_else(|why| node.log().warn(&format!("no ~/reconfigure: {why}")));
+    node.serve_later::<Trigger, _>("~/stop", move |_| {
+        let stop = stop.clone();
+        async move {
+            requests::ask(
+                &stop,
+                Request::Stop,
+                "decelerating; the goal is dropped, a pause stays",
+                requests::PATIENCE,
+            )
+            .await
+        }
+    })
+}
+
+/// Who knows where goals in other frames are: where the node may not hear TF, or takes goals in one frame only, nobody.
+fn frames(
+    wiring: &mut Wiring,
+    clock: &Clock,
+    base: &str,
+    tool: &str,
+    settings: GoalFrames,
+    tree: Tree,
+) -> Option<Frames> {
+    if !wiring.kind.takes_frames() {
+        return None;
+    }
+    let frames = Frames::new(wiring, clock, base, tool, settings, tree);
+    frames.inspect_err(|why| wiring.node.log().warn(&format!("goals in {base:?} only: {why}"))).ok()
+}
+
+/// Pictures for viewers, of which the node may lack the right to some: that is no reason for the arm to stand.
+fn easel(wiring: &mut Wiring, goal_frame: &str) -> Easel {
+    pictures::serve(wiring, goal_frame).unwrap_or_else(|why| {
+        wiring.node.log().warn(&format!("no pictures: {why}"));
+        Easel::default()
+    })
+}
+
+/// Obeys `~/keep_out`, where goals may be in frames of TF; a keystore that was made before there was the topic lacks the right to it.
+fn obey_keep_outs(wiring: &mut Wiring, tree: Tree, base: &str, in_force: Arc<InForce>) {
+    if wiring.kind.takes_frames() {
+        let obeyed = keep_outs::obey(wiring, tree, base, in_force);
+        obeyed.unwrap_or_else(|why| wiring.node.log().warn(&format!("no ~/keep_out: {why}")));
+    }
+}
+
+/// Everything that the cycle's thread owns.
+pub(super) struct Cycle {
+    pub servo: Servo,
+    live: RosInputs,
+    commands: Arc<Commands>,
+    snapshots: Snapshots,
+    timing: CycleTiming,
+}
+
+impl Cycle {
+    pub fn tick(&mut self, tick: Tick) -> ControlFlow<Outcome> {
+        if self.commands.has_ended() {
+            return ControlFlow::Break(Err(ShutdownError::CutShort));
+        }
+        self.timing.add(tick.lateness, tick.missed);
+        tick.worked.into_iter().for_each(|time| self.timing.add_work(time));
+        let goal_count = self.servo.status().goal_count;
+        self.live.begin(&mut self.servo, tick.now);
+        self.live.feed(&mut self.servo);
+        self.servo.step(tick.now);
+        self.live.record.end(tick.now, self.servo.output());
+        if self.servo.status().goal_count != goal_count {
+            self.timing.restart();
+        }
+        let step = self.live.shutdown_step(&self.servo);
+        self.publish(&step);
+        let left = self.snapshots.leave(tick.now, &mut self.servo, &mut self.live, &self.timing);
+        if let Err(ReportEnded) = left {
+            return ControlFlow::Break(Err(ShutdownError::Failed("the report has ended".to_owned())));
+        }
+        match step {
+            Step::Gone(outcome) => ControlFlow::Break(outcome),
+            Step::Decelerate | Step::FinalZeros => ControlFlow::Continue(()),
+        }
+    }
+
+    fn publish(&mut self, step: &Step) {
+        let Some(output) = self.servo.output() else { return };
+        if *step == Step::Decelerate || self.servo.at_rest() {
+            self.commands.publish(output);
+        } else {
+            self.commands.stand();
+        }
+    }
+}

@@ -1,0 +1,163 @@
+//! Commands to an arm as messages: their topic and type follow from what its controller takes.
+
+use dq_core::servo::Interface;
+use dq_messages::messages::*;
+use std::time::Duration;
+
+/// What a guard's commands are marked with, by which guards and servos know them from a servo's.
+const GUARD: &str = "guard";
+
+/// The topic of the commands to an arm whose controller takes these: the default name of ros2_control's controller for it.
+pub fn command_topic(interface: Interface) -> &'static str {
+    match interface {
+        Interface::Velocity => "forward_velocity_controller/commands",
+        Interface::Position => "forward_position_controller/commands",
+        Interface::Trajectory => "joint_trajectory_controller/joint_trajectory",
+    }
+}
+
+/// Velocities [rad/s] or positions \[rad\], one a joint.
+pub fn command_array(numbers: Vec<f64>) -> Float64MultiArray {
+    Float64MultiArray { layout: MultiArrayLayout::default(), data: numbers }
+}
+
+/// A trajectory of one point: `joints` are at `positions` \[rad\] after `time`.
+pub fn command_trajectory(joints: Vec<String>, positions: Vec<f64>, time: Duration) -> JointTrajectory {
+    let point = JointTrajectoryPoint { positions, time_from_start: time.into(), ..Default::default() };
+    JointTrajectory { header: Header::default(), joint_names: joints, points: vec![point] }
+}
+
+/// A command that is written into the one before, without allocating.
+pub trait Rewrite {
+    /// Becomes the command of these `numbers`, as many as before.
+    fn rewrite(&mut self, numbers: &[f64]);
+}
+
+impl Rewrite for Float64MultiArray {
+    fn rewrite(&mut self, numbers: &[f64]) {
+        self.data.copy_from_slice(numbers);
+    }
+}
+
+impl Rewrite for JointTrajectory {
+    fn rewrite(&mut self, numbers: &[f64]) {
+        self.points.iter_mut().for_each(|point| point.positions.copy_from_slice(numbers));
+    }
+}
+
+/// A command to an arm.
+pub trait Command: Message {
+    /// Velocities [rad/s] or positions \[rad\], in the order of the servo's joints.
+    fn numbers(self) -> Vec<f64>;
+
+    /// The same in the order of `joints`, where the command names them; none where it has other ones.
+    fn in_order(&self, joints: &[String]) -> Vec<f64>;
+
+    /// Whether a guard has sent it.
+    fn is_of_guard(&self) -> bool;
+
+    /// The same as a guard sends it.
+    #[must_use]
+    fn of_guard(self) -> Self;
+}
+
+impl Command for Float64MultiArray {
+    fn numbers(self) -> Vec<f64> {
+        self.data
+    }
+
+    fn in_order(&self, _joints: &[String]) -> Vec<f64> {
+        self.data.clone()
+    }
+
+    fn is_of_guard(&self) -> bool {
+        self.layout.dim.first().is_some_and(|dim| dim.label == GUARD)
+    }
+
+    fn of_guard(self) -> Self {
+        let size = u32::try_from(self.data.len()).unwrap_or(u32::MAX);
+        let dim = vec![MultiArrayDimension { label: GUARD.to_owned(), size, stride: size }];
+        Self { layout: MultiArrayLayout { dim, data_offset: 0 }, ..self }
+    }
+}
+
+impl Command for JointTrajectory {
+    fn numbers(self) -> Vec<f64> {
+        self.points.into_iter().next_back().unwrap_or_default().positions
+    }
+
+    fn in_order(&self, joints: &[String]) -> Vec<f64> {
+        self.target(joints).map(|(positions, _)| positions).unwrap_or_default()
+    }
+
+    /// Controllers do not look at the header's frame.
+    fn is_of_guard(&self) -> bool {
+        self.header.frame_id == GUARD
+    }
+
+    fn of_guard(self) -> Self {
+        Self { header: Header { frame_id: GUARD.to_owned(), ..self.header }, ..self }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Contract;
+    use dq_messages::Direction;
+
+    #[test]
+    fn the_contract_has_a_topic_for_each_interface() {
+        let contract = Contract::builtin().unwrap();
+        for name in Interface::NAMES {
+            let interface: Interface = name.parse().unwrap();
+            let topic = command_topic(interface);
+            let has = |node: &dq_messages::NodeContract, topic: &str, direction| match interface {
+                Interface::Trajectory => node.topic::<JointTrajectory>(topic, direction).is_ok(),
+                _ => node.topic::<Float64MultiArray>(topic, direction).is_ok(),
+            };
+            assert!(
+                has(&contract.servo, topic, Direction::Out) && has(&contract.plant, topic, Direction::In)
+            );
+            assert!(has(&contract.dual, &format!("left/{topic}"), Direction::Out));
+            assert!(has(&contract.dual, &format!("right/{topic}"), Direction::Out));
+        }
+    }
+
+    #[test]
+    fn a_trajectory_is_read_by_joint_name() {
+        let names = |names: [&str; 2]| names.map(str::to_owned).to_vec();
+        let time = Duration::from_millis(1250);
+        let message = command_trajectory(names(["a", "b"]), vec![1.0, 2.0], time);
+        assert_eq!(message.target(&names(["b", "a"])), Some((vec![2.0, 1.0], time)));
+        assert_eq!(message.target(&names(["a", "c"])), None);
+        assert_eq!(message.numbers(), [1.0, 2.0]);
+        assert_eq!(JointTrajectory::default().target(&names(["a", "b"])), None);
+        let negative = DurationMessage { sec: -1, nanosec: 5 };
+        assert_eq!(Duration::from(&negative), Duration::ZERO);
+    }
+
+    /// Of a command with six joints over the wire, 48 bytes are the speeds, and the rest is what CDR makes of their number and of an
+    /// empty layout.
+    #[test]
+    fn commands_carry_their_numbers_and_nothing_else() {
+        let mut command = command_array(vec![0.0; 6]);
+        command.rewrite(&[0.5; 6]);
+        let cdr_le = rustdds::RepresentationIdentifier::CDR_LE;
+        let mut bytes = Vec::new();
+        rustdds::serialization::to_writer_with_rep_id(&mut bytes, &command, cdr_le).unwrap();
+        assert_eq!(
+            bytes.len(),
+            48 + 4 + 4 + 4 + 4,
+            "two lengths, an offset and the padding before the speeds"
+        );
+    }
+
+    #[test]
+    fn a_guard_s_commands_are_known_whatever_their_type() {
+        let array = command_array(vec![0.0; 6]);
+        assert!(!array.is_of_guard() && array.of_guard().is_of_guard());
+        let trajectory = command_trajectory(Vec::new(), Vec::new(), Duration::ZERO);
+        assert!(!trajectory.is_of_guard() && trajectory.of_guard().is_of_guard());
+    }
+}

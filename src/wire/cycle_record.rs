@@ -1,0 +1,255 @@
+//! The record for replay on `~/events`: what came to the servo, in the order in which it took it, and what it sent.
+//!
+//! A message has some cycles, one after the other. A cycle is a sequence of values in the encoding of the crate `postcard`: its number and
+//! time \[ns\], each [`Recorded`] as a `Some`, a `None`, and what was sent. So the cycle writes each thing as it comes, without knowing
+//! how many there will be.
+
+use super::servo_kind::ServoKind;
+use dq_common::text::MOST;
+use dq_core::servo::{
+    Event, Found, GoalMotion, GoalReading, JointOrder, JointReading, Sent, Servo, TwistReading,
+};
+use dq_params::Value;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use std::borrow::Cow;
+use std::time::Duration;
+
+/// The longest message that is read \[bytes\], eight times one of all parameters: in memory it takes up to fifty times as much.
+const LONGEST: usize = 4 << 20;
+
+/// One cycle of a servo.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CycleRecord<'a> {
+    /// The number of the cycle. Consecutive cycles have consecutive numbers.
+    pub number: u64,
+    /// The cycle's time.
+    pub now: Duration,
+    /// What the servo took, in this order.
+    pub events: Vec<Recorded<'a>>,
+    /// What it then had to send, arm after arm: velocities [rad/s, prismatic: m/s] or positions \[rad, prismatic: m\]; none where it sends
+    /// nothing.
+    pub output: Option<Vec<f64>>,
+}
+
+/// Parameters that were set, by their names.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct RecordedParameters {
+    /// Names and values.
+    pub values: Vec<(String, Value)>,
+    /// The keep-outs that were drawn, all of them, a text each.
+    pub drawn: Vec<String>,
+}
+
+/// The state of a servo, encoded: what [`Servo::saved`] gives.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Saved<'a>(pub Cow<'a, [u8]>);
+
+impl Serialize for Saved<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_bytes(&self.0)
+    }
+}
+
+impl<'de: 'a, 'a> Deserialize<'de> for Saved<'a> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        <&[u8]>::deserialize(deserializer).map(|bytes| Self(Cow::Borrowed(bytes)))
+    }
+}
+
+impl Saved<'_> {
+    /// Encodes the state of `servo` into `bytes`, replacing their contents.
+    pub fn encode(servo: &Servo, bytes: &mut Vec<u8>) {
+        bytes.clear();
+        put(&servo.saved(), bytes);
+    }
+
+    /// Restores `servo` to this state. Returns `None` if it cannot be decoded.
+    pub fn restore(&self, servo: &mut Servo) -> Option<()> {
+        servo.restore(&mut postcard::Deserializer::from_bytes(&self.0)).ok()
+    }
+}
+
+/// What came to a servo. It is [`Event`] with what owns its lists when it is read, and with parameters in place of settings.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Recorded<'a> {
+    /// The kind of the servo and all its parameters. A replay can begin with this cycle, from the state in [`Saved`](Self::Saved), the next
+    /// event.
+    Begin(ServoKind, RecordedParameters),
+    /// The state of the servo before the cycle.
+    Saved(Saved<'a>),
+    /// These parameters were set.
+    Parameters(RecordedParameters),
+    /// [`Event::Pause`].
+    Pause {
+        /// Whether to pause, or to go on.
+        paused: bool,
+        /// How long it was under way.
+        ago: Duration,
+    },
+    /// [`Event::Stop`].
+    Stop,
+    /// [`Event::Reconfigure`]: how long it was under way.
+    Reconfigure(Duration),
+    /// [`Event::Found`]: the time of the cycle that asked, the starts, and the positions.
+    Found(Duration, u32, Option<Cow<'a, [f64]>>),
+    /// [`Event::JointState`].
+    JointState {
+        /// The number of the arm.
+        arm: usize,
+        /// The joints' names; none for the arm's own in their order.
+        names: Option<Cow<'a, [String]>>,
+        /// Their positions \[rad, prismatic: m\].
+        positions: Cow<'a, [f64]>,
+        /// Their velocities [rad/s, prismatic: m/s].
+        velocities: Cow<'a, [f64]>,
+        /// Who published it.
+        source: u32,
+        /// How old it is.
+        stamp_age: Option<Duration>,
+    },
+    /// [`Event::Listeners`].
+    Listeners(usize, bool),
+    /// [`Event::Rival`].
+    Rival(usize, bool),
+    /// [`Event::SpeedScaling`].
+    SpeedScaling(usize, f64),
+    /// [`Event::Goal`].
+    #[serde(borrow)]
+    Goal(GoalReading<'a>),
+    /// [`Event::GoalMotion`].
+    #[serde(borrow)]
+    GoalMotion(GoalMotion<'a>),
+    /// [`Event::Twist`].
+    #[serde(borrow)]
+    Twist(TwistReading<'a>),
+}
+
+impl<'a> Recorded<'a> {
+    /// What the record has of an event of a servo with these joints. It has none of settings, which are recorded as
+    /// [`Parameters`](Self::Parameters), and of what cannot be used, which changes nothing.
+    pub fn of(event: &Event<'a>, joints: &[JointOrder]) -> Option<Self> {
+        Some(match *event {
+            Event::Pause { paused, ago } => Self::Pause { paused, ago },
+            Event::Stop => Self::Stop,
+            Event::Reconfigure { ago } => Self::Reconfigure(ago),
+            Event::Found(Found { asked, starts, positions }) => {
+                Self::Found(asked, starts, positions.map(Cow::Borrowed))
+            }
+            Event::JointState(arm, JointReading { names, positions, velocities, source, stamp_age }) => {
+                let is_own = joints.get(arm).is_some_and(|own| own.names() == names);
+                Self::JointState {
+                    arm,
+                    names: (!is_own).then_some(Cow::Borrowed(names)),
+                    positions: Cow::Borrowed(positions),
+                    velocities: Cow::Borrowed(velocities),
+                    source,
+                    stamp_age,
+                }
+            }
+            Event::Listeners(arm, listeners) => Self::Listeners(arm, listeners),
+            Event::Rival(arm, rival) => Self::Rival(arm, rival),
+            Event::SpeedScaling(arm, factor) => Self::SpeedScaling(arm, factor),
+            Event::Goal(goal) => Self::Goal(goal),
+            Event::GoalMotion(motion) => Self::GoalMotion(motion),
+            Event::Twist(twist) => Self::Twist(twist),
+            Event::Configure(_) | Event::Unusable(_) => return None,
+        })
+    }
+
+    /// The event, for a servo with these joints; none where it is of parameters, or of an arm that the servo does not have.
+    pub fn event(&self, joints: &'a [JointOrder]) -> Option<Event<'_>> {
+        let has = |arm: &usize| *arm < joints.len();
+        Some(match self {
+            Self::Begin(..) | Self::Saved(_) | Self::Parameters(_) => return None,
+            Self::Pause { paused, ago } => Event::Pause { paused: *paused, ago: bounded(*ago) },
+            Self::Stop => Event::Stop,
+            Self::Reconfigure(ago) => Event::Reconfigure { ago: bounded(*ago) },
+            Self::Found(asked, starts, positions) => Event::Found(Found {
+                asked: bounded(*asked),
+                starts: *starts,
+                positions: positions.as_deref(),
+            }),
+            Self::JointState { arm, names, positions, velocities, source, stamp_age } => {
+                let names = names.as_deref().or(joints.get(*arm).map(JointOrder::names))?;
+                let stamp_age = stamp_age.map(bounded);
+                Event::JointState(
+                    *arm,
+                    JointReading { names, positions, velocities, source: *source, stamp_age },
+                )
+            }
+            Self::Listeners(arm, listeners) => Event::Listeners(has(arm).then_some(*arm)?, *listeners),
+            Self::Rival(arm, rival) => Event::Rival(has(arm).then_some(*arm)?, *rival),
+            Self::SpeedScaling(arm, factor) => Event::SpeedScaling(has(arm).then_some(*arm)?, *factor),
+            Self::Goal(goal) => Event::Goal(bounded_goal(*goal)),
+            Self::GoalMotion(GoalMotion::Lost) => Event::GoalMotion(GoalMotion::Lost),
+            Self::GoalMotion(GoalMotion::To(goal)) => Event::GoalMotion(GoalMotion::To(bounded_goal(*goal))),
+            Self::Twist(twist) => {
+                let sent = Sent { ago: bounded(twist.sent.ago), ..twist.sent };
+                Event::Twist(TwistReading { sent, ..*twist })
+            }
+        })
+    }
+
+    /// Adds it to the record of a cycle.
+    pub fn write(&self, record: &mut Vec<u8>) {
+        put(&Some(self), record);
+    }
+}
+
+/// No time of a cycle, and none that anything was under way, is longer: what a record says of itself must not overflow.
+fn bounded(time: Duration) -> Duration {
+    time.min(Duration::from_nanos(u64::MAX))
+}
+
+fn bounded_goal(goal: GoalReading<'_>) -> GoalReading<'_> {
+    let sent = Sent { ago: bounded(goal.sent.ago), ..goal.sent };
+    GoalReading { waited: bounded(goal.waited), sent, ..goal }
+}
+
+fn put(value: &impl Serialize, record: &mut Vec<u8>) {
+    // Writing into a vector does not fail, and nothing here has a length that is not known.
+    let _ = postcard::to_io(value, record);
+}
+
+fn take<'a, V: Deserialize<'a>>(record: &mut &'a [u8]) -> Option<V> {
+    let (value, rest) = postcard::take_from_bytes(record).ok()?;
+    *record = rest;
+    Some(value)
+}
+
+impl<'a> CycleRecord<'a> {
+    /// Begins the record of a cycle, after those that are in `record`.
+    pub fn begin(number: u64, now: Duration, record: &mut Vec<u8>) {
+        put(&(number, u64::try_from(now.as_nanos()).unwrap_or(u64::MAX)), record);
+    }
+
+    /// Ends it with what is sent.
+    pub fn end(output: Option<&[f64]>, record: &mut Vec<u8>) {
+        put(&(None::<()>, output), record);
+    }
+
+    /// Reads the cycles of a message. Returns `None` if it is damaged, of another version, or too long.
+    pub fn read_all(mut record: &'a [u8]) -> Option<Vec<Self>> {
+        if record.len() > LONGEST {
+            return None;
+        }
+        let mut cycles = Vec::new();
+        while !record.is_empty() {
+            cycles.push(Self::read(&mut record)?);
+        }
+        Some(cycles)
+    }
+
+    fn read(record: &mut &'a [u8]) -> Option<Self> {
+        let (number, now) = take::<(u64, u64)>(record)?;
+        let mut events = Vec::new();
+        while let Some(event) = take(record)? {
+            if events.len() == MOST {
+                return None;
+            }
+            events.push(event);
+        }
+        let output = take(record)?;
+        Some(Self { number, now: Duration::from_nanos(now), events, output })
+    }
+}

@@ -1,0 +1,26 @@
+//! What goes over the wire between the servo and others, as data: the topic contract, the status, the motions and the record for replay. No DDS.
+#![warn(clippy::unwrap_used, clippy::expect_used)]
+// Both panic where nobody reads: results go through cli::print, all else through stderr.
+#![warn(clippy::print_stdout, clippy::print_stderr)]
+
+mod commands;
+mod contract;
+mod cycle_record;
+mod motion_report;
+mod poses;
+mod readings;
+mod servo_kind;
+mod status;
+mod timing;
+
+pub use commands::{Command, Rewrite, command_array, command_topic, command_trajectory};
+pub use contract::Contract;
+pub use cycle_record::{CycleRecord, Recorded, RecordedParameters, Saved};
+pub use motion_report::{MotionContext, MotionReport, Outcome};
+pub use poses::{point_message, pose_message, pose_numbers, transform_message};
+pub use readings::{error_distance, goal_reading, joint_reading, transform_reading, twist_reading};
+pub use servo_kind::{LawNames, ServoKind};
+pub use status::{
+    CycleJitter, KeyValues, Reported, ServoReport, StatusReport, distance, milliseconds, rivalry,
+};
+pub use timing::{CycleTiming, SpreadFigures, TimingFigures};
