@@ -73,6 +73,7 @@ pub(super) struct Search {
     /// The only one that is meant.
     only: Option<String>,
     all: bool,
+    domain_id: u16,
     found: BTreeSet<String>,
     started: Instant,
     last: Instant,
@@ -85,7 +86,8 @@ impl Search {
         let only = targets.node.as_ref().map(|node| names.service(node)).transpose()?;
         only.as_deref().map(NodeName::parse).transpose()?;
         let namespace = names.node().namespace().to_owned();
-        let session = Session::open(&Environment::from_process(ros_args)?)?;
+        let environment = Environment::from_process(ros_args)?;
+        let session = Session::open(&environment)?;
         let node = session.node(names, Logging::new(ros_args, LogLevel::Warn))?;
         let now = Instant::now();
         let all = targets.all;
@@ -96,6 +98,7 @@ impl Search {
             namespace,
             only,
             all,
+            domain_id: environment.domain_id,
             found: BTreeSet::new(),
             started: now,
             last: now,
@@ -144,11 +147,14 @@ impl Search {
         let others = there.iter().cloned().collect::<Vec<_>>().join(", ");
         let where_ = match &self.only {
             Some(only) => format!("called {only}"),
-            None if self.all => "in this domain".to_owned(),
+            None if self.all => "in any namespace".to_owned(),
             None => format!("in the namespace {}", self.namespace),
         };
         match there.is_empty() {
-            true => bail!("no {kind} {where_} within {seconds} s: is it running, in this domain?"),
+            true => bail!(
+                "no {kind} {where_} of domain {} within {seconds} s: is it running, and with the same ROS_DOMAIN_ID?",
+                self.domain_id
+            ),
             false => Err(anyhow::Error::msg(format!(
                 "no {kind} {where_} within {seconds} s, but there is {others} (name it, or --all)"
             ))),

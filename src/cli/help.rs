@@ -96,9 +96,16 @@ fn parameter(declared: &Declaration) -> String {
     format!("  {:<31} {}{unit}{value}{when}\n", declared.name, declared.description)
 }
 
+/// Arguments that every ROS 2 node takes after `--ros-args`.
+const ROS_SWITCHES: [&str; 8] =
+    ["-p", "--param", "-r", "--remap", "-e", "--enclave", "--params-file", "--log-level"];
+
 /// The mistake on one line: what is wrong, what may have been meant, and where the help is. `path` is the program with the
-/// subcommands that were recognized.
-pub(super) fn usage(mistake: &clap::Error, path: &str) -> Usage {
+/// subcommands that were recognized, `arguments` what it was given.
+pub(super) fn usage(mistake: &clap::Error, path: &str, arguments: &[String]) -> Usage {
+    if let Some(switch) = arguments.iter().find(|argument| ROS_SWITCHES.contains(&argument.as_str())) {
+        return Usage(format!("ROS arguments come after --ros-args: {path} ... --ros-args {switch} ..."));
+    }
     if mistake.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand {
         return Usage(format!("a subcommand is missing (see {path} --help)"));
     }

@@ -19,6 +19,7 @@ mod pose;
 mod print;
 mod recording;
 mod run;
+mod shell;
 mod signals;
 mod spinner;
 mod status;
@@ -86,6 +87,10 @@ enum Command {
     /// Print what an enclave of a secured graph may do; launch_scripts/dq_servo_keystore.sh signs it
     #[command(hide = true)]
     Permissions(permissions::Permissions),
+    /// Print the completions for a shell: dq_servo completions bash > ~/.local/share/bash-completion/completions/dq_servo
+    Completions(shell::Completions),
+    /// Print the manual page: dq_servo man > ~/.local/share/man/man1/dq_servo.1
+    Man,
     #[command(flatten)]
     Tools(tools::Command),
 }
@@ -130,7 +135,7 @@ fn run(arguments: impl Iterator<Item = OsString>) -> anyhow::Result<()> {
         Ok(Cli { command: None }) => Ok(Cli::command().print_help().map_err(print::StdoutError::from)?),
         // Help and version are no failures: clap prints them to stdout.
         Err(help) if !help.use_stderr() => Ok(help.print().map_err(print::StdoutError::from)?),
-        Err(mistake) => Err(help::usage(&mistake, &help::path(&Cli::command(), &ours)).into()),
+        Err(mistake) => Err(help::usage(&mistake, &help::path(&Cli::command(), &ours), &ours).into()),
     }
 }
 
@@ -170,6 +175,8 @@ fn execute(command: Command, ros_args: &RosArgs) -> anyhow::Result<()> {
     let command = match command {
         Command::Pose(pose) => return pose.run(ros_args),
         Command::Permissions(permissions) => return permissions.run(ros_args),
+        Command::Completions(completions) => return completions.run(),
+        Command::Man => return shell::man(),
         Command::Tools(tools::Command::Offline(tool)) => return tool.run(ros_args),
         online => online,
     };
@@ -192,7 +199,7 @@ fn execute(command: Command, ros_args: &RosArgs) -> anyhow::Result<()> {
             Command::Param(param) => param.run(ros_args).await,
             Command::Tools(tools::Command::Online(tool)) => tool.run(ros_args).await,
             Command::Tools(tools::Command::Offline(_)) => Ok(()),
-            Command::Pose(_) | Command::Permissions(_) => Ok(()),
+            Command::Pose(_) | Command::Permissions(_) | Command::Completions(_) | Command::Man => Ok(()),
         }
     });
     // What still blocks there, as a write to a held terminal does, must not keep the program.

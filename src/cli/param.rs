@@ -127,7 +127,10 @@ impl Param {
             (Action::Load { .. }, _) => {
                 parameter_file::load(client(node, target), file.unwrap_or_default()).await?
             }
-            (Action::Set { .. }, Some(value)) => set(client(node, target), asked, &value).await?,
+            (Action::Set { .. }, Some(value)) => {
+                set(client(node, target), asked, &value).await?;
+                print_line!("{asked}: {value}")?;
+            }
             (Action::Dump { .. }, _) => {
                 let values = client(node, target).all().await?;
                 print_line!("{}", parameter_file::text(target, &values))?;

@@ -42,6 +42,8 @@ fn help_and_version_are_no_errors() {
         ("", "Run the servo node"),
         ("--help", "-r __ns:=/left"),
         ("help", "resume"),
+        ("completions zsh", "reconfigure"),
+        ("man", "TH dq_servo"),
         ("goal --help", "dq_servo/status"),
         ("help goal", "--keep-going"),
         ("help param dump", "--params-file"),
