@@ -3,7 +3,7 @@
 //!
 //! The grammar is tinyxml2's (11.0). quick-xml (0.42) refuses a tenth of what that takes: blanks after a `<`, other `<!…>` than DOCTYPE.
 
-use super::description::DescriptionError;
+use super::arm::DescriptionError;
 use super::urdf_tree::line;
 use dq_common::text::cut;
 
@@ -15,7 +15,7 @@ const CDATA: &str = "![CDATA[";
 ///
 /// # Errors
 /// [`DescriptionError::NotXml`] for what tinyxml2 refuses too, [`DescriptionError::Xacro`] for a macro.
-pub(super) fn as_xml(text: &str) -> Result<String, DescriptionError> {
+pub(crate) fn as_xml(text: &str) -> Result<String, DescriptionError> {
     // A text of C ends there.
     let all = text.split('\0').next().unwrap_or_default();
     let (mut rest, mut xml) = (all, Xml::default());
