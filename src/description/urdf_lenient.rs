@@ -4,7 +4,6 @@
 //! The grammar is tinyxml2's (11.0). quick-xml (0.42) refuses a tenth of what that takes: blanks after a `<`, other `<!…>` than DOCTYPE.
 
 use super::arm::DescriptionError;
-use super::urdf_tree::line;
 use dq_common::text::cut;
 
 /// What is no element, by how it begins and ends. What is a mark comes before what begins alike.
@@ -46,6 +45,12 @@ pub(crate) fn as_xml(text: &str) -> Result<String, DescriptionError> {
         };
     }
     Ok(xml.out)
+}
+
+/// The line of what begins so many bytes after the text's beginning, counted from 1.
+pub(crate) fn line(text: &str, at: usize) -> u32 {
+    let before = text.as_bytes().iter().take(at).filter(|byte| **byte == b'\n').count();
+    u32::try_from(before + 1).unwrap_or(u32::MAX)
 }
 
 /// What begins with `<` and is an element's beginning, its end, or both.

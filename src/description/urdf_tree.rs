@@ -5,7 +5,7 @@
 //! no XML is made one first, by [`as_xml`].
 
 use super::arm::DescriptionError;
-use super::urdf_lenient::as_xml;
+use super::urdf_lenient::{as_xml, line};
 use dq_common::text::{self, cut};
 use roxmltree::{Document, Node, ParsingOptions};
 use std::collections::{HashMap, HashSet};
@@ -93,12 +93,6 @@ fn strict(text: &str) -> Result<Document<'_>, NotStrict> {
             Err(NotStrict::Odd { why, line })
         }
     }
-}
-
-/// The line of what begins so many bytes after the text's beginning, counted from 1.
-pub(crate) fn line(text: &str, at: usize) -> u32 {
-    let before = text.as_bytes().iter().take(at).filter(|byte| **byte == b'\n').count();
-    u32::try_from(before + 1).unwrap_or(u32::MAX)
 }
 
 /// The first element in the namespace of macros, as it is written, and its line.

@@ -5,24 +5,17 @@ mod departure;
 use crate::command_history::CommandHistory;
 use crate::comparison::Comparison;
 use crate::samples::Displacement;
-use departure::{Answer, Departure, due};
+use departure::{Answer, Departure, MUCH_TOO_FAR, PART, SLOWEST, due};
 use dq_kinematics::arm::JointKind;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 use std::time::Duration;
 
-/// A joint follows that goes at least this part of the distance that the others go for it.
-const PART: f64 = 0.2;
-
-/// A robot that goes less than this part of its commanded distance obeys no command; one that goes more was told to be slow.
-const SLOWEST: f64 = 0.02;
-
 /// The distance \[rad\] that must have been commanded within a window before a joint can be said to follow or not.
 const LEAST_DISTANCE: f64 = 0.01;
 
-/// A joint that goes so many times as far as commanded is reported, and one that goes so many times as far obeys no command.
+/// A joint that goes so many times as far as commanded is reported.
 const TOO_FAR: f64 = 2.0;
-const MUCH_TOO_FAR: f64 = 5.0;
 
 /// An arm that has ceased to follow so often within this time is not tried again.
 const LOSSES: usize = 3;
