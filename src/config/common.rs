@@ -3,7 +3,8 @@
 use super::described;
 use dq_algebra::UnitDualQuaternion;
 use dq_core::servo::{Goal, Interface};
-use dq_kinematics::arm::{ArmError, Chain, Convention, Description, DhRow};
+use dq_description::Description;
+use dq_kinematics::arm::{ArmError, Chain, Convention, DhRow};
 use dq_params::{Declarer, ParameterError, Parameters, exactly};
 use std::f64::consts::TAU;
 use std::time::Duration;

@@ -1,13 +1,14 @@
 //! An arm that a robot description gives: what it says takes the place of parameters that nobody gives.
 
-use super::body::{FittedBody, fitted};
 use dq_common::text::cut;
 use dq_common::text_file;
 use dq_core::servo::{JOINT_JERKS, JOINT_SPEEDS, RAMP_TIME, STOP_TIME};
-use dq_kinematics::arm::{
-    Chain, DescribedArm, DescribedJoint, Description, DescriptionError, JointLimits, LONGEST_DESCRIPTION,
-    bounds, guess_frames, oddity,
+use dq_description::{
+    DescribedArm, DescribedJoint, Description, DescriptionError, JointLimits, LONGEST_DESCRIPTION,
+    guess_frames, oddity,
 };
+use dq_description::{FittedBody, fitted};
+use dq_kinematics::arm::{Chain, bounds};
 use dq_params::{Given, ParameterError, Value};
 use std::borrow::Cow;
 use std::io;

@@ -58,8 +58,6 @@
 mod readme {}
 
 mod arms;
-mod body;
-mod collada_file;
 mod common;
 mod cycle;
 mod described;
@@ -67,12 +65,10 @@ mod docs;
 mod dual;
 mod guard;
 mod limits;
-pub mod mesh_file;
 mod plant;
 mod scene;
 mod servo;
 mod setup;
-mod stl_file;
 
 pub use arms::{ARMS, arm_file};
 pub use common::ArmParameters;
@@ -84,9 +80,8 @@ pub use guard::GuardParameters;
 pub use plant::{PLANT_NAMES, PlantParameters};
 pub use setup::{ForArm, SetupError};
 
-use body::FittedBody;
 use described::{Described, GivenLimits};
-use dq_kinematics::arm::DescribedArm;
+use dq_description::{DescribedArm, FittedBody};
 use dq_params::{
     Declaration, Declarer, Given, ParameterError, ParameterStore, Parameters, Value, parameters_for,
 };

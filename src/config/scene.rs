@@ -2,15 +2,13 @@
 
 use dq_common::text::cut;
 use dq_core::servo::{Arms, PositionLimits};
+use dq_description::LIMB_RADIUS;
 use dq_kinematics::arm::Chain;
 use dq_params::{ParameterError, Parameters};
 use dq_space::space::{
     Body, CapsuleError, KeepOut, KeepOutError, MOST_CAPSULES, MOST_KEEP_OUTS, Scene, SceneError,
 };
 use std::sync::Arc;
-
-/// The radius of what is around each link where nobody says what is \[m\].
-pub(super) const RADIUS: f64 = 0.05;
 
 /// What the arm must keep out of, its tool stay in, and its body.
 #[derive(Parameters)]
@@ -77,7 +75,7 @@ impl SceneParameters {
 
     fn body(&self, joints: &[String], chains: &[Chain]) -> Result<Body, ParameterError> {
         match &self.body[..] {
-            [] => Ok(Body::along(chains, RADIUS)),
+            [] => Ok(Body::along(chains, LIMB_RADIUS)),
             [one] if !one.trim().contains(char::is_whitespace) => {
                 let radius = one.trim().parse().ok().filter(|radius| (1e-3..=10.0).contains(radius));
                 let expected = "capsules, or a radius from 0.001 to 10 m";

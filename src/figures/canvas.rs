@@ -1,8 +1,8 @@
 //! A sheet to draw on in units of pixels, written as SVG.
 
+use super::colors::Color;
 use super::style::INK;
 use dq_common::text::escaped;
-use dq_kinematics::colors::Color;
 use std::fmt::Write;
 
 /// A point on the sheet: from the left and from the top \[px\].

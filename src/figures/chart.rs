@@ -1,10 +1,10 @@
 //! Curves over two axes.
 
 use super::canvas::{Anchor, Canvas, Line, Rectangle};
+use super::colors::Color;
 use super::curve::{clip, decades, range_of, spaced, ticks};
 use super::marks::{Mark, NamedMarks};
 use super::style::{FAINT, INK, LABEL, TICK};
-use dq_kinematics::colors::Color;
 use serde_json::{Value, json};
 use std::ops::Range;
 

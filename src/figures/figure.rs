@@ -6,20 +6,22 @@ use super::chart::{Panel, Series};
 use super::files::{make_folder, write};
 use super::space::Scene;
 use super::style::{FONT_FAMILY, FONT_FILE, LABEL, TITLE, text_width};
+use dq_common::named;
 use resvg::{tiny_skia, usvg};
 use serde_json::{Value, json};
 use std::path::Path;
 use std::sync::Arc;
 
-/// How wide a figure is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-pub enum Width {
-    /// As wide as its panels are, for a screen
-    Screen,
-    /// 3.5 in, as a column of an IEEE paper, with text of 8 pt and without a title
-    OneColumn,
-    /// 7.16 in, as both columns of it, likewise
-    TwoColumns,
+named! {
+    /// How wide a figure is.
+    "width" Width {
+        /// As wide as its panels are, for a screen.
+        Screen = "screen",
+        /// 3.5 in, as a column of an IEEE paper, with text of 8 pt and without a title.
+        OneColumn = "one-column",
+        /// 7.16 in, as both columns of it, likewise.
+        TwoColumns = "two-columns",
+    }
 }
 
 impl Width {

@@ -5,6 +5,7 @@
 
 mod canvas;
 mod chart;
+mod colors;
 mod curve;
 mod figure;
 mod files;
@@ -16,11 +17,12 @@ mod style;
 
 pub use canvas::Line;
 pub use chart::{Axis, Panel, Series, over_time};
-pub use dq_kinematics::colors::{COMPONENTS, Color, law_color};
+pub use colors::{AXES, COMPONENTS, Color, law_color};
 pub use figure::{Figure, Width, chart, png, save, scenes};
 pub use files::{make_folder, write};
 pub use marks::Mark;
-pub use space::{BOTH_SIDES, Path, Place, Scene, Viewpoint, frameplotter};
+pub use projection::Viewpoint;
+pub use space::{BOTH_SIDES, Path, Place, Scene, frameplotter};
 pub use style::{INK, LIMIT};
 
 use thiserror::Error;

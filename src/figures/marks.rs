@@ -1,8 +1,8 @@
 //! Vertical lines where something changed, with names above the curves.
 
 use super::canvas::{Anchor, Canvas, Line, Rectangle};
+use super::colors::Color;
 use super::style::{TICK, text_width};
-use dq_kinematics::colors::Color;
 use std::ops::Range;
 
 /// A vertical line where something changed.

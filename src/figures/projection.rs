@@ -2,10 +2,18 @@
 
 use super::canvas::{Anchor, Canvas, Line, Point, Rectangle, distance};
 use super::curve::ticks;
-use super::space::Viewpoint;
 use super::style::{FAINT, INK, LABEL, TICK, text_width};
 use nalgebra::{Matrix3, Vector3};
 use std::ops::Range;
+
+/// Where a viewer stands \[°\].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Viewpoint {
+    /// About z, from x on.
+    pub azimuth: f64,
+    /// Above the plane of x and y.
+    pub elevation: f64,
+}
 
 /// A view of the box onto the sheet: parallel projection, all axes to one scale.
 pub(super) struct Projection {

@@ -2,12 +2,12 @@
 
 use super::canvas::{Anchor, Canvas, Line, Point, Rectangle, distance};
 use super::chart::Series;
+use super::colors::{AXES, Color};
 use super::curve::{range_of, spaced};
 use super::labels::Labels;
-use super::projection::Projection;
+use super::projection::{Projection, Viewpoint};
 use super::style::{INK, LABEL};
 use dq_algebra::UnitDualQuaternion;
-use dq_kinematics::colors::{AXES, Color};
 use nalgebra::{Isometry3, Vector3, Vector6};
 use serde_json::{Value, json};
 use std::ops::Range;
@@ -49,15 +49,6 @@ pub struct Scene {
     pub places: Vec<Place>,
     /// From where it is seen.
     pub viewpoint: Viewpoint,
-}
-
-/// Where a viewer stands \[°\].
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Viewpoint {
-    /// About z, from x on.
-    pub azimuth: f64,
-    /// Above the plane of x and y.
-    pub elevation: f64,
 }
 
 /// From the front and from behind.

@@ -1,6 +1,6 @@
 //! What every figure has in common: colours, sizes, the font.
 
-use dq_kinematics::colors::Color;
+use super::colors::Color;
 
 /// Text and axes.
 pub const INK: Color = [34, 34, 34];

@@ -1,4 +1,4 @@
-//! Serial arms and the laws that move them: chains by DH rows or a robot description, Jacobians, and the control laws of the reference work.
+//! Serial arms and the laws that move them: chains by DH rows, Jacobians, and the control laws of the reference work.
 #![warn(clippy::unwrap_used, clippy::expect_used)]
 // Both panic where nobody reads: results go through cli::print, all else through stderr.
 #![warn(clippy::print_stdout, clippy::print_stderr)]
@@ -9,5 +9,4 @@
 mod readme {}
 
 pub mod arm;
-pub mod colors;
 pub mod control;

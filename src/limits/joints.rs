@@ -1,6 +1,6 @@
 //! The joints between two commands.
 
-use crate::{Braking, Limits, Pace, Span, ratio, scale};
+use crate::{Braking, Limits, Pace, ratio, scale};
 use dq_kinematics::arm::Arms;
 
 /// The joints between two commands: what the next one is made by.
@@ -35,11 +35,6 @@ impl Joints<'_> {
         let joints = velocity.iter().enumerate();
         let joints = joints.map(|(joint, speed)| ratio(self.velocity(joint), speed.abs()));
         scale(velocity, joints.fold(self.limits.tool_share(&arms.tool_speed(velocity)), f64::min));
-    }
-
-    /// What the joint number `joint` may do in this cycle.
-    pub fn span(&self, joint: usize) -> Span {
-        Span::of(self, joint)
     }
 
     /// Makes of the `velocity`, whatever it is, the next one of a stop [rad/s, prismatic: m/s]: each joint slows down from its last command by its

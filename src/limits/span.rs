@@ -19,11 +19,11 @@ pub struct Span {
     pub(crate) next: (f64, f64),
 }
 
-impl Span {
-    /// Of one of the `joints`, the number `joint`.
-    pub(crate) fn of(joints: &Joints, joint: usize) -> Self {
-        let Joints { limits, braking, .. } = joints;
-        let (position, pace) = (joints.positions[joint], joints.pace(joint));
+impl Joints<'_> {
+    /// What the joint number `joint` may do in this cycle.
+    pub fn span(&self, joint: usize) -> Span {
+        let Self { limits, braking, .. } = self;
+        let (position, pace) = (self.positions[joint], self.pace(joint));
         let (approach, jerk) = (limits.approach(joint, braking), braking.jerk_step(joint));
         // What an acceleration takes to come to nothing is gone before the joint can slow down.
         let top = |pace: Pace, room: f64| {
@@ -31,8 +31,8 @@ impl Span {
         };
         let (lower, upper) = (limits.position.lower[joint], limits.position.upper[joint]);
         let (lowest, highest) = (-top(pace.mirrored(), position - lower), top(pace, upper - position));
-        let velocity = joints.velocity(joint);
-        let mut span = Self {
+        let velocity = self.velocity(joint);
+        let mut span = Span {
             pace,
             faster: limits.joint_acceleration[joint] * braking.period,
             slower: braking.decelerations[joint] * braking.period,
@@ -46,7 +46,9 @@ impl Span {
         span.next = (stop.min(down), stop.max(span.highest(pace, span.range.1)));
         span
     }
+}
 
+impl Span {
     /// The largest next speed at that `pace` of a joint that may come to the speed `top`, which is not below 0.
     fn highest(&self, pace: Pace, top: f64) -> f64 {
         let most = match pace.speed {

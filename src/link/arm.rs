@@ -125,7 +125,7 @@ impl ArmLink {
         (self.order.clone(), self.joints.clone())
     }
 
-    /// Takes a joint state received at `now`, as [`Link::take`](super::Link::take).
+    /// Takes a joint state received at `now`, as [`Link::take`](crate::Link::take).
     pub fn take(
         &mut self,
         reading: &JointReading,
@@ -367,7 +367,7 @@ impl ArmLink {
         self.pull.observe(observed, (passed, factor), rate, &settings.limits.joint_velocity[joints]);
     }
 
-    /// As [`Link::balance`](super::Link::balance), for this arm's `hold`, of which its joints responded to `proven`.
+    /// As [`Link::balance`](crate::Link::balance), for this arm's `hold`, of which its joints responded to `proven`.
     pub fn balance(&mut self, what: Hold, room: &Room, proven: &mut [f64], hold: &mut [f64]) {
         let rests = self.following.must_rest() || !self.listeners || self.rival;
         let first = self.joints.start;

@@ -41,7 +41,7 @@ const OUTWARD: f64 = 5.0;
 /// The estimated pull at the joints of one arm.
 #[derive(Serialize, Deserialize)]
 pub(crate) struct Pull {
-    /// How much slower than commanded each joint moves [rad/s, prismatic: m/s].
+    /// Returns by how much each joint moves slower than commanded [rad/s, prismatic: m/s].
     speeds: Vec<f64>,
     /// The change of each joint's hold in the last cycle [rad/s, prismatic: m/s].
     steps: Vec<f64>,

@@ -5,24 +5,17 @@ mod departure;
 use crate::command_history::CommandHistory;
 use crate::comparison::Comparison;
 use crate::samples::Displacement;
-use departure::{Answer, Departure, due};
+use departure::{Answer, Departure, MUCH_TOO_FAR, PART, SLOWEST, due};
 use dq_kinematics::arm::JointKind;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 use std::time::Duration;
 
-/// A joint follows if it moves at least this fraction of what the other joints move, relative to their commands.
-const PART: f64 = 0.2;
-
-/// A robot that moves less than this fraction of its commanded distance does not obey; one that moves more was told to be slow.
-const SLOWEST: f64 = 0.02;
-
 /// The distance \[rad\] that must be commanded within a window before a joint is judged.
 const LEAST_DISTANCE: f64 = 0.01;
 
-/// A joint that moves this many times as far as commanded is reported, and one that moves the second number of times as far does not obey.
+/// A joint that moves this many times as far as commanded does not obey.
 const TOO_FAR: f64 = 2.0;
-const MUCH_TOO_FAR: f64 = 5.0;
 
 /// An arm that stopped following this many times within this time is not tried again.
 const LOSSES: usize = 3;

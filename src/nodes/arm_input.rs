@@ -2,7 +2,7 @@
 
 use super::events::EventsRecord;
 use super::senders::Senders;
-use super::servo::Wiring;
+use super::wiring::Wiring;
 use dq_config::StatesReliability;
 use dq_core::servo::{Event, JointOrder, Rejection, Servo};
 use dq_messages::messages::{Float64, JointState, Time};

@@ -3,8 +3,8 @@
 
 use super::guards::{self, GuardStatuses};
 use super::rivals::Rival;
-use super::servo::Wiring;
 use super::shutdown::{Outcome, SHORTEST_FINAL_ZEROS, ShutdownError};
+use super::wiring::Wiring;
 use dq_core::servo::{Interface, JointOrder};
 use dq_messages::messages::Message;
 use dq_ros::ros::{EndpointId, Publisher, Publishing, RosError};

@@ -2,7 +2,7 @@
 
 use super::{NodeError, Prepared};
 use dq_config::NodeParameters;
-use dq_kinematics::arm::Description;
+use dq_description::Description;
 use dq_messages::NodeContract;
 use dq_messages::messages::StringMessage;
 use dq_params::{ParameterStore, Value};

@@ -1,6 +1,6 @@
 //! What TF says, off the cycle's thread: the cycle asks where a goal is, and finds the answer there when it comes.
 
-use super::servo::Wiring;
+use super::wiring::Wiring;
 use dq_core::servo::{GoalFrameMode, GoalFrames};
 use dq_messages::messages::{TFMessage, TransformStamped};
 use dq_ros::ros::{Clock, Logger, RosError, Subscription};

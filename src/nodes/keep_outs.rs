@@ -3,7 +3,7 @@
 
 use super::frames::Tree;
 use super::in_force::InForce;
-use super::servo::Wiring;
+use super::wiring::Wiring;
 use dq_common::text::{NAME, cut, shown};
 use dq_core::servo::Goal;
 use dq_messages::messages::Point;

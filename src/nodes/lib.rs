@@ -31,6 +31,7 @@ mod senders;
 mod servo;
 mod shutdown;
 mod snapshot;
+mod wiring;
 
 pub use guard::GuardNode;
 pub use parameters::Prepared;

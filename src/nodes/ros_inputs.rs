@@ -7,8 +7,8 @@ use super::frames::Frames;
 use super::requests::Reply;
 use super::searcher::Searcher;
 use super::senders::{Clocks, Senders};
-use super::servo::Wiring;
 use super::shutdown::{Shutdown, Step};
+use super::wiring::Wiring;
 use dq_algebra::UnitDualQuaternion;
 use dq_core::servo::{
     Asker, Contended, Event, Goal, GoalMotion, GoalReading, Rejection, Sent, Servo, Settings, TwistReading,

@@ -14,10 +14,10 @@ use super::searcher::Searcher;
 use super::senders::{Clocks, Senders};
 use super::shutdown::{self, Outcome, ShutdownError, Step};
 use super::snapshot::{ReportEnded, Snapshot, Snapshots};
+use super::wiring::Wiring;
 use super::{NodeError, Prepared, arm_input, description, keep_outs, pictures, requests, snapshot};
 use dq_config::ServoParameters;
 use dq_core::servo::{GoalFrames, Servo};
-use dq_messages::NodeContract;
 use dq_messages::messages::*;
 use dq_params::{ParameterStore, Value};
 use dq_ros::ros::{Clock, Node, ParameterServer, RosError, Session};
@@ -28,13 +28,6 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 use tokio::sync::watch;
-
-/// A servo node in the making: from here its parts have their topics.
-pub(super) struct Wiring<'a> {
-    pub node: &'a mut Node,
-    pub kind: ServoKind,
-    pub contract: &'a NodeContract,
-}
 
 /// A running servo node. It ends by [`shut_down`](Self::shut_down); one that is dropped sends zeros at once.
 pub struct ServoNode {

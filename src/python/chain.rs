@@ -3,7 +3,8 @@
 use super::arrays::{Numbers, Rows, array, matrix, rows, slice, table, wrong};
 use super::pose::Pose;
 use dq_config::{ARMS, ForArm};
-use dq_kinematics::arm::{self, ArmState, Convention, Description, DhRow};
+use dq_description::Description;
+use dq_kinematics::arm::{self, ArmState, Convention, DhRow};
 use nalgebra::{Matrix6xX, Vector6};
 use numpy::ndarray::{Array3, ArrayView2};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArray3};

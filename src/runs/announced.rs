@@ -1,6 +1,6 @@
 //! What the nodes of a bag announced of their parameters.
 
-use super::RunError;
+use super::{MOST_JOINTS, RunError};
 use dq_bags::{Bag, BagMessage, Topic};
 use dq_common::text::{NAME, shown};
 use dq_messages::messages::Message;
@@ -137,9 +137,6 @@ fn known(mut parameters: Vec<Parameter>, store: &ParameterStore) -> Result<Vec<(
     parameters.retain(|parameter| store.declaration(&parameter.name).is_some());
     values(parameters)
 }
-
-/// Arms of more joints are not explained: what a bag says of itself is not trusted with time and memory.
-pub(super) const MOST_JOINTS: usize = 64;
 
 fn values(parameters: Vec<Parameter>) -> Result<Vec<(String, Value)>, RunError> {
     let value = |parameter: Parameter| Some((parameter.name, parameter.value.into_value()?));

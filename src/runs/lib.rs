@@ -19,6 +19,9 @@ pub use thinned::Thinned;
 
 use thiserror::Error;
 
+/// Arms of more joints are not explained: what a bag says of itself is not trusted with time and memory.
+const MOST_JOINTS: usize = 64;
+
 /// Why a bag cannot be explained.
 #[derive(Debug, Error)]
 pub enum RunError {
@@ -34,7 +37,7 @@ pub enum RunError {
     /// A list in its parameters is longer than that of any arm.
     #[error(
         "the parameters in the bag: {name} has {length} elements, and no arm of more than {} joints is explained",
-        announced::MOST_JOINTS
+        MOST_JOINTS
     )]
     TooMany {
         /// The parameter.

@@ -5,7 +5,7 @@ use axum::http::header::{
     X_CONTENT_TYPE_OPTIONS, X_FRAME_OPTIONS,
 };
 use axum::response::{IntoResponse, Response};
-use dq_kinematics::colors::{AXES, COMPONENTS, Color, law_color};
+use dq_figures::{AXES, COMPONENTS, Color, law_color};
 use dq_kinematics::control::Law;
 
 /// A file: its path, its type and its content.

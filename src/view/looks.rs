@@ -2,7 +2,8 @@
 
 use super::surface::{Corner, Surface, Triangle, mesh, moved, triangles};
 use dq_common::text_file;
-use dq_kinematics::arm::{Chain, Description, LONGEST_DESCRIPTION, Place, Rgb, Shape, Visual, visuals};
+use dq_description::{Description, LONGEST_DESCRIPTION, Place, Rgb, Shape, Visual, visuals};
+use dq_kinematics::arm::Chain;
 use nalgebra::{Point3, Vector3};
 use serde_json::json;
 use std::path::{Path, PathBuf};

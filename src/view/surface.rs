@@ -1,7 +1,7 @@
 //! Triangles that are drawn together, as the page's stage takes them.
 
-use dq_config::mesh_file;
-use dq_kinematics::arm::{Rgb, Shape};
+use dq_description::mesh_file;
+use dq_description::{Rgb, Shape};
 use mesh_loader::Mesh;
 use nalgebra::{Isometry3, Point3, Vector3};
 use std::collections::HashMap;

@@ -2,6 +2,7 @@
 
 mod cases;
 mod examples;
+mod imports;
 mod input;
 mod links;
 mod output;

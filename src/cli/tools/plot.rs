@@ -4,6 +4,7 @@ use super::table;
 use crate::cli::Usage;
 use crate::cli::arm::ArmChoice;
 use crate::cli::print::print_line;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use comfy_table::Table;
 use dq_figures::{DrawError, Figure, Width};
 use dq_kinematics::arm::{Chain, JointKind};
@@ -22,8 +23,8 @@ pub(in crate::cli) struct Plot {
     /// Folder for the figures (SVG and PNG): one that is new, or has figures of the same bags
     #[arg(short, long, value_name = "DIR", default_value = "plots")]
     out: PathBuf,
-    /// How wide the figures are: for a screen, or for one or both columns of a paper
-    #[arg(long, value_enum, default_value_t = Width::Screen)]
+    /// How wide the figures are: for a screen, or for one column (3.5 in) or both (7.16 in) of a paper
+    #[arg(long, default_value_t = Width::Screen, value_parser = PossibleValuesParser::new(Width::NAMES).try_map(|name| name.parse::<Width>()))]
     width: Width,
     /// Write the curves as CSV too
     #[arg(long)]

@@ -2,7 +2,7 @@
 
 use crate::{given, start, started, text};
 use dq_config::{ForArm, NodeParameters, PlantParameters, ServoParameters};
-use dq_kinematics::arm::{Description, Motion};
+use dq_description::{Description, Motion};
 use dq_params::Value;
 
 pub const GANTRY: &str = include_str!("../../../tests/data/urdf/gantry.urdf");

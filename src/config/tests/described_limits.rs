@@ -4,7 +4,7 @@
 use crate::described::{GANTRY, frames};
 use crate::{given, started, text};
 use dq_config::{ForArm, NodeParameters, PlantParameters, ServoParameters, arm_file};
-use dq_kinematics::arm::{DescribedArm, Description, Motion};
+use dq_description::{DescribedArm, Description, Motion};
 use dq_params::{Given, Value, parameters_for};
 use nalgebra::Vector3;
 
@@ -221,5 +221,5 @@ fn the_description_of_rows_has_the_limits_that_the_parameters_give() {
     assert!(builtin.iter().all(|limits| limits.lower.is_none() && limits.velocity == Some(5.0)));
     let bare: Vec<_> =
         of_arm("panda").into_iter().filter(|value| !value.name.starts_with("limits.")).collect();
-    assert_eq!(limits(bare), [dq_kinematics::arm::JointLimits::default(); 7]);
+    assert_eq!(limits(bare), [dq_description::JointLimits::default(); 7]);
 }

@@ -1,5 +1,6 @@
 //! The parameters of our nodes, and the arms that they describe.
 
+mod body;
 mod described;
 mod described_limits;
 mod lenient;

@@ -1,8 +1,9 @@
 //! Meshes as programs write them, and what is none.
 
 use crate::{start, started, text};
-use dq_config::{NodeParameters, ServoParameters, mesh_file};
+use dq_config::{NodeParameters, ServoParameters};
 use dq_core::servo::Measured;
+use dq_description::mesh_file;
 use dq_params::Value;
 use std::f64::consts::FRAC_PI_2;
 use std::path::{Path, PathBuf};

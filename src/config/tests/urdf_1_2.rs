@@ -2,7 +2,7 @@
 
 use crate::text;
 use dq_config::{NodeParameters, ServoParameters};
-use dq_kinematics::arm::Description;
+use dq_description::Description;
 use dq_params::{ParameterStore, Value};
 use nalgebra::Vector3;
 

@@ -76,8 +76,11 @@ pub fn check(
     }
 }
 
-/// A length \[m\] of joint `joint`, checked against [`LENGTH`].
-pub(super) fn length(parameter: &'static str, joint: usize, value: f64) -> Result<(), ArmError> {
+/// Checks a length \[m\] of joint `joint` against [`LENGTH`].
+///
+/// # Errors
+/// [`ArmError::NonFinite`], [`ArmError::OutOfRange`].
+pub fn length(parameter: &'static str, joint: usize, value: f64) -> Result<(), ArmError> {
     match value {
         _ if !value.is_finite() => Err(ArmError::NonFinite { parameter, joint, value }),
         _ if value > LENGTH => {

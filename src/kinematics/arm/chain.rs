@@ -316,7 +316,7 @@ impl Chain {
     }
 
     /// Each joint's frame at θ = 0 in the link before it (or the base), base first.
-    pub(super) fn parent_from_joint(&self) -> Vec<UnitDualQuaternion> {
+    pub fn parent_from_joint(&self) -> Vec<UnitDualQuaternion> {
         self.before_joint.iter().map(|frame| (*frame).into()).collect()
     }
 

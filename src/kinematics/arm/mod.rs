@@ -1,4 +1,4 @@
-//! Serial arms of revolute and prismatic joints: Denavit–Hartenberg rows, robot descriptions (URDF), forward kinematics, Jacobians.
+//! Serial arms of revolute and prismatic joints: Denavit–Hartenberg rows, forward kinematics, Jacobians.
 //!
 //! Two links of 0.4 m and 0.3 m in a plane, by Craig's rows:
 //!
@@ -21,29 +21,17 @@
 mod arms;
 pub mod bounds;
 mod chain;
-mod description;
 mod dh;
 mod error;
 mod half_turns;
 mod joint;
 mod link;
 pub(crate) mod pair;
-mod places;
 mod state;
-mod urdf;
-mod urdf_lenient;
-mod urdf_reader;
-mod urdf_shapes;
-mod urdf_tree;
 
 pub use arms::{Arms, Reach, ToolSpeed};
 pub use chain::Chain;
-pub use description::{DescribedArm, DescribedJoint, DescriptionError, JointLimits, Motion};
 pub use dh::{Convention, DhRow};
 pub use error::ArmError;
 pub use joint::{Joint, JointKind};
-pub use places::Place;
 pub use state::ArmState;
-pub use urdf_reader::{Description, guess_frames};
-pub use urdf_shapes::{Collision, Rgb, Shape, Visual, collisions, visuals};
-pub use urdf_tree::{LONGEST_DESCRIPTION, oddity};

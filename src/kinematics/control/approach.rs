@@ -5,7 +5,6 @@ use super::controller::Controller;
 use crate::arm::ArmState;
 use nalgebra::UnitQuaternion;
 use serde::{Deserialize, Serialize};
-use std::f64::consts::FRAC_PI_2;
 
 /// The velocity at which a second-order law was last sent on, from which it goes to the one that it asks for.
 ///
@@ -18,19 +17,6 @@ pub struct Approach {
     twist: AngularLinear,
     command: Vec<f64>,
     correction: Vec<f64>,
-}
-
-/// The rate [1/s] of the law of first order that is stable by itself up to the same delay as a law of second order, whose velocity goes at the
-/// rate R to one of the rate λ: on the border of stability `s² + R s + R λ exp(−s τ)` has a root `i ω` with `tan(ω τ) = R/ω`, and of a
-/// law of first order τ is `½π` by the rate.
-pub(super) fn as_of_first_order(rate: f64, approach: f64) -> f64 {
-    if approach.is_infinite() || rate == 0.0 {
-        return rate;
-    }
-    let (half_square, stiffness) = (0.5 * approach.powi(2), approach * rate);
-    // ω² = −½R² + √(¼R⁴ + R²λ²), without its cancellation.
-    let frequency = stiffness / (half_square + half_square.hypot(stiffness)).sqrt();
-    FRAC_PI_2 * frequency / approach.atan2(frequency)
 }
 
 impl Approach {

@@ -1,13 +1,13 @@
 //! A law with its gains.
 
 use super::angular_linear::AngularLinear;
-use super::approach::as_of_first_order;
 use super::control_law::{LawInput, Map};
 use super::law::MOST;
 use super::{Aim, Damping, Law, PoseError};
 use crate::arm::ArmState;
 use dq_algebra::UnitDualQuaternion;
 use nalgebra::Vector6;
+use std::f64::consts::FRAC_PI_2;
 
 /// A law with its gains, and those of the others, which wait for their turn.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -193,4 +193,17 @@ impl Controller {
 /// The pose error `e = q_d* q` (eq. 28): `goal_from_tool`.
 pub fn pose_error(arm: &ArmState, base_from_goal: &UnitDualQuaternion) -> UnitDualQuaternion {
     base_from_goal.conjugate() * arm.base_from_tool()
+}
+
+/// The rate [1/s] of the law of first order that is stable by itself up to the same delay as a law of second order, whose velocity goes at the
+/// rate R to one of the rate λ: on the border of stability `s² + R s + R λ exp(−s τ)` has a root `i ω` with `tan(ω τ) = R/ω`, and of a
+/// law of first order τ is `½π` by the rate.
+fn as_of_first_order(rate: f64, approach: f64) -> f64 {
+    if approach.is_infinite() || rate == 0.0 {
+        return rate;
+    }
+    let (half_square, stiffness) = (0.5 * approach.powi(2), approach * rate);
+    // ω² = −½R² + √(¼R⁴ + R²λ²), without its cancellation.
+    let frequency = stiffness / (half_square + half_square.hypot(stiffness)).sqrt();
+    FRAC_PI_2 * frequency / approach.atan2(frequency)
 }

@@ -1,12 +1,12 @@
 //! Forward kinematics and Jacobians.
 
-use crate::FINITE_DIFFERENCE;
+use crate::jacobians::{check_jacobians, state};
 use crate::puma::puma;
 use crate::reference::{distance, json, numbers};
 use crate::step::seven_rows;
 use crate::tolerance::{ALGEBRA, REFERENCE};
-use dq_algebra::{UnitDualQuaternion, dual_hamilton_plus};
-use dq_kinematics::arm::{ArmError, ArmState, Chain, Convention, DhRow, Joint, JointKind};
+use dq_algebra::UnitDualQuaternion;
+use dq_kinematics::arm::{ArmError, Chain, Convention, DhRow, Joint, JointKind};
 use nalgebra::{Unit, Vector3};
 use proptest::prelude::*;
 use serde_json::Value;
@@ -14,12 +14,6 @@ use serde_json::Value;
 /// Rows of a matrix given as a list of lists.
 pub fn rows(value: &Value) -> Vec<Vec<f64>> {
     value.as_array().unwrap().iter().map(numbers).collect()
-}
-
-pub fn state(chain: &Chain, theta: &[f64]) -> ArmState {
-    let mut state = ArmState::new(chain);
-    chain.evaluate(theta, &mut state).unwrap();
-    state
 }
 
 #[test]
@@ -67,27 +61,6 @@ fn an_independent_implementation_agrees_on_poses_and_jacobians() {
             assert!(distance(&ours, row) < REFERENCE, "row {i} at {theta:?}");
         }
     }
-}
-
-/// Central differences of the pose along each joint are the pose Jacobian, of which rows 2–4 and 6–8 of `2 H⁺₈(q*) J` are the body
-/// Jacobian.
-pub fn check_jacobians(chain: &Chain, theta: &[f64]) {
-    const STEP: f64 = 1e-6;
-    let state = state(chain, theta);
-    let jacobian = state.pose_jacobian();
-    for (i, column) in jacobian.column_iter().enumerate() {
-        let pose = |step: f64| {
-            let mut moved = theta.to_vec();
-            moved[i] += step;
-            chain.forward_kinematics(&moved).unwrap().to_vector8()
-        };
-        let difference = (pose(STEP) - pose(-STEP)) / (2.0 * STEP);
-        assert!((difference - column).norm() < FINITE_DIFFERENCE, "joint {i} at {theta:?}");
-    }
-    let conjugate = *state.base_from_tool().conjugate().as_dual_quaternion();
-    let (twists, body) = (2.0 * dual_hamilton_plus(&conjugate) * jacobian, state.body_jacobian());
-    assert!((twists.rows(1, 3) - body.rows(0, 3)).norm() < ALGEBRA * 10.0);
-    assert!((twists.rows(5, 3) - body.rows(3, 3)).norm() < ALGEBRA * 10.0);
 }
 
 #[test]

@@ -1,11 +1,12 @@
 //! Two arms as one: the law against the reference work.
 
-use crate::arm::{rows, state};
+use crate::LOOP;
+use crate::arm::rows;
 use crate::control::runge_kutta;
+use crate::jacobians::{FINITE_DIFFERENCE, state};
 use crate::puma::puma;
 use crate::reference::{distance, json, numbers};
 use crate::tolerance::{ALGEBRA, REFERENCE};
-use crate::{FINITE_DIFFERENCE, LOOP};
 use dq_algebra::{UnitDualQuaternion, dual_hamilton_minus, dual_hamilton_plus};
 use dq_kinematics::arm::ArmState;
 use dq_kinematics::control::{Aim, Controller, Damping, Map};

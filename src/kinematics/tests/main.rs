@@ -4,7 +4,7 @@ mod aims;
 mod arm;
 mod control;
 mod cooperative;
-mod described;
+mod jacobians;
 mod laws;
 mod odd_arms;
 mod plain;
@@ -17,7 +17,5 @@ mod tasks;
 #[path = "../../algebra/tests/tolerance.rs"]
 mod tolerance;
 
-/// Central finite differences with step 1e-6.
-const FINITE_DIFFERENCE: f64 = 1e-8;
 /// Samples of a closed loop integrated with a fine step.
 const LOOP: f64 = 1e-6;

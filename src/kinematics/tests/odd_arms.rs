@@ -1,7 +1,6 @@
 //! Arms of an odd number of joints, of which two are computed at a time.
 
-use crate::FINITE_DIFFERENCE;
-use crate::arm::state;
+use crate::jacobians::{FINITE_DIFFERENCE, state};
 use crate::tolerance::ALGEBRA;
 use dq_algebra::UnitDualQuaternion;
 use dq_kinematics::arm::{ArmState, Chain, Joint, JointKind};
@@ -57,7 +56,7 @@ fn a_state_of_any_arm_becomes_that_of_the_arm_that_is_evaluated() {
     use JointKind::{Prismatic, Revolute};
     let theta = [0.3, 0.2, -0.1];
     let orders = [[Revolute; 3], [Prismatic, Revolute, Prismatic], [Revolute, Prismatic, Revolute]];
-    let state = |kinds: &[JointKind]| crate::arm::state(&chain(kinds), &theta[..kinds.len()]);
+    let state = |kinds: &[JointKind]| crate::jacobians::state(&chain(kinds), &theta[..kinds.len()]);
     for (one, other) in orders.iter().flat_map(|one| orders.map(|other| (one, other))) {
         let mut used = state(&other);
         chain(one).evaluate(&theta, &mut used).unwrap();

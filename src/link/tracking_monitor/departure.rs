@@ -3,7 +3,6 @@
 //! A pull moves a joint at a constant speed, whatever its command is. So the change of its motion counts: a joint that responds moves by
 //! Y = Δθ − v₀ Δt if its command asks it to move by X = ∫u dt − u₀ Δt, where u₀ and v₀ are its command and speed before.
 
-use super::{MUCH_TOO_FAR, PART, SLOWEST};
 use crate::command_history::CommandHistory;
 use crate::comparison::Comparison;
 use dq_kinematics::arm::JointKind;
@@ -11,6 +10,15 @@ use serde::{Deserialize, Serialize};
 use std::mem;
 use std::ops::Range;
 use std::time::Duration;
+
+/// A joint follows that goes at least this part of the distance that the others go for it.
+pub(super) const PART: f64 = 0.2;
+
+/// A robot that goes less than this part of its commanded distance obeys no command; one that goes more was told to be slow.
+pub(super) const SLOWEST: f64 = 0.02;
+
+/// A joint that moves this many times as far as commanded does not obey.
+pub(super) const MUCH_TOO_FAR: f64 = 5.0;
 
 /// Until a joint is seen to respond, its command changes by no more than this [rad/s], and by no more than its acceleration gives in
 /// [`PROBE_ACCELERATION`] \[s\]: what the joint must take in one step if it begins to respond only then.

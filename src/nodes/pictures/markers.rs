@@ -2,7 +2,7 @@
 
 use super::trace::Trace;
 use dq_core::servo::ClosePair;
-use dq_kinematics::colors::{AXES, Color, law_color};
+use dq_figures::{AXES, Color, law_color};
 use dq_kinematics::control::Law;
 use dq_messages::messages::{Header, Point, Pose, Vector3};
 use dq_messages::visualization::{ColorRGBA, Marker, MarkerArray};

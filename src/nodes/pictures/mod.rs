@@ -10,7 +10,7 @@ mod trace;
 pub(super) use markers::Moment;
 
 use super::senders::{Clocks, Senders};
-use super::servo::Wiring;
+use super::wiring::Wiring;
 use dq_messages::messages::{Header, PoseStamped};
 use dq_messages::visualization::{
     GetInteractiveMarkers, InteractiveMarkerFeedback, InteractiveMarkerUpdate, MarkerArray, Path,

@@ -1,7 +1,6 @@
 //! What a run was like over time.
 
-use super::each_once;
-use super::looks::Drawn;
+use super::looks::{Drawn, each_once};
 use crate::{ArmCommands, Change, RecordedRun, Sample, Thinned, What};
 use dq_core::servo::{CLEARANCE, GoalError, Limits, PositionLimits, Tolerance};
 use dq_figures::{Axis, Color, Figure, INK, LIMIT, Line, Mark, Panel, Series, chart, over_time};

@@ -49,7 +49,7 @@ pub(super) fn looks(runs: &[RecordedRun]) -> Vec<Drawn<'_>> {
 /// Each law of each run once; a run without any has one key all the same.
 fn keys(runs: &[RecordedRun]) -> Vec<(usize, Option<String>)> {
     let of_run = |(number, run)| periods(run).into_iter().map(move |(law, _)| (number, law));
-    super::each_once(runs.iter().enumerate().flat_map(of_run))
+    each_once(runs.iter().enumerate().flat_map(of_run))
 }
 
 /// The laws of a run, and when each was in force: the first from the beginning, the last to the end. A law that is no motion's has no
@@ -90,4 +90,14 @@ impl Drawn<'_> {
     pub fn color(&self) -> Color {
         self.looks.first().map_or(COLORS[0], |look| look.color)
     }
+}
+
+/// Each of these once, where it came first.
+pub fn each_once<T: PartialEq>(all: impl Iterator<Item = T>) -> Vec<T> {
+    all.fold(Vec::new(), |mut known, one| {
+        if !known.contains(&one) {
+            known.push(one);
+        }
+        known
+    })
 }

@@ -9,16 +9,6 @@ use super::RecordedRun;
 use dq_figures::Figure;
 use looks::looks;
 
-/// Each of these once, where it came first.
-fn each_once<T: PartialEq>(all: impl Iterator<Item = T>) -> Vec<T> {
-    all.fold(Vec::new(), |mut known, one| {
-        if !known.contains(&one) {
-            known.push(one);
-        }
-        known
-    })
-}
-
 /// All figures of the runs.
 pub fn plot(runs: &[RecordedRun]) -> Vec<Figure> {
     let runs = looks(runs);

@@ -1,6 +1,6 @@
 //! The way of the controlled point through space.
 
-use super::looks::{Drawn, Look};
+use super::looks::{Drawn, Look, each_once};
 use super::outline::outline;
 use crate::{RecordedRun, Sample};
 use dq_algebra::UnitDualQuaternion;
@@ -47,7 +47,7 @@ fn places(run: &RecordedRun) -> Vec<Place> {
 fn solids(runs: &[Drawn], ways: &[Path]) -> Vec<Path> {
     let points: Vec<_> = ways.iter().flat_map(|way| &way.points).copied().collect();
     let outlines = |name: &str, line: Line, of: fn(&RecordedRun) -> &Vec<KeepOut>| {
-        let known = super::each_once(runs.iter().flat_map(|drawn| of(drawn.run)));
+        let known = each_once(runs.iter().flat_map(|drawn| of(drawn.run)));
         let lines = known.into_iter().flat_map(|solid| outline(&solid.shape, &points));
         lines.map(|points| Path { name: name.to_owned(), color: LIMIT, line, points }).collect::<Vec<_>>()
     };

@@ -1,13 +1,12 @@
 //! What the arm must keep out of, or its tool stay in.
 
-use super::hull::FLAT;
-use super::{Hull, Name, NameError, Segment, Shape, Solid};
+use super::solid::{FARTHEST, KeepOutError};
+use super::{Hull, Name, Segment, Shape, Solid};
 use dq_algebra::{Line, Plane, unit_rotation};
 use nalgebra::{Isometry3, Translation3, Unit, Vector3};
 use std::fmt;
 use std::ops::RangeInclusive;
 use std::str::FromStr;
-use thiserror::Error;
 
 /// A solid that the arm must keep out of, or that its tool must stay in, with a name.
 ///
@@ -20,61 +19,6 @@ pub struct KeepOut {
     pub shape: Shape,
     solid: Solid,
 }
-
-/// Why something is no [`KeepOut`].
-#[derive(Clone, Debug, Error, PartialEq)]
-pub enum KeepOutError {
-    /// A name that cannot be one.
-    Name(#[from] NameError),
-    /// A shape that there is not.
-    Shape,
-    /// Not as many numbers as the shape has, or something else among them.
-    Numbers {
-        /// The shape.
-        shape: &'static str,
-        /// Its numbers.
-        numbers: &'static str,
-    },
-    /// A length that cannot be one.
-    Length(f64),
-    /// A place that is too far away.
-    Far(f64),
-    /// A direction or an orientation that is none.
-    Direction,
-    /// Points that lie in a plane.
-    Flat,
-}
-
-impl KeepOutError {
-    /// What would be right.
-    pub fn expected(&self) -> String {
-        match self {
-            Self::Name(why) => why.expected(),
-            Self::Shape => {
-                format!(
-                    "a name, then {}, then its numbers",
-                    Solid::SHAPES.map(|(shape, _)| shape).join(" or ")
-                )
-            }
-            Self::Numbers { shape, numbers } => format!("finite numbers after {shape}: {numbers}"),
-            Self::Length(length) => format!("lengths of more than 0 m, {FARTHEST} m at most, not {length}"),
-            Self::Far(place) => format!("a place no farther away than {FARTHEST} m, not {place}"),
-            Self::Direction => "a direction of any length above 0, and an orientation of length 1".to_owned(),
-            Self::Flat => format!(
-                "points that do not lie in a plane, not even within {FLAT} m or {FLAT} of their distance"
-            ),
-        }
-    }
-}
-
-impl fmt::Display for KeepOutError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "expected {}", self.expected())
-    }
-}
-
-/// No place is farther away, and nothing longer \[m\].
-const FARTHEST: f64 = 1000.0;
 
 /// Of how many points a hull is made: it has less than twice as many faces, and all of them may bound a velocity at once.
 const POINTS: RangeInclusive<usize> = 4..=100;

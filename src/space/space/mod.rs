@@ -35,7 +35,7 @@ pub use body::{Body, Capsule, CapsuleError};
 pub use fitted::{Fitted, merged};
 pub use gap::Gap;
 pub use hull::Hull;
-pub use keep_out::{KeepOut, KeepOutError};
+pub use keep_out::KeepOut;
 pub use name::{LONGEST as LONGEST_NAME, Name, NameError};
 #[cfg(debug_assertions)]
 #[doc(hidden)]
@@ -44,4 +44,4 @@ pub use placed::{Near, Placed};
 pub use scene::{LeftOut, MOST_CAPSULES, MOST_KEEP_OUTS, MOST_PAIRS, Pair, Scene, SceneError, Tool, Why};
 pub use segment::Segment;
 pub use shape::Shape;
-pub use solid::{NO_TURN, Solid};
+pub use solid::{KeepOutError, NO_TURN, Solid};

@@ -1,9 +1,66 @@
 //! Solids by their sizes, as people and messages give them.
 
-use super::KeepOutError;
+use super::hull::FLAT;
+use super::name::NameError;
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use std::fmt;
 use std::str::FromStr;
+use thiserror::Error;
+
+/// Why something is no [`KeepOut`](super::KeepOut).
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum KeepOutError {
+    /// A name that cannot be one.
+    Name(#[from] NameError),
+    /// A shape that there is not.
+    Shape,
+    /// Not as many numbers as the shape has, or something else among them.
+    Numbers {
+        /// The shape.
+        shape: &'static str,
+        /// Its numbers.
+        numbers: &'static str,
+    },
+    /// A length that cannot be one.
+    Length(f64),
+    /// A place that is too far away.
+    Far(f64),
+    /// A direction or an orientation that is none.
+    Direction,
+    /// Points that lie in a plane.
+    Flat,
+}
+
+impl KeepOutError {
+    /// What would be right.
+    pub fn expected(&self) -> String {
+        match self {
+            Self::Name(why) => why.expected(),
+            Self::Shape => {
+                format!(
+                    "a name, then {}, then its numbers",
+                    Solid::SHAPES.map(|(shape, _)| shape).join(" or ")
+                )
+            }
+            Self::Numbers { shape, numbers } => format!("finite numbers after {shape}: {numbers}"),
+            Self::Length(length) => format!("lengths of more than 0 m, {FARTHEST} m at most, not {length}"),
+            Self::Far(place) => format!("a place no farther away than {FARTHEST} m, not {place}"),
+            Self::Direction => "a direction of any length above 0, and an orientation of length 1".to_owned(),
+            Self::Flat => format!(
+                "points that do not lie in a plane, not even within {FLAT} m or {FLAT} of their distance"
+            ),
+        }
+    }
+}
+
+impl fmt::Display for KeepOutError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "expected {}", self.expected())
+    }
+}
+
+/// No place is farther away, and nothing longer \[m\].
+pub(super) const FARTHEST: f64 = 1000.0;
 
 /// The turn of a solid that is not turned: qx qy qz qw.
 pub const NO_TURN: [f64; 4] = [0.0, 0.0, 0.0, 1.0];

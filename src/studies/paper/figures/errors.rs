@@ -1,6 +1,6 @@
 //! Figures 1 to 4: errors and joint angles over time.
 
-use super::Runs;
+use super::runs::Runs;
 use crate::paper::simulation::follow;
 use crate::paper::{Laboratory, PaperError, SimulatedRun, Trajectory};
 use dq_algebra::UnitDualQuaternion;

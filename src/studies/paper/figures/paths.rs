@@ -1,6 +1,6 @@
 //! Figures 5 to 9: paths and frames of the tool.
 
-use super::Runs;
+use super::runs::Runs;
 use crate::paper::{INTERVAL, Laboratory, PaperError, SimulatedRun, TaskSpaceLogc};
 use dq_algebra::UnitDualQuaternion;
 use dq_figures::{BOTH_SIDES, Figure, Line, Path, Place, Scene, Viewpoint, frameplotter, law_color, scenes};

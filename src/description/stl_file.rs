@@ -13,7 +13,7 @@ const NORMAL: usize = 12;
 
 /// # Errors
 /// Why there are none.
-pub(super) fn read(bytes: &[u8]) -> Result<Scene, String> {
+pub(crate) fn read(bytes: &[u8]) -> Result<Scene, String> {
     let corners = match binary(bytes) {
         Some(triangles) => triangles.flat_map(corners_of).collect(),
         None => text(bytes)?,

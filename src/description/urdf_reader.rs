@@ -1,9 +1,9 @@
 //! From the text of a URDF document to the arm between two of its links.
 
-use super::bounds::JOINT_ANGLE;
-use super::description::{DescribedArm, DescribedJoint, DescriptionError, JointLimits, Motion, angles};
+use super::arm::{DescribedArm, DescribedJoint, DescriptionError, JointLimits, Motion, angles};
 use super::urdf_tree::{Tree, child_of, linked, name_of, with_document, wrong};
 use dq_common::text::cut;
+use dq_kinematics::arm::bounds::JOINT_ANGLE;
 use nalgebra::{Quaternion, UnitQuaternion};
 use roxmltree::{Document, Node};
 
@@ -127,7 +127,7 @@ fn read_as(joint: Node, motion: Motion) -> Result<DescribedJoint, DescriptionErr
 ///
 /// # Errors
 /// What is wrong with it, after its name.
-pub(super) fn quaternion(origin: Node) -> Option<Result<UnitQuaternion<f64>, String>> {
+pub(crate) fn quaternion(origin: Node) -> Option<Result<UnitQuaternion<f64>, String>> {
     let text = origin.attribute("quat_xyzw")?;
     let version = origin.document().root_element().attribute("version").unwrap_or("1.0");
     // There ROS 2's own reader leaves it out, which is another robot.

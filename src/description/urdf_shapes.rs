@@ -1,6 +1,6 @@
 //! The shapes of the links of a URDF document: what they look like, and what they run into others with.
 
-use super::description::{DescriptionError, pose};
+use super::arm::{DescriptionError, pose};
 use super::urdf_reader::quaternion;
 use super::urdf_tree::{child_of, name_of, with_document};
 use dq_algebra::UnitDualQuaternion;

@@ -1,7 +1,8 @@
 //! Where the links of a robot description are, and which joint of the arm carries each.
 
-use super::{ArmError, Chain, Description};
+use super::urdf_reader::Description;
 use dq_algebra::UnitDualQuaternion;
+use dq_kinematics::arm::{ArmError, Chain};
 use std::collections::HashMap;
 
 /// Where a link is.

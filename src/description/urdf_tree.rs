@@ -4,8 +4,8 @@
 //! by a stack overflow on deeply nested text, does not name the element in which a number is wrong, and reads a missing limit as zeros. What is
 //! no XML is made one first, by [`as_xml`].
 
-use super::description::DescriptionError;
-use super::urdf_lenient::as_xml;
+use super::arm::DescriptionError;
+use super::urdf_lenient::{as_xml, line};
 use dq_common::text::{self, cut};
 use roxmltree::{Document, Node, ParsingOptions};
 use std::collections::{HashMap, HashSet};
@@ -20,7 +20,7 @@ const MOST_JOINTS: usize = 64;
 const MOST_NODES: u32 = 200_000;
 
 /// What `read` makes of the robot's document. A text that is no XML is read as ROS 2's own reader reads it, if that takes it.
-pub(super) fn with_document<T>(
+pub(crate) fn with_document<T>(
     text: &str,
     read: impl FnOnce(&Document) -> Result<T, DescriptionError>,
 ) -> Result<T, DescriptionError> {
@@ -95,12 +95,6 @@ fn strict(text: &str) -> Result<Document<'_>, NotStrict> {
     }
 }
 
-/// The line of what begins so many bytes after the text's beginning, counted from 1.
-pub(super) fn line(text: &str, at: usize) -> u32 {
-    let before = text.as_bytes().iter().take(at).filter(|byte| **byte == b'\n').count();
-    u32::try_from(before + 1).unwrap_or(u32::MAX)
-}
-
 /// The first element in the namespace of macros, as it is written, and its line.
 fn of_xacro(document: &Document) -> Option<(String, u32)> {
     let is_macro = |node: &Node| node.tag_name().namespace().is_some_and(|uri| uri.contains("xacro"));
@@ -116,7 +110,7 @@ fn of_xacro(document: &Document) -> Option<(String, u32)> {
 }
 
 /// The names in a description, and what hangs from what.
-pub(super) struct Tree<'a> {
+pub(crate) struct Tree<'a> {
     links: Vec<&'a str>,
     pub joints: Vec<Node<'a, 'a>>,
     /// By the link that it carries: the link that carries it, and the joint.
@@ -304,20 +298,20 @@ fn named<'a>(
     Ok(names)
 }
 
-pub(super) fn name_of<'a>(joint: Node<'a, '_>) -> &'a str {
+pub(crate) fn name_of<'a>(joint: Node<'a, '_>) -> &'a str {
     joint.attribute("name").unwrap_or_default()
 }
 
-pub(super) fn wrong(joint: Node, why: impl Into<String>) -> DescriptionError {
+pub(crate) fn wrong(joint: Node, why: impl Into<String>) -> DescriptionError {
     DescriptionError::Element { kind: "joint", name: name_of(joint).to_owned(), why: why.into() }
 }
 
-pub(super) fn child_of<'a>(node: Node<'a, 'a>, kind: &'static str) -> Option<Node<'a, 'a>> {
+pub(crate) fn child_of<'a>(node: Node<'a, 'a>, kind: &'static str) -> Option<Node<'a, 'a>> {
     node.children().find(|child| child.has_tag_name(kind))
 }
 
 /// The link that the joint names as its parent or child.
-pub(super) fn linked<'a>(joint: Node<'a, 'a>, role: &'static str) -> Result<&'a str, DescriptionError> {
+pub(crate) fn linked<'a>(joint: Node<'a, 'a>, role: &'static str) -> Result<&'a str, DescriptionError> {
     child_of(joint, role)
         .and_then(|node| node.attribute("link"))
         .ok_or_else(|| wrong(joint, format!("it has no <{role} link=...>")))

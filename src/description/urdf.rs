@@ -1,9 +1,9 @@
 //! A chain as a URDF document, so that RViz and other tools can show it, and a described arm as a short one.
 
-use super::description::{DescribedArm, DescribedJoint, JointLimits, Motion, angles};
-use super::{ArmError, Chain, JointKind};
+use super::arm::{DescribedArm, DescribedJoint, JointLimits, Motion, angles};
 use dq_algebra::UnitDualQuaternion;
 use dq_common::text::escaped;
+use dq_kinematics::arm::{ArmError, Chain, JointKind};
 use nalgebra::{UnitQuaternion, Vector3};
 use std::fmt::Write;
 
@@ -182,7 +182,7 @@ fn visual(origin: &UnitDualQuaternion, radius: f64, length: f64, material: &str)
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::arm::{Convention, DhRow};
+    use dq_kinematics::arm::{Convention, DhRow};
     use nalgebra::Rotation3;
 
     /// The limbs of the document: length, and where their two ends are in the link's frame.

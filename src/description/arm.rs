@@ -1,8 +1,8 @@
 //! A robot as its URDF describes it, and the arm that it has between two of its links.
 
-use super::bounds::{self, JOINT_ANGLE};
-use super::{ArmError, Chain, Joint, JointKind};
 use dq_algebra::UnitDualQuaternion;
+use dq_kinematics::arm::bounds::{self, JOINT_ANGLE};
+use dq_kinematics::arm::{ArmError, Chain, Joint, JointKind};
 use nalgebra::{Isometry3, Unit, UnitQuaternion, Vector3};
 use thiserror::Error;
 
@@ -165,13 +165,13 @@ pub struct DescribedJoint {
 }
 
 /// The pose that URDF gives by a position \[m\] and angles of roll, pitch and yaw about fixed axes \[rad\].
-pub(super) fn pose([x, y, z]: [f64; 3], [roll, pitch, yaw]: [f64; 3]) -> UnitDualQuaternion {
+pub(crate) fn pose([x, y, z]: [f64; 3], [roll, pitch, yaw]: [f64; 3]) -> UnitDualQuaternion {
     UnitDualQuaternion::from_parts(UnitQuaternion::from_euler_angles(roll, pitch, yaw), Vector3::new(x, y, z))
 }
 
 /// The angles of roll, pitch and yaw of a rotation \[rad\], exact also where the pitch is a right angle: roll is found with yaw given, after
 /// Herter and Lott, *Algorithms for decomposing 3-D orthogonal matrices into primitive rotations* (1993).
-pub(super) fn angles(rotation: &UnitQuaternion<f64>) -> [f64; 3] {
+pub(crate) fn angles(rotation: &UnitQuaternion<f64>) -> [f64; 3] {
     let r = rotation.to_rotation_matrix();
     let yaw = r[(1, 0)].atan2(r[(0, 0)]);
     let (sin, cos) = yaw.sin_cos();
@@ -242,7 +242,7 @@ impl DescribedArm {
     /// Its kinematics.
     ///
     /// # Errors
-    /// [`DescriptionError::Arm`] where no joint moves, or lengths are beyond [`LENGTH`](super::bounds::LENGTH).
+    /// [`DescriptionError::Arm`] where no joint moves, or lengths are beyond [`LENGTH`](dq_kinematics::arm::bounds::LENGTH).
     pub fn chain(&self) -> Result<Chain, DescriptionError> {
         let (mut joints, mut before) = (Vec::new(), Isometry3::identity());
         for joint in &self.joints {

@@ -1,13 +1,20 @@
 //! Arms that robot descriptions give, and descriptions that give none.
 
-use crate::arm::check_jacobians;
-use crate::puma::puma;
-use crate::tolerance::ALGEBRA;
+#[path = "../../kinematics/tests/jacobians.rs"]
+mod jacobians;
+#[path = "../../algebra/tests/tolerance.rs"]
+#[allow(dead_code)] // The tolerance of printed numbers is for others.
+mod tolerance;
+
 use dq_algebra::UnitDualQuaternion;
-use dq_kinematics::arm::{ArmState, Chain, DescribedArm, Description, JointKind, Motion, guess_frames};
+use dq_config::ForArm;
+use dq_description::{DescribedArm, Description, Motion, guess_frames};
+use dq_kinematics::arm::{ArmState, Chain, JointKind};
+use jacobians::check_jacobians;
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 use proptest::prelude::*;
 use std::process::{Command, Output};
+use tolerance::ALGEBRA;
 
 /// What an independent implementation is met to.
 const ORACLE: f64 = 1e-10;
@@ -18,6 +25,10 @@ fn text(name: &str) -> String {
 
 fn file(name: &str) -> String {
     format!("{}/../../tests/data/urdf/{name}.urdf", env!("CARGO_MANIFEST_DIR"))
+}
+
+fn puma() -> Chain {
+    Chain::for_arm("puma560").unwrap()
 }
 
 fn done(output: Output, what: &str) -> Vec<u8> {

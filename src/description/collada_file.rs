@@ -21,7 +21,7 @@ const TRANSFORMS: [&str; 6] = ["matrix", "translate", "rotate", "scale", "lookat
 
 /// # Errors
 /// Why there is none.
-pub(super) fn read(bytes: &[u8], path: &Path) -> Result<Scene, String> {
+pub(crate) fn read(bytes: &[u8], path: &Path) -> Result<Scene, String> {
     let text = String::from_utf8_lossy(bytes);
     let options = ParsingOptions { nodes_limit: MOST_NODES, ..ParsingOptions::default() };
     let document =

@@ -3,8 +3,7 @@
 //!
 //! The grammar is tinyxml2's (11.0). quick-xml (0.42) refuses a tenth of what that takes: blanks after a `<`, other `<!…>` than DOCTYPE.
 
-use super::description::DescriptionError;
-use super::urdf_tree::line;
+use super::arm::DescriptionError;
 use dq_common::text::cut;
 
 /// What is no element, by how it begins and ends. What is a mark comes before what begins alike.
@@ -15,7 +14,7 @@ const CDATA: &str = "![CDATA[";
 ///
 /// # Errors
 /// [`DescriptionError::NotXml`] for what tinyxml2 refuses too, [`DescriptionError::Xacro`] for a macro.
-pub(super) fn as_xml(text: &str) -> Result<String, DescriptionError> {
+pub(crate) fn as_xml(text: &str) -> Result<String, DescriptionError> {
     // A text of C ends there.
     let all = text.split('\0').next().unwrap_or_default();
     let (mut rest, mut xml) = (all, Xml::default());
@@ -46,6 +45,12 @@ pub(super) fn as_xml(text: &str) -> Result<String, DescriptionError> {
         };
     }
     Ok(xml.out)
+}
+
+/// The line of what begins so many bytes after the text's beginning, counted from 1.
+pub(crate) fn line(text: &str, at: usize) -> u32 {
+    let before = text.as_bytes().iter().take(at).filter(|byte| **byte == b'\n').count();
+    u32::try_from(before + 1).unwrap_or(u32::MAX)
 }
 
 /// What begins with `<` and is an element's beginning, its end, or both.

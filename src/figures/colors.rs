@@ -1,6 +1,6 @@
 //! The colours of laws, components and axes, the same in figures, in RViz and in the browser.
 
-use crate::control::Law;
+use dq_kinematics::control::Law;
 
 /// Red, green, blue, of 255.
 pub type Color = [u8; 3];

@@ -1,0 +1,135 @@
+//! The arm's body as a robot description has it: capsules around the shapes by which its links run into others.
+
+use super::arm::DescriptionError;
+use super::mesh_file;
+use super::places::Place;
+use super::urdf_reader::Description;
+use super::urdf_shapes::{Collision, Shape, collisions};
+use dq_space::space::{Body, Capsule, Fitted, MOST_CAPSULES, merged};
+use nalgebra::Vector3;
+use std::path::Path;
+
+/// The radius of the capsule along a link of which nothing is known \[m\].
+pub const LIMB_RADIUS: f64 = 0.05;
+
+/// As many of one arm as let two have [`MOST_CAPSULES`] together.
+const MOST: usize = MOST_CAPSULES / 2;
+
+/// What reaches farther from its joint \[m\] is no part of an arm, but in millimetres.
+const FARTHEST: f64 = 10.0;
+
+/// What is thinner \[m\] is no part of an arm.
+const THINNEST: f64 = 1e-6;
+
+/// They are written in steps of this \[1/m\].
+const STEPS: f64 = 1e4;
+
+/// The capsules, as the parameter `body` has them, and what to warn of.
+#[derive(Debug, PartialEq)]
+pub struct FittedBody {
+    /// None where the description has no shapes for them.
+    pub texts: Vec<String>,
+    /// Shapes that could not be read.
+    pub warning: Option<String>,
+}
+
+/// Around the shapes of each link of the arm between these frames, and of what it carries: by fixed joints, and beyond the last joint by others
+/// too, a hand by its fingers where they start. A link without shapes, or with one that cannot be read, has the capsule along it that it
+/// has in [`Body::along`]. `file` is the description's own, if it came from one.
+///
+/// # Errors
+/// [`DescriptionError`].
+pub fn fitted(
+    text: &str,
+    [base, tool]: &[String; 2],
+    file: Option<&Path>,
+) -> Result<FittedBody, DescriptionError> {
+    let description = Description::read(text, base, tool)?;
+    let chain = description.arm.chain()?;
+    let places = description.places(&chain)?;
+    let last = chain.joint_count();
+    let is_body = |place: &&Place| match place.carrier {
+        0 => place.is_of_arm,
+        carrier => place.is_rigid || carrier == last,
+    };
+    let (mut all, mut missing) = (Vec::new(), Vec::new());
+    for collision in collisions(text)? {
+        let Some(place) = places.get(collision.link.as_str()).filter(is_body) else { continue };
+        match around(&collision, place, file) {
+            Ok(fitted) => all.push((place.carrier, fitted)),
+            Err(why) => missing.push((place.carrier, collision.link, why)),
+        }
+    }
+    let warning = warning(&missing);
+    let names: Vec<_> = description.arm.moving().map(|joint| joint.name.as_str()).collect();
+    if all.is_empty() {
+        return Ok(FittedBody { texts: Vec::new(), warning });
+    }
+    let is_whole =
+        |joint: usize| all.iter().any(|(of, _)| *of == joint) && missing.iter().all(|(of, ..)| *of != joint);
+    let along = Body::along(std::slice::from_ref(&chain), LIMB_RADIUS).capsules;
+    let along = along.into_iter().filter(|capsule| !is_whole(capsule.joint));
+    let along: Vec<_> =
+        along.map(|Capsule { joint, core, radius, .. }| (joint, Fitted { core, radius })).collect();
+    // Where a joint is called so, what stands has no name.
+    let base = if names.contains(&"base") { "" } else { "base" };
+    let texts = merged([all, along].concat(), MOST).into_iter().map(|(joint, fitted)| {
+        let joint = joint.checked_sub(1).map_or(base, |number| names[number]);
+        written(joint, &fitted)
+    });
+    Ok(FittedBody { texts: texts.collect(), warning })
+}
+
+/// A capsule around a shape, in the frame that moves with the joint that carries it.
+fn around(collision: &Collision, place: &Place, file: Option<&Path>) -> Result<Fitted, String> {
+    let (link_from_shape, shape) =
+        collision.shape.as_ref().ok_or("expected a box, a cylinder, a capsule, a sphere or a mesh")?;
+    let fitted = match shape {
+        Shape::Sphere(radius) => Fitted::ball(&Vector3::zeros(), *radius),
+        Shape::Cylinder { radius, length } => Fitted::cylinder(*radius, *length),
+        Shape::Capsule { radius, length } => Fitted::capsule(*radius, *length),
+        Shape::Box(edges) => {
+            let side = |number: usize, axis: usize| if number >> axis & 1 == 0 { -0.5 } else { 0.5 };
+            let corner = |number| Vector3::from_fn(|axis, _| side(number, axis) * edges[axis]);
+            Fitted::points(&(0..8).map(corner).collect::<Vec<_>>()).ok_or("it has no corners")?
+        }
+        Shape::Mesh { scale, .. } if scale.iter().any(|factor| *factor == 0.0) => {
+            return Err("its scale is 0".to_owned());
+        }
+        Shape::Mesh { file: mesh, scale } => {
+            let scene = mesh_file::load(mesh, file)?;
+            let corners = scene.meshes.iter().flat_map(|mesh| &mesh.vertices);
+            let points: Vec<_> =
+                corners.map(|corner| Vector3::from(corner.map(f64::from)).component_mul(scale)).collect();
+            Fitted::points(&points).ok_or_else(|| format!("{mesh} has no corners"))?
+        }
+    };
+    let fitted = fitted.moved(&(place.carrier_from_link * *link_from_shape).frame());
+    let reach = fitted.core.ends.iter().map(|end| end.norm()).fold(fitted.radius, f64::max);
+    match () {
+        () if fitted.radius < THINNEST => Err("it has no size".to_owned()),
+        () if reach < FARTHEST => Ok(fitted),
+        // Of what is no number neither is true.
+        () => Err(format!("it reaches farther than {FARTHEST} m")),
+    }
+}
+
+/// As the parameter has it, in tenths of a millimetre; thicker by as much as its ends may have moved by that.
+fn written(joint: &str, Fitted { core, radius }: &Fitted) -> String {
+    let rounded = |number: f64| (number * STEPS).round() / STEPS + 0.0;
+    let ends: String = core.ends.iter().flatten().map(|number| format!(" {}", rounded(*number))).collect();
+    let radius = (radius * STEPS + 0.5 * 3.0_f64.sqrt()).ceil() / STEPS;
+    format!("{joint}{ends} {radius}")
+}
+
+/// What to say of the shapes of links that could not be read.
+fn warning(missing: &[(usize, String, String)]) -> Option<String> {
+    let (_, link, why) = missing.first()?;
+    let more = match missing.len() - 1 {
+        0 => String::new(),
+        more => format!(", and {more} more"),
+    };
+    Some(format!(
+        "a collision shape of link {link:?} cannot be used ({why}){more}: a capsule of {LIMB_RADIUS} m along the link is in its place"
+    ))
+}

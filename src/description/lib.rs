@@ -1,0 +1,23 @@
+//! Robot descriptions: URDF documents read and written, the meshes that they name, and the body of capsules around their shapes.
+#![warn(clippy::unwrap_used, clippy::expect_used)]
+// Both panic where nobody reads: results go through cli::print, all else through stderr.
+#![warn(clippy::print_stdout, clippy::print_stderr)]
+
+mod arm;
+mod body;
+mod collada_file;
+pub mod mesh_file;
+mod places;
+mod stl_file;
+mod urdf;
+mod urdf_lenient;
+mod urdf_reader;
+mod urdf_shapes;
+mod urdf_tree;
+
+pub use arm::{DescribedArm, DescribedJoint, DescriptionError, JointLimits, Motion};
+pub use body::{FittedBody, LIMB_RADIUS, fitted};
+pub use places::Place;
+pub use urdf_reader::{Description, guess_frames};
+pub use urdf_shapes::{Collision, Rgb, Shape, Visual, collisions, visuals};
+pub use urdf_tree::{LONGEST_DESCRIPTION, oddity};

@@ -1,0 +1,285 @@
+//! The arms together: what a cycle of the servo asks of the link.
+
+use crate::arm::ArmLink;
+use crate::command_history::CommandHistory;
+use crate::lateness::Cycles;
+use crate::pull::{Hold, Room};
+use crate::{ArmFigures, Contact, Disobedience, JointOrder, JointReading, LinkSettings, Return, StateError};
+use dq_kinematics::arm::JointKind;
+use dq_limits::{Braking, Interface, Limits, ratio};
+use serde::{Deserialize, Serialize};
+use std::ops::Range;
+use std::time::Duration;
+
+/// The joints of all arms: their measured and their predicted positions.
+#[derive(Serialize, Deserialize)]
+pub struct Link {
+    arms: Vec<ArmLink>,
+    history: CommandHistory,
+    cycles: Cycles,
+    measured: Vec<f64>,
+    predicted: Vec<f64>,
+    velocity: Vec<f64>,
+    /// The part of each joint's command that balances the pull, and the part of it that the joint was seen to respond to [rad/s].
+    hold: Vec<f64>,
+    proven: Vec<f64>,
+}
+
+impl Link {
+    /// Creates the link to arms with joints `orders` of these `kinds`, commanded through `interface` once per `period`.
+    pub fn new(orders: Vec<JointOrder>, kinds: &[JointKind], period: Duration, interface: Interface) -> Self {
+        let mut count = 0;
+        let arms = orders.into_iter().map(|order| {
+            let joints = count..count + order.names().len();
+            count = joints.end;
+            ArmLink::new(order, kinds[joints.clone()].to_vec(), joints, period)
+        });
+        let arms = arms.collect();
+        let zeros = vec![0.0; count];
+        let history = CommandHistory::new(count, period, interface);
+        Self {
+            arms,
+            history,
+            cycles: Cycles::new(period),
+            measured: zeros.clone(),
+            predicted: zeros.clone(),
+            velocity: zeros.clone(),
+            hold: zeros.clone(),
+            proven: zeros,
+        }
+    }
+
+    /// Takes a joint state received at `now` for the next cycle; the last good one counts. Returns whether it came from the publisher in
+    /// charge, which another one replaces after a `silence`.
+    pub fn take(
+        &mut self,
+        arm: usize,
+        reading: &JointReading,
+        now: Duration,
+        silence: Duration,
+    ) -> Result<bool, StateError> {
+        self.arms[arm].take(reading, now, silence)
+    }
+
+    /// Returns the joint names of `arm`, and their indices among all joints.
+    pub fn order(&self, arm: usize) -> (JointOrder, Range<usize>) {
+        self.arms[arm].order()
+    }
+
+    /// Sets whether anyone subscribes to the commands for `arm`.
+    pub fn set_listeners(&mut self, arm: usize, listeners: bool) {
+        self.arms[arm].listeners = listeners;
+    }
+
+    /// Sets whether another publisher sends commands to `arm`.
+    pub fn set_rival(&mut self, arm: usize, rival: bool) {
+        self.arms[arm].rival = rival;
+    }
+
+    /// Processes the joint states that arrived since the last cycle.
+    pub fn advance(&mut self, now: Duration, settings: &LinkSettings) {
+        self.cycles.note(now);
+        for arm in &mut self.arms {
+            if self.cycles.has_gap() && arm.received.is_some() {
+                arm.blind_since = Some(now);
+            }
+            arm.advance(settings, &mut self.measured, &mut self.velocity, &self.history);
+            arm.sum_up(now, settings.latency, &self.cycles);
+            if arm.returned.is_some_and(|it| it.is_of_newcomer()) {
+                // Nothing holds a robot that has just appeared.
+                self.hold[arm.joints.clone()].fill(0.0);
+            }
+        }
+        self.predict(now);
+    }
+
+    /// Returns the events of this cycle that revoke consent, such as a robot that appeared or jumped.
+    pub fn returns(&self) -> impl Iterator<Item = Return> + '_ {
+        self.arms.iter().filter_map(|arm| arm.returned)
+    }
+
+    /// Returns why a request is not obeyed, if the arm has disobeyed for longer than `timeout` or too often.
+    pub fn disobedience(&self, now: Duration, timeout: Duration) -> Option<Disobedience> {
+        self.arms.iter().find_map(|arm| {
+            let first = arm.joints.start;
+            Some(match arm.following.disobedience(now, timeout)? {
+                Disobedience::For(joint, time) => Disobedience::For(first + joint, time),
+                Disobedience::Again(joint) => Disobedience::Again(first + joint),
+            })
+        })
+    }
+
+    /// Notes that consent was revoked.
+    pub fn tell(&mut self) {
+        for arm in &mut self.arms {
+            if arm.following.is_lost() {
+                arm.pull.release();
+            }
+            arm.following.tell();
+        }
+    }
+
+    /// Returns whether an arm is known not to follow.
+    pub fn is_lost(&self) -> bool {
+        self.arms.iter().any(|arm| arm.following.is_lost())
+    }
+
+    /// Notes the fraction of its speed at which `arm` says at `now` that it moves.
+    pub fn set_factor(&mut self, arm: usize, factor: f64, now: Duration) {
+        self.arms[arm].told_factor = factor.is_finite().then_some((factor.clamp(0.0, 1.0), now));
+    }
+
+    /// Returns the fraction of the commanded speed at which the slowest arm moves.
+    pub fn factor(&self) -> f64 {
+        self.figures().map(|figures| figures.factor).fold(1.0, f64::min)
+    }
+
+    /// Returns whether the cycles had a gap after which some arm's state is not known yet: then nothing may be sent.
+    pub fn is_blind(&self) -> bool {
+        self.arms.iter().any(|arm| arm.blind_since.is_some())
+    }
+
+    /// Returns the joints whose next command must start at their present speed, each with that speed [rad/s].
+    pub fn coasting(&self) -> impl Iterator<Item = (usize, f64)> + '_ {
+        let came = self.arms.iter().filter(|arm| arm.figures.came && self.received().is_some());
+        came.flat_map(|arm| arm.joints.clone()).map(|joint| (joint, self.velocity[joint]))
+    }
+
+    fn predict(&mut self, now: Duration) {
+        for arm in &self.arms {
+            let since = arm.received.unwrap_or(now).saturating_sub(arm.figures.lag);
+            let slots = &mut self.predicted[arm.joints.clone()];
+            self.history.travel(arm.joints.clone(), since, now, slots);
+            let passed = now.saturating_sub(since).as_secs_f64();
+            let joints = self.measured[arm.joints.clone()].iter().zip(&self.hold[arm.joints.clone()]);
+            slots.iter_mut().zip(joints).for_each(|(slot, (measured, hold))| {
+                *slot = measured + arm.figures.factor * (*slot - passed * hold);
+            });
+        }
+    }
+
+    /// Notes the `command` [rad/s] in force from `now` on. It contains the hold, which moves nothing.
+    pub fn command(&mut self, now: Duration, command: &[f64]) {
+        self.history.note(now, command, &self.hold);
+        for arm in &mut self.arms {
+            let joints = arm.joints.clone();
+            let parts = command[joints.clone()].iter().zip(&self.hold[joints]);
+            arm.following.command(now, parts.map(|(command, hold)| command - hold));
+        }
+    }
+
+    /// Moves the hold of each joint towards the estimated pull, or towards 0 if nothing is to be held. `jerks` are the joints' jerk limits
+    /// [rad/s³], `period` the control period \[s\].
+    pub fn balance(&mut self, what: Hold, limits: &Limits, jerks: &[f64], period: f64) {
+        let room = Room { limits, positions: &self.predicted, jerks, period };
+        for arm in &mut self.arms {
+            let range = arm.joints.clone();
+            arm.balance(what, &room, &mut self.proven[range.clone()], &mut self.hold[range]);
+        }
+    }
+
+    /// Returns the part of each joint's command that balances the pull [rad/s, prismatic: m/s].
+    pub fn hold(&self) -> &[f64] {
+        &self.hold
+    }
+
+    /// Returns by how much each joint moves slower than commanded [rad/s, prismatic: m/s].
+    pub fn pulls(&self) -> impl Iterator<Item = f64> + '_ {
+        self.arms.iter().flat_map(|arm| arm.pull.speeds().iter().copied())
+    }
+
+    /// Returns whether no joint was commanded to move since `time`.
+    pub fn stood_after(&self, time: Duration) -> bool {
+        self.history.stood_after(time)
+    }
+
+    /// Returns the joint positions as last measured \[rad, prismatic: m\], arm after arm.
+    pub fn measured(&self) -> &[f64] {
+        &self.measured
+    }
+
+    /// Returns the joint positions predicted for the time at which the next command takes effect \[rad, prismatic: m\].
+    pub fn predicted(&self) -> &[f64] {
+        &self.predicted
+    }
+
+    /// Returns when the arm that has been silent longest was last heard; `None` until the state of each arm is known.
+    pub fn received(&self) -> Option<Duration> {
+        self.arms.iter().map(|arm| arm.received).min().flatten()
+    }
+
+    /// Returns the arm that has been silent longest.
+    pub fn quietest(&self) -> usize {
+        let arms = self.arms.iter().enumerate();
+        arms.min_by_key(|(_, arm)| arm.received).map_or(0, |(arm, _)| arm)
+    }
+
+    /// Returns an arm with two publishers of joint states, and the numbers of both, the earlier one first.
+    pub fn rivals(&mut self, now: Duration) -> Option<(usize, [u32; 2])> {
+        let mut arms = self.arms.iter_mut().enumerate();
+        arms.find_map(|(arm, link)| Some((arm, link.sources.rivals(now)?)))
+    }
+
+    /// Returns the estimates of the last cycle about each arm.
+    pub fn figures(&self) -> impl Iterator<Item = &ArmFigures> {
+        self.arms.iter().map(|arm| &arm.figures)
+    }
+
+    /// Returns the first arm whose contact is one of `contacts`.
+    pub fn find(&self, contacts: &[Contact]) -> Option<usize> {
+        self.figures().position(|figures| contacts.contains(&figures.contact))
+    }
+
+    /// Returns the joint that does not follow, counted from 1 arm after arm.
+    pub fn lost(&self) -> Option<usize> {
+        self.arms.iter().find_map(|arm| Some(arm.joints.start + arm.following.lost()? + 1))
+    }
+
+    /// Returns the joint that goes too far, counted from 1 arm after arm, and how many times as far as commanded it goes.
+    pub fn too_far(&self, now: Duration) -> Option<(usize, f64)> {
+        self.arms.iter().find_map(|arm| {
+            let (joint, factor) = arm.following.too_far(now)?;
+            Some((arm.joints.start + joint + 1, factor))
+        })
+    }
+
+    /// Tries arms that did not follow again, without waiting.
+    pub fn try_again(&mut self) {
+        self.arms.iter_mut().for_each(|arm| arm.following.try_again());
+    }
+
+    /// Returns the factor by which to scale `target` [rad/s], so that joints not yet seen to respond are driven gently.
+    pub fn probing_factor(&self, target: &[f64], accelerations: &[f64]) -> f64 {
+        let factors = self.arms.iter().flat_map(|arm| {
+            arm.joints.clone().map(|joint| {
+                let probe = arm.following.probe(joint - arm.joints.start, accelerations[joint]);
+                // The hold uses up a part of the allowed change.
+                let left = (probe - (self.hold[joint] - self.proven[joint]).abs()).max(0.0);
+                ratio(left, target[joint].abs())
+            })
+        });
+        factors.fold(1.0, f64::min)
+    }
+
+    /// Returns the time from a command to the joint state that shows it \[s\], for the slowest arm.
+    pub fn latency(&self, fixed: Option<Duration>) -> f64 {
+        let estimated = self.arms.iter().map(|arm| arm.latency.total()).fold(0.0, f64::max);
+        fixed.map_or(estimated, |latency| latency.as_secs_f64())
+    }
+
+    /// Returns what braking before a position limit depends on. The servo has the control period `period` \[s\]; the joints have these
+    /// decelerations [rad/s²], jerks [rad/s³] and last steps of their commands [rad/s].
+    ///
+    /// A command may stay in force for as long as the latest one of the last seconds did. Such single delays do not bound the law's gain.
+    pub fn braking<'a>(&self, [decelerations, jerks, steps]: [&'a [f64]; 3], period: f64) -> Braking<'a> {
+        let slowest = |of: fn(&ArmFigures) -> Duration| self.figures().map(of).max().unwrap_or_default();
+        let delay = slowest(|figures| figures.delay + figures.lateness).as_secs_f64();
+        let cycle = slowest(|figures| figures.cycle).as_secs_f64().max(period);
+        Braking { decelerations, jerks, steps, period, cycle, delay }
+    }
+
+    /// Returns the delay that bounds the law's gain \[s\], for the slowest arm.
+    pub fn delay(&self) -> f64 {
+        self.figures().map(|figures| figures.delay).max().unwrap_or_default().as_secs_f64()
+    }
+}
