@@ -229,7 +229,7 @@ mod tests {
                 let point = (*base_from_link * link_from_shape).frame() * Point3::from(point);
                 let beyond = body.capsules.iter().map(|capsule| {
                     let frame = capsule.joint.checked_sub(1).map_or(UnitDualQuaternion::identity(), |at| frames[at]);
-                    capsule.core.gap_of(&(frame.conjugate().frame() * point).coords).distance - capsule.radius
+                    capsule.core.gap_of(&(frame.inverse().frame() * point).coords).distance - capsule.radius
                 });
                 let beyond = beyond.fold(f64::INFINITY, f64::min);
                 prop_assert!(beyond <= 1e-9, "{link}: {beyond} beyond {body:?}");

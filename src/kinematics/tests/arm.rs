@@ -84,7 +84,7 @@ pub fn check_jacobians(chain: &Chain, theta: &[f64]) {
         let difference = (pose(STEP) - pose(-STEP)) / (2.0 * STEP);
         assert!((difference - column).norm() < FINITE_DIFFERENCE, "joint {i} at {theta:?}");
     }
-    let conjugate = *state.base_from_tool().conjugate().as_dual_quaternion();
+    let conjugate = *state.base_from_tool().inverse().as_dual_quaternion();
     let (twists, body) = (2.0 * dual_hamilton_plus(&conjugate) * jacobian, state.body_jacobian());
     assert!((twists.rows(1, 3) - body.rows(0, 3)).norm() < ALGEBRA * 10.0);
     assert!((twists.rows(5, 3) - body.rows(3, 3)).norm() < ALGEBRA * 10.0);
