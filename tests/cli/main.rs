@@ -5,6 +5,7 @@ mod examples;
 mod input;
 mod links;
 mod output;
+mod readmes;
 mod reproduce;
 mod scripts;
 mod streams;
