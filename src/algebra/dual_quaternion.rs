@@ -2,7 +2,8 @@
 
 use super::Vector8;
 use nalgebra::{Quaternion, Vector6};
-use std::ops::Mul;
+use std::fmt::{self, Display, Formatter};
+use std::ops::{Mul, MulAssign};
 
 /// `real + ε dual` with `ε² = 0`; any eight numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -46,5 +47,29 @@ impl Mul for DualQuaternion {
     type Output = Self;
     fn mul(self, right: Self) -> Self {
         Self { real: self.real * right.real, dual: self.real * right.dual + self.dual * right.real }
+    }
+}
+
+impl MulAssign for DualQuaternion {
+    fn mul_assign(&mut self, right: Self) {
+        *self = *self * right;
+    }
+}
+
+/// Writes `w + xi + yj + zk + ε(w + xi + yj + zk)`. A precision applies to each number: `{:.3}`.
+impl Display for DualQuaternion {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let quaternion = |f: &mut Formatter<'_>, q: &Quaternion<f64>| {
+            Display::fmt(&q.w, f)?;
+            [(q.i, 'i'), (q.j, 'j'), (q.k, 'k')].into_iter().try_for_each(|(number, unit)| {
+                f.write_str(if number.is_sign_negative() { " - " } else { " + " })?;
+                Display::fmt(&number.abs(), f)?;
+                write!(f, "{unit}")
+            })
+        };
+        quaternion(f, &self.real)?;
+        f.write_str(" + ε(")?;
+        quaternion(f, &self.dual)?;
+        f.write_str(")")
     }
 }

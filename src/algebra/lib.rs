@@ -1,4 +1,8 @@
-//! Dual quaternions: the conventions of the whole program, stated once.
+#![doc = include_str!("README.md")]
+//!
+//! # Conventions
+//!
+//! The whole program has these:
 //!
 //! - Hamilton product; scalar first inside, `(w, x, y, z)`; on the wire ROS order `(x, y, z, w)`. Metres, radians, seconds.
 //! - A pose is a unit dual quaternion `q = r + ε ½ t r` (eq. 13): `r` rotates, `t` translates, both in the base frame.
@@ -18,7 +22,7 @@
 //! | `Hp`, `Hn` | [`hamilton_plus`], [`hamilton_minus`] (eq. 9, 10) |
 //! | `dHp`, `dHn` | [`dual_hamilton_plus`], [`dual_hamilton_minus`] |
 //! | `unitdq` | [`UnitDualQuaternion::from_translation_angle_axis`] (eq. 13) |
-//! | `cdualq`, `dqmult` | `conjugate` and `*` of [`DualQuaternion`] and [`UnitDualQuaternion`] |
+//! | `cdualq`, `dqmult` | `conjugate` and `*` of [`DualQuaternion`], [`inverse`](UnitDualQuaternion::inverse) and `*` of [`UnitDualQuaternion`] |
 //! | `logdq`, `explogdq` | [`UnitDualQuaternion::half_log`], [`UnitDualQuaternion::half_exp`] (the decoupled pair of eq. 32) |
 //! | — | [`UnitDualQuaternion::screw_log`], [`UnitDualQuaternion::screw_exp`] (the true SE(3) pair), [`UnitDualQuaternion::adjoint`] |
 //! | `R82dual` | [`DualQuaternion::from_vector8`] |
@@ -41,16 +45,11 @@
 //! assert!((product.screw_log()[2] - 2.0).abs() < 1e-15); // the logarithm of SE(3), which the paper's is not
 //! ```
 //!
-//! What holds of all of this is in `src/algebra/tests`, as properties of random poses, on a grid from 0 past π, and against
-//! nalgebra, the matrix exponential, the paper's printed numbers and DQ Robotics: run it before you trust it.
+//! The tests check all of this: properties of random poses, a grid from 0 past π, and comparisons with nalgebra, the matrix
+//! exponential and the paper's printed numbers.
 #![warn(clippy::unwrap_used, clippy::expect_used)]
 // Both panic where nobody reads: results go through cli::print, all else through stderr.
 #![warn(clippy::print_stdout, clippy::print_stderr)]
-
-// The example on its page is run.
-#[cfg(doctest)]
-#[doc = include_str!("README.md")]
-mod readme {}
 
 mod dual_quaternion;
 mod hamilton;

@@ -58,6 +58,18 @@ impl UnitDualQuaternion {
         let real = from_rotation_vector(&omega);
         Self::new_unchecked(DualQuaternion { real, dual: Quaternion::from_imag(0.5 * translation) * real })
     }
+
+    /// Returns the pose at the fraction `t` of the screw from this pose (`t` = 0) to `other` (`t` = 1): screw linear
+    /// interpolation (Kavan et al. 2006), `q exp(t log(q* other))`.
+    ///
+    /// Takes the shorter of the two screws, whichever signs the poses have. At a half turn both are as long; the signs
+    /// decide, and if they do not, the axis that the rounded product has. A `t` outside \[0, 1\] continues on the screw.
+    #[must_use]
+    pub fn sclerp(&self, other: &Self, t: f64) -> Self {
+        let relative = self.inverse() * *other;
+        let shorter = if relative.real().w < 0.0 { -relative } else { relative };
+        *self * Self::screw_exp(&(t * shorter.screw_log()))
+    }
 }
 
 /// [`UnitDualQuaternion::screw_log`] of a rotation and a translation, `(ω, v)`.

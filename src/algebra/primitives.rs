@@ -86,7 +86,7 @@ mod tests {
         fn what_moves_with_a_point_keeps_its_distance(turn in vector(), shift in vector(), way in vector(), at in vector(), p in vector()) {
             prop_assume!(way.norm() > 0.1);
             let (way, motion) = (Unit::new_normalize(way), UnitDualQuaternion::from_parts(UnitQuaternion::new(turn), shift));
-            let moved = motion.frame() * nalgebra::Point3::from(p);
+            let moved = motion.transform_point(&nalgebra::Point3::from(p));
             let plane = Plane::new(&way, &at);
             prop_assert!((plane.distance(&p) - way.dot(&(p - at))).abs() < 1e-12);
             prop_assert!((plane.moved(&motion).distance(&moved.coords) - plane.distance(&p)).abs() < 1e-12);

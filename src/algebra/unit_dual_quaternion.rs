@@ -1,9 +1,9 @@
 //! Poses as unit dual quaternions.
 
 use super::{DqError, DualQuaternion, Vector8, quaternion_from_angle_axis};
-use nalgebra::{Isometry3, Matrix6, Quaternion, Unit, UnitQuaternion, Vector3};
-use serde::{Deserialize, Serialize};
-use std::ops::{Mul, Neg};
+use nalgebra::{Isometry3, Matrix6, Point3, Quaternion, Unit, UnitQuaternion, Vector3};
+use std::fmt::{self, Display, Formatter};
+use std::ops::{Mul, MulAssign, Neg};
 
 /// A pose `q = r + ε ½ t r` (eq. 13) with `q q* = 1`; `q` and `-q` are the same pose.
 ///
@@ -15,8 +15,12 @@ use std::ops::{Mul, Neg};
 /// let base_from_b = base_from_a * a_from_b;
 /// assert!((base_from_b.translation() - Vector3::new(1.0, 1.0, 0.0)).norm() < 1e-15);
 /// ```
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "[f64; 8]", into = "[f64; 8]")]
+///
+/// With the feature `serde` it is serialized as the eight numbers of [`to_vector8`](Self::to_vector8), and deserialized
+/// by [`try_normalize`](Self::try_normalize).
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(try_from = "[f64; 8]", into = "[f64; 8]"))]
 pub struct UnitDualQuaternion {
     inner: DualQuaternion,
 }
@@ -122,10 +126,17 @@ impl UnitDualQuaternion {
         [way.norm(), self.rotation().angle_to(&other.rotation())]
     }
 
-    /// The inverse pose (the paper's `cdualq`).
+    /// Returns the inverse pose, which is the conjugate `q*` (the paper's `cdualq`), because `q q* = 1`.
     #[doc(alias = "cdualq")]
-    pub fn conjugate(&self) -> Self {
+    #[doc(alias = "conjugate")]
+    #[must_use]
+    pub fn inverse(&self) -> Self {
         Self { inner: self.inner.conjugate() }
+    }
+
+    /// Maps a point \[m\] from the coordinates of this frame to those of the base: `r p r* + t`.
+    pub fn transform_point(&self, point: &Point3<f64>) -> Point3<f64> {
+        self.rotation() * point + self.translation()
     }
 
     /// The frame that `frameplotter` draws: rotation (its axes are the columns) and origin \[m\].
@@ -167,7 +178,6 @@ impl From<UnitDualQuaternion> for Isometry3<f64> {
     }
 }
 
-/// The rotation without a translation; [`rotation`](UnitDualQuaternion::rotation) is the way back.
 impl TryFrom<[f64; 8]> for UnitDualQuaternion {
     type Error = DqError;
 
@@ -183,6 +193,7 @@ impl From<UnitDualQuaternion> for [f64; 8] {
     }
 }
 
+/// A pure rotation; [`rotation`](UnitDualQuaternion::rotation) is the inverse.
 impl From<UnitQuaternion<f64>> for UnitDualQuaternion {
     fn from(rotation: UnitQuaternion<f64>) -> Self {
         Self::from_parts(rotation, Vector3::zeros())
@@ -193,6 +204,19 @@ impl Mul for UnitDualQuaternion {
     type Output = Self;
     fn mul(self, right: Self) -> Self {
         Self::renormalize(self.inner * right.inner)
+    }
+}
+
+impl MulAssign for UnitDualQuaternion {
+    fn mul_assign(&mut self, right: Self) {
+        *self = *self * right;
+    }
+}
+
+/// Writes the eight numbers, as [`DualQuaternion`] does.
+impl Display for UnitDualQuaternion {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        self.inner.fmt(f)
     }
 }
 

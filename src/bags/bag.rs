@@ -89,14 +89,14 @@ impl Bag {
 
     /// The same bag, of which only the messages of these types (`package/msg/Name`) are given.
     #[must_use]
-    pub fn only(mut self, types: &'static [&'static str]) -> Self {
+    pub fn only(mut self, types: &[impl AsRef<str>]) -> Self {
         self.give_only(types);
         self
     }
 
     /// Gives from now on only the messages of these types.
-    pub fn give_only(&mut self, types: &'static [&'static str]) {
-        self.types = Some(types);
+    pub fn give_only(&mut self, types: &[impl AsRef<str>]) {
+        self.types = Some(types.iter().map(|name| name.as_ref().to_owned()).collect());
     }
 
     /// The topics that have been met, by name; all of them once the last message has been given.
@@ -116,7 +116,7 @@ impl Bag {
     /// Unpacks the next block.
     fn load(&mut self, file: usize, block: usize) {
         let storage = &mut self.files[file];
-        let unpacked = storage.load(block, self.types, self.room);
+        let unpacked = storage.load(block, &self.types, self.room);
         unpacked.lost.iter().for_each(|what| self.losses.add(storage.path(), what));
         for (index, message) in unpacked.messages.into_iter().enumerate() {
             self.held += message.cdr.len();

@@ -32,7 +32,7 @@ pub(super) struct Limit {
 }
 
 /// The types whose messages are wanted; `None` for all.
-pub(super) type Types = Option<&'static [&'static str]>;
+pub(super) type Types = Option<Vec<String>>;
 
 /// What is said of messages that another middleware has encoded.
 pub(super) fn of_other_encoding(topic: &str, count: u64) -> String {

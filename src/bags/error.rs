@@ -8,6 +8,7 @@ use thiserror::Error;
 
 /// An error of bags. Each message is one line that names the file.
 #[derive(Debug, Error)]
+#[non_exhaustive]
 pub enum BagError {
     /// The place of a new bag is taken.
     #[error("{0:?} exists already: a recording never overwrites, give it a new directory")]
@@ -20,7 +21,7 @@ pub enum BagError {
         /// What the operating system or the MCAP library says.
         why: String,
     },
-    /// A topic's type has no definition in `msg_config/interfaces`, which a bag carries.
+    /// The type has no definition in `msg_config/interfaces`, and the `TopicRecord` gives none.
     #[error("{topic}: type {message} has no definition in msg_config/interfaces, so it cannot be recorded")]
     UnknownType {
         /// The topic.
@@ -28,6 +29,9 @@ pub enum BagError {
         /// `package/msg/Name`.
         message: String,
     },
+    /// A topic id was issued by the writer of another bag.
+    #[error("cannot write to {0:?}: the topic belongs to another bag, add it to this one")]
+    ForeignTopic(PathBuf),
     /// A file could not be read.
     #[error("cannot read {path:?}: {why}")]
     Read {

@@ -1,7 +1,4 @@
-//! Bags: rosbag2 directories, written and read without ROS.
-//!
-//! [`BagWriter`] writes MCAP files with their `metadata.yaml` as `ros2 bag record` of ROS 2 Jazzy does, and [`Bag`]
-//! reads what it, or `ros2 bag record`, has written. Messages stay the bytes that went over the wire.
+#![doc = include_str!("README.md")]
 #![warn(clippy::unwrap_used, clippy::expect_used)]
 // Both panic where nobody reads: results go through cli::print, all else through stderr.
 #![warn(clippy::print_stdout, clippy::print_stderr)]
@@ -23,6 +20,8 @@ mod unreadable;
 mod writer;
 
 pub use bag::Bag;
+pub use dq_messages::messages::Message;
+pub use dq_messages::{DurabilityKind, LivelinessKind, OfferedQos, ReliabilityKind};
 pub use error::BagError;
 pub use message::{BagMessage, Topic};
 pub use unreadable::UnreadableParts;

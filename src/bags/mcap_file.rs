@@ -175,7 +175,7 @@ impl McapFile {
     }
 
     /// The messages of a piece that are wanted, within `room` bytes.
-    pub fn load(&mut self, number: usize, types: Types, room: u64) -> Unpacked {
+    pub fn load(&mut self, number: usize, types: &Types, room: u64) -> Unpacked {
         let mut unpacked = Unpacked::default();
         let Some(Piece { place, size, .. }) = self.pieces.get(number) else { return unpacked };
         let file = || {
@@ -190,7 +190,8 @@ impl McapFile {
                 let Some((id, time, cdr)) = message else { return Ok(()) };
                 let Some(channel) = channels.get_mut(&id) else { return Ok(()) };
                 let Channel { topic, message, is_cdr, count } = channel;
-                let wanted = *is_cdr && types.is_none_or(|types| types.contains(&&**message));
+                let wanted = *is_cdr
+                    && types.as_ref().is_none_or(|types| types.iter().any(|name| **name == **message));
                 if wanted {
                     *bytes += cdr.len() as u64;
                     if *bytes > room {

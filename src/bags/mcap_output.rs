@@ -1,7 +1,7 @@
 //! Writes one MCAP file.
 
 use super::error::BagError;
-use dq_messages::type_hash;
+use super::metadata::TopicMetadata;
 use mcap::records::MessageHeader;
 use mcap::{WriteOptions, Writer};
 use std::collections::BTreeMap;
@@ -49,15 +49,15 @@ impl McapOutput {
         Ok(open)
     }
 
-    /// A channel for a topic with its type, definition and offered QoS (YAML).
-    pub fn add(&mut self, name: &str, message: &str, definition: &str, qos: &str) -> Result<u16, BagError> {
+    /// Adds a channel for a topic with the type's definition, and with the offered QoS in YAML.
+    pub fn add(&mut self, topic: &TopicMetadata, definition: &str, qos: &str) -> Result<u16, BagError> {
         let metadata = BTreeMap::from([
             ("offered_qos_profiles".to_owned(), qos.to_owned()),
-            ("topic_type_hash".to_owned(), type_hash(message).to_owned()),
+            ("topic_type_hash".to_owned(), topic.type_description_hash.clone()),
         ]);
         self.writer
-            .add_schema(message, "ros2msg", definition.as_bytes())
-            .and_then(|schema| self.writer.add_channel(schema, name, "cdr", &metadata))
+            .add_schema(&topic.r#type, "ros2msg", definition.as_bytes())
+            .and_then(|schema| self.writer.add_channel(schema, &topic.name, "cdr", &metadata))
             .map_err(BagError::write_mcap(&self.path))
     }
 

@@ -83,7 +83,7 @@ pub(super) struct TopicMetadata {
     pub r#type: String,
     pub serialization_format: &'static str,
     pub offered_qos_profiles: Vec<Profile>,
-    pub type_description_hash: &'static str,
+    pub type_description_hash: String,
 }
 
 #[derive(Debug, Serialize)]
@@ -229,7 +229,7 @@ mod tests {
                 r#type: message.to_owned(),
                 serialization_format: "cdr",
                 offered_qos_profiles: vec![Profile::from(&offered)],
-                type_description_hash: dq_messages::type_hash(message),
+                type_description_hash: dq_messages::type_hash(message).to_owned(),
             };
             (topic, count)
         };

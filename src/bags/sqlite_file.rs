@@ -124,7 +124,7 @@ impl SqliteFile {
     }
 
     /// The messages of a block, `limit` bytes of them at most.
-    pub fn load(&mut self, number: usize, types: Types, limit: u64) -> Unpacked {
+    pub fn load(&mut self, number: usize, types: &Types, limit: u64) -> Unpacked {
         let mut unpacked = Unpacked::default();
         let page = self.order.chunks(PAGE).nth(number).unwrap_or_default();
         let mut statement =
@@ -158,12 +158,14 @@ impl Topics {
         &mut self,
         statement: &mut Statement,
         MessageRow { log_time, id }: MessageRow,
-        types: Types,
+        types: &Types,
         limit: u64,
     ) -> rusqlite::Result<Option<BagMessage>> {
         statement.query_row([id], |row| {
             let Some(entry) = self.0.get_mut(&row.get(0)?) else { return Ok(None) };
-            if !entry.is_cdr || types.is_some_and(|types| !types.contains(&&*entry.message)) {
+            if !entry.is_cdr
+                || types.as_ref().is_some_and(|types| types.iter().all(|name| **name != *entry.message))
+            {
                 entry.count += 1;
                 return Ok(None);
             }

@@ -67,7 +67,7 @@ impl Storage {
     }
 
     /// Unpacks a block, of which `room` bytes may be wanted.
-    pub fn load(&mut self, number: usize, types: Types, room: u64) -> Unpacked {
+    pub fn load(&mut self, number: usize, types: &Types, room: u64) -> Unpacked {
         let mut unpacked = match &mut self.format {
             Format::Mcap(file) => file.load(number, types, room),
             Format::Sqlite(file) => file.load(number, types, room),

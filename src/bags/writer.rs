@@ -9,6 +9,7 @@ use dq_messages::OfferedQos;
 use dq_messages::{definition, type_hash};
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 /// When a new file is begun; never, by default.
@@ -29,11 +30,30 @@ pub struct TopicRecord {
     pub message: String,
     /// What its publishers offer.
     pub offered: Vec<OfferedQos>,
+    /// The definition of the type, which readers decode the messages by: the text of its `.msg` file, followed by the text of every type
+    /// in it, each after a line of 80 `=` and a line `MSG: package/Name`. `None` for the types of `msg_config/interfaces`.
+    pub definition: Option<String>,
+    /// The RIHS01 hash of the type. If it is `None`, the bag has the hash of the known type, or an empty one, as rosbag2 writes it.
+    pub hash: Option<String>,
 }
 
-/// A topic of a [`BagWriter`].
+impl TopicRecord {
+    /// A topic of a type of `msg_config/interfaces`, without any publisher's QoS.
+    pub fn new(name: impl Into<String>, message: impl Into<String>) -> Self {
+        let (name, message) = (name.into(), message.into());
+        Self { name, message, offered: Vec::new(), definition: None, hash: None }
+    }
+}
+
+/// A topic of one [`BagWriter`]. Other writers refuse it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct TopicId(usize);
+pub struct TopicId {
+    writer: u64,
+    number: usize,
+}
+
+/// Numbers the writers of this process.
+static WRITERS: AtomicU64 = AtomicU64::new(0);
 
 /// What a bag holds in the end.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -50,6 +70,7 @@ pub struct WrittenBag {
 
 /// A bag in the making. Dropped without [`BagWriter::finish`] it is still a whole bag, but errors are not reported.
 pub struct BagWriter {
+    number: u64,
     directory: PathBuf,
     options: WriterOptions,
     topics: Vec<Entry>,
@@ -86,7 +107,10 @@ impl Entry {
             r#type: record.message.clone(),
             serialization_format: "cdr",
             offered_qos_profiles: record.offered.iter().map(Profile::from).collect(),
-            type_description_hash: type_hash(&record.message),
+            type_description_hash: record
+                .hash
+                .clone()
+                .unwrap_or_else(|| type_hash(&record.message).to_owned()),
         };
         // A list of numbers and words is always YAML.
         let qos_yaml = yaml(&metadata.offered_qos_profiles).unwrap_or_default();
@@ -95,8 +119,7 @@ impl Entry {
 
     /// Gives the topic a channel in that file.
     fn join(&mut self, file: &mut McapOutput) -> Result<(), BagError> {
-        let TopicMetadata { name, r#type, .. } = &self.metadata;
-        self.channel = file.add(name, r#type, &self.definition, &self.qos_yaml)?;
+        self.channel = file.add(&self.metadata, &self.definition, &self.qos_yaml)?;
         Ok(())
     }
 }
@@ -121,7 +144,8 @@ impl BagWriter {
         let files = vec![(name, Span::default())];
         let (total, topics) = (Span::default(), Vec::new());
         let described = Described { topics: 0, messages: 0, since: Instant::now() };
-        let mut writer = Self { directory, options, topics, file, files, total, described, distro };
+        let number = WRITERS.fetch_add(1, Ordering::Relaxed);
+        let mut writer = Self { number, directory, options, topics, file, files, total, described, distro };
         writer.write_metadata()?;
         Ok(writer)
     }
@@ -133,18 +157,19 @@ impl BagWriter {
     pub fn add_topic(&mut self, record: &TopicRecord) -> Result<TopicId, BagError> {
         let unknown =
             || BagError::UnknownType { topic: record.name.clone(), message: record.message.clone() };
-        let definition = definition(&record.message).ok_or_else(unknown)?;
+        let definition =
+            record.definition.clone().or_else(|| definition(&record.message)).ok_or_else(unknown)?;
         let mut entry = Entry::new(record, definition);
         entry.join(&mut self.file)?;
         self.topics.push(entry);
-        Ok(TopicId(self.topics.len() - 1))
+        Ok(TopicId { writer: self.number, number: self.topics.len() - 1 })
     }
 
     /// Writes a message: `cdr` with its encapsulation header, times in \[ns\] since the Unix epoch. It is on disk once its chunk is:
     /// after [`BagWriter::flush`] at the latest.
     ///
     /// # Errors
-    /// [`BagError::Write`].
+    /// [`BagError::ForeignTopic`], [`BagError::Write`].
     pub fn write(
         &mut self,
         topic: TopicId,
@@ -152,10 +177,13 @@ impl BagWriter {
         publish_time: i64,
         cdr: &[u8],
     ) -> Result<(), BagError> {
+        if topic.writer != self.number {
+            return Err(BagError::ForeignTopic(self.directory.clone()));
+        }
         if self.is_full(log_time) {
             self.split()?;
         }
-        let entry = &mut self.topics[topic.0];
+        let entry = &mut self.topics[topic.number];
         self.file.write(entry.channel, log_time, publish_time, cdr)?;
         entry.count += 1;
         self.total.add(log_time);
@@ -237,12 +265,7 @@ mod tests {
         let options =
             WriterOptions { max_duration: Some(Duration::from_nanos(1)), ..WriterOptions::default() };
         let mut writer = BagWriter::of(LYRICAL, &directory, options).unwrap();
-        let record = TopicRecord {
-            name: "/t".to_owned(),
-            message: "std_msgs/msg/String".to_owned(),
-            offered: Vec::new(),
-        };
-        let topic = writer.add_topic(&record).unwrap();
+        let topic = writer.add_topic(&TopicRecord::new("/t", "std_msgs/msg/String")).unwrap();
         (0..12).for_each(|time| writer.write(topic, time, time, &[0, 1, 0, 0, time as u8]).unwrap());
         assert_eq!(writer.finish().unwrap().files, 12);
         let numbers = |directory: &Path| {

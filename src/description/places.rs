@@ -28,7 +28,7 @@ impl Description {
         let mut places = self.places_in_base();
         for place in places.values_mut() {
             if let Some(number) = place.carrier.checked_sub(1) {
-                place.carrier_from_link = carriers[number].conjugate() * place.carrier_from_link;
+                place.carrier_from_link = carriers[number].inverse() * place.carrier_from_link;
             }
         }
         Ok(places)
@@ -66,7 +66,7 @@ impl Description {
                             .insert(child, Place { carrier_from_link, is_of_arm: false, is_rigid, ..place });
                     }
                     (None, Some(place)) => {
-                        let carrier_from_link = place.carrier_from_link * parent_from_child.conjugate();
+                        let carrier_from_link = place.carrier_from_link * parent_from_child.inverse();
                         places.insert(
                             parent,
                             Place { carrier_from_link, is_of_arm: false, is_rigid: false, ..place },

@@ -1,4 +1,4 @@
-//! Figures as SVG and PNG: charts over a coordinate, views of space, one style.
+#![doc = include_str!("README.md")]
 #![warn(clippy::unwrap_used, clippy::expect_used)]
 // Both panic where nobody reads: results go through cli::print, all else through stderr.
 #![warn(clippy::print_stdout, clippy::print_stderr)]

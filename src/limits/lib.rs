@@ -1,8 +1,4 @@
-//! What may be sent to an arm: the limits on its joints and tool, the [`Envelope`] that keeps them, and [`check`]: who looks at the commands
-//! from outside.
-//!
-//! It does no I/O and reads no clock. A command is made by the [`Joints`] as the command before has left them: whatever is wanted, what the
-//! envelope admits can be stopped within every limit.
+#![doc = include_str!("README.md")]
 #![warn(clippy::unwrap_used, clippy::expect_used)]
 // Both panic where nobody reads: results go through cli::print, all else through stderr.
 #![warn(clippy::print_stdout, clippy::print_stderr)]

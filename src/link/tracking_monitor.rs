@@ -14,7 +14,7 @@ use std::time::Duration;
 /// The distance \[rad\] that must be commanded within a window before a joint is judged.
 const LEAST_DISTANCE: f64 = 0.01;
 
-/// A joint that moves this many times as far as commanded does not obey.
+/// A joint that moves this many times as far as commanded is reported.
 const TOO_FAR: f64 = 2.0;
 
 /// An arm that stopped following this many times within this time is not tried again.

@@ -24,6 +24,35 @@ pub struct TopicContract {
     pub rate: String,
 }
 
+impl TopicContract {
+    /// A topic on which the node publishes `M`, with ROS 2's default QoS: reliable, volatile, the last 10 samples.
+    pub fn output<M: Message>() -> Self {
+        Self::new::<M>(Direction::Out)
+    }
+
+    /// A topic to which the node subscribes for `M`, with ROS 2's default QoS: reliable, volatile, the last 10 samples.
+    pub fn input<M: Message>() -> Self {
+        Self::new::<M>(Direction::In)
+    }
+
+    fn new<M: Message>(direction: Direction) -> Self {
+        Self {
+            direction,
+            message: M::TYPE.to_owned(),
+            reliability: ReliabilityKind::Reliable,
+            durability: DurabilityKind::Volatile,
+            depth: 10,
+            rate: String::new(),
+        }
+    }
+
+    /// The same topic, of which late joiners get the last `depth` samples (transient local).
+    #[must_use]
+    pub fn latched(self, depth: i32) -> Self {
+        Self { durability: DurabilityKind::TransientLocal, depth, ..self }
+    }
+}
+
 /// The node's side of a topic.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
@@ -42,6 +71,11 @@ pub struct NodeContract {
 }
 
 impl NodeContract {
+    /// The contract of a node with these topics, each by its name in the node.
+    pub fn new<N: Into<String>>(topics: impl IntoIterator<Item = (N, TopicContract)>) -> Self {
+        Self { topics: topics.into_iter().map(|(name, topic)| (name.into(), topic)).collect() }
+    }
+
     /// The topic called `name`, checked to be of type `M` and of that direction.
     ///
     /// # Errors

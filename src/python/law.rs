@@ -179,7 +179,7 @@ impl Law {
 
     /// Gain times error as a twist of the tool, without an arm.
     fn twist<'py>(&self, py: Python<'py>, tool_from_goal: &Pose) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let twist = self.controller.body_twist(&tool_from_goal.0.conjugate());
+        let twist = self.controller.body_twist(&tool_from_goal.0.inverse());
         self.check()?;
         Ok(array(py, twist.as_slice()))
     }

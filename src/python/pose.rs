@@ -102,7 +102,7 @@ impl Pose {
     }
 
     fn conjugate(&self) -> Self {
-        Self(self.0.conjugate())
+        Self(self.0.inverse())
     }
 
     fn __mul__(&self, right: &Self) -> Self {

@@ -1,4 +1,4 @@
-//! A ROS 2 node on ros2-client for every vendor. It knows no arm.
+#![doc = include_str!("README.md")]
 #![warn(clippy::unwrap_used, clippy::expect_used)]
 // Both panic where nobody reads: results go through cli::print, all else through stderr.
 #![warn(clippy::print_stdout, clippy::print_stderr)]

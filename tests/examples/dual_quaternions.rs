@@ -15,7 +15,7 @@ pub(crate) fn main() -> Result<(), Box<dyn Error>> {
     println!("unitdq: {:.4?}", pose.to_vector8().as_slice());
     // dqmult, cdualq: one pose after another, and the way back.
     let twice = pose * pose;
-    println!("dqmult: {:.4?}\ncdualq: {:.4?}", twice.translation(), twice.conjugate().translation());
+    println!("dqmult: {:.4?}\ncdualq: {:.4?}", twice.translation(), twice.inverse().translation());
     // dHp, dHn: the same product as a matrix, of the left factor and of the right one (eq. 9–11).
     let (plus, minus) =
         (dual_hamilton_plus(pose.as_dual_quaternion()), dual_hamilton_minus(pose.as_dual_quaternion()));

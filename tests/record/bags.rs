@@ -66,8 +66,8 @@ pub fn write(directory: &Path, options: WriterOptions, samples: &[Sample]) -> dq
     for sample in samples {
         let id = *ids.entry(&sample.topic).or_insert_with(|| {
             let lossy = OfferedQos { reliability: ReliabilityKind::BestEffort, ..latched() };
-            let (name, message) = (sample.topic.clone(), sample.message.clone());
-            bag.add_topic(&TopicRecord { name, message, offered: vec![latched(), lossy] }).unwrap()
+            let record = TopicRecord::new(&sample.topic, &sample.message);
+            bag.add_topic(&TopicRecord { offered: vec![latched(), lossy], ..record }).unwrap()
         });
         bag.write(id, sample.time, sample.time - 5, &sample.cdr).unwrap();
     }

@@ -26,11 +26,13 @@ def unpadded(cdr):
 
 
 def check_definitions(reader):
-    """The definitions that the bag carries are Jazzy's, field by field, and so are the hashes."""
+    """Registers the types that Jazzy has not. The other definitions of the bag are Jazzy's, field by field, and so are the hashes."""
     for connection in reader.connections:
         assert connection.msgdef.data, connection
         types = get_types_from_msg(connection.msgdef.data, connection.msgtype)
         assert connection.msgtype in types
+        for store in STORES:
+            store.register({name: fields for name, fields in types.items() if name not in store.fielddefs})
         for name, (_, fields) in types.items():
             assert fields == JAZZY.fielddefs[name][1], (name, fields, JAZZY.fielddefs[name][1])
         assert connection.digest == JAZZY.hash_rihs01(connection.msgtype), connection

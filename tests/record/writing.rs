@@ -1,7 +1,7 @@
 //! What the writer writes.
 
-use crate::bags::{data_file, place, read, read_through, samples, topics, write};
-use dq_bags::{BagError, BagWriter, TopicRecord, WriterOptions};
+use crate::bags::{Sample, data_file, place, read, read_through, samples, topics, write};
+use dq_bags::{Bag, BagError, BagWriter, TopicRecord, WriterOptions};
 use dq_messages::type_hash;
 use std::path::Path;
 use std::time::Duration;
@@ -105,12 +105,7 @@ fn what_was_flushed_is_read_while_the_bag_is_written_and_however_it_ends() {
     let (path, samples) = (directory.path().join("bag"), samples(20));
     let mut bag = BagWriter::create(&path, WriterOptions::default()).unwrap();
     assert_eq!(read_through(&path).unwrap().0, [], "from the start there is a bag");
-    let record = |sample: &crate::bags::Sample| TopicRecord {
-        name: sample.topic.clone(),
-        message: sample.message.clone(),
-        offered: Vec::new(),
-    };
-    let id = bag.add_topic(&record(&samples[0])).unwrap();
+    let id = bag.add_topic(&TopicRecord::new(&samples[0].topic, &samples[0].message)).unwrap();
     let ours: Vec<_> = samples.iter().filter(|sample| sample.topic == samples[0].topic).cloned().collect();
     let (flushed, lost) = ours.split_at(15);
     flushed.iter().for_each(|sample| bag.write(id, sample.time, sample.time, &sample.cdr).unwrap());
@@ -137,8 +132,61 @@ fn places_and_types_that_cannot_be_are_refused() {
         assert!(matches!(error, BagError::Write { .. }) && error.to_string().contains(path), "{error}");
     }
     let mut bag = create(&directory.path().join("bag")).unwrap();
-    let record = TopicRecord { name: "/x".into(), message: "a/msg/B".into(), offered: Vec::new() };
+    let record = TopicRecord::new("/x", "a/msg/B");
     assert!(matches!(bag.add_topic(&record), Err(BagError::UnknownType { .. })));
+}
+
+/// A type of the caller's, one that ROS 2 has and this program has not, and one that is made of others.
+#[test]
+fn types_that_only_the_caller_defines_are_recorded_for_any_reader() {
+    let (_directory, path) = place("bag");
+    let separator = "=".repeat(80);
+    let header = dq_messages::definition("std_msgs/msg/Header").unwrap();
+    let image = "std_msgs/Header header\nuint32 height\nuint32 width\nstring encoding\nuint8 is_bigendian\nuint32 step\nuint8[] data\n";
+    let image = format!("{image}{separator}\nMSG: std_msgs/Header\n{header}");
+    let stamp = [&[0, 1, 0, 0][..], &[1, 0, 0, 0, 2, 0, 0, 0], &[1, 0, 0, 0, 0, 0, 0, 0]].concat();
+    let picture =
+        [&stamp[..], &[1, 0, 0, 0, 2, 0, 0, 0], b"\x06\0\0\0mono8\0\0\0", &[2, 0, 0, 0], &[2, 0, 0, 0, 7, 8]];
+    let types = [
+        ("my_msgs/msg/Battery", "float32 voltage\nbool charging", BATTERY, vec![0, 1, 0, 0, 0, 0, 72, 65, 1]),
+        ("std_msgs/msg/Bool", "bool data", BOOL, vec![0, 1, 0, 0, 1]),
+        ("sensor_msgs/msg/Image", &*image, IMAGE, picture.concat()),
+    ];
+    let mut bag = BagWriter::create(&path, WriterOptions::default()).unwrap();
+    let mut samples = Vec::new();
+    for ((message, definition, hash, cdr), time) in types.into_iter().zip(1..) {
+        let record = TopicRecord {
+            definition: Some(definition.to_owned()),
+            hash: Some(hash.to_owned()),
+            ..TopicRecord::new(format!("/{}", message.replace('/', "_")), message)
+        };
+        let id = bag.add_topic(&record).unwrap();
+        bag.write(id, time, time, &cdr).unwrap();
+        samples.push(Sample { topic: record.name, message: record.message, time, cdr });
+    }
+    bag.finish().unwrap();
+    assert_eq!(read(&path), samples);
+    assert_eq!(crate::interop::peer_samples(&["read", path.to_str().unwrap()]), samples);
+    let only: Vec<_> =
+        Bag::open(&path).unwrap().only(&[samples[1].message.clone()]).map(Sample::from).collect();
+    assert_eq!(only, samples[1..2]);
+}
+
+/// RIHS01 hashes, as rosbags computes them.
+const BATTERY: &str = "RIHS01_c6e5a30b5c8abdf1c19c1daa17a2962be71d548a34e28c97aaa3e89b882c6a9a";
+const BOOL: &str = "RIHS01_feb91e995ff9ebd09c0cb3d2aed18b11077585839fb5db80193b62d74528f6c9";
+const IMAGE: &str = "RIHS01_d31d41a9a4c4bc8eae9be757b0beed306564f7526c88ea6a4588fb9582527d47";
+
+#[test]
+fn a_writer_refuses_the_topic_of_another() {
+    let directory = tempfile::tempdir().unwrap();
+    let [mut ours, mut other] = ["ours", "other"]
+        .map(|name| BagWriter::create(&directory.path().join(name), WriterOptions::default()).unwrap());
+    let record = TopicRecord::new("/text", "std_msgs/msg/String");
+    let (id, theirs) = (ours.add_topic(&record).unwrap(), other.add_topic(&record).unwrap());
+    assert!(matches!(ours.write(theirs, 0, 0, &[0; 4]), Err(BagError::ForeignTopic(_))));
+    ours.write(id, 0, 0, &[0; 4]).unwrap();
+    assert_eq!(ours.finish().unwrap().messages, 1);
 }
 
 /// A recorder that is killed closes nothing.
@@ -146,10 +194,9 @@ fn begun(bag: &Path, samples: &[crate::bags::Sample]) -> BagWriter {
     let mut writer = BagWriter::create(bag, WriterOptions::default()).unwrap();
     let mut ids = std::collections::BTreeMap::new();
     for sample in samples {
-        let id = *ids.entry(&sample.topic).or_insert_with(|| {
-            let (name, message) = (sample.topic.clone(), sample.message.clone());
-            writer.add_topic(&TopicRecord { name, message, offered: Vec::new() }).unwrap()
-        });
+        let id = *ids
+            .entry(&sample.topic)
+            .or_insert_with(|| writer.add_topic(&TopicRecord::new(&sample.topic, &sample.message)).unwrap());
         writer.write(id, sample.time, sample.time, &sample.cdr).unwrap();
     }
     writer.flush().unwrap();

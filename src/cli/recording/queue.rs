@@ -186,8 +186,7 @@ mod tests {
     use dq_bags::{Bag, WriterOptions};
 
     fn topic() -> Arc<TopicRecord> {
-        let (name, message) = ("/text".to_owned(), "std_msgs/msg/String".to_owned());
-        Arc::new(TopicRecord { name, message, offered: Vec::new() })
+        Arc::new(TopicRecord::new("/text", "std_msgs/msg/String"))
     }
 
     #[test]

@@ -254,7 +254,7 @@ impl Watcher {
 }
 
 fn record(name: &str, topic: &GraphTopic) -> TopicRecord {
-    TopicRecord { name: name.to_owned(), message: topic.message.clone(), offered: topic.offered.clone() }
+    TopicRecord { offered: topic.offered.clone(), ..TopicRecord::new(name, &*topic.message) }
 }
 
 /// The last message of each publisher of a topic, by its number.

@@ -161,7 +161,7 @@ impl GoalStream {
         let (Some(fit), Some(newest)) = (&self.fit, self.samples.back()) else { return false };
         let interval = seconds(newest.time.saturating_sub(fit.time));
         let expected = fit.after(interval).pose;
-        let off = (expected.conjugate() * newest.pose).screw_log();
+        let off = (expected.inverse() * newest.pose).screw_log();
         let (off, speeds) = (halves(&off), halves(&fit.coefficients[1]));
         let passed = interval.max(SPAN);
         let mut all = off.iter().zip(&speeds).zip(STEP);
@@ -197,7 +197,7 @@ impl GoalStream {
         for sample in &self.samples {
             let s = seconds(sample.time.saturating_sub(newest.time)) / span;
             let basis = if order < 3 { Vector3::new(1.0, s, 0.0) } else { Vector3::new(1.0, s, s * s) };
-            let log = (newest.pose.conjugate() * sample.pose).screw_log();
+            let log = (newest.pose.inverse() * sample.pose).screw_log();
             normal += basis * basis.transpose();
             right += basis * log.transpose();
         }

@@ -184,7 +184,7 @@ impl Controller {
     /// Gain times error as a body twist `(ω, v)` [rad/s, m/s]: what a tool without an arm would do, and an arm does by the
     /// inverse of its Jacobian.
     pub fn body_twist(&self, goal_from_tool: &UnitDualQuaternion) -> Vector6<f64> {
-        let error = PoseError::from(&goal_from_tool.conjugate());
+        let error = PoseError::from(&goal_from_tool.inverse());
         let (angular, linear) = self.law.twist(self.gains(self.law), &error);
         Vector6::new(angular.x, angular.y, angular.z, linear.x, linear.y, linear.z)
     }
@@ -192,7 +192,7 @@ impl Controller {
 
 /// The pose error `e = q_d* q` (eq. 28): `goal_from_tool`.
 pub fn pose_error(arm: &ArmState, base_from_goal: &UnitDualQuaternion) -> UnitDualQuaternion {
-    base_from_goal.conjugate() * arm.base_from_tool()
+    base_from_goal.inverse() * arm.base_from_tool()
 }
 
 /// The rate [1/s] of the law of first order that is stable by itself up to the same delay as a law of second order, whose velocity goes at the

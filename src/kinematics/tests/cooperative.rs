@@ -77,7 +77,7 @@ fn the_relative_pose_jacobian_is_that_of_hamilton_operators() {
     conjugated.rows_mut(0, 4).copy_from(&(c4 * beta.pose_jacobian().rows(0, 4)));
     conjugated.rows_mut(4, 4).copy_from(&(c4 * beta.pose_jacobian().rows(4, 4)));
     let of_beta = dual_hamilton_minus(q1.as_dual_quaternion()) * conjugated;
-    let of_alpha = dual_hamilton_plus(q2.conjugate().as_dual_quaternion()) * alpha.pose_jacobian();
+    let of_alpha = dual_hamilton_plus(q2.inverse().as_dual_quaternion()) * alpha.pose_jacobian();
     let relative = ArmState::relative(&beta, &alpha);
     let ours = relative.pose_jacobian();
     assert!((ours.columns(0, 6) - of_beta).norm() < ALGEBRA * 10.0);

@@ -98,8 +98,8 @@ fn six((angular, linear): AngularLinear) -> Vector6<f64> {
 #[test]
 fn the_r8_twist_is_twice_the_vector_part_of_what_is_left_to_go() {
     let (start, goal) = (pose("theta_initial"), pose("theta_desired"));
-    let twist = six(PoseError::from(&(start.conjugate() * goal)).difference());
-    let left = (start.conjugate() * goal).to_vector8();
+    let twist = six(PoseError::from(&(start.inverse() * goal)).difference());
+    let left = (start.inverse() * goal).to_vector8();
     let expected = 2.0 * Vector6::new(left[1], left[2], left[3], left[5], left[6], left[7]);
     assert!((twist - expected).norm() < ALGEBRA);
 }
@@ -124,7 +124,7 @@ fn lq_is_the_optimum_of_its_cost() {
         let mut sum = 0.0;
         for _ in 0..10_000 {
             let (error, twist) = (
-                six(PoseError::from(&body.goal_from_tool.conjugate()).difference()),
+                six(PoseError::from(&body.goal_from_tool.inverse()).difference()),
                 body.controller.body_twist(&body.goal_from_tool),
             );
             let part = |rows: usize| error.fixed_rows::<3>(rows).norm_squared();
@@ -216,7 +216,7 @@ fn turn_with_noise(angle: f64, noise: f64, hysteresis: Option<f64>) -> (f64, u32
             }
         };
         flips += u32::from(memory.sign() != before);
-        let speed = law.body_twist(&(goal.conjugate() * seen))[2];
+        let speed = law.body_twist(&(goal.inverse() * seen))[2];
         at += 1e-3 * speed;
         turned_by += (1e-3 * speed).abs();
     }

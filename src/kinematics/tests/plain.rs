@@ -92,7 +92,7 @@ impl PlainArm {
 
     /// logc: `J⁺` of `−K X`, X the logarithm of the pose error.
     pub fn logc(&self, gains: [f64; 2], damping: &Damping, goal: &UnitDualQuaternion, theta_dot: &mut [f64]) {
-        let log = (goal.conjugate() * self.base_from_tool).screw_log();
+        let log = (goal.inverse() * self.base_from_tool).screw_log();
         self.damped(&scaled(gains, log), damping, theta_dot);
     }
 
@@ -104,7 +104,7 @@ impl PlainArm {
         goal: &UnitDualQuaternion,
         theta_dot: &mut [f64],
     ) {
-        let error = goal.conjugate() * self.base_from_tool;
+        let error = goal.inverse() * self.base_from_tool;
         let way = error.rotation().inverse() * error.translation();
         let turn = 2.0 * error.half_log().fixed_rows::<3>(0);
         let twist = Vector6::new(turn.x, turn.y, turn.z, way.x, way.y, way.z);

@@ -1,19 +1,13 @@
-//! A ROS 2 node with a topic, a parameter and a service. `cargo run -p dq_ros --example counter`, then beside it `ros2 topic echo /count`,
-//! `ros2 param set /counter step 3` and `ros2 service call /counter/reset std_srvs/srv/Trigger`.
+//! The example of the README: a node with a topic, a parameter and a service.
 
-use dq_messages::NodeContract;
 use dq_messages::messages::{StringMessage, SuccessResponse, Trigger};
+use dq_messages::{NodeContract, ParameterEvent, TopicContract};
 use dq_params::{ParameterStore, Parameters};
 use dq_ros::ros::{Environment, LogLevel, Logging, ParameterServer, Resolver, Session, args};
 use std::error::Error;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicI64, Ordering::Relaxed};
 use std::time::Duration;
-
-const TOPICS: &str = "
-count: {direction: out, type: std_msgs/msg/String, reliability: reliable, durability: volatile, depth: 10, rate: 1}
-~/parameters: {direction: out, type: rcl_interfaces/msg/ParameterEvent, reliability: reliable, durability: transient_local, depth: 1, rate: on change}
-";
 
 #[derive(Parameters)]
 struct Counter {
@@ -27,7 +21,10 @@ async fn main() -> Result<(), Box<dyn Error>> {
     let (_, args) = args::split(std::env::args())?;
     let session = Session::open(&Environment::from_process(&args)?)?;
     let mut node = session.node(Resolver::new("counter", &args)?, Logging::new(&args, LogLevel::Info))?;
-    let topics: NodeContract = serde_saphyr::from_str(TOPICS)?;
+    let topics = NodeContract::new([
+        ("count", TopicContract::output::<StringMessage>()),
+        ("~/parameters", TopicContract::output::<ParameterEvent>().latched(1)),
+    ]);
     let counts = node.publisher::<StringMessage>(&topics, "count")?;
 
     let store = ParameterStore::of::<Counter>()?;

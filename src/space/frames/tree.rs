@@ -118,7 +118,7 @@ impl FrameTree {
             let poses = edges.iter().map(|(child, edge)| at(child, edge, stamp));
             poses.into_iter().try_fold(UnitDualQuaternion::identity(), |pose, next| Ok(next? * pose))
         };
-        Ok(of(&path.down)?.conjugate() * of(&path.up)?)
+        Ok(of(&path.down)?.inverse() * of(&path.up)?)
     }
 
     /// The newest time \[ns\] at which all frames between `frame` and `base` are known; none where none of them moves.

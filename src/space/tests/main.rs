@@ -51,13 +51,13 @@ fn a_frame_is_found_up_and_down_the_tree_at_its_time() {
     // Halfway: the angle and the line each by itself.
     assert!(near(&tree.lookup("base", "map", 2 * SECOND).unwrap(), &map));
     assert!(near(&tree.lookup("base", "/table", 2 * SECOND).unwrap(), &(map * table)));
-    assert!(near(&tree.lookup("table", "base", 2 * SECOND).unwrap(), &(map * table).conjugate()));
+    assert!(near(&tree.lookup("table", "base", 2 * SECOND).unwrap(), &(map * table).inverse()));
     let tool = pose(0.0, -1.0);
-    assert!(near(&tree.lookup("tool", "table", 2 * SECOND).unwrap(), &(tool.conjugate() * map * table)));
+    assert!(near(&tree.lookup("tool", "table", 2 * SECOND).unwrap(), &(tool.inverse() * map * table)));
     assert!(near(&tree.lookup("table", "table", 77).unwrap(), &UnitDualQuaternion::identity()));
     // 0 is the newest time at which all of the way is known: 3 s here, any there.
     let tool = pose(2.0, -1.5);
-    assert!(near(&tree.lookup("tool", "map", 0).unwrap(), &(tool.conjugate() * pose(2.0, 1.0))));
+    assert!(near(&tree.lookup("tool", "map", 0).unwrap(), &(tool.inverse() * pose(2.0, 1.0))));
     assert!(near(&tree.lookup("map", "table", 0).unwrap(), &table));
     assert_eq!(tree.newest("tool", "table"), Ok(Some(3 * SECOND)));
     assert_eq!(tree.newest("map", "table"), Ok(None));
@@ -255,7 +255,7 @@ proptest! {
             expected = expected * step;
             let (one, other) = (name(i), name(i + 1));
             if i < split {
-                put(&mut tree, [&other, &one], SECOND, &step.conjugate(), false).unwrap();
+                put(&mut tree, [&other, &one], SECOND, &step.inverse(), false).unwrap();
             } else {
                 put(&mut tree, [&one, &other], SECOND, &step, i % 2 == 0).unwrap();
             }

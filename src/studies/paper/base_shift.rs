@@ -72,8 +72,8 @@ fn shifted(lab: &Laboratory, law: Law, shift: f64) -> Result<SimulatedRun, Paper
     let chain = lab.chain.clone().standing_at(&place);
     let mut run =
         lab.run_on(&chain, lab.controller(law, lab.gain(law)), lab.experiment.base_shift.duration)?;
-    run.poses.iter_mut().for_each(|pose| *pose = place.conjugate() * *pose);
-    run.goal = place.conjugate() * run.goal;
+    run.poses.iter_mut().for_each(|pose| *pose = place.inverse() * *pose);
+    run.goal = place.inverse() * run.goal;
     Ok(run)
 }
 

@@ -24,7 +24,7 @@ pub struct LogarithmEquations {
 impl LogarithmEquations {
     /// Of a pose `q` and its factor `q₁`; `q₂` is put together from parts of `q₁* q`, so that equality is no truism.
     pub fn new(q: &UnitDualQuaternion, q1: &UnitDualQuaternion) -> Self {
-        let relative = q1.conjugate() * *q;
+        let relative = q1.inverse() * *q;
         let q2 = UnitDualQuaternion::half_exp(&relative.half_log());
         let sides = [
             q.half_log(),

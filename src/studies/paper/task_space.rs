@@ -66,7 +66,7 @@ impl TaskSpaceLogc {
         let gains = [constants.gain_angular, constants.gain_linear];
         let start = lab.chain.forward_kinematics(&lab.experiment.theta_initial)?;
         let goal = nearer_goal(&lab.goal()?, &start);
-        let initial = (goal.conjugate() * start).half_log();
+        let initial = (goal.inverse() * start).half_log();
         let rate = |x: &[f64], change: &mut [f64]| {
             change.copy_from_slice(half_log_rate(gains, &Vector6::from_column_slice(x)).as_slice());
         };

@@ -124,7 +124,7 @@ impl Servo {
         let sign = pursuit.sign.get_or_insert_with(|| SignMemory::nearest(goal, &pose));
         let goal = sign.apply(goal, &pose, *hysteresis);
         let nearest = controller.aim.nearest(&goal, &pose);
-        let log = (nearest.conjugate() * pose).screw_log();
+        let log = (nearest.inverse() * pose).screw_log();
         let error = GoalError::of(controller.aim, self.robot.arms.state(), &goal);
         pursuit.watch.error = error;
         Some(Tracked { error, log, goal, moving: moving.map(|moving| MovingGoal { pose: goal, ..moving }) })

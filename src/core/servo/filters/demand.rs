@@ -24,7 +24,7 @@ impl LawDemand {
     fn feed_forward(&mut self, given: &Given, goal: &Towards, velocity: &mut [f64]) {
         let Some(moving) = &goal.moving else { return };
         let pose = given.arms.pose();
-        let twist = (pose.conjugate() * moving.pose).adjoint() * moving.twist;
+        let twist = (pose.inverse() * moving.pose).adjoint() * moving.twist;
         let rotation = pose.rotation();
         let [angular, linear] = [0, 3].map(|first| rotation * twist.fixed_rows::<3>(first).into_owned());
         given.settings.controller.joint_velocity_of(given.arms.state(), &(angular, linear), &mut self.more);

@@ -262,7 +262,7 @@ fn follow_what_the_tool_carries(feed_forward: bool, late: usize, grasped: f64) -
         let pose = poses[poses.len().saturating_sub(1 + late)];
         let place = match follow.time() < grasped {
             true => goal,
-            false => pose * *tool_from_goal.get_or_insert(pose.conjugate() * goal),
+            false => pose * *tool_from_goal.get_or_insert(pose.inverse() * goal),
         };
         if cycle % 10 == 0 {
             let _ = follow.rig.move_goal(&GoalMotion::To(reading(&place, EPOCH + 2_000_000 * cycle)));

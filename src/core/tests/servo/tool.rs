@@ -13,7 +13,7 @@ fn gripper() -> UnitDualQuaternion {
 }
 
 fn apart(one: &UnitDualQuaternion, other: &UnitDualQuaternion) -> f64 {
-    (one.conjugate() * *other).screw_log().norm().min((one.conjugate() * -*other).screw_log().norm())
+    (one.inverse() * *other).screw_log().norm().min((one.inverse() * -*other).screw_log().norm())
 }
 
 #[test]
@@ -109,7 +109,7 @@ fn both_tools_of_two_arms_have_the_offset() {
     let arms =
         rig.plants.iter().map(|plant| puma().forward_kinematics(plant.positions()).unwrap() * gripper());
     let [left, right] = arms.collect::<Vec<_>>().try_into().unwrap();
-    assert!(apart(&rig.servo.pose().unwrap(), &(left.conjugate() * right)) < 1e-9);
+    assert!(apart(&rig.servo.pose().unwrap(), &(left.inverse() * right)) < 1e-9);
     let reach = Arms::one(puma()).reach(&Vector3::zeros(), PositionLimits::none(6).ranges()).longest;
     let mut longer = Arms::one(puma());
     longer.set_tool_offset(&gripper());

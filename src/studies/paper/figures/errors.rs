@@ -126,8 +126,7 @@ pub(super) fn logc_error(lab: &Laboratory, runs: &Runs) -> Figure {
     let gains = lab.experiment.task_space_logc;
     whole.title =
         format!("as the paper: in task space, kω = {}, kv = {}", gains.gain_angular, gains.gain_linear);
-    let half_logs: Vec<_> =
-        ours.poses.iter().map(|pose| (ours.goal.conjugate() * *pose).half_log()).collect();
+    let half_logs: Vec<_> = ours.poses.iter().map(|pose| (ours.goal.inverse() * *pose).half_log()).collect();
     let [mut our_whole, our_close] = of(&ours.trajectory.times, &half_logs);
     our_whole.title = format!("through the joints, k = {}", lab.experiment.comparison.gain);
     // One range for both, so that they can be compared.
