@@ -13,7 +13,7 @@ PATTERNS = [
     (r"\bnone (where|of which|if none)\b", "`None` if"),
     (r"\bis no (?!longer|more|less|further|faster|slower|larger|smaller|nearer|farther|worse|better|sooner|later|different|other)\w+", "is not a"),
     (r"\banew\b", "again"),
-    (r"^(Of|So|Who|None|That|By) ", "a sentence, or a noun with its article, in place of a fragment"),
+    (r"^(Of|Who|None|By how|So (much|long)) ", "a sentence, or a noun with its article, in place of a fragment"),
 ]
 LONGEST_SENTENCE = 40  # words
 COMMENT = {".rs": r"^\s*//[/!]?\s?(.*)$", ".py": r"^\s*#\s?(.*)$", ".sh": r"^\s*#\s?(.*)$", ".yaml": r"^\s*#\s?(.*)$", ".md": r"^(.*)$"}

@@ -9,6 +9,7 @@ mod host;
 mod interfaces;
 mod memory;
 mod own_law;
+mod readme;
 mod record;
 mod replay;
 mod simulated_time;
