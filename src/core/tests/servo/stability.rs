@@ -75,7 +75,7 @@ fn by_formula(rate: f64) -> usize {
 
 #[test]
 fn each_law_is_stable_up_to_the_latency_that_the_formula_says_as_the_guide_has_it() {
-    let guide = include_str!("../../../guide/real_robot.md");
+    let guide = include_str!("../../../guide/timing.md");
     let mut missing = String::new();
     for law in Law::ALL {
         let mut measured = Loop::new(law);
