@@ -36,6 +36,21 @@ fn the_demo_of_an_arm_in_the_box_moves_it_there_and_back() {
 }
 
 #[test]
+fn a_first_motion_of_a_ur5e_is_slow() {
+    let mut host = Host::new();
+    let file = concat!(env!("CARGO_MANIFEST_DIR"), "/msg_config/first_motion.yaml");
+    host.start("plant", &["arm", "--arm", "ur5e"]);
+    host.start_servo("servo", &["--arm", "ur5e", "--ros-args", "--params-file", file]);
+    let pose = host.output(&["pose", "--arm", "ur5e", "0.1", "-1.5", "1.5", "-1.57", "-1.57", "0.1"]);
+    let goal: Vec<_> = ["goal"].into_iter().chain(pose.split_whitespace()).collect();
+    let arrived = host.output(&goal);
+    let numbers = arrived.split_whitespace().filter_map(|word| word.trim_end_matches(':').parse::<f64>().ok());
+    let [seconds, path, ..] = numbers.collect::<Vec<_>>()[..] else { panic!("{arrived}") };
+    assert!(path > 0.05 && path <= 0.05 * seconds, "{arrived}");
+    assert_eq!(host.parameter("constraints"), "true");
+}
+
+#[test]
 fn two_arms_take_a_goal_parameters_and_services_from_another_vendor() {
     let mut host = Host::new();
     host.start_script("launch_scripts/dq_dual_servo.sh", &["--ros-args", "--log-level", "info"]);
