@@ -42,8 +42,8 @@ fn a_first_motion_of_a_ur5e_is_slow() {
     host.start("plant", &["arm", "--arm", "ur5e"]);
     host.start_servo("servo", &["--arm", "ur5e", "--ros-args", "--params-file", file]);
     let pose = host.output(&["pose", "--arm", "ur5e", "0.1", "-1.5", "1.5", "-1.57", "-1.57", "0.1"]);
-    let goal: Vec<_> = ["goal"].into_iter().chain(pose.split_whitespace()).collect();
-    let arrived = host.output(&goal);
+    let goal = pose.lines().find_map(|line| line.strip_prefix("dq_servo ")).unwrap();
+    let arrived = host.output(&goal.split_whitespace().collect::<Vec<_>>());
     let numbers = arrived.split_whitespace().filter_map(|word| word.trim_end_matches(':').parse::<f64>().ok());
     let [seconds, path, ..] = numbers.collect::<Vec<_>>()[..] else { panic!("{arrived}") };
     assert!(path > 0.05 && path <= 0.05 * seconds, "{arrived}");
