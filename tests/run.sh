@@ -1,12 +1,12 @@
 #!/bin/sh
-# Runs every test, after installing what they need. With arguments only the tests that nextest chooses by them: tests/run.sh a_plant_
+# Runs every test after installing what the tests need. Arguments select tests in nextest: tests/run.sh a_plant_
 set -eu
 cd "$(dirname "$0")/.."
 echo "tests/install.sh installs what the tests need"
 tests/install.sh
-# Half of the tests wait for real time, so twice as many threads as cores are kept busy.
+# Half of the tests wait for real time, so there are twice as many threads as cores.
 nextest() {
-    # The examples are modules of tests: as programs of their own they would be built once more. Two are programs that tests start.
+    # The examples are modules of tests; building them as programs would compile them again. Only the two that tests start are built.
     cargo build --locked --workspace --features security --example own_law --example counter
     target/venv/bin/cargo-nextest nextest run --locked --workspace --tests --features security --test-threads $((2 * $(nproc))) "$@"
 }
@@ -18,9 +18,9 @@ code=0
 nextest || code=$?
 target/venv/bin/python tests/retried.py target/nextest/default/junit.xml | tee target/retried.txt
 cargo test --locked --workspace --doc --features security
-# A link of the documentation that leads nowhere is an error.
+# A broken link in the documentation is an error.
 cargo doc --locked --workspace --no-deps --features security
-# With the profile of the tests, so that what both depend on is compiled once.
+# With the profile of the tests, so that common dependencies are compiled once.
 rm -rf target/wheels
 (cd src/python && CARGO_TARGET_DIR=../../target ../../target/venv/bin/maturin build --profile dev \
     --interpreter ../../target/venv/bin/python --out ../../target/wheels)

@@ -7,7 +7,7 @@ import re
 import sys
 from pathlib import Path
 
-# What is found, and what to write instead.
+# The patterns to find, and what to write instead.
 PATTERNS = [
     (r"\bso (many|often)\b(?! (as|that)\b)", "this many, this often, or the name of the number"),
     (r"\bnone (where|of which|if none)\b", "`None` if"),

@@ -15,27 +15,27 @@ pub struct DualQuaternion {
 }
 
 impl DualQuaternion {
-    /// From `[real w x y z, dual w x y z]` (the paper's `R82dual`).
+    /// Creates a dual quaternion from `[real w x y z, dual w x y z]` (the paper's `R82dual`).
     #[doc(alias = "R82dual")]
     pub fn from_vector8(vector: &Vector8) -> Self {
         let quaternion = |i: usize| Quaternion::new(vector[i], vector[i + 1], vector[i + 2], vector[i + 3]);
         Self { real: quaternion(0), dual: quaternion(4) }
     }
 
-    /// The pure dual quaternion `(0, a) + ε (0, b)` of a 6-vector `(a, b)`: a log or a twist (the paper's `R62dual`).
+    /// Creates the pure dual quaternion `(0, a) + ε (0, b)` of a 6-vector `(a, b)`: a logarithm or a twist (the paper's `R62dual`).
     #[doc(alias = "R62dual")]
     pub fn from_vector6(vector: &Vector6<f64>) -> Self {
         let pure = |i: usize| Quaternion::new(0.0, vector[i], vector[i + 1], vector[i + 2]);
         Self { real: pure(0), dual: pure(3) }
     }
 
-    /// `[real w x y z, dual w x y z]`.
+    /// Returns `[real w x y z, dual w x y z]`.
     pub fn to_vector8(self) -> Vector8 {
         let (r, d) = (self.real, self.dual);
         Vector8::from([r.w, r.i, r.j, r.k, d.w, d.i, d.j, d.k])
     }
 
-    /// Both parts conjugated (eq. 6, the paper's `cdualq`).
+    /// Returns the dual quaternion with both parts conjugated (eq. 6, the paper's `cdualq`).
     #[doc(alias = "cdualq")]
     pub fn conjugate(self) -> Self {
         Self { real: self.real.conjugate(), dual: self.dual.conjugate() }

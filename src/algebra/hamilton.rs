@@ -3,7 +3,7 @@
 use super::{DualQuaternion, Matrix8};
 use nalgebra::{Matrix4, Quaternion};
 
-/// `H⁺(a)`, 4×4: `ab = H⁺(a) b` on `(w, x, y, z)` (eq. 9, the paper's `Hp`).
+/// Returns `H⁺(a)`, 4×4: `ab = H⁺(a) b` on `(w, x, y, z)` (eq. 9, the paper's `Hp`).
 #[doc(alias = "Hp")]
 #[rustfmt::skip]
 pub fn hamilton_plus(a: &Quaternion<f64>) -> Matrix4<f64> {
@@ -15,7 +15,7 @@ pub fn hamilton_plus(a: &Quaternion<f64>) -> Matrix4<f64> {
     )
 }
 
-/// `H⁻(b)`, 4×4: `ab = H⁻(b) a` on `(w, x, y, z)` (eq. 10, the paper's `Hn`).
+/// Returns `H⁻(b)`, 4×4: `ab = H⁻(b) a` on `(w, x, y, z)` (eq. 10, the paper's `Hn`).
 #[doc(alias = "Hn")]
 #[rustfmt::skip]
 pub fn hamilton_minus(b: &Quaternion<f64>) -> Matrix4<f64> {
@@ -27,19 +27,19 @@ pub fn hamilton_minus(b: &Quaternion<f64>) -> Matrix4<f64> {
     )
 }
 
-/// `H⁺` of a dual quaternion, 8×8 on [`super::Vector8`] (the paper's `dHp`).
+/// Returns `H⁺` of a dual quaternion, 8×8 on [`super::Vector8`] (the paper's `dHp`).
 #[doc(alias = "dHp")]
 pub fn dual_hamilton_plus(a: &DualQuaternion) -> Matrix8 {
     blocks(hamilton_plus(&a.real), hamilton_plus(&a.dual))
 }
 
-/// `H⁻` of a dual quaternion, 8×8 on [`super::Vector8`] (the paper's `dHn`).
+/// Returns `H⁻` of a dual quaternion, 8×8 on [`super::Vector8`] (the paper's `dHn`).
 #[doc(alias = "dHn")]
 pub fn dual_hamilton_minus(b: &DualQuaternion) -> Matrix8 {
     blocks(hamilton_minus(&b.real), hamilton_minus(&b.dual))
 }
 
-/// `[real 0; dual real]`, since `ε² = 0`.
+/// Returns `[real 0; dual real]`, the form that follows from `ε² = 0`.
 fn blocks(real: Matrix4<f64>, dual: Matrix4<f64>) -> Matrix8 {
     let mut matrix = Matrix8::zeros();
     matrix.fixed_view_mut::<4, 4>(0, 0).copy_from(&real);

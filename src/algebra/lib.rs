@@ -2,12 +2,12 @@
 //!
 //! # Conventions
 //!
-//! The whole program has these:
+//! The whole program uses these conventions:
 //!
-//! - Hamilton product; scalar first inside, `(w, x, y, z)`; on the wire ROS order `(x, y, z, w)`. Metres, radians, seconds.
+//! - Hamilton product; scalar first inside, `(w, x, y, z)`; on the wire ROS order `(x, y, z, w)`. Meters, radians, seconds.
 //! - A pose is a unit dual quaternion `q = r + ε ½ t r` (eq. 13): `r` rotates, `t` translates, both in the base frame.
 //! - Unit means `q q* = 1` as a dual number: `|r| = 1` and `⟨r, d⟩ = 0`.
-//! - `q` and `-q` are the same pose. What a law does about that is in `dq_kinematics::control::SignMemory`.
+//! - `q` and `-q` are the same pose. `dq_kinematics::control::SignMemory` chooses the sign for the laws.
 //! - Pose error `e = q_d* q` (eq. 28). Twists are ordered angular first, `ξ = (ω, v)`; the body twist moves the pose by
 //!   `q̇ = ½ q (ω + ε v)`.
 //! - Names carry frames: `base_from_tool` maps tool coordinates to base coordinates, so that products cancel by eye.
@@ -29,7 +29,7 @@
 //! | `R62dual` | [`DualQuaternion::from_vector6`] |
 //! | `frameplotter` | its geometry: [`UnitDualQuaternion::half_exp`], then [`UnitDualQuaternion::frame`] |
 //!
-//! These docs find each by that name. One after the other:
+//! These docs find each function by its name in the appendix. An example with all of them:
 //!
 //! ```
 //! use dq_algebra::*;
@@ -48,7 +48,7 @@
 //! The tests check all of this: properties of random poses, a grid from 0 past π, and comparisons with nalgebra, the matrix
 //! exponential and the paper's printed numbers.
 #![warn(clippy::unwrap_used, clippy::expect_used)]
-// Both panic where nobody reads: results go through cli::print, all else through stderr.
+// Both macros panic if nobody reads the stream. Results go through `cli::print`, everything else through stderr.
 #![warn(clippy::print_stdout, clippy::print_stderr)]
 
 mod dual_quaternion;
@@ -68,18 +68,18 @@ pub use unit_dual_quaternion::UnitDualQuaternion;
 
 use thiserror::Error;
 
-/// Eight numbers of a dual quaternion: real part then dual part, scalar first in each.
+/// The eight numbers of a dual quaternion: real part then dual part, scalar first in each.
 pub type Vector8 = nalgebra::SVector<f64, 8>;
 /// An 8×8 matrix on [`Vector8`].
 pub type Matrix8 = nalgebra::SMatrix<f64, 8, 8>;
 
-/// What cannot be made into a pose.
+/// Why a dual quaternion cannot be normalized to a pose.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 pub enum DqError {
-    /// The real part has no direction.
+    /// The real part is zero, so it has no direction.
     #[error("a dual quaternion whose real part is 0 is no pose: expected a norm above 0")]
     ZeroRealPart,
-    /// A number is infinite or not a number.
+    /// A number is infinite or NaN.
     #[error("a dual quaternion with a non-finite number ({0}) is no pose")]
     NonFinite(f64),
 }

@@ -5,11 +5,11 @@ use super::quaternion::{angle_by_sine, from_rotation_vector, rotation_vector, si
 use super::{DualQuaternion, UnitDualQuaternion};
 use nalgebra::{Quaternion, Vector3, Vector6};
 
-/// Below this angle \[rad\] the quotients with θ² and θ³ are summed as series: the first term left out is below 1e-16.
+/// Below this angle \[rad\] quotients by θ² and θ³ are computed as series, whose first omitted term is below 1e-16.
 const SERIES_ANGLE: f64 = 1e-2;
 
 impl UnitDualQuaternion {
-    /// The paper's logarithm (eq. 32, `logdq`): half the rotation vector \[rad\], then half the translation \[m\].
+    /// Returns the paper's logarithm (eq. 32, `logdq`): half the rotation vector \[rad\], then half the translation \[m\].
     ///
     /// Rotation and translation are decoupled: this is not the logarithm of SE(3), which is
     /// [`screw_log`](Self::screw_log). The rotation's angle is that of the signed quaternion, in `[0, 2π)`.
@@ -18,8 +18,8 @@ impl UnitDualQuaternion {
         stack(0.5 * rotation_vector(&self.real()), 0.5 * self.translation())
     }
 
-    /// The inverse of [`half_log`](Self::half_log) (`explogdq`): the pose of eq. 13. The paper names eq. 31 for it, whose product is another pose:
-    /// that turns the translation.
+    /// Returns the pose of eq. 13, the inverse of [`half_log`](Self::half_log) (`explogdq`). The paper names eq. 31 for it, but the product
+    /// of eq. 31 rotates the translation too, which gives another pose.
     #[doc(alias = "explogdq")]
     pub fn half_exp(half_log: &Vector6<f64>) -> Self {
         let (half_rotation, half_translation) = split(half_log);
@@ -27,19 +27,20 @@ impl UnitDualQuaternion {
         Self::new_unchecked(DualQuaternion { real, dual: Quaternion::from_imag(half_translation) * real })
     }
 
-    /// The logarithm of SE(3): the twist `(ω, v)` [rad, m] of the screw that reaches this pose in unit time.
+    /// Returns the logarithm of SE(3): the twist `(ω, v)` [rad, m] of the screw that reaches this pose in unit time.
     ///
-    /// With `p` the translation: `ω` the rotation vector and `v = α p − ½ ω×p + β ω(ω·p)`, `α = ½θ cot ½θ`,
-    /// `β = (1−α)/θ²` (Bullo & Murray 1995). The dual quaternion is taken as signed: a negative scalar part means an
-    /// angle in (π, 2π), so that a law that keeps its sign passes π without a jump. Exact to rounding
-    /// but towards 2π, where α grows as `2π/(θ − 2π)` and takes the rounding of `p` along: the linear part's error is of the
-    /// order of `1e-15/(2π − θ)`, about 1e-7 at 2π − 1e-8, and at 2π the axis is lost.
+    /// With `p` the translation: `ω` is the rotation vector and `v = α p − ½ ω×p + β ω(ω·p)`, `α = ½θ cot ½θ`, `β = (1−α)/θ²` (Bullo &
+    /// Murray 1995). The sign of the dual quaternion counts: a negative scalar part means an angle in (π, 2π), so that a law that keeps the
+    /// sign passes π without a jump.
+    ///
+    /// The result is exact to rounding, except near 2π. There α grows as `2π/(θ − 2π)` and amplifies the rounding of `p`: the error of the
+    /// linear part is of the order of `1e-15/(2π − θ)`, about 1e-7 at 2π − 1e-8. At 2π the axis is undefined.
     pub fn screw_log(&self) -> Vector6<f64> {
         let (omega, linear) = screw_log(&self.real(), &self.translation());
         stack(omega, linear)
     }
 
-    /// The exponential of SE(3): the pose that the twist `(ω, v)` [rad, m] reaches in unit time, the inverse of
+    /// Returns the exponential of SE(3): the pose that the twist `(ω, v)` [rad, m] reaches in unit time. This is the inverse of
     /// [`screw_log`](Self::screw_log).
     ///
     /// `t = v + a ω×v + b ω×(ω×v)` with `a = (1−cos θ)/θ²`, `b = (θ−sin θ)/θ³`.
@@ -72,7 +73,7 @@ impl UnitDualQuaternion {
     }
 }
 
-/// [`UnitDualQuaternion::screw_log`] of a rotation and a translation, `(ω, v)`.
+/// Returns [`UnitDualQuaternion::screw_log`] of a rotation and a translation, as `(ω, v)`.
 #[inline(always)]
 pub fn screw_log(rotation: &Quaternion<f64>, translation: &Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
     let (by_sine, alpha, beta) = if rotation.w >= 0.0 {
@@ -86,7 +87,7 @@ pub fn screw_log(rotation: &Quaternion<f64>, translation: &Vector3<f64>) -> (Vec
     (omega, linear)
 }
 
-/// `½θ / sin ½θ`, α and β of an angle θ in (π, 2π].
+/// Returns `½θ / sin ½θ`, α and β of an angle θ in (π, 2π].
 #[cold]
 fn beyond_pi(rotation: &Quaternion<f64>) -> (f64, f64, f64) {
     let sine = rotation.imag().norm();
@@ -95,7 +96,7 @@ fn beyond_pi(rotation: &Quaternion<f64>) -> (f64, f64, f64) {
     (0.5 * angle_by_sine, alpha, beta)
 }
 
-/// `α = ½θ cot ½θ` and `β = (1−α)/θ²` of an angle θ \[rad\] and `cot ½θ`, which is not looked at near θ = 0.
+/// Returns `α = ½θ cot ½θ` and `β = (1−α)/θ²` of an angle θ \[rad\] and `cot ½θ`, which is not used near θ = 0.
 pub fn log_coefficients(angle: f64, half_cotangent: f64) -> (f64, f64) {
     let square = angle * angle;
     if angle < SERIES_ANGLE {

@@ -1,70 +1,71 @@
-//! Planes and lines as dual quaternions (Adorno 2017; Marinho et al., T-RO 2019, §IV), and how far a point is from them.
+//! Planes and lines as dual quaternions (Adorno 2017; Marinho et al., T-RO 2019, §IV), and their distances to points.
 
 use super::{DualQuaternion, UnitDualQuaternion};
 use nalgebra::{Quaternion, Unit, Vector3};
 
-/// A plane `n + ε d`: the points p with `n·p = d`. A point has a signed distance from it, positive on the side to which n points.
+/// A plane `n + ε d`: the points p with `n·p = d`. The distance of a point is positive on the side to which n points.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plane(DualQuaternion);
 
 impl Plane {
-    /// The plane square to `normal` that has `point` \[m\].
+    /// Creates the plane perpendicular to `normal` through `point` \[m\].
     pub fn new(normal: &Unit<Vector3<f64>>, point: &Vector3<f64>) -> Self {
         let real = Quaternion::from_imag(normal.into_inner());
         Self(DualQuaternion { real, dual: Quaternion::from_real(normal.dot(point)) })
     }
 
-    /// Where it points.
+    /// Returns the normal.
     pub fn normal(&self) -> Vector3<f64> {
         self.0.real.imag()
     }
 
-    /// Its signed distance from the origin \[m\], along the normal.
+    /// Returns its signed distance from the origin \[m\], along the normal.
     pub fn offset(&self) -> f64 {
         self.0.dual.w
     }
 
-    /// The same plane moved by `base_from_plane`: `q̄ π q*`, with `q̄ = r − ε d`.
+    /// Returns the plane moved by `base_from_plane`: `q̄ π q*`, with `q̄ = r − ε d`.
     pub fn moved(&self, base_from_plane: &UnitDualQuaternion) -> Self {
         let q = *base_from_plane.as_dual_quaternion();
         let other = DualQuaternion { dual: -q.dual, ..q };
         Self(other * self.0 * q.conjugate())
     }
 
-    /// The signed distance `n·p − d` of `point` \[m\]. Its gradient is the normal.
+    /// Returns the signed distance `n·p − d` of `point` \[m\]. Its gradient is the normal.
     pub fn distance(&self, point: &Vector3<f64>) -> f64 {
         self.normal().dot(point) - self.offset()
     }
 }
 
-/// A line `l + ε m` in Plücker's coordinates: along l, with the moment `m = p × l` of any of its points p.
+/// A line `l + ε m` in Plücker coordinates: the direction l, and the moment `m = p × l` of any of its points p.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Line(DualQuaternion);
 
 impl Line {
-    /// The line along `direction` through `point` \[m\].
+    /// Creates the line along `direction` through `point` \[m\].
     pub fn new(direction: &Unit<Vector3<f64>>, point: &Vector3<f64>) -> Self {
         let real = Quaternion::from_imag(direction.into_inner());
         Self(DualQuaternion { real, dual: Quaternion::from_imag(point.cross(direction)) })
     }
 
-    /// Along which it lies.
+    /// Returns the direction.
     pub fn direction(&self) -> Vector3<f64> {
         self.0.real.imag()
     }
 
-    /// The moment \[m\].
+    /// Returns the moment \[m\].
     pub fn moment(&self) -> Vector3<f64> {
         self.0.dual.imag()
     }
 
-    /// The same line moved by `base_from_line`: `q l q*`.
+    /// Returns the line moved by `base_from_line`: `q l q*`.
     pub fn moved(&self, base_from_line: &UnitDualQuaternion) -> Self {
         let q = *base_from_line.as_dual_quaternion();
         Self(q * self.0 * q.conjugate())
     }
 
-    /// From the line to `point` \[m\], square to it: `l × (p × l − m)`. Its length is the distance, and its direction the gradient of that.
+    /// Returns the vector from the line to `point` \[m\], perpendicular to the line: `l × (p × l − m)`. Its length is the distance, and its
+    /// direction is the gradient of the distance.
     pub fn offset(&self, point: &Vector3<f64>) -> Vector3<f64> {
         let direction = self.direction();
         direction.cross(&(point.cross(&direction) - self.moment()))

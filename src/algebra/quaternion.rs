@@ -3,18 +3,18 @@
 use nalgebra::{Quaternion, Unit, UnitQuaternion, Vector3};
 use thiserror::Error;
 
-/// As tf2 has it: a quaternion whose squared norm is off 1 by more than this is a mistake; one of three decimals is off by less.
+/// The tolerance of tf2: a quaternion whose squared norm differs from 1 by more than this is invalid. Three decimals suffice.
 const UNIT_TOLERANCE: f64 = 10e-3;
 
-/// A quaternion that is no orientation.
+/// The error for a quaternion that is not an orientation.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 #[error("the orientation has norm {norm}: expected 1 ± {}", UNIT_TOLERANCE / 2.0)]
 pub struct NotUnit {
-    /// Its norm.
+    /// The norm of the quaternion.
     pub norm: f64,
 }
 
-/// The rotation of a quaternion (x, y, z, w) as people type it and messages carry it, normalised, with the sign that it came with.
+/// Returns the rotation of a quaternion (x, y, z, w) as users type it and messages carry it. It is normalized, and keeps its sign.
 ///
 /// ```
 /// use dq_algebra::unit_rotation;
@@ -23,7 +23,7 @@ pub struct NotUnit {
 /// ```
 ///
 /// # Errors
-/// [`NotUnit`] where the squared norm is not 1 ± 0.01, or no number.
+/// [`NotUnit`] if the squared norm is not 1 ± 0.01, or is NaN.
 pub fn unit_rotation([x, y, z, w]: [f64; 4]) -> Result<UnitQuaternion<f64>, NotUnit> {
     let quaternion = Quaternion::new(w, x, y, z);
     match (quaternion.norm_squared() - 1.0).abs() <= UNIT_TOLERANCE {
@@ -32,7 +32,7 @@ pub fn unit_rotation([x, y, z, w]: [f64; 4]) -> Result<UnitQuaternion<f64>, NotU
     }
 }
 
-/// The unit quaternion that rotates by `angle` \[rad\] about `axis`: `(cos ½θ, k sin ½θ)` (eq. 8, the paper's `quat`).
+/// Returns the unit quaternion that rotates by `angle` \[rad\] about `axis`: `(cos ½θ, k sin ½θ)` (eq. 8, the paper's `quat`).
 ///
 /// The sign is kept: `angle` and `angle + 2π` give opposite quaternions of the same rotation.
 ///
@@ -48,10 +48,10 @@ pub fn quaternion_from_angle_axis(angle: f64, axis: &Unit<Vector3<f64>>) -> Unit
     UnitQuaternion::new_unchecked(Quaternion::from_parts(cos, axis.into_inner() * sin))
 }
 
-/// Angle \[rad\] in `[0, 2π]` and axis of a unit quaternion (the paper's `decq`).
+/// Returns the angle \[rad\] in `[0, 2π]` and the axis of a unit quaternion (the paper's `decq`).
 ///
-/// The quaternion is taken as signed: one with a negative scalar part has an angle above π. Where the vector part is
-/// zero the axis is undefined and z is returned.
+/// The sign of the quaternion counts: a negative scalar part means an angle above π. If the vector part is zero, the axis is undefined, and
+/// z is returned.
 #[doc(alias = "decq")]
 pub fn angle_axis(rotation: &UnitQuaternion<f64>) -> (f64, Unit<Vector3<f64>>) {
     let (vector, scalar) = (rotation.imag(), rotation.scalar());
@@ -59,7 +59,7 @@ pub fn angle_axis(rotation: &UnitQuaternion<f64>) -> (f64, Unit<Vector3<f64>>) {
     (angle, Unit::try_new(vector, 0.0).unwrap_or(Vector3::z_axis()))
 }
 
-/// `θ l` \[rad\] of a quaternion with scalar part `cos ½θ` and vector part `l sin ½θ`, for θ in `[0, 2π)`.
+/// Returns `θ l` \[rad\] of a quaternion with scalar part `cos ½θ` and vector part `l sin ½θ`, for θ in `[0, 2π)`.
 ///
 /// `atan2` keeps full relative precision at every angle, and the quotient tends to 2 as the vector part vanishes. At
 /// exactly 2π, where no axis is defined, the vector is zero.
@@ -68,19 +68,19 @@ pub fn rotation_vector(rotation: &Quaternion<f64>) -> Vector3<f64> {
     rotation.imag() * angle_by_sine(rotation.imag().norm(), rotation.w)
 }
 
-/// `θ / sin ½θ` of an angle θ in `[0, 2π)` with this `sin ½θ` and `cos ½θ`.
+/// Returns `θ / sin ½θ` of an angle θ in `[0, 2π)` with this `sin ½θ` and `cos ½θ`.
 #[inline(always)]
 pub(super) fn angle_by_sine(half_sine: f64, half_cosine: f64) -> f64 {
     if half_sine > 0.0 { 2.0 * half_sine.atan2(half_cosine) / half_sine } else { 2.0 }
 }
 
-/// The inverse of [`rotation_vector`]: `(cos ½θ, ω sin(½θ)/θ)`.
+/// Returns `(cos ½θ, ω sin(½θ)/θ)`, the inverse of [`rotation_vector`].
 pub(super) fn from_rotation_vector(rotation_vector: &Vector3<f64>) -> Quaternion<f64> {
     let half_angle = 0.5 * rotation_vector.norm();
     Quaternion::from_parts(half_angle.cos(), rotation_vector * (0.5 * sinc(half_angle)))
 }
 
-/// `sin(x)/x`, 1 at 0.
+/// Returns `sin(x)/x`, 1 at 0.
 pub(super) fn sinc(x: f64) -> f64 {
     if x == 0.0 { 1.0 } else { x.sin() / x }
 }

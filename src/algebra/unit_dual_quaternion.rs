@@ -26,19 +26,19 @@ pub struct UnitDualQuaternion {
 }
 
 impl Default for UnitDualQuaternion {
-    /// The identity.
+    /// Returns the identity.
     fn default() -> Self {
         Self::identity()
     }
 }
 
 impl UnitDualQuaternion {
-    /// No rotation, no translation.
+    /// Returns the pose without rotation and translation.
     pub fn identity() -> Self {
         Self::from_parts(UnitQuaternion::identity(), Vector3::zeros())
     }
 
-    /// From the rotation and the translation \[m\], both in the base frame (eq. 13).
+    /// Creates a pose from the rotation and the translation \[m\], both in the base frame (eq. 13).
     #[inline]
     pub fn from_parts(rotation: UnitQuaternion<f64>, translation: Vector3<f64>) -> Self {
         let (real, half) = (rotation.into_inner(), 0.5 * translation);
@@ -47,7 +47,7 @@ impl UnitDualQuaternion {
         Self { inner: DualQuaternion { real, dual } }
     }
 
-    /// Rotated by `angle` \[rad\] about `axis`, then translated by `translation` \[m\] (the paper's `unitdq`).
+    /// Creates a pose that rotates by `angle` \[rad\] about `axis`, then translates by `translation` \[m\] (the paper's `unitdq`).
     #[doc(alias = "unitdq")]
     pub fn from_translation_angle_axis(
         translation: Vector3<f64>,
@@ -57,12 +57,11 @@ impl UnitDualQuaternion {
         Self::from_parts(quaternion_from_angle_axis(angle, axis), translation)
     }
 
-    /// The unit dual quaternion nearest to `q`: the real part is scaled to norm 1, and the part of the dual along the
-    /// real, which no pose has, is removed. What is unit but for rounding stays as it is, to the last bit.
+    /// Returns the unit dual quaternion nearest to `q`: scales the real part to norm 1, and removes the component of the dual part along
+    /// the real part. A `q` that is unit up to rounding is returned unchanged, to the last bit.
     ///
     /// # Errors
-    /// [`DqError::NonFinite`], also of a pose so far away that no number says where; [`DqError::ZeroRealPart`] where the real part has no
-    /// direction.
+    /// [`DqError::NonFinite`], also for a pose so far away that its numbers overflow; [`DqError::ZeroRealPart`] if the real part is zero.
     pub fn try_normalize(q: &DualQuaternion) -> Result<Self, DqError> {
         check_finite(q)?;
         let rounding = 16.0 * f64::EPSILON;
@@ -75,7 +74,7 @@ impl UnitDualQuaternion {
         if largest == 0.0 {
             return Err(DqError::ZeroRealPart);
         }
-        // A power of two, which rounds nothing: the squares of what is left are neither too large nor too small for a number.
+        // Scaling by a power of two is exact, and keeps the squares from overflow and underflow.
         let scale = largest.log2().floor().exp2();
         let real = q.real / scale;
         let norm = real.norm();
@@ -90,37 +89,37 @@ impl UnitDualQuaternion {
         Self { inner }
     }
 
-    /// As a general dual quaternion.
+    /// Returns the general dual quaternion.
     pub fn as_dual_quaternion(&self) -> &DualQuaternion {
         &self.inner
     }
 
-    /// The real part `r`.
+    /// Returns the real part `r`.
     pub fn real(&self) -> Quaternion<f64> {
         self.inner.real
     }
 
-    /// The dual part `½ t r` \[m\].
+    /// Returns the dual part `½ t r` \[m\].
     pub fn dual(&self) -> Quaternion<f64> {
         self.inner.dual
     }
 
-    /// The rotation.
+    /// Returns the rotation.
     pub fn rotation(&self) -> UnitQuaternion<f64> {
         UnitQuaternion::new_unchecked(self.inner.real)
     }
 
-    /// The translation `t = 2 d r*` \[m\] (eq. 25).
+    /// Returns the translation `t = 2 d r*` \[m\] (eq. 25).
     pub fn translation(&self) -> Vector3<f64> {
         2.0 * (self.inner.dual * self.inner.real.conjugate()).imag()
     }
 
-    /// `[real w x y z, dual w x y z]`.
+    /// Returns `[real w x y z, dual w x y z]`.
     pub fn to_vector8(&self) -> Vector8 {
         self.inner.to_vector8()
     }
 
-    /// How far the other pose is from this one \[m\], and by which angle it is turned against it \[rad\]. q and −q are the same pose.
+    /// Returns the distance \[m\] and the angle \[rad\] between this pose and the other. q and −q are the same pose.
     pub fn distances(&self, other: &Self) -> [f64; 2] {
         let way: Vector3<f64> = self.translation() - other.translation();
         [way.norm(), self.rotation().angle_to(&other.rotation())]
@@ -139,13 +138,13 @@ impl UnitDualQuaternion {
         self.rotation() * point + self.translation()
     }
 
-    /// The frame that `frameplotter` draws: rotation (its axes are the columns) and origin \[m\].
+    /// Returns the frame that `frameplotter` draws: the rotation (its axes are the columns) and the origin \[m\].
     #[doc(alias = "frameplotter")]
     pub fn frame(&self) -> Isometry3<f64> {
         Isometry3::from_parts(self.translation().into(), self.rotation())
     }
 
-    /// The 6×6 matrix that maps twists `(ω, v)` of the body to twists in the base frame: `[R 0; [t]×R R]`.
+    /// Returns the 6×6 matrix that maps twists `(ω, v)` of the body to twists in the base frame: `[R 0; [t]×R R]`.
     pub fn adjoint(&self) -> Matrix6<f64> {
         let rotation = self.rotation().to_rotation_matrix().into_inner();
         let mut adjoint = Matrix6::zeros();
@@ -155,8 +154,8 @@ impl UnitDualQuaternion {
         adjoint
     }
 
-    /// One Newton step back to norm 1, and the dual part made orthogonal to the real: second-order exact near unit, so
-    /// that rounding never accumulates over a chain of products.
+    /// Makes one Newton step back to norm 1, and the dual part orthogonal to the real part. The remaining error is of second order, so that
+    /// rounding does not accumulate over a chain of products.
     fn renormalize(q: DualQuaternion) -> Self {
         let scale = 0.5 * (3.0 - q.real.norm_squared());
         let (real, dual) = (q.real * scale, q.dual * scale);
@@ -164,14 +163,14 @@ impl UnitDualQuaternion {
     }
 }
 
-/// The pose of a frame, of the same sign as its rotation; [`frame`](UnitDualQuaternion::frame) is the way back.
+/// Returns the pose of a frame, with the sign of its rotation; [`frame`](UnitDualQuaternion::frame) is the inverse.
 impl From<Isometry3<f64>> for UnitDualQuaternion {
     fn from(frame: Isometry3<f64>) -> Self {
         Self::from_parts(frame.rotation, frame.translation.vector)
     }
 }
 
-/// The pose as a frame, as [`frame`](UnitDualQuaternion::frame) gives it.
+/// Returns the pose as a frame, like [`frame`](UnitDualQuaternion::frame).
 impl From<UnitDualQuaternion> for Isometry3<f64> {
     fn from(pose: UnitDualQuaternion) -> Self {
         pose.frame()
@@ -181,7 +180,7 @@ impl From<UnitDualQuaternion> for Isometry3<f64> {
 impl TryFrom<[f64; 8]> for UnitDualQuaternion {
     type Error = DqError;
 
-    /// From `[real w x y z, dual w x y z]`, as [`try_normalize`](Self::try_normalize).
+    /// Converts `[real w x y z, dual w x y z]`, like [`try_normalize`](Self::try_normalize).
     fn try_from(numbers: [f64; 8]) -> Result<Self, DqError> {
         Self::try_normalize(&DualQuaternion::from_vector8(&numbers.into()))
     }
@@ -193,7 +192,7 @@ impl From<UnitDualQuaternion> for [f64; 8] {
     }
 }
 
-/// A pure rotation; [`rotation`](UnitDualQuaternion::rotation) is the inverse.
+/// Returns a pure rotation; [`rotation`](UnitDualQuaternion::rotation) is the inverse.
 impl From<UnitQuaternion<f64>> for UnitDualQuaternion {
     fn from(rotation: UnitQuaternion<f64>) -> Self {
         Self::from_parts(rotation, Vector3::zeros())
@@ -220,7 +219,7 @@ impl Display for UnitDualQuaternion {
     }
 }
 
-/// The same pose with the other sign.
+/// Returns the same pose with the other sign.
 impl Neg for UnitDualQuaternion {
     type Output = Self;
     fn neg(self) -> Self {

@@ -1,4 +1,4 @@
-//! Reads any rosbag2 bag once, from its first message to its last: a directory, an MCAP file, a SQLite file.
+//! Reads a rosbag2 bag once, from the first message to the last: a directory, an MCAP file or a SQLite file.
 
 use super::block::{Block, Limit, Types};
 use super::error::BagError;
@@ -10,42 +10,42 @@ use std::cmp::Reverse;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// How many bytes at most: so many for each byte of the bag, and the least besides.
+/// An upper bound of a number of bytes, for a bag of a given size: `least` plus `ratio` for each byte of the bag.
 struct Bound {
     least: u64,
     ratio: u64,
 }
 
-/// So much may the messages be that are given: no more is believed to be a recording. What zstd makes of the messages of an arm at rest is
-/// about a twentieth of them.
+/// The bound for the returned messages. A larger ratio is not that of a recording: zstd compresses the messages of an arm at rest to about
+/// a twentieth.
 const ROOM: Bound = Bound { least: 64 << 20, ratio: 100 };
 
-/// The same of the chunks that are unpacked for them: images and maps of one colour may be there, which take time but no room.
+/// The bound for the unpacked chunks. They may contain images and maps of one color, which take time but no memory.
 const WORK: Bound = Bound { least: 1 << 30, ratio: 2000 };
 
-/// Blocks that overlap in time are unpacked together as long as their messages have fewer bytes than this.
+/// Blocks that overlap in time are unpacked together while their messages have fewer bytes than this.
 const OVERLAP: usize = 64 << 20;
 
-/// A bag, and an iterator over its messages in order of log time; of equal times, as they are stored.
+/// A bag, and an iterator over its messages in order of log time. Messages with equal times keep their stored order.
 ///
-/// Each block of its files is unpacked once, when its time has come, so that memory is bounded by how much blocks overlap and not by
-/// how much there is. What is not read, as it is damaged, is listed in [`Bag::losses`].
+/// Each block of a file is unpacked once, when its time has come. So memory depends on how much the blocks overlap, not on the size of the
+/// bag. [`Bag::losses`] lists what could not be read.
 #[derive(Debug)]
 pub struct Bag {
     files: Vec<Storage>,
-    /// File and block, the next one last.
+    /// The file and the block; the next one is last.
     blocks: Vec<(usize, Block)>,
-    /// Messages whose turn has not come.
+    /// The messages that are unpacked but not yet returned.
     waiting: BTreeMap<Turn, BagMessage>,
-    /// Bytes of the messages that wait.
+    /// The size of the waiting messages \[bytes\].
     held: usize,
-    /// Bytes of messages that may still be given.
+    /// The bytes of messages that may still be returned.
     room: u64,
     types: Types,
     losses: UnreadableParts,
 }
 
-/// When a message is given: at its log time, then by where it is stored.
+/// The order in which messages are returned: by log time, then by position in the bag.
 #[derive(Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Turn {
     log_time: i64,
@@ -55,10 +55,10 @@ struct Turn {
 }
 
 impl Bag {
-    /// Opens a bag's directory, with or without `metadata.yaml`, or one of its files. No message is unpacked yet.
+    /// Opens a bag's directory, with or without `metadata.yaml`, or one of its files. Does not unpack messages yet.
     ///
     /// # Errors
-    /// [`BagError::Read`], [`BagError::NotABag`], [`BagError::Damaged`] where no file of it can be read at all.
+    /// [`BagError::Read`], [`BagError::NotABag`]; [`BagError::Damaged`] if none of its files can be read.
     pub fn open(path: &Path) -> Result<Self, BagError> {
         let mut losses = UnreadableParts::default();
         let paths = if path.is_dir() { files_of(path, &mut losses)? } else { vec![path.to_owned()] };
@@ -87,19 +87,19 @@ impl Bag {
         Ok(Self { files, blocks, waiting: BTreeMap::new(), held: 0, room, types: None, losses })
     }
 
-    /// The same bag, of which only the messages of these types (`package/msg/Name`) are given.
+    /// Returns only the messages of these types (`package/msg/Name`).
     #[must_use]
     pub fn only(mut self, types: &[impl AsRef<str>]) -> Self {
         self.give_only(types);
         self
     }
 
-    /// Gives from now on only the messages of these types.
+    /// Returns from now on only the messages of these types.
     pub fn give_only(&mut self, types: &[impl AsRef<str>]) {
         self.types = Some(types.iter().map(|name| name.as_ref().to_owned()).collect());
     }
 
-    /// The topics that have been met, by name; all of them once the last message has been given.
+    /// Returns the topics that were found so far, by name. They are complete after the last message.
     pub fn topics(&self) -> Vec<Topic> {
         let mut counts = BTreeMap::new();
         for topic in self.files.iter().flat_map(Storage::topics) {
@@ -108,7 +108,7 @@ impl Bag {
         counts.into_iter().map(|((name, message), count)| Topic { name, message, count }).collect()
     }
 
-    /// What could not be read of it so far.
+    /// Returns what could not be read so far.
     pub fn losses(&self) -> &UnreadableParts {
         &self.losses
     }
@@ -143,7 +143,7 @@ impl Iterator for Bag {
 
     fn next(&mut self) -> Option<BagMessage> {
         while let Some((file, block)) = self.blocks.last().copied() {
-            // More than is held at once is given block by block.
+            // Beyond this size, messages are returned block by block.
             let first = self.waiting.first_key_value();
             if first.is_some_and(|(first, _)| block.start > first.log_time || self.held >= OVERLAP) {
                 break;

@@ -3,38 +3,38 @@
 use super::message::BagMessage;
 use dq_common::text::{NAME, shown};
 
-/// Some messages of a file that are unpacked together.
+/// Messages of a file that are unpacked together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Block {
-    /// When the first message in it was recorded \[ns\], as far as the file says so.
+    /// The log time of its first message \[ns\], if the file has it.
     pub start: i64,
-    /// Which one of its file, in the order in which they are stored.
+    /// The index of the block in its file.
     pub number: usize,
 }
 
-/// What a block holds.
+/// The content of a block.
 #[derive(Debug, Default)]
 pub(super) struct Unpacked {
     pub messages: Vec<BagMessage>,
-    /// The bytes of these messages.
+    /// The size of these messages.
     pub bytes: u64,
-    /// What was lost, a line each.
+    /// The losses, one line each.
     pub lost: Vec<String>,
 }
 
-/// How much may be unpacked \[bytes\].
+/// The largest number of bytes to unpack.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Limit {
-    /// Of messages that are wanted.
+    /// For the requested messages.
     pub room: u64,
-    /// Of the chunks of a file.
+    /// For the chunks of a file.
     pub work: u64,
 }
 
-/// The types whose messages are wanted; `None` for all.
+/// The requested types; `None` for all.
 pub(super) type Types = Option<Vec<String>>;
 
-/// What is said of messages that another middleware has encoded.
+/// Returns the line about messages with another encoding.
 pub(super) fn of_other_encoding(topic: &str, count: u64) -> String {
     format!("{count} messages of {} are passed over, as they are not encoded in CDR", shown(topic, NAME))
 }

@@ -1,4 +1,4 @@
-//! What can be wrong with a bag, or with the place where one shall be.
+//! Errors of reading and writing bags.
 
 use dq_common::text::{REASON, shown};
 use mcap::McapError;
@@ -10,15 +10,15 @@ use thiserror::Error;
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum BagError {
-    /// The place of a new bag is taken.
+    /// The directory of a new bag exists already.
     #[error("{0:?} exists already: a recording never overwrites, give it a new directory")]
     Exists(PathBuf),
-    /// A file could not be written: no permission, no room, no such directory.
+    /// A file could not be written: no permission, no space, no such directory.
     #[error("cannot write {path:?}: {why}")]
     Write {
         /// The file.
         path: PathBuf,
-        /// What the operating system or the MCAP library says.
+        /// The message of the operating system or the MCAP library.
         why: String,
     },
     /// The type has no definition in `msg_config/interfaces`, and the `TopicRecord` gives none.
@@ -37,18 +37,18 @@ pub enum BagError {
     Read {
         /// The file.
         path: PathBuf,
-        /// What the operating system says.
+        /// The error of the operating system.
         why: std::io::Error,
     },
-    /// There is something else than a bag.
+    /// The file or directory is not a bag.
     #[error("{path:?} is no rosbag2 bag: {why}")]
     NotABag {
         /// The file or directory.
         path: PathBuf,
-        /// What was found instead.
+        /// The reason.
         why: String,
     },
-    /// A bag's content contradicts itself.
+    /// The content of a bag is inconsistent.
     #[error("{path:?} is damaged: {why}")]
     Damaged {
         /// The file.
@@ -64,7 +64,7 @@ impl BagError {
     }
 
     pub(super) fn write_mcap(path: &Path) -> impl FnOnce(McapError) -> Self {
-        // The operating system's words, where it is that which refuses.
+        // Prefer the operating system's message, if it is the cause.
         let words = |why: McapError| why.source().map_or_else(|| why.to_string(), ToString::to_string);
         move |why| Self::Write { path: path.to_owned(), why: words(why) }
     }

@@ -1,4 +1,4 @@
-//! Which files make up a bag.
+//! Finds the files of a bag.
 
 use super::error::BagError;
 use super::metadata;
@@ -6,7 +6,7 @@ use super::unreadable::UnreadableParts;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-/// The files of a bag's directory in their order, each once: those that its metadata name, or else all that have a bag's endings.
+/// Returns the files of a bag's directory in order, each once: those in its metadata, or else all with a bag's file endings.
 pub(super) fn files_of(directory: &Path, losses: &mut UnreadableParts) -> Result<Vec<PathBuf>, BagError> {
     let files = match metadata::read(directory) {
         Ok(Some(metadata)) if metadata.is_packed_otherwise() => {
@@ -21,14 +21,14 @@ pub(super) fn files_of(directory: &Path, losses: &mut UnreadableParts) -> Result
         }
     };
     let mut seen = BTreeSet::new();
-    // Old versions put the directory's name before the file's; a bag's files are in its directory.
+    // Old versions put the directory's name before the file's. A bag's files are in its directory.
     let in_directory = |path: &String| Some(directory.join(Path::new(path).file_name()?));
     let files: Vec<_> =
         files.iter().filter_map(in_directory).filter(|path| seen.insert(path.clone())).collect();
     if files.is_empty() { list(directory) } else { Ok(files) }
 }
 
-/// The bag's files where no metadata name them, by the number at the end of their names.
+/// Returns the files of a bag without metadata, sorted by the numbers in their names.
 fn list(directory: &Path) -> Result<Vec<PathBuf>, BagError> {
     const ENDINGS: [&str; 4] = [".mcap", ".db3", ".mcap.zstd", ".db3.zstd"];
     let entries = directory.read_dir().map_err(BagError::read(directory))?;
@@ -47,7 +47,7 @@ fn list(directory: &Path) -> Result<Vec<PathBuf>, BagError> {
     Ok(files)
 }
 
-/// 12 of `run_12.mcap` and of `run_12.mcap.zstd`, and of Lyrical's `12_run_2026_05_23-14_30_00.mcap`.
+/// Returns the number in a file name: 12 in `run_12.mcap`, `run_12.mcap.zstd`, and Lyrical's `12_run_2026_05_23-14_30_00.mcap`.
 fn number(path: &Path) -> Option<u64> {
     let name = path.file_name()?.to_str()?.split('.').next()?;
     let (first, rest) = name.split_once('_')?;
@@ -57,17 +57,17 @@ fn number(path: &Path) -> Option<u64> {
     }
 }
 
-/// How rosbag2 writes a time in a name, local: each 0 is a digit.
+/// The format of rosbag2's local times in names; each 0 is a digit.
 const TIME: &str = "0000_00_00-00_00_00";
 
-/// Whether that is such a time.
+/// Returns whether the text has this format.
 fn is_time(text: &str) -> bool {
     let alike = |(one, other): (char, char)| if one == '0' { other.is_ascii_digit() } else { one == other };
     text.len() == TIME.len() && TIME.chars().zip(text.chars()).all(alike)
 }
 
-/// The name of the file of that number in a bag's directory, as the ROS release writes it that `ROS_DISTRO` names: the directory's name with
-/// the number, or from Lyrical on the number, the directory's name without a time at its end, and the time.
+/// Returns the name of the file with this number in a bag's directory, as in the ROS release `distro`: the directory's name with the
+/// number, or from Lyrical on the number, the directory's name without a time at its end, and the time.
 pub(super) fn file_name(directory: &Path, number: usize, distro: &str) -> String {
     let name = directory.file_name().unwrap_or_else(|| "bag".as_ref()).to_string_lossy();
     if distro != LYRICAL {

@@ -1,5 +1,5 @@
-//! The fields of MCAP records, read within bounds: the crate's own parser takes as much memory as a length says, before it looks
-//! whether there are as many bytes.
+//! The fields of MCAP records, read with checked lengths. The crate's own parser allocates as much memory as a length field says, before it
+//! checks that there are that many bytes.
 
 /// A channel record.
 #[derive(Debug, PartialEq)]
@@ -10,13 +10,13 @@ pub(super) struct ChannelRecord<'a> {
     pub encoding: &'a str,
 }
 
-/// Number and name of a schema record.
+/// Returns the id and the name of a schema record.
 pub(super) fn schema(data: &[u8]) -> Option<(u16, &str)> {
     let (id, rest) = number(data)?;
     Some((id, text(rest)?.0))
 }
 
-/// A channel record without its metadata.
+/// Parses a channel record, without its metadata.
 pub(super) fn channel(data: &[u8]) -> Option<ChannelRecord<'_>> {
     let (id, rest) = number(data)?;
     let (schema, rest) = number(rest)?;
@@ -25,7 +25,7 @@ pub(super) fn channel(data: &[u8]) -> Option<ChannelRecord<'_>> {
     Some(ChannelRecord { id, schema, topic, encoding })
 }
 
-/// Channel, log time \[ns\] and payload of a message record, without its sequence number and its time of publication.
+/// Returns channel, log time \[ns\] and payload of a message record, without its sequence number and publish time.
 pub(super) fn message(data: &[u8]) -> Option<(u16, u64, &[u8])> {
     let (channel, rest) = number(data)?;
     let (_sequence, rest) = rest.split_first_chunk::<4>()?;
@@ -34,7 +34,7 @@ pub(super) fn message(data: &[u8]) -> Option<(u16, u64, &[u8])> {
     Some((channel, u64::from_le_bytes(*log_time), payload))
 }
 
-/// To how many bytes a chunk record unpacks, as it says; none where what is packed is not as long as the record.
+/// Returns the unpacked size that a chunk record states; `None` if its length is inconsistent with the record.
 pub(super) fn chunk_size(data: &[u8]) -> Option<u64> {
     let (_times, rest) = data.split_first_chunk::<16>()?;
     let (size, rest) = rest.split_first_chunk()?;
@@ -44,7 +44,7 @@ pub(super) fn chunk_size(data: &[u8]) -> Option<u64> {
     (u64::from_le_bytes(*length) == packed.len() as u64).then_some(u64::from_le_bytes(*size))
 }
 
-/// How many messages a statistics record says that there are.
+/// Returns the number of messages that a statistics record states.
 pub(super) fn message_count(data: &[u8]) -> Option<u64> {
     data.first_chunk().map(|count| u64::from_le_bytes(*count))
 }

@@ -1,6 +1,7 @@
-//! Reads one MCAP file, chunk by chunk, up to its end or to the first place where it is damaged.
+//! Reads one MCAP file chunk by chunk, up to its end or the first damage.
 //!
-//! Opening reads the file through once, as a recording that was killed has no index: what is opened is whole, with sound checksums.
+//! Opening reads the whole file once, because a recording that was killed has no index. So all parts of an open file are complete and have
+//! valid checksums.
 
 use super::block::{Block, Limit, Types, Unpacked, of_other_encoding};
 use super::mcap_fields as fields;
@@ -14,19 +15,19 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Messages outside of chunks are read together up to this many bytes.
+/// Consecutive messages outside of chunks are read together up to this many bytes.
 const TOGETHER: u64 = 1 << 20;
 
-/// Bytes that are asked of the file at once, however long it says a record is.
+/// The number of bytes read at once, whatever length a record states.
 const READ_STEP: usize = 1 << 16;
 
 /// The largest record that is read, and the largest chunk that is unpacked \[bytes\].
 const RECORD_LIMIT: u64 = 1 << 27;
 
-/// Opcode and length before every record \[bytes\].
+/// The size of opcode and length before every record \[bytes\].
 const HEAD: u64 = 9;
 
-/// An MCAP file that has been read through.
+/// An MCAP file that was read once.
 #[derive(Debug)]
 pub(super) struct McapFile {
     path: PathBuf,
@@ -35,14 +36,14 @@ pub(super) struct McapFile {
     channels: HashMap<u16, Channel>,
 }
 
-/// A chunk, or messages one after the other.
+/// A chunk, or consecutive messages outside of chunks.
 #[derive(Clone, Debug)]
 struct Piece {
-    /// Where it is in the file.
+    /// Its range in the file.
     place: Range<u64>,
-    /// The earliest time of a message \[ns\].
+    /// The earliest log time of a message \[ns\].
     start: i64,
-    /// To how many bytes it unpacks.
+    /// The unpacked size \[bytes\].
     size: u64,
 }
 
@@ -50,17 +51,17 @@ struct Piece {
 struct Channel {
     topic: Arc<str>,
     message: Arc<str>,
-    /// Other encodings than CDR are another middleware's.
+    /// Whether the encoding is CDR; others belong to other middleware.
     is_cdr: bool,
-    /// How many messages of it have been loaded.
+    /// The number of its messages that were loaded.
     count: u64,
 }
 
 impl McapFile {
-    /// Reads the file through and unpacks its chunks, as far as the limit allows. `lost` gets the place and the reason of the first damage.
+    /// Reads the file and unpacks its chunks, within the limit. `lost` is called with the position and the reason of the first damage.
     ///
     /// # Errors
-    /// Where it cannot be opened.
+    /// The operating system's error if the file cannot be opened.
     pub fn open(path: &Path, limit: Limit, mut lost: impl FnMut(String)) -> std::io::Result<Self> {
         let file = File::open(path)?;
         let (pieces, schemas, channels) = (Vec::new(), HashMap::new(), HashMap::new());
@@ -70,10 +71,10 @@ impl McapFile {
         let read = records(file, options, RECORD_LIMIT, |opcode, data| {
             let place = end..end + HEAD + data.len() as u64;
             if opcode == op::CHUNK {
-                let (piece, count) = this.look_into(place.clone(), data, work)?;
+                let (piece, count) = this.scan_chunk(place.clone(), data, work)?;
                 (work, messages) = (work - piece.size, messages + count);
                 this.pieces.push(piece);
-            } else if let Some(time) = this.note(opcode, data)? {
+            } else if let Some(time) = this.define(opcode, data)? {
                 this.add(place.clone(), time);
                 messages += 1;
             } else if opcode == op::STATISTICS {
@@ -91,9 +92,9 @@ impl McapFile {
         Ok(this)
     }
 
-    /// Looks at each record of a chunk, which may unpack to `work` bytes: the chunk, and how many messages it has. What it defines is
-    /// forgotten where it is not sound.
-    fn look_into(&mut self, place: Range<u64>, data: &[u8], work: u64) -> Result<(Piece, u64), String> {
+    /// Checks each record of a chunk, which may unpack to at most `work` bytes. Returns the chunk and its number of messages. If the chunk
+    /// is damaged, its definitions are discarded.
+    fn scan_chunk(&mut self, place: Range<u64>, data: &[u8], work: u64) -> Result<(Piece, u64), String> {
         let size = fields::chunk_size(data).ok_or("a chunk that is not as long as it says")?;
         if size > work.min(RECORD_LIMIT) {
             return Err("it unpacks to more than a recording of its size would".to_owned());
@@ -102,7 +103,7 @@ impl McapFile {
         let (mut piece, mut count) = (Piece { place, start: i64::MAX, size }, 0);
         let [head, length] = [&[op::CHUNK][..], &(data.len() as u64).to_le_bytes()];
         let looked = records(head.chain(length).chain(data), part_of_a_file(), size, |opcode, data| {
-            if let Some(time) = self.note(opcode, data)? {
+            if let Some(time) = self.define(opcode, data)? {
                 (piece.start, count) = (piece.start.min(time), count + 1);
             }
             Ok(())
@@ -113,7 +114,7 @@ impl McapFile {
         looked.map(|()| (piece, count))
     }
 
-    /// A message outside of chunks.
+    /// Adds a message outside of chunks.
     fn add(&mut self, place: Range<u64>, time: i64) {
         let size = place.end - place.start;
         match self.pieces.last_mut() {
@@ -124,14 +125,14 @@ impl McapFile {
         }
     }
 
-    /// Learns what a record defines; of a message it gives the time \[ns\].
-    fn note(&mut self, opcode: u8, data: &[u8]) -> Result<Option<i64>, String> {
+    /// Stores the definition in a record. For a message, returns the time \[ns\].
+    fn define(&mut self, opcode: u8, data: &[u8]) -> Result<Option<i64>, String> {
         match opcode {
             op::SCHEMA => {
                 let (id, name) = fields::schema(data).ok_or("a schema without a name")?;
                 self.schemas.entry(id).or_insert_with(|| name.into());
             }
-            // The first definition counts: channels are repeated at the end of the file, where they have no checksum.
+            // The first definition counts. Channels are repeated at the end of the file, without a checksum.
             op::CHANNEL => {
                 let channel = fields::channel(data).ok_or("a channel without a topic")?;
                 let message = self.schemas.get(&channel.schema).cloned().unwrap_or_default();
@@ -151,12 +152,12 @@ impl McapFile {
         Ok(None)
     }
 
-    /// The chunks, and messages outside of chunks some at a time.
+    /// Returns the chunks, and groups of messages outside of chunks.
     pub fn blocks(&self) -> Vec<Block> {
         self.pieces.iter().enumerate().map(|(number, piece)| Block { start: piece.start, number }).collect()
     }
 
-    /// The topics, with how many messages of them have been loaded.
+    /// Returns the topics with the numbers of messages loaded.
     pub fn topics(&self) -> Vec<Topic> {
         let channels = self.channels.values().filter(|channel| channel.is_cdr);
         channels
@@ -168,13 +169,13 @@ impl McapFile {
             .collect()
     }
 
-    /// What was passed over once all blocks are loaded, a line each.
+    /// Returns what was skipped after all blocks were loaded, one line each.
     pub fn missing(&self) -> Vec<String> {
         let other = self.channels.values().filter(|channel| !channel.is_cdr && channel.count > 0);
         other.map(|channel| of_other_encoding(&channel.topic, channel.count)).collect()
     }
 
-    /// The messages of a piece that are wanted, within `room` bytes.
+    /// Returns the requested messages of a piece, up to `room` bytes.
     pub fn load(&mut self, number: usize, types: &Types, room: u64) -> Unpacked {
         let mut unpacked = Unpacked::default();
         let Some(Piece { place, size, .. }) = self.pieces.get(number) else { return unpacked };
@@ -212,12 +213,12 @@ impl McapFile {
     }
 }
 
-/// Of records that neither begin nor end a file.
+/// Returns the options for records in the middle of a file.
 fn part_of_a_file() -> LinearReaderOptions {
     LinearReaderOptions::default().with_skip_start_magic(true).with_skip_end_magic(true)
 }
 
-/// Visits one record after the other, those of a chunk, all together `limit` bytes at most, as they are unpacked.
+/// Visits all records, including those of chunks, which may unpack to at most `limit` bytes.
 fn records(
     mut input: impl Read,
     options: LinearReaderOptions,
@@ -239,7 +240,7 @@ fn records(
     Ok(())
 }
 
-/// MCAP's times are unsigned; those after the year 2262 saturate.
+/// Converts MCAP's unsigned times; those after the year 2262 saturate.
 fn nanoseconds(time: u64) -> i64 {
     i64::try_from(time).unwrap_or(i64::MAX)
 }

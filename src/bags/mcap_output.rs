@@ -10,35 +10,35 @@ use std::io::{self, Seek, Write};
 use std::os::unix::fs::MetadataExt;
 use std::path::PathBuf;
 
-/// A chunk is compressed and written once it holds this many bytes: rosbag2's size.
+/// The size at which a chunk is compressed and written: that of rosbag2.
 const CHUNK_SIZE: usize = 768 * 1024;
 
-/// The end of a file without an index: data end, footer, magic. It follows the last chunk until the next one overwrites it, so that
-/// any reader takes the file for whole at every moment, whatever becomes of this process.
+/// The end of a file without an index: data end, footer, magic. It follows the last chunk until the next chunk overwrites it. So the file
+/// is valid at every moment, even if this process is killed.
 const END: [u8; 50] = *b"\x0f\x04\0\0\0\0\0\0\0\0\0\0\0\x02\x14\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\x89MCAP0\r\n";
 
-/// The MCAP file being written.
+/// An MCAP file that is being written.
 pub(super) struct McapOutput {
     path: PathBuf,
-    /// Unbuffered: the MCAP writer hands over whole chunks, and errors come when they happen.
+    /// Unbuffered: the MCAP writer writes whole chunks, and errors are reported at once.
     writer: Writer<File>,
-    /// The same file, whose place for the next write the two share.
+    /// The same file; both share the position of the next write.
     handle: File,
-    /// Its length, as it was left \[bytes\].
+    /// The length of the file after the last write \[bytes\].
     size: u64,
-    /// Bytes of messages that no chunk on disk has yet.
+    /// The size of the messages in the open chunk \[bytes\].
     pending: usize,
 }
 
 impl McapOutput {
-    /// Begins a file, which is not there yet.
+    /// Creates a file, which must not exist yet.
     pub fn create(path: PathBuf) -> Result<Self, BagError> {
         let file = File::create_new(&path).map_err(BagError::write(&path))?;
         let handle = file.try_clone().map_err(BagError::write(&path))?;
         let options = WriteOptions::new()
             .profile("ros2")
             .library(concat!("dq_servo ", env!("CARGO_PKG_VERSION")))
-            // Chunks end where this writer says so, and go to the file whole: what a kill cuts off is one chunk.
+            // This writer ends chunks itself and writes them whole, so that a kill loses at most one chunk.
             .chunk_size(None)
             .disable_seeking(true)
             .compression_threads(0);
@@ -49,7 +49,7 @@ impl McapOutput {
         Ok(open)
     }
 
-    /// Adds a channel for a topic with the type's definition, and with the offered QoS in YAML.
+    /// Adds a channel for a topic, with the type's definition and the offered QoS in YAML.
     pub fn add(&mut self, topic: &TopicMetadata, definition: &str, qos: &str) -> Result<u16, BagError> {
         let metadata = BTreeMap::from([
             ("offered_qos_profiles".to_owned(), qos.to_owned()),
@@ -81,10 +81,10 @@ impl McapOutput {
         if self.pending >= CHUNK_SIZE { self.flush() } else { Ok(()) }
     }
 
-    /// Ends the open chunk, and brings it to disk.
+    /// Ends the open chunk, and writes it to the file.
     ///
     /// # Errors
-    /// [`BagError::Write`], also where somebody has removed the file, or has changed its length.
+    /// [`BagError::Write`], also if someone has removed the file or changed its length.
     pub fn flush(&mut self) -> Result<(), BagError> {
         self.check()?;
         self.pending = 0;
@@ -93,7 +93,7 @@ impl McapOutput {
         Ok(())
     }
 
-    /// Writes the end after the last chunk, and goes back before it. The file's length.
+    /// Writes the end after the last chunk, and moves the position before it. Returns the length of the file.
     fn end(&mut self) -> io::Result<u64> {
         self.handle.write_all(&END)?;
         self.handle.seek_relative(-(END.len() as i64))?;
@@ -103,14 +103,14 @@ impl McapOutput {
     /// Writes index and footer, and waits for the disk.
     ///
     /// # Errors
-    /// As [`flush`](Self::flush).
+    /// The errors of [`flush`](Self::flush).
     pub fn close(&mut self) -> Result<(), BagError> {
         self.check()?;
         self.writer.finish().map_err(BagError::write_mcap(&self.path))?;
         self.handle.sync_all().map_err(BagError::write(&self.path))
     }
 
-    /// That the file is still where it was made, and as long as it was left: what others take from it is missed by no write.
+    /// Checks that the file still exists and has the expected length, so that changes by others are detected.
     fn check(&self) -> Result<(), BagError> {
         let wrong = |why: &str| Err(BagError::Write { path: self.path.clone(), why: why.to_owned() });
         let ours = self.handle.metadata().map_err(BagError::write(&self.path))?;
@@ -125,7 +125,7 @@ impl McapOutput {
         }
     }
 
-    /// Bytes on disk.
+    /// Returns the number of bytes written.
     pub fn size(&self) -> u64 {
         self.size
     }

@@ -1,4 +1,4 @@
-//! What is in a bag: topics and messages.
+//! The content of a bag: topics and messages.
 
 use dq_common::text::{NAME, shown};
 use dq_messages::WireError;
@@ -13,7 +13,7 @@ pub struct Topic {
     pub name: String,
     /// `package/msg/Name`.
     pub message: String,
-    /// Messages in the bag.
+    /// The number of its messages in the bag.
     pub count: u64,
 }
 
@@ -24,17 +24,17 @@ pub struct BagMessage {
     pub topic: Arc<str>,
     /// `package/msg/Name`.
     pub message: Arc<str>,
-    /// When it was recorded \[ns\] since the Unix epoch.
+    /// When it was recorded \[ns since 1970\].
     pub log_time: i64,
-    /// The CDR bytes with their encapsulation header of four bytes.
+    /// The CDR bytes, with their encapsulation header of four bytes.
     pub cdr: Vec<u8>,
 }
 
 impl BagMessage {
-    /// The message as a value.
+    /// Decodes the message.
     ///
     /// # Errors
-    /// [`WireError::Decode`] where it is of another type, or its bytes are no whole message.
+    /// [`WireError::Decode`] if it is of another type, or its bytes are not a complete message.
     pub fn decode<M: Message>(&self) -> Result<M, WireError> {
         if *self.message != *M::TYPE {
             let why = format!("they are a {} of {}", shown(&self.message, NAME), shown(&self.topic, NAME));

@@ -1,4 +1,4 @@
-//! `metadata.yaml`: what rosbag2 knows of a bag without opening its files.
+//! `metadata.yaml`, which describes a bag without opening its files.
 
 use super::error::BagError;
 use super::qos::Profile;
@@ -11,19 +11,19 @@ use std::path::Path;
 /// The file's name in the bag's directory.
 pub(super) const FILE_NAME: &str = "metadata.yaml";
 
-/// The longest file that is read \[bytes\]: a bag of thousands of files and topics has a tenth of it.
+/// The longest file that is read \[bytes\], ten times that of a bag with thousands of files and topics.
 const LIMIT: u64 = 16 << 20;
 
-/// Messages and the time that they span.
+/// The number of messages, and the time that they span.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Span {
     pub messages: u64,
-    /// First and last log time \[ns\].
+    /// The first and the last log time \[ns\].
     bounds: Option<(i64, i64)>,
 }
 
 impl Span {
-    /// One message more.
+    /// Adds a message.
     pub fn add(&mut self, log_time: i64) {
         self.messages += 1;
         self.bounds = Some(match self.bounds {
@@ -32,18 +32,18 @@ impl Span {
         });
     }
 
-    /// The first log time; rosbag2 writes 2⁶³−1 where there is none.
+    /// Returns the first log time; without messages 2⁶³−1, like rosbag2.
     pub fn start(&self) -> i64 {
         self.bounds.map_or(i64::MAX, |(first, _)| first)
     }
 
-    /// From the first to the last log time \[ns\].
+    /// Returns the time from the first to the last log time \[ns\].
     pub fn duration(&self) -> i64 {
         self.bounds.map_or(0, |(first, last)| last.saturating_sub(first))
     }
 }
 
-/// rosbag2's metadata, version 9, of Jazzy.
+/// rosbag2's metadata, version 9 (Jazzy).
 #[derive(Debug, Serialize)]
 pub(super) struct Metadata {
     version: u32,
@@ -95,7 +95,7 @@ struct FileSpan {
 }
 
 impl Metadata {
-    /// Of a bag of MCAP files: their names and what each spans, and the topics with their counts.
+    /// Creates the metadata of a bag of MCAP files, from their names and spans, and from the topics with their counts.
     pub fn new(
         total: &Span,
         topics: impl Iterator<Item = (TopicMetadata, u64)>,
@@ -128,7 +128,7 @@ impl Metadata {
         }
     }
 
-    /// Replaces the bag's `metadata.yaml` at once: there is a whole one at every moment, a loss of power included.
+    /// Replaces the bag's `metadata.yaml` atomically: there is a complete file at every moment, even after a loss of power.
     ///
     /// # Errors
     /// [`BagError::Write`].
@@ -146,12 +146,12 @@ impl Metadata {
     }
 }
 
-/// The value in YAML.
+/// Encodes a value as YAML.
 pub(super) fn yaml(value: &impl Serialize) -> Result<String, serde_saphyr::ser::Error> {
     serde_saphyr::to_string(value)
 }
 
-/// What reading a bag needs of its metadata, of whichever version.
+/// The metadata that are needed to read a bag, of any version.
 #[derive(Debug, Default, Deserialize)]
 pub(super) struct Contents {
     #[serde(default)]
@@ -165,16 +165,16 @@ struct Document<T> {
 }
 
 impl Contents {
-    /// Whether the bag is compressed in a way that is not read.
+    /// Returns whether the bag has an unsupported compression.
     pub fn is_packed_otherwise(&self) -> bool {
         !["", "zstd"].contains(&self.compression_format.as_str())
     }
 }
 
-/// What the bag in `directory` has of metadata, if any.
+/// Reads the metadata of the bag in `directory`, if there are any.
 ///
 /// # Errors
-/// [`BagError::Damaged`].
+/// [`BagError::Damaged`] if they cannot be read.
 pub(super) fn read(directory: &Path) -> Result<Option<Contents>, BagError> {
     let path = directory.join(FILE_NAME);
     let text = match text_file::read(&path, LIMIT) {
@@ -210,7 +210,7 @@ mod tests {
         }
     }
 
-    /// But for what is not known of a publisher from DDS: its history.
+    /// The publishers' history is excepted, because DDS does not announce it.
     #[test]
     fn what_is_written_is_what_a_real_ros_2_writes() {
         let theirs = include_str!("../../tests/data/bag_jazzy_mcap/metadata.yaml");

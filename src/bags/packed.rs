@@ -1,4 +1,4 @@
-//! What rosbag2 compresses by itself: whole files (`compression_mode: FILE`) or each message (`MESSAGE`), with zstd.
+//! Unpacks rosbag2's own zstd compression of whole files (`compression_mode: FILE`) or of single messages (`MESSAGE`).
 
 use super::block::Unpacked;
 use super::error::BagError;
@@ -8,15 +8,15 @@ use std::io::{Read, copy};
 use std::path::Path;
 use tempfile::NamedTempFile;
 
-/// Every zstd frame begins with this; CDR begins with a zero, MCAP and SQLite have beginnings of their own.
+/// The beginning of every zstd frame. CDR begins with a zero; MCAP and SQLite have other beginnings.
 const MAGIC: [u8; 4] = [0x28, 0xb5, 0x2f, 0xfd];
 
-/// Whether the bytes are the beginning of something compressed.
+/// Returns whether the bytes begin a zstd frame.
 pub(super) fn is_packed(bytes: &[u8]) -> bool {
     bytes.starts_with(&MAGIC)
 }
 
-/// Unpacks a file into one of the temporary folder, as far as it is whole and `limit` bytes at most.
+/// Unpacks a file into a temporary file, as far as it is undamaged, and up to `limit` bytes.
 ///
 /// # Errors
 /// [`BagError::Read`], [`BagError::Write`].
@@ -27,7 +27,7 @@ pub(super) fn unpack_file(
 ) -> Result<NamedTempFile, BagError> {
     let input = File::open(path).and_then(zstd::Decoder::new).map_err(BagError::read(path))?;
     let mut output = NamedTempFile::new().map_err(BagError::write(&std::env::temp_dir()))?;
-    // The first byte too many shows that there are more.
+    // One byte more than the limit shows that there are more.
     match copy(&mut input.take(limit + 1), &mut output) {
         Ok(bytes) if bytes > limit => {
             losses.add(path, format!("it unpacks to more than {limit} bytes: the rest is passed over"))
@@ -40,7 +40,7 @@ pub(super) fn unpack_file(
     Ok(output)
 }
 
-/// Unpacks those messages that are compressed, all together to `limit` bytes at most.
+/// Unpacks the compressed messages, up to `limit` bytes in total.
 pub(super) fn unpack_messages(unpacked: &mut Unpacked, limit: u64) {
     let Unpacked { messages, bytes, lost } = unpacked;
     let mut damaged = 0;

@@ -1,4 +1,4 @@
-//! The QoS that publishers offer, as rosbag2 of Jazzy writes it.
+//! The QoS that publishers offer, in the format of rosbag2 of Jazzy.
 
 use dq_messages::OfferedQos;
 use serde::Serialize;
@@ -7,7 +7,7 @@ use std::time::Duration;
 /// rosbag2's infinite duration: 2⁶³−1 ns.
 const INFINITE: Duration = Duration::new(9_223_372_036, 854_775_807);
 
-/// What one publisher offers.
+/// The QoS that one publisher offers.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct Profile {
     history: &'static str,
@@ -35,7 +35,7 @@ impl From<Option<Duration>> for Time {
 }
 
 impl From<&OfferedQos> for Profile {
-    /// History and depth are not announced over DDS, which rosbag2 calls unknown.
+    /// DDS does not announce history and depth, which rosbag2 calls unknown.
     fn from(offered: &OfferedQos) -> Self {
         Self {
             history: "unknown",

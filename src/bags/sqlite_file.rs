@@ -1,4 +1,4 @@
-//! Reads one SQLite file, as `ros2 bag record` of Humble writes by default.
+//! Reads one SQLite file, the default format of `ros2 bag record` in Humble.
 
 use super::block::{Block, Types, Unpacked, of_other_encoding};
 use super::error::BagError;
@@ -17,32 +17,32 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use tempfile::TempDir;
 
-/// Rows of a block.
+/// The number of rows per block.
 const PAGE: usize = 500;
 
 /// The longest message \[bytes\].
 const MESSAGE_LIMIT: i32 = 128 * 1024 * 1024;
 
-/// A SQLite file that has been looked through.
+/// An open SQLite file.
 #[derive(Debug)]
 pub(super) struct SqliteFile {
     connection: Connection,
     topics: Topics,
-    /// Of every message, in order of time.
+    /// The rows of all messages, in order of time.
     order: Vec<MessageRow>,
-    /// Where the database is, if not in its own place; gone with this.
+    /// The folder of a copy of the database, if one was needed; deleted when this is dropped.
     _copy: Option<TempDir>,
 }
 
 /// The row of a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct MessageRow {
-    /// \[ns\].
+    /// The log time \[ns\].
     log_time: i64,
     id: i64,
 }
 
-/// By id.
+/// The topics by id.
 #[derive(Debug, Default)]
 struct Topics(BTreeMap<i64, Entry>);
 
@@ -50,13 +50,13 @@ struct Topics(BTreeMap<i64, Entry>);
 struct Entry {
     name: Arc<str>,
     message: Arc<str>,
-    /// Other encodings than CDR are another middleware's.
+    /// Whether the encoding is CDR; others belong to other middleware.
     is_cdr: bool,
     count: u64,
 }
 
 impl SqliteFile {
-    /// Looks through the file at `data`, which is not changed and called `path`; `lost` takes what of it is not whole.
+    /// Opens the database at `data` without changing it. In messages it is called `path`. `lost` is called with what is incomplete.
     ///
     /// # Errors
     /// [`BagError::NotABag`], [`BagError::Damaged`].
@@ -80,7 +80,7 @@ impl SqliteFile {
         };
         let connection = connection.map_err(damaged)?;
         let is_missing = log.is_none() && has_log(data);
-        if let Some(why) = stranger(&connection).map_err(damaged)? {
+        if let Some(why) = why_foreign(&connection).map_err(damaged)? {
             let why = if is_missing { LOG_IS_MISSING } else { why };
             return Err(BagError::not_a_bag(path, why));
         }
@@ -89,7 +89,7 @@ impl SqliteFile {
         if let Some(log) = log.filter(|_| copy.is_some()) {
             lost(format!("its recorder has not ended it: it is read up to the last commit in {log:?}"));
         }
-        // A recorder that ended the bag has written metadata, and has no such log any more.
+        // A recorder that ended the bag properly has written metadata, and has removed its write-ahead log.
         if is_missing && !path.with_file_name(metadata::FILE_NAME).exists() {
             lost(LOG_IS_MISSING.to_owned());
         }
@@ -99,7 +99,7 @@ impl SqliteFile {
         Ok(Self { connection, topics, order, _copy: copy })
     }
 
-    /// Its messages by time, some at a time.
+    /// Returns blocks of messages in order of time.
     pub fn blocks(&self) -> Vec<Block> {
         let pages = self.order.chunks(PAGE).enumerate();
         pages
@@ -107,7 +107,7 @@ impl SqliteFile {
             .collect()
     }
 
-    /// Its topics.
+    /// Returns its topics.
     pub fn topics(&self) -> Vec<Topic> {
         let topic = |entry: &Entry| Topic {
             name: entry.name.to_string(),
@@ -117,13 +117,13 @@ impl SqliteFile {
         self.topics.0.values().filter(|entry| entry.is_cdr).map(topic).collect()
     }
 
-    /// What was not read, a line each.
+    /// Returns what was not read, one line each.
     pub fn missing(&self) -> Vec<String> {
         let others = self.topics.0.values().filter(|entry| !entry.is_cdr && entry.count > 0);
         others.map(|entry| of_other_encoding(&entry.name, entry.count)).collect()
     }
 
-    /// The messages of a block, `limit` bytes of them at most.
+    /// Returns the messages of a block, up to `limit` bytes.
     pub fn load(&mut self, number: usize, types: &Types, limit: u64) -> Unpacked {
         let mut unpacked = Unpacked::default();
         let page = self.order.chunks(PAGE).nth(number).unwrap_or_default();
@@ -153,7 +153,7 @@ impl SqliteFile {
 }
 
 impl Topics {
-    /// The message with that time and id, unless nobody wants it.
+    /// Returns the message with this time and id, unless its type was not requested.
     fn read(
         &mut self,
         statement: &mut Statement,
@@ -180,9 +180,9 @@ impl Topics {
     }
 }
 
-/// Why the database is none of rosbag2's, if it is none. What is computed when it is read, as virtual tables and generated columns
-/// are, could be of any size.
-fn stranger(connection: &Connection) -> rusqlite::Result<Option<&'static str>> {
+/// Returns why the database is not one of rosbag2's; `None` if it is. Virtual tables and generated columns are refused, because their
+/// values could be of any size.
+fn why_foreign(connection: &Connection) -> rusqlite::Result<Option<&'static str>> {
     let count = |query: &str| connection.query_row(query, [], |row| row.get::<_, i64>(0));
     let tables = "SELECT count(*) FROM sqlite_schema WHERE type = 'table' AND name IN ('topics', 'messages') AND rootpage > 0";
     if count(tables)? != 2 {
@@ -203,14 +203,14 @@ fn read_topics(connection: &Connection) -> rusqlite::Result<Topics> {
     Ok(Topics(statement.query_map([], entry)?.collect::<rusqlite::Result<_>>()?))
 }
 
-/// The rows of all messages by time; those of one time by id. Past damage it goes on from the other end.
+/// Reads the rows of all messages in order of time and id. After damage it continues from the other end.
 fn read_order(connection: &Connection, lost: &mut impl FnMut(String)) -> rusqlite::Result<Vec<MessageRow>> {
     let mut order = Vec::new();
     let up = "SELECT id, timestamp FROM messages NOT INDEXED ORDER BY id";
     if let Err(why) = read_rows(connection, up, None, &mut order) {
         let last = order.last().map(|row: &MessageRow| row.id);
         let down = "SELECT id, timestamp FROM messages NOT INDEXED ORDER BY id DESC";
-        // The same damage ends it, or another.
+        // This stops at the same damage, or at another.
         let _ = read_rows(connection, down, last, &mut order);
         lost(format!("{why}: messages among those after number {} are lost", last.unwrap_or_default()));
     }
@@ -218,7 +218,7 @@ fn read_order(connection: &Connection, lost: &mut impl FnMut(String)) -> rusqlit
     Ok(order)
 }
 
-/// Adds the rows that the query gives, until one with the id `end`. Ids go one way: a damaged tree could lead in circles.
+/// Adds the rows of the query until the id `end`. Stops if the ids are not monotonic, because a damaged tree could be circular.
 fn read_rows(
     connection: &Connection,
     query: &str,
@@ -237,18 +237,18 @@ fn read_rows(
             return Ok(());
         }
         before = Some((id, way.unwrap_or(std::cmp::Ordering::Equal)));
-        // A time that is no number is of no message.
+        // A row whose time is not a number is not a message.
         order.extend(row.get(1).ok().map(|log_time| MessageRow { log_time, id }));
     }
     Ok(())
 }
 
-/// What is written ahead of a database is in a file called as that, with this ending.
+/// The ending of the name of a database's write-ahead log.
 const LOG: &str = "-wal";
 
 const LOG_IS_MISSING: &str = "it was written with a write-ahead log, and that is not beside it (its name, ending in -wal): what was only in that is missing";
 
-/// The name of a copy.
+/// The file name of a copy.
 const COPY: &str = "bag.db3";
 
 fn beside(path: &Path, ending: &str) -> PathBuf {
@@ -257,7 +257,7 @@ fn beside(path: &Path, ending: &str) -> PathBuf {
     beside.into()
 }
 
-/// The database with its write-ahead log, in a folder of its own: who reads the two together changes them.
+/// Copies the database and its write-ahead log to a temporary folder, because opening the two together changes them.
 fn copied(data: &Path, log: &Path) -> std::io::Result<TempDir> {
     let folder = TempDir::new()?;
     let copy = folder.path().join(COPY);
@@ -266,14 +266,14 @@ fn copied(data: &Path, log: &Path) -> std::io::Result<TempDir> {
     Ok(folder)
 }
 
-/// Whether the database's head says that it is written by a log (SQLite's file format, 1.3.3).
+/// Returns whether the database's header says that it uses a write-ahead log (SQLite's file format, 1.3.3).
 fn has_log(data: &Path) -> bool {
     let mut head = [0; 20];
     let read = File::open(data).and_then(|mut file| file.read_exact(&mut head));
     read.is_ok() && head[18..] == [2, 2]
 }
 
-/// Opens the file without trust in what its schema makes SQLite do; in its own place for reading alone, without locks and journals beside it.
+/// Opens the file without trusting its schema. If `is_in_place` is true, opens it read-only, without locks or journal files.
 fn connect(path: &Path, is_in_place: bool) -> rusqlite::Result<Connection> {
     let connection = match is_in_place {
         true => {
@@ -291,7 +291,7 @@ fn connect(path: &Path, is_in_place: bool) -> rusqlite::Result<Connection> {
     Ok(connection)
 }
 
-/// The file's URI, by which SQLite neither writes nor waits.
+/// Returns the file's URI with which SQLite neither writes nor waits.
 fn immutable(path: &Path) -> OsString {
     let plain = |byte: &u8| byte.is_ascii_alphanumeric() || b"/._-".contains(byte);
     let escape = |byte: u8| if plain(&byte) { char::from(byte).to_string() } else { format!("%{byte:02x}") };
@@ -308,7 +308,7 @@ mod tests {
 
     const KILLED: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/data/cases/bags/wal_killed");
 
-    /// What is in a folder.
+    /// Returns the files in a folder and their contents.
     fn files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
         let files = folder.read_dir().unwrap().map(|entry| entry.unwrap().path());
         files.map(|file| (file.clone(), std::fs::read(file).unwrap())).collect()
@@ -325,7 +325,7 @@ mod tests {
         folder
     }
 
-    /// How many messages are read, and what is lost.
+    /// Returns the number of messages read, and the losses.
     fn read(path: &Path) -> (usize, Vec<String>) {
         let mut bag = Bag::open(path).unwrap();
         let count = bag.by_ref().count();
@@ -337,12 +337,12 @@ mod tests {
         let folder = copy("-shm");
         let before = files(folder.path());
         let (count, losses) = read(folder.path());
-        // sqlite3 (3.40) counts as many in a copy of it.
+        // sqlite3 (3.40) counts the same number in a copy.
         assert_eq!(count, COUNT);
         assert!(losses.len() == 1 && losses[0].contains("its recorder has not ended it"), "{losses:?}");
         assert_eq!(files(folder.path()), before);
         assert_eq!(read(&folder.path().join("run_0.db3")).0, COUNT, "the file alone");
-        // What is torn at its end does no harm.
+        // A torn end of the log does no harm.
         let log = folder.path().join("run_0.db3-wal");
         let torn = [std::fs::read(&log).unwrap(), vec![7; 5000]].concat();
         std::fs::write(&log, torn).unwrap();
@@ -354,7 +354,7 @@ mod tests {
         let folder = copy("-wal");
         let why = Bag::open(folder.path()).unwrap_err().to_string();
         assert!(why.contains("write-ahead log") && why.contains("-wal"), "{why}");
-        // As far as the database itself has something.
+        // Everything is in the database itself.
         let folder = copy("-shm");
         let file = folder.path().join("run_0.db3");
         let connection = Connection::open(&file).unwrap();
@@ -363,7 +363,7 @@ mod tests {
         let (count, losses) = read(folder.path());
         assert_eq!(count, COUNT);
         assert!(losses.len() == 1 && losses[0].contains("what was only in that is missing"), "{losses:?}");
-        // Who has written metadata has ended it.
+        // A recorder that has written metadata has ended the bag.
         let metadata = "rosbag2_bagfile_information:\n  relative_file_paths: [run_0.db3]\n";
         std::fs::write(folder.path().join("metadata.yaml"), metadata).unwrap();
         assert_eq!(read(folder.path()), (COUNT, Vec::new()));

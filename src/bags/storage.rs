@@ -1,4 +1,4 @@
-//! One file of a bag, whichever way it is stored: blocks of messages that are unpacked one at a time.
+//! One file of a bag in any format: blocks of messages, which are unpacked one at a time.
 
 use super::block::{Block, Limit, Types, Unpacked};
 use super::error::BagError;
@@ -17,7 +17,7 @@ use tempfile::NamedTempFile;
 pub(super) struct Storage {
     path: PathBuf,
     format: Format,
-    /// The unpacked file, where rosbag2 has compressed the whole file; gone with this.
+    /// The unpacked file, if rosbag2 has compressed the whole file; deleted when this is dropped.
     _unpacked: Option<NamedTempFile>,
 }
 
@@ -28,7 +28,7 @@ enum Format {
 }
 
 impl Storage {
-    /// Looks at a file, within the limit.
+    /// Opens a file, within the limit.
     ///
     /// # Errors
     /// [`BagError::Read`], [`BagError::NotABag`], [`BagError::Damaged`].
@@ -53,12 +53,12 @@ impl Storage {
         Ok(Self { path: path.to_owned(), format, _unpacked: unpacked })
     }
 
-    /// The file's name.
+    /// Returns the path of the file.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Its blocks.
+    /// Returns its blocks.
     pub fn blocks(&self) -> Vec<Block> {
         match &self.format {
             Format::Mcap(file) => file.blocks(),
@@ -66,7 +66,7 @@ impl Storage {
         }
     }
 
-    /// Unpacks a block, of which `room` bytes may be wanted.
+    /// Unpacks a block, with at most `room` bytes of requested messages.
     pub fn load(&mut self, number: usize, types: &Types, room: u64) -> Unpacked {
         let mut unpacked = match &mut self.format {
             Format::Mcap(file) => file.load(number, types, room),
@@ -76,7 +76,7 @@ impl Storage {
         unpacked
     }
 
-    /// The topics of the blocks unpacked so far.
+    /// Returns the topics of the blocks unpacked so far.
     pub fn topics(&self) -> Vec<Topic> {
         match &self.format {
             Format::Mcap(file) => file.topics(),
@@ -84,7 +84,7 @@ impl Storage {
         }
     }
 
-    /// What is missing once all blocks are unpacked, a line each.
+    /// Returns what is missing after all blocks were unpacked, one line each.
     pub fn missing(&self) -> Vec<String> {
         match &self.format {
             Format::Mcap(file) => file.missing(),
@@ -93,7 +93,7 @@ impl Storage {
     }
 }
 
-/// The file's first bytes, sixteen if there are as many. Only regular files are opened: others may wait for ever.
+/// Returns the file's first bytes, at most sixteen. Opens only regular files, because others may block forever.
 fn read_magic(path: &Path) -> Result<Vec<u8>, BagError> {
     if !std::fs::metadata(path).map_err(BagError::read(path))?.is_file() {
         return Err(BagError::not_a_bag(path, "it is no regular file"));

@@ -1,13 +1,13 @@
-//! What of a bag could not be read.
+//! The parts of a bag that could not be read.
 
 use dq_common::text::{REASON, shown};
 use std::fmt::Display;
 use std::path::Path;
 
-/// Lines that are kept; of more only the number is.
+/// The largest number of lines; further losses are only counted.
 const LINES: usize = 20;
 
-/// What of a bag could not be read, a line for each loss.
+/// The parts of a bag that could not be read, one line each.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct UnreadableParts {
     lines: Vec<String>,
@@ -15,13 +15,13 @@ pub struct UnreadableParts {
 }
 
 impl UnreadableParts {
-    /// Adds what was lost of that file.
+    /// Adds a loss in this file.
     pub(super) fn add(&mut self, path: &Path, what: impl Display) {
-        // What is wrong is said in part with the file's own words.
+        // The text may quote the file's content.
         self.add_line(format!("{path:?}: {}", shown(&what.to_string(), REASON)));
     }
 
-    /// Adds a line that names the file already.
+    /// Adds a line that already names the file.
     pub(super) fn add_line(&mut self, line: String) {
         if self.lines.len() < LINES {
             self.lines.push(line);
@@ -30,12 +30,12 @@ impl UnreadableParts {
         }
     }
 
-    /// Whether the bag was whole as far as it has been read.
+    /// Returns whether there were no losses so far.
     pub fn is_empty(&self) -> bool {
         self.lines.is_empty()
     }
 
-    /// The lines, the last of which counts those that are not shown.
+    /// Returns the lines. The last one counts further losses.
     pub fn lines(&self) -> impl Iterator<Item = String> + '_ {
         let more = (self.more > 0).then(|| format!("{} more losses", self.more));
         self.lines.iter().cloned().chain(more)

@@ -12,23 +12,23 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-/// When a new file is begun; never, by default.
+/// When to begin a new file; by default never.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct WriterOptions {
-    /// Once the file has this many bytes or more. It grows by whole chunks.
+    /// When the file has at least this many bytes. It grows by whole chunks.
     pub max_size: Option<u64>,
-    /// Once it spans this much log time.
+    /// When the file spans this log time.
     pub max_duration: Option<Duration>,
 }
 
-/// A topic as the bag describes it.
+/// A topic in the description of the bag.
 #[derive(Clone, Debug)]
 pub struct TopicRecord {
     /// The fully qualified name.
     pub name: String,
     /// `package/msg/Name`.
     pub message: String,
-    /// What its publishers offer.
+    /// The QoS that its publishers offer.
     pub offered: Vec<OfferedQos>,
     /// The definition of the type, which readers decode the messages by: the text of its `.msg` file, followed by the text of every type
     /// in it, each after a line of 80 `=` and a line `MSG: package/Name`. `None` for the types of `msg_config/interfaces`.
@@ -38,7 +38,7 @@ pub struct TopicRecord {
 }
 
 impl TopicRecord {
-    /// A topic of a type of `msg_config/interfaces`, without any publisher's QoS.
+    /// Creates a topic with a type of `msg_config/interfaces`, without QoS of publishers.
     pub fn new(name: impl Into<String>, message: impl Into<String>) -> Self {
         let (name, message) = (name.into(), message.into());
         Self { name, message, offered: Vec::new(), definition: None, hash: None }
@@ -52,23 +52,23 @@ pub struct TopicId {
     number: usize,
 }
 
-/// Numbers the writers of this process.
+/// The number of writers in this process so far.
 static WRITERS: AtomicU64 = AtomicU64::new(0);
 
-/// What a bag holds in the end.
+/// The content of a finished bag.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct WrittenBag {
-    /// Messages written.
+    /// The number of messages written.
     pub messages: u64,
-    /// Topics in the bag, those without a message too.
+    /// The number of topics, including those without messages.
     pub topics: usize,
-    /// Messages that the queue before the writer had no room for.
+    /// The number of messages for which the queue before the writer had no room.
     pub dropped: u64,
-    /// Files, `metadata.yaml` not counted.
+    /// The number of files, without `metadata.yaml`.
     pub files: usize,
 }
 
-/// A bag in the making. Dropped without [`BagWriter::finish`] it is still a whole bag, but errors are not reported.
+/// A bag that is being written. If it is dropped without [`BagWriter::finish`], the bag is still valid, but errors are not reported.
 pub struct BagWriter {
     number: u64,
     directory: PathBuf,
@@ -77,18 +77,18 @@ pub struct BagWriter {
     file: McapOutput,
     files: Vec<(String, Span)>,
     total: Span,
-    described: Described,
+    metadata_state: MetadataState,
     distro: &'static str,
 }
 
-/// What the bag's metadata say of it.
-struct Described {
+/// The state of the bag in its metadata.
+struct MetadataState {
     topics: usize,
     messages: u64,
     since: Instant,
 }
 
-/// The counts in the metadata are at most this old: whoever reads the bag of a recorder that was killed sees what is in it.
+/// The largest age of the counts in the metadata. They are valid even if the recorder is killed.
 const METADATA: Duration = Duration::from_secs(3);
 
 struct Entry {
@@ -112,12 +112,12 @@ impl Entry {
                 .clone()
                 .unwrap_or_else(|| type_hash(&record.message).to_owned()),
         };
-        // A list of numbers and words is always YAML.
+        // A list of numbers and words can always be encoded.
         let qos_yaml = yaml(&metadata.offered_qos_profiles).unwrap_or_default();
         Self { metadata, qos_yaml, definition, channel: 0, count: 0 }
     }
 
-    /// Gives the topic a channel in that file.
+    /// Adds a channel for the topic to the file.
     fn join(&mut self, file: &mut McapOutput) -> Result<(), BagError> {
         self.channel = file.add(&self.metadata, &self.definition, &self.qos_yaml)?;
         Ok(())
@@ -125,7 +125,7 @@ impl Entry {
 }
 
 impl BagWriter {
-    /// Begins a bag in a directory that is made for it; its files are called as the ROS release calls them that `ROS_DISTRO` names.
+    /// Begins a bag in a new directory. Its files are named as in the ROS release in `ROS_DISTRO`.
     ///
     /// # Errors
     /// [`BagError::Exists`], [`BagError::Write`].
@@ -143,9 +143,10 @@ impl BagWriter {
         let directory = directory.to_owned();
         let files = vec![(name, Span::default())];
         let (total, topics) = (Span::default(), Vec::new());
-        let described = Described { topics: 0, messages: 0, since: Instant::now() };
+        let metadata_state = MetadataState { topics: 0, messages: 0, since: Instant::now() };
         let number = WRITERS.fetch_add(1, Ordering::Relaxed);
-        let mut writer = Self { number, directory, options, topics, file, files, total, described, distro };
+        let mut writer =
+            Self { number, directory, options, topics, file, files, total, metadata_state, distro };
         writer.write_metadata()?;
         Ok(writer)
     }
@@ -165,8 +166,8 @@ impl BagWriter {
         Ok(TopicId { writer: self.number, number: self.topics.len() - 1 })
     }
 
-    /// Writes a message: `cdr` with its encapsulation header, times in \[ns\] since the Unix epoch. It is on disk once its chunk is:
-    /// after [`BagWriter::flush`] at the latest.
+    /// Writes a message: `cdr` with its encapsulation header, and times in \[ns\] since the Unix epoch. It is on disk once its chunk is, at
+    /// the latest after [`BagWriter::flush`].
     ///
     /// # Errors
     /// [`BagError::ForeignTopic`], [`BagError::Write`].
@@ -193,14 +194,14 @@ impl BagWriter {
         Ok(())
     }
 
-    /// Hands all that was written to the operating system, so that any reader finds a whole bag even if this process is killed: with
-    /// all its topics, and with counts that are some seconds old at most.
+    /// Passes everything written to the operating system. Then any reader finds a valid bag even if this process is killed, with all
+    /// topics, and with counts that are at most some seconds old.
     ///
     /// # Errors
-    /// [`BagError::Write`], also where somebody has removed the file, or has changed its length.
+    /// [`BagError::Write`], also if someone has removed the file or changed its length.
     pub fn flush(&mut self) -> Result<(), BagError> {
         self.file.flush()?;
-        let Described { topics, messages, since } = self.described;
+        let MetadataState { topics, messages, since } = self.metadata_state;
         let is_old = self.total.messages > messages && since.elapsed() >= METADATA;
         if is_old || self.topics.len() > topics { self.write_metadata() } else { Ok(()) }
     }
@@ -220,7 +221,7 @@ impl BagWriter {
         })
     }
 
-    /// Whether a message of that time belongs into a new file.
+    /// Returns whether a message with this time belongs into a new file.
     fn is_full(&self, log_time: i64) -> bool {
         let Some((_, span)) = self.files.last().filter(|(_, span)| span.messages > 0) else { return false };
         let too_long = self.options.max_duration.is_some_and(|limit| {
@@ -242,12 +243,12 @@ impl BagWriter {
         let topics = self.topics.iter().map(|entry| (entry.metadata.clone(), entry.count));
         Metadata::new(&self.total, topics, &self.files, self.distro).write(&self.directory)?;
         let (topics, messages) = (self.topics.len(), self.total.messages);
-        self.described = Described { topics, messages, since: Instant::now() };
+        self.metadata_state = MetadataState { topics, messages, since: Instant::now() };
         Ok(())
     }
 }
 
-/// The ROS release whose bags are written: the one whose environment this is, and Jazzy's by itself.
+/// Returns the ROS release whose format is written: that of the environment, if it is Lyrical, otherwise Jazzy.
 fn distro() -> &'static str {
     let is_lyrical = std::env::var("ROS_DISTRO").is_ok_and(|name| name == LYRICAL);
     if is_lyrical { LYRICAL } else { "jazzy" }

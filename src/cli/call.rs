@@ -1,4 +1,4 @@
-//! `dq_servo stop`, `pause`, `resume`, `reconfigure` and `reset`: the services of running servos and simulated arms.
+//! `dq_servo stop`, `pause`, `resume`, `reconfigure` and `reset`: call the services of running servos and simulated arms.
 
 use super::find::{Kind, PATIENCE, Search, Targets};
 use super::print::print_line;
@@ -7,9 +7,9 @@ use dq_messages::messages::{SetBool, SetBoolRequest, SuccessResponse, Trigger, T
 use dq_ros::ros::{Node, ParameterClient, RosArgs, RosError};
 use dq_ros::stderr;
 
-/// What is asked of them.
+/// The service to call.
 #[derive(Clone, Copy)]
-pub(super) enum Ask {
+pub(super) enum ServiceCall {
     Stop,
     Pause,
     Resume,
@@ -17,12 +17,12 @@ pub(super) enum Ask {
     Reset,
 }
 
-/// Asks it of each node that `targets` means, as soon as it is found.
+/// Calls the service of each of the `targets` as soon as it is found.
 ///
 /// # Errors
-/// Where there is none, or one did not do it.
-pub(super) async fn call(ask: Ask, targets: &Targets, ros_args: &RosArgs) -> anyhow::Result<()> {
-    let kind = if matches!(ask, Ask::Reset) { Kind::Plant } else { Kind::Servo };
+/// An error if no target is found, or if one of them failed.
+pub(super) async fn call(ask: ServiceCall, targets: &Targets, ros_args: &RosArgs) -> anyhow::Result<()> {
+    let kind = if matches!(ask, ServiceCall::Reset) { Kind::Plant } else { Kind::Servo };
     let mut search = Search::begin("dq_servo_call", kind, targets, ros_args)?;
     let mut failed = Vec::new();
     let mut done = 0;
@@ -47,12 +47,12 @@ pub(super) async fn call(ask: Ask, targets: &Targets, ros_args: &RosArgs) -> any
     }
 }
 
-/// Whether the node is a simulated arm: other programs serve `~/reset` too, and mean other things by it.
+/// Returns whether the node is a simulated arm. Other programs serve `~/reset` too, with other meanings.
 async fn is_simulated(node: &mut Node, name: &str) -> Result<bool, RosError> {
     Ok(ParameterClient::new(node, name, PATIENCE).get("initial_positions").await?.is_some())
 }
 
-impl Ask {
+impl ServiceCall {
     async fn of(self, node: &mut Node, name: &str) -> Result<SuccessResponse, RosError> {
         let trigger = |node, service| trigger(node, format!("{name}/{service}"));
         match self {

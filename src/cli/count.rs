@@ -1,8 +1,8 @@
-//! Counts on the command line.
+//! Whole numbers on the command line.
 
 use std::ops::RangeInclusive;
 
-/// Takes a whole number of that range, and reports of anything else what it takes.
+/// Returns a parser for a whole number in this range. Its error names the range.
 pub(super) fn count<T: TryFrom<u64>>(
     range: RangeInclusive<u64>,
 ) -> impl Fn(&str) -> Result<T, String> + Clone {

@@ -1,15 +1,15 @@
-//! The errors of the command line itself.
+//! Errors of the command line itself.
 
 use dq_ros::ros::{NetworkEnd, RosError};
 use std::path::PathBuf;
 use thiserror::Error;
 
-/// A command line that asks for something that is not there.
+/// A command line with an invalid value.
 #[derive(Debug, Error)]
 #[error("{0}")]
 pub(super) struct Usage(pub String);
 
-/// A recording that lacks messages.
+/// A recording with missing messages.
 #[derive(Debug, Error)]
 #[error("{dropped} messages were dropped: {directory:?} lacks them")]
 pub(super) struct Incomplete {
@@ -17,12 +17,12 @@ pub(super) struct Incomplete {
     pub directory: PathBuf,
 }
 
-/// The node has lost the others on the network; a new process of it finds them again.
+/// This process has lost the network; a new process can join again.
 #[derive(Debug, Error)]
 #[error("{0}: start this program again")]
 pub(super) struct NetworkLost(#[source] pub NetworkEnd);
 
-/// Whether what was asked of the network cannot be.
+/// Returns whether the error is in what the user asked of the network.
 pub(super) fn is_ros_usage(error: &RosError) -> bool {
     matches!(error, RosError::Environment { .. } | RosError::Name(_) | RosError::Security { .. })
 }

@@ -1,5 +1,5 @@
-//! Exit codes: 0 done, 1 failed, 2 asked wrongly, 3 done but for messages that a recording lacks, 4 the network was lost, so that another
-//! start helps; and one line on stderr for all but the first. A panic is a failure too.
+//! Exit codes: 0 success; 1 failure, including a panic; 2 invalid arguments; 3 success, but a recording lacks messages; 4 the network was
+//! lost, so that a restart helps. All but the first come with one line on stderr.
 
 use super::error::{Incomplete, NetworkLost, Usage, is_ros_usage};
 use super::print::StdoutError;
@@ -14,7 +14,7 @@ use std::panic::AssertUnwindSafe;
 use std::process::ExitCode;
 use std::time::Duration;
 
-/// The exit code of `result`, after its error has been printed.
+/// Prints the error of `result`, if any, and returns the exit code.
 pub(super) fn code(result: anyhow::Result<()>) -> ExitCode {
     match result {
         Ok(()) => ExitCode::SUCCESS,
@@ -26,7 +26,7 @@ pub(super) fn code(result: anyhow::Result<()>) -> ExitCode {
     }
 }
 
-/// Runs `program`; a panic there, or on a thread of it, has its line as every error has.
+/// Runs `program`. A panic in it or in one of its threads is printed like an error.
 pub(super) fn catch(program: impl FnOnce() -> ExitCode) -> ExitCode {
     std::panic::set_hook(Box::new(|panic| {
         let message = panic.payload();
@@ -36,14 +36,14 @@ pub(super) fn catch(program: impl FnOnce() -> ExitCode) -> ExitCode {
         let place = panic.location().map(|at| format!(" ({at})")).unwrap_or_default();
         stderr::line(format!("error: {}{place}", one_line(why)));
     }));
-    // The hook has reported it.
+    // The hook has printed it.
     let code = std::panic::catch_unwind(AssertUnwindSafe(program)).unwrap_or(ExitCode::FAILURE);
     log_file::flush(LAST_LINES);
     stderr::flush(LAST_LINES);
     code
 }
 
-/// How long the last lines may take: a held terminal must not keep the program.
+/// How long to wait for the last lines. A stopped terminal must not keep the program alive.
 const LAST_LINES: Duration = Duration::from_millis(500);
 
 fn one_line(text: &str) -> String {
@@ -60,7 +60,7 @@ fn number(error: &anyhow::Error) -> u8 {
     if is_usage(error) { 2 } else { 1 }
 }
 
-/// Whether the error is in what was asked, not in what happened.
+/// Returns whether the error is in the request, not in its execution.
 fn is_usage(error: &anyhow::Error) -> bool {
     let node = |error: &NodeError| match error {
         NodeError::Config(_) | NodeError::Arm(_) | NodeError::Settings(_) => true,

@@ -1,4 +1,4 @@
-//! Finds the servos and the simulated arms that are there.
+//! Finds running servos and simulated arms.
 
 use super::Usage;
 use anyhow::bail;
@@ -10,21 +10,21 @@ use std::time::{Duration, Instant};
 /// How long to wait for the first node, and for each answer.
 pub(super) const PATIENCE: Duration = Duration::from_secs(5);
 
-/// Once a node is found, others may take this long more.
+/// How long to search for further nodes after one was found.
 const MORE: Duration = Duration::from_secs(1);
 
 /// Which nodes a command is for.
 #[derive(clap::Args)]
 pub(super) struct Targets {
-    /// The node; if left out, those of this namespace (--ros-args -r __ns:=/left for another)
+    /// The node; by default every one in this namespace (--ros-args -r __ns:=/left for another)
     #[arg(value_name = "NODE")]
     node: Option<String>,
-    /// Every one in the domain, whatever its namespace
+    /// All nodes in the domain, in any namespace
     #[arg(long, conflicts_with = "node")]
     all: bool,
 }
 
-/// What kind of node is looked for.
+/// The kind of node to search for.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum Kind {
     /// Servos, for one arm or for two.
@@ -41,7 +41,7 @@ impl Kind {
         }
     }
 
-    /// The nodes that are of this kind by the services that discovery knows, fully qualified.
+    /// Returns the fully qualified names of the nodes of this kind, identified by their services.
     fn nodes(self, node: &Node) -> BTreeSet<String> {
         let (services, graph) = (node.services(), node.graph());
         let serves = |name: &str, service: &str| services.contains(&format!("{name}/{service}"));
@@ -57,7 +57,7 @@ impl Kind {
     }
 }
 
-/// The nodes of these kinds that discovery knows, in a line; none where there is none.
+/// Returns the names of the nodes of these kinds that discovery knows, in one line; `None` if there are none.
 pub(super) fn there(kinds: &[Kind], node: &Node) -> Option<String> {
     let names: Vec<_> = kinds.iter().flat_map(|kind| kind.nodes(node)).collect();
     (!names.is_empty()).then(|| names.join(", "))
@@ -65,12 +65,12 @@ pub(super) fn there(kinds: &[Kind], node: &Node) -> Option<String> {
 
 /// A search in progress.
 pub(super) struct Search {
-    /// The node that searches.
+    /// The searching node.
     pub node: Node,
     _session: Session,
     kind: Kind,
     namespace: String,
-    /// The only one that is meant.
+    /// The only node to search for, if one was named.
     only: Option<String>,
     all: bool,
     domain_id: u16,
@@ -80,7 +80,7 @@ pub(super) struct Search {
 }
 
 impl Search {
-    /// Begins the search for the nodes that `targets` means, by a node called `name`.
+    /// Begins the search for `targets` with a node called `name`.
     pub fn begin(name: &str, kind: Kind, targets: &Targets, ros_args: &RosArgs) -> anyhow::Result<Self> {
         let names = Resolver::new(name, ros_args)?;
         let only = targets.node.as_ref().map(|node| names.service(node)).transpose()?;
@@ -105,10 +105,10 @@ impl Search {
         })
     }
 
-    /// The next node that is found; none once all that can be expected are.
+    /// Returns the next node that is found; `None` once no more are expected.
     ///
     /// # Errors
-    /// Where none is found at all.
+    /// An error if no node is found.
     pub async fn next(&mut self) -> anyhow::Result<Option<String>> {
         loop {
             let there = self.kind.nodes(&self.node);
@@ -130,7 +130,7 @@ impl Search {
         }
     }
 
-    /// Whether the node is among those that are looked for. Two simulated arms are in left and right below their servo.
+    /// Returns whether the node is a target. Two simulated arms are in the namespaces left and right below their servo.
     fn is_meant(&self, name: &str) -> bool {
         let namespace = name.rsplit_once('/').map_or("", |(namespace, _)| namespace);
         let ours = self.namespace.trim_end_matches('/');
@@ -162,7 +162,7 @@ impl Search {
     }
 }
 
-/// The mistake of naming a parameter where a node stands.
+/// Rejects the name of a parameter in the place of a node.
 pub(super) fn check_is_node(name: &str, parameters: &[&str], usage: &str) -> Result<(), Usage> {
     match parameters.contains(&name) {
         true => Err(Usage(format!(

@@ -21,7 +21,7 @@ pub(super) struct Goal {
     /// Position [m] and orientation quaternion: X Y Z QX QY QZ QW
     #[arg(num_args = 7, required = true, allow_negative_numbers = true, value_names = ["X", "Y", "Z", "QX", "QY", "QZ", "QW"])]
     pose: Vec<f64>,
-    /// Two arms: the pose is the right tool's, seen from the left tool
+    /// Two arms: the pose is that of the right tool relative to the left tool
     #[arg(long)]
     dual: bool,
     /// Frame of the pose; empty for the servo's base frame, or the left tool's
@@ -30,7 +30,7 @@ pub(super) struct Goal {
     /// Give up after this many seconds
     #[arg(long, default_value_t = 60.0, value_name = "SECONDS", allow_negative_numbers = true)]
     timeout: f64,
-    /// Leave the goal in force where this command gives up or is interrupted; else it is withdrawn then, and the arm stops
+    /// Keep the goal in force if this command gives up or is interrupted; by default it is withdrawn, and the arm stops
     #[arg(long)]
     keep_going: bool,
     /// Record the motion into a rosbag2 directory that does not exist yet
@@ -46,7 +46,7 @@ impl Goal {
         let kind = if self.dual { ServoKind::TwoArms } else { ServoKind::OneArm };
         let goal: PoseNumbers = self.pose.as_slice().try_into()?;
         let [x, y, z, orientation @ ..] = goal;
-        // The servo would reject it as well, but only if there is one.
+        // The servo would reject it too, but only if one is running.
         servo::Goal::new([x, y, z], orientation, &self.frame, &self.frame)?;
         let timeout = Duration::try_from_secs_f64(self.timeout).map_err(|_| {
             super::Usage(format!("--timeout {:?}: expected seconds, 0 or more", self.timeout))
@@ -81,7 +81,7 @@ impl Goal {
         recorded
     }
 
-    /// Takes the goal back where it is still in force, or says that the arm goes on.
+    /// Withdraws the goal if it is still in force, or prints that the arm goes on.
     async fn give_up(&self, node: &mut Node, watch: &Watch, servo: &str) {
         match watch.has_own_goal().await {
             Some(true) => {}
@@ -104,7 +104,7 @@ impl Goal {
         }
     }
 
-    /// Names the servo that is there where the one that was asked for is not.
+    /// Names the running servo if the requested one is not running.
     fn explain(&self, why: anyhow::Error, node: &Node, names: &Resolver) -> anyhow::Error {
         if !matches!(why.downcast_ref(), Some(NotArrived::NoServo(_))) {
             return why;

@@ -1,4 +1,4 @@
-//! Help that is made from what the nodes are made from: the wire contract and the parameters' declarations.
+//! Help texts that are generated from the wire contract and the parameters' declarations.
 
 use super::error::Usage;
 use clap::error::ErrorKind;
@@ -7,53 +7,53 @@ use dq_messages::{Direction, NodeContract};
 use dq_params::Declaration;
 use dq_wire::Contract;
 
-/// How ROS 2 arguments are given.
+/// The syntax of ROS 2 arguments.
 pub(super) const ROS_ARGS: &str = "\
 ROS 2 arguments, after --ros-args:
   -r __ns:=/left                in the namespace /left
   -r __node:=name               under another name
-  -r goal_pose:=/target         with another topic or service
-  -p controller:=diffc          with another parameter, whose value is YAML
+  -r goal_pose:=/target         with another name of a topic or service
+  -p controller:=diffc          with another value of a parameter, as YAML
   --params-file arm.yaml        with the parameters of a ROS 2 parameter file
   --log-level debug             also info, warn, error
-  --enclave /name               with these keys, where ROS_SECURITY_ENABLE=true
+  --enclave /name               with the keys of this enclave, if ROS_SECURITY_ENABLE=true
 The domain is ROS_DOMAIN_ID.";
 
-/// What `goal` talks to.
+/// The interfaces of `goal`.
 pub(super) const GOAL: &str = "\
-The goal is a geometry_msgs/msg/PoseStamped on goal_pose (--dual: relative_goal); what becomes of it is read from
+The goal is a geometry_msgs/msg/PoseStamped on goal_pose (--dual: relative_goal); its outcome is read from
 dq_servo/status (dq_dual_servo/status). For a servo in another namespace: --ros-args -r __ns:=/left.
-Exit code 0: arrived. 1: not, with the reason; the goal is then withdrawn by dq_servo/stop, unless --keep-going.
+Exit code 0: arrived. 1: not arrived, with the reason; dq_servo/stop then withdraws the goal, unless --keep-going.
 Gains, limits and tolerances are the servo's parameters: dq_servo param list.";
 
-/// The columns of a table of motions, with these last ones of its own.
+/// Returns the explanation of a table of motions, with the command's own last columns.
 pub(super) fn figures(own: &str) -> String {
     format!("{FIGURES}\n{own}")
 }
 
 const FIGURES: &str = "\
-The table, a row for each motion to a goal:
-  settled    when the error of rotation, and of position, was within 2 % of what it was at first, or within the
-             goal's tolerance where that is wider, for good
-  path       how long the tool's path is, and that by the distance from its start to its end (- where these are one place)
-  overshoot  how far the tool went past the goal, along the line from the start, or from where it was when the goal
+The table has a row for each motion to a goal:
+  settled    the times after which the errors of rotation and position stayed within 2 % of their initial values, or
+             within the goal's tolerance if that is wider
+  path       the length of the tool's path, and its ratio to the distance from start to end (- if these coincide)
+  overshoot  how far the tool went past the goal, along the line from the start, or from its position when the goal
              last moved
-  peak       the fastest joint that was commanded
-  effort     the integral of the squares of all joint speeds that were commanded, rad and m alike
+  peak       the largest commanded joint speed
+  effort     the integral of the sum of the squares of all commanded joint speeds, rad and m alike
   error      the errors of position and rotation at the end";
 
 /// The last columns of `demo`.
 pub(super) const OF_DEMO: &str = "\
   at goal    when the tolerances were first met
-Below it: how late the servo's cycles woke since a goal came, 99 % of them and the latest, in the worse of the motions";
+Below the table: how late the servo's cycles woke (the bound of 99 % of them, and the maximum) in the worse motion";
 
-/// The last column of `plot`, and what it takes of a bag that has not all.
+/// The last column of `plot`, and its behavior with incomplete bags.
 pub(super) const OF_PLOT: &str = "\
   at goal    when the tolerances were first met
-Peak and effort are of the commands; without them in the bag, of the measured speeds; - means that it has neither.
-A star at a motion's number: it began before the bag, and a line below the table has by how much.";
+Peak and effort are those of the commands, or of the measured speeds if the bag has no commands; - if it has neither.
+A star at a motion's number: the motion began before the bag, and a line below the table tells how long before.";
 
-/// How parameters are named and written.
+/// The names and values of parameters.
 pub(super) const PARAM: &str = "\
 Examples:
   dq_servo param list                              every parameter of /dq_servo with its value
@@ -63,10 +63,10 @@ Examples:
   dq_servo param docs                              every parameter of every node, as a table
   dq_servo param dump > now.yaml                   for --params-file now.yaml, or:
   dq_servo param load now.yaml
-NODE without a slash is in the namespace that --ros-args -r __ns:=/left gives. Values are YAML; an integer
-is taken where a double is meant (rclcpp would refuse it), and [] for an empty list of any type.";
+A NODE without a slash is in the namespace that --ros-args -r __ns:=/left gives. Values are YAML. An integer
+is accepted for a double (rclcpp refuses it), and [] for an empty list of any type.";
 
-/// What a node has on the wire, its parameters, and how both are changed.
+/// Returns the topics, services and parameters of a node, and how to change their names and values.
 pub(super) fn node<P: NodeParameters>(
     contract: impl Fn(Contract) -> NodeContract,
     services: &[(&str, &str)],
@@ -100,8 +100,8 @@ fn parameter(declared: &Declaration) -> String {
 const ROS_SWITCHES: [&str; 8] =
     ["-p", "--param", "-r", "--remap", "-e", "--enclave", "--params-file", "--log-level"];
 
-/// The mistake on one line: what is wrong, what may have been meant, and where the help is. `path` is the program with the
-/// subcommands that were recognized, `arguments` what it was given.
+/// Describes a mistake in one line: the error, a suggestion, and where the help is. `path` is the program with the recognized subcommands;
+/// `arguments` are its arguments.
 pub(super) fn usage(mistake: &clap::Error, path: &str, arguments: &[String]) -> Usage {
     if let Some(switch) = arguments.iter().find(|argument| ROS_SWITCHES.contains(&argument.as_str())) {
         return Usage(format!("ROS arguments come after --ros-args: {path} ... --ros-args {switch} ..."));
@@ -117,7 +117,7 @@ pub(super) fn usage(mistake: &clap::Error, path: &str, arguments: &[String]) -> 
     Usage(format!("{} (see {path} --help)", words.trim_start_matches("error: ")))
 }
 
-/// The program with the subcommands that `arguments` begin with.
+/// Returns the program's name followed by the subcommands at the start of `arguments`.
 pub(super) fn path(command: &clap::Command, arguments: &[String]) -> String {
     let (mut command, mut path) = (command, command.get_name().to_owned());
     while let Some(next) =

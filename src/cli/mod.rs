@@ -26,7 +26,7 @@ mod status;
 mod tools;
 mod watch;
 
-use call::Ask;
+use call::ServiceCall;
 use clap::{CommandFactory, Parser, Subcommand};
 use dq_config::{DualParameters, GuardParameters, NodeParameters, PlantParameters, ServoParameters};
 use dq_nodes::Prepared;
@@ -52,16 +52,16 @@ enum Command {
     /// Run the servo node
     #[command(after_long_help = help::node::<ServoParameters>(|all| all.servo.with(all.pictures), &OF_SERVOS))]
     Servo(arm::RobotChoice),
-    /// Run the servo node for two arms, which are in the namespaces left and right
+    /// Run the servo node for two arms in the namespaces left and right
     #[command(after_long_help = help::node::<DualParameters>(|all| all.dual.with(all.pictures), &OF_SERVOS))]
     Dual(arm::ArmChoice),
-    /// Run a simulated arm: a built-in one, of DH rows, or of a robot description
+    /// Run a simulated arm: a built-in one, one from DH rows, or one from a robot description
     #[command(after_long_help = help::node::<PlantParameters>(|all| all.plant, &OF_PLANTS))]
     Arm(arm::RobotChoice),
     /// Run the simulated PUMA 560
     #[command(after_long_help = help::node::<PlantParameters>(|all| all.plant, &OF_PLANTS))]
     Puma560,
-    /// Run the guard, which stops the arm when the servo's commands cease in motion
+    /// Run the guard, which stops the arm if the servo's commands cease while it moves
     #[command(after_long_help = help::node::<GuardParameters>(|all| all.guard, &[]))]
     Guard(arm::RobotChoice),
     /// Send the arm to a pose and wait until it has arrived
@@ -73,7 +73,7 @@ enum Command {
     Pause(find::Targets),
     /// Let a paused servo go on
     Resume(find::Targets),
-    /// Let an arm that has stalled go to the other configuration that was found, from which the goal is reached
+    /// Let a stalled arm go to the other configuration that was found, from which it can reach the goal
     Reconfigure(find::Targets),
     /// Put the simulated arm back to its start
     Reset(find::Targets),
@@ -84,7 +84,7 @@ enum Command {
     /// List, get, set, describe, dump or load a running node's parameters
     #[command(after_long_help = help::PARAM)]
     Param(param::Param),
-    /// Print what an enclave of a secured graph may do; launch_scripts/dq_servo_keystore.sh signs it
+    /// Print the permissions of an enclave of a secured graph; launch_scripts/dq_servo_keystore.sh signs it
     #[command(hide = true)]
     Permissions(permissions::Permissions),
     /// Print the completions for a shell: dq_servo completions bash > ~/.local/share/bash-completion/completions/dq_servo
@@ -112,7 +112,7 @@ const OF_SERVOS: [(&str, &str); 4] = [
 /// The services of a simulated arm, for its help.
 const OF_PLANTS: [(&str, &str); 1] = [("~/reset", "std_srvs/srv/Trigger: back to initial_positions")];
 
-/// Runs the program with these arguments (the program's name left out).
+/// Runs the program with these arguments, without the program's name.
 pub fn main(arguments: impl Iterator<Item = OsString>) -> ExitCode {
     exit::catch(|| {
         env_logger::Builder::from_env(env_logger::Env::default().default_filter_or("off")).init();
@@ -128,19 +128,19 @@ fn run(arguments: impl Iterator<Item = OsString>) -> anyhow::Result<()> {
     let ours: Vec<_> = ours.into_iter().map(plain_number).collect();
     match Cli::try_parse_from(std::iter::once("dq_servo".to_owned()).chain(ours.iter().cloned())) {
         Ok(Cli { command: Some(command) }) => execute(command, &ros_args),
-        // A person sees the arm move at once; a script or a supervisor that forgot the subcommand moves nothing.
+        // At a terminal a user sees at once that the arm moves. A script that lacks the subcommand must not move anything.
         Ok(Cli { command: None }) if std::io::stdout().is_terminal() => {
             execute(Command::Tools(tools::Command::default()), &ros_args)
         }
         Ok(Cli { command: None }) => Ok(Cli::command().print_help().map_err(print::StdoutError::from)?),
-        // Help and version are no failures: clap prints them to stdout.
+        // Help and version are not failures: clap prints them to stdout.
         Err(help) if !help.use_stderr() => Ok(help.print().map_err(print::StdoutError::from)?),
         Err(mistake) => Err(help::usage(&mistake, &help::path(&Cli::command(), &ours), &ours).into()),
     }
 }
 
-/// A negative number without an exponent's sign and with a digit before its point: clap takes `-6.1e-17` and `-.5` for options, and
-/// other numbers as they are.
+/// Rewrites negative numbers that clap would take for options, such as `-6.1e-17` and `-.5`: without an exponent and with a leading digit.
+/// Other arguments are unchanged.
 fn plain_number(argument: String) -> String {
     let is_misread =
         argument.starts_with("-.") || ["e-", "e+", "E-", "E+"].iter().any(|sign| argument.contains(sign));
@@ -152,8 +152,8 @@ fn plain_number(argument: String) -> String {
     }
 }
 
-/// What these ROS arguments give a command that is no node, after warnings of what is odd about it. No other node can be meant by a
-/// parameter that it does not have.
+/// Prepares parameters from ROS arguments for a command that is not a node, and prints warnings. All parameters are assigned to this
+/// command, since there is only one node.
 fn offline(mut ros_args: RosArgs) -> anyhow::Result<Prepared<ServoParameters>> {
     let name = Resolver::new(ServoParameters::NODE_NAME, &ros_args)?.node().name().to_owned();
     for given in &mut ros_args.overrides {
@@ -166,7 +166,7 @@ fn offline(mut ros_args: RosArgs) -> anyhow::Result<Prepared<ServoParameters>> {
     Ok(prepared)
 }
 
-/// Prints warnings of what has no log.
+/// Prints warnings of a command without a log.
 fn warn(warnings: &[String]) {
     warnings.iter().for_each(|warning| dq_ros::stderr::line(format!("warning: {warning}")));
 }
@@ -180,7 +180,7 @@ fn execute(command: Command, ros_args: &RosArgs) -> anyhow::Result<()> {
         Command::Tools(tools::Command::Offline(tool)) => return tool.run(ros_args),
         online => online,
     };
-    // One worker for everything but the cycles, which have threads of their own.
+    // One worker for everything except the cycles, which have their own threads.
     let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build()?;
     let result = runtime.block_on(async {
         match command {
@@ -190,11 +190,11 @@ fn execute(command: Command, ros_args: &RosArgs) -> anyhow::Result<()> {
             Command::Puma560 => run::plant(ros_args).await,
             Command::Guard(arm) => run::guard(&arm.and(ros_args)).await,
             Command::Goal(goal) => goal.run(ros_args).await,
-            Command::Stop(targets) => call::call(Ask::Stop, &targets, ros_args).await,
-            Command::Pause(targets) => call::call(Ask::Pause, &targets, ros_args).await,
-            Command::Resume(targets) => call::call(Ask::Resume, &targets, ros_args).await,
-            Command::Reconfigure(targets) => call::call(Ask::Reconfigure, &targets, ros_args).await,
-            Command::Reset(targets) => call::call(Ask::Reset, &targets, ros_args).await,
+            Command::Stop(targets) => call::call(ServiceCall::Stop, &targets, ros_args).await,
+            Command::Pause(targets) => call::call(ServiceCall::Pause, &targets, ros_args).await,
+            Command::Resume(targets) => call::call(ServiceCall::Resume, &targets, ros_args).await,
+            Command::Reconfigure(targets) => call::call(ServiceCall::Reconfigure, &targets, ros_args).await,
+            Command::Reset(targets) => call::call(ServiceCall::Reset, &targets, ros_args).await,
             Command::Status(status) => status.run(ros_args).await,
             Command::Param(param) => param.run(ros_args).await,
             Command::Tools(tools::Command::Online(tool)) => tool.run(ros_args).await,
@@ -202,7 +202,7 @@ fn execute(command: Command, ros_args: &RosArgs) -> anyhow::Result<()> {
             Command::Pose(_) | Command::Permissions(_) | Command::Completions(_) | Command::Man => Ok(()),
         }
     });
-    // What still blocks there, as a write to a held terminal does, must not keep the program.
+    // A blocked task, such as a write to a stopped terminal, must not keep the program alive.
     runtime.shutdown_background();
     result
 }

@@ -1,4 +1,4 @@
-//! Why an arm did not arrive: in the words of its motion, or of the servo's status where there is no motion or it does not end.
+//! Why an arm did not arrive: in the words of its motion, or of the servo's status if the motion has not ended.
 
 use thiserror::Error;
 
@@ -13,7 +13,7 @@ pub(super) enum NotArrived {
     Silent(f64),
     #[error("the servo has not taken the goal within {0} s")]
     NotTaken(f64),
-    /// What the servo says of the motion, or of a goal that it rejected.
+    /// What the servo reports about the motion or about a rejected goal.
     #[error("{0}")]
     Ended(String),
     #[error("{0}: somebody else publishes goals too")]

@@ -1,4 +1,4 @@
-//! What becomes of a goal that this process has sent, as the servo says it in `~/motions`.
+//! Tracks a goal that this process has sent, by the servo's `~/motions`.
 
 use super::not_arrived::NotArrived;
 use dq_core::servo::{Input, State};
@@ -6,31 +6,31 @@ use dq_messages::messages::Time;
 use dq_wire::{MotionReport, Outcome, StatusReport};
 use std::time::{Duration, Instant};
 
-/// A servo that stands this long will not move by itself.
+/// If the servo does not drive the arm for this time, it will not do so on its own.
 const PATIENCE: Duration = Duration::from_secs(5);
 
-/// A message of a goal is taken or rejected within this time, or lost: no servo lets one wait for its frame for more than 2 s.
+/// Within this time a goal message is taken, rejected, or lost. No servo lets a goal wait for its frame for more than 2 s.
 const TO_BE_TAKEN: Duration = Duration::from_millis(2500);
 
-/// A goal of which nothing was heard is sent again after this long, the same message: it can be lost on its way.
+/// Without any response, the same goal message is sent again after this time, because messages can be lost.
 const REPEAT: Duration = Duration::from_millis(500);
 
-/// A goal that was sent, known by its stamp until the servo gives it the number of a motion.
+/// A goal that was sent. Its stamp identifies it until the servo gives it the number of a motion.
 pub(super) struct OwnGoal {
     stamp: String,
     sent: Instant,
     last_sent: Instant,
     in_frame: bool,
-    /// Which motion goes to it.
+    /// The number of its motion.
     number: Option<u64>,
     /// When the servo last drove the arm.
     driven: Instant,
-    /// When the servo last had it.
+    /// When the servo last reported this goal.
     had: Option<Instant>,
 }
 
 impl OwnGoal {
-    /// Of a goal stamped `stamp` in `frame` (empty: the base frame).
+    /// Creates the state of a goal with the time stamp `stamp` in `frame` (empty: the base frame).
     pub fn sent(stamp: &Time, frame: &str) -> Self {
         let now = Instant::now();
         Self {
@@ -44,13 +44,13 @@ impl OwnGoal {
         }
     }
 
-    /// When to send it again. Each message of a goal waits for its frame by itself: another one is due only when the one before cannot
-    /// be taken any more.
+    /// Returns after which time to send the goal again. Each message of a goal in another frame waits for the frame on its own, so another
+    /// one is sent only after the previous one has expired.
     fn repeat(&self) -> Duration {
         if self.in_frame { TO_BE_TAKEN } else { REPEAT }
     }
 
-    /// Whether it is to be sent again now; the caller does so.
+    /// Returns whether to send it again now; the caller then does so.
     pub fn send_again(&mut self) -> bool {
         let is_due = self.had.is_none() && self.last_sent.elapsed() > self.repeat();
         if is_due {
@@ -59,7 +59,8 @@ impl OwnGoal {
         is_due
     }
 
-    /// Whether the servo has this goal at the report, or can be kept from taking it only by a stop; none where that is still open.
+    /// Returns whether the servo, according to `report`, has this goal, or could only be kept from taking it by a stop. Returns `None` if
+    /// that is not known yet.
     pub fn is_left(&self, report: &StatusReport) -> Option<bool> {
         if report.goal_stamp.as_ref() == Some(&self.stamp) {
             return Some(true);
@@ -67,22 +68,22 @@ impl OwnGoal {
         if self.had.is_some() || self.last_sent.elapsed() > TO_BE_TAKEN {
             return Some(false);
         }
-        // Where nothing else rules, a stop does away with what waits for its frame, and with nothing of others.
+        // If no other input is active, a stop withdraws the goal that waits for its frame, and nothing of others.
         let is_free = report.goal.is_none() && report.input != Some(Input::Twist);
         (self.in_frame && is_free).then_some(true)
     }
 
-    /// How long it may still be open what becomes of it.
+    /// Returns how long the outcome may still be unknown.
     pub fn open_for(&self) -> Duration {
         TO_BE_TAKEN.saturating_sub(self.last_sent.elapsed())
     }
 
-    /// Whether the motion goes to this goal, as far as is known.
+    /// Returns whether the motion goes to this goal, as far as known.
     pub fn is_of(&self, motion: &MotionReport) -> bool {
         motion.goal_stamp == self.stamp || self.number == Some(motion.number)
     }
 
-    /// Takes what the servo says of a motion, or of a goal that it rejected: the motion to this goal, once the arm has arrived.
+    /// Processes a report of a motion or a rejected goal. Returns the motion to this goal once the arm has arrived.
     pub fn hear(&mut self, motion: MotionReport) -> Result<Option<MotionReport>, NotArrived> {
         if motion.goal_stamp == self.stamp {
             self.number = self.number.or((motion.number > 0).then_some(motion.number));
@@ -92,7 +93,7 @@ impl OwnGoal {
         }
         match motion.outcome {
             Outcome::Underway => Ok(None),
-            // Somebody may let it go on, until the time is up.
+            // Someone may let it go on before the timeout.
             Outcome::Stalled if motion.may_be_reconfigured() => Ok(None),
             Outcome::Arrived => Ok(Some(motion)),
             Outcome::Replaced => Err(NotArrived::Replaced(motion.sentence())),
@@ -102,7 +103,7 @@ impl OwnGoal {
         }
     }
 
-    /// Whether there is reason to wait on at this report of the servo's.
+    /// Returns an error if waiting is pointless according to this report.
     pub fn watch(&mut self, report: &StatusReport, timeout: Duration) -> Result<(), NotArrived> {
         if report.goal_stamp.as_ref() == Some(&self.stamp) {
             self.had = Some(Instant::now());
@@ -112,7 +113,7 @@ impl OwnGoal {
             return match (self.sent.elapsed() > timeout || lost, report.state) {
                 (false, _) => Ok(()),
                 (true, State::WaitingForState | State::StaleState) => {
-                    // The distances are to another goal.
+                    // The distances refer to another goal.
                     let report = StatusReport { figures: None, ..report.clone() };
                     Err(NotArrived::NoRobot(report.sentence()))
                 }
@@ -155,7 +156,7 @@ mod tests {
         Time { sec, nanosec: 0 }
     }
 
-    /// A report of a servo whose goal came with this stamp.
+    /// Returns the report of a servo whose goal has this stamp.
     fn report(of: i32, state: State) -> StatusReport {
         StatusReport {
             state,
@@ -187,7 +188,7 @@ mod tests {
         assert_eq!(hear(1, 1, Outcome::Arrived), None, "one before it");
         assert_eq!(hear(0, 7, Outcome::Rejected), None, "another's");
         assert_eq!(hear(2, 2, Outcome::Underway), None);
-        // Somebody else wants the same, which makes it no other motion.
+        // The same goal from someone else does not make it another motion.
         assert_eq!(hear(2, 3, Outcome::Arrived).map(|motion| motion.number), Some(2));
     }
 

@@ -1,4 +1,4 @@
-//! The README and the guide name only commands, switches and tests that there are.
+//! Tests that the README and the guide name only existing commands, switches and tests.
 
 use super::Cli;
 use clap::CommandFactory;
@@ -8,7 +8,7 @@ fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// Adds the text of every file in the folder with that extension.
+/// Appends the text of every file in the folder with this extension.
 fn read(folder: &Path, extension: &str, into: &mut String) {
     for entry in std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()) {
         if entry.is_dir() {
@@ -19,7 +19,7 @@ fn read(folder: &Path, extension: &str, into: &mut String) {
     }
 }
 
-/// The command lines of this program in the pages' blocks of shell, without what ROS 2 reads of them.
+/// Returns the command lines of this program in the pages' shell blocks, without the ROS arguments.
 fn command_lines(pages: &str) -> impl Iterator<Item = Vec<&str>> {
     let blocks = pages.split("```sh\n").skip(1);
     let lines = blocks.flat_map(|block| block.split("```").next().unwrap_or_default().lines());
@@ -33,7 +33,7 @@ fn command_lines(pages: &str) -> impl Iterator<Item = Vec<&str>> {
 #[test]
 fn every_command_and_switch_of_the_pages_is_one_of_the_program() {
     let mut program = Cli::command();
-    // Only then it has `help`.
+    // `help` exists only after this.
     program.build();
     let mut pages = include_str!("../../README.md").to_owned();
     read(&root().join("src/guide"), "md", &mut pages);
@@ -54,7 +54,7 @@ fn every_command_and_switch_of_the_pages_is_one_of_the_program() {
 fn every_test_that_the_safety_page_names_is_there() {
     let mut code = String::new();
     ["src", "tests"].iter().for_each(|folder| read(&root().join(folder), "rs", &mut code));
-    // As a function, or as a row of a table of cases.
+    // A test is a function, or a row of a table of cases.
     let of_functions = code.split("fn ").skip(1).filter_map(|rest| rest.split('(').next());
     let of_rows =
         code.lines().filter_map(|line| line.trim_start().split_once(" => \"")).map(|(name, _)| name);
@@ -70,7 +70,7 @@ fn every_test_that_the_safety_page_names_is_there() {
     assert!(seen > 40, "{seen}");
 }
 
-/// Every text in a JSON document.
+/// Collects every text in a JSON document.
 fn texts<'a>(of: &'a serde_json::Value, into: &mut Vec<&'a str>) {
     match of {
         serde_json::Value::String(text) => into.push(text),
@@ -100,7 +100,7 @@ fn the_layouts_for_rviz_and_foxglove_name_only_topics_and_services_of_ours() {
     let mut named = Vec::new();
     texts(&rviz, &mut named);
     texts(&foxglove, &mut named);
-    // What stands behind a point is a field of the messages.
+    // The part after a dot is a field of the message.
     let topics =
         named.iter().filter(|text| text.starts_with('/')).map(|text| text.split('.').next().unwrap());
     let topics: Vec<_> = topics.collect();

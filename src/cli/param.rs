@@ -29,7 +29,7 @@ enum Action {
         #[arg(value_name = "NODE")]
         words: Vec<String>,
     },
-    /// Print a value, a text as it is: [NODE] NAME
+    /// Print a value, and a text without quotes: [NODE] NAME
     #[command(override_usage = "dq_servo param get [NODE] NAME")]
     Get {
         /// The node (/dq_servo if left out) and the parameter
@@ -58,7 +58,7 @@ enum Action {
     },
     /// Print all parameters of all nodes, with type, range and meaning, as a table in Markdown
     Docs,
-    /// Set what a parameter file gives the node, all of it or nothing: [NODE] FILE
+    /// Set the parameters of a file, all or none: [NODE] FILE
     #[command(override_usage = "dq_servo param load [NODE] FILE")]
     Load {
         /// The node (/dq_servo if left out) and the file
@@ -68,7 +68,7 @@ enum Action {
 }
 
 impl Action {
-    /// The words, how many of them follow the node, and what they are.
+    /// Returns the words, how many of them follow the node, and the usage.
     fn words(&self) -> (&[String], usize, &'static str) {
         match self {
             Self::Docs => (&[], 0, "param docs"),
@@ -114,7 +114,7 @@ impl Param {
         Ok(())
     }
 
-    /// Asks the node called `target`.
+    /// Performs the action on the node `target`.
     async fn act(
         &self,
         node: &mut Node,
@@ -140,7 +140,7 @@ impl Param {
                 None => return Err(unknown(client(node, target), target, asked).await),
             },
             (Action::Get { .. }, _) => match client(node, target).get(asked).await? {
-                // As it is, so that a robot description can be read, and put into a file.
+                // Print a text unquoted, so that a robot description can be redirected to a file.
                 Some(Value::String(text)) => print_line!("{}", text::shown_lines(&text))?,
                 Some(value) => print_line!("{value}")?,
                 None => return Err(unknown(client(node, target), target, asked).await),
@@ -155,7 +155,7 @@ impl Param {
     }
 }
 
-/// Names our nodes that are there where the one that was meant is not.
+/// Names our running nodes if the target is not among them.
 fn explain(why: anyhow::Error, node: &Node, target: &str) -> anyhow::Error {
     let is_there = node.services().contains(&format!("{target}/list_parameters"));
     if is_there || !matches!(why.downcast_ref(), Some(RosError::Service { .. })) {
@@ -175,7 +175,7 @@ async fn set(mut parameters: ParameterClient<'_>, name: &str, value: &Value) -> 
     Ok(parameters.set(name, value).await?.map_err(Usage)?)
 }
 
-/// The error of a parameter that the node does not have.
+/// Returns the error for a parameter that the node does not have.
 async fn unknown(mut parameters: ParameterClient<'_>, target: &str, name: &str) -> anyhow::Error {
     let known = parameters.list().await.unwrap_or_default();
     let hint = match nearest(name, known.iter().map(String::as_str)) {

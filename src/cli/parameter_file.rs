@@ -1,4 +1,4 @@
-//! Parameter files written from a running node, and read into one.
+//! Writes parameter files from a running node, and loads them into one.
 
 use super::Usage;
 use dq_params::{FileParameters, Given, Value, shares_namespace};
@@ -6,7 +6,7 @@ use dq_ros::ros::ParameterClient;
 use dq_ros::stderr;
 use std::path::Path;
 
-/// The text of a parameter file that gives the node `target` these values, nested as `ros2 param dump` nests them.
+/// Returns a parameter file with these values for the node `target`, nested as by `ros2 param dump`.
 pub(super) fn text(target: &str, values: &[(String, Value)]) -> String {
     let mut sorted: Vec<_> = values.iter().collect();
     sorted.sort_by(|a, b| a.0.split('.').cmp(b.0.split('.')));
@@ -25,7 +25,7 @@ pub(super) fn text(target: &str, values: &[(String, Value)]) -> String {
     lines.join("\n")
 }
 
-/// What the file gives the node `target`.
+/// Reads the parameters for the node `target` from the file.
 pub(super) fn read(file: &str, target: &str) -> anyhow::Result<Vec<Given>> {
     let FileParameters { given, sections } = FileParameters::open(Path::new(file), target)?;
     match given.is_empty() {
@@ -34,7 +34,7 @@ pub(super) fn read(file: &str, target: &str) -> anyhow::Result<Vec<Given>> {
     }
 }
 
-/// Sets what is other than it should be; nothing where the node refuses any of it.
+/// Sets the parameters that differ, or none if the node refuses any of them.
 pub(super) async fn load(mut parameters: ParameterClient<'_>, given: Vec<Given>) -> anyhow::Result<()> {
     let (now, own) = (parameters.all().await?, dq_config::names()?);
     let (total, mut changes) = (given.len(), Vec::<(String, Value)>::new());

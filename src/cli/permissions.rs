@@ -1,4 +1,4 @@
-//! `dq_servo permissions`: what each enclave of a secured graph may publish and subscribe, made from the wire contract.
+//! `dq_servo permissions`: prints what each enclave of a secured graph may publish and subscribe to, according to the wire contract.
 //! `launch_scripts/dq_servo_keystore.sh` signs it.
 
 use super::{OF_PLANTS, OF_SERVOS, Usage, print};
@@ -10,7 +10,7 @@ use dq_ros::ros::{Resolver, RosArgs};
 use dq_wire::{Contract, ServoKind, command_topic};
 use std::collections::BTreeSet;
 
-/// The services of every node that has parameters.
+/// The services of every node with parameters.
 const OF_EVERY_NODE: [&str; 7] = [
     "~/describe_parameters",
     "~/get_parameter_types",
@@ -21,17 +21,17 @@ const OF_EVERY_NODE: [&str; 7] = [
     "~/get_type_description",
 ];
 
-/// Nodes that `ros2` creates are called so, with a number.
+/// The names of the nodes that `ros2` creates.
 const ROS2_COMMAND_LINE: &str = "_ros2cli_*";
 
 #[derive(clap::Args)]
 pub(super) struct Permissions {
-    /// The enclave whose permissions are printed; if left out, the names of all enclaves are
+    /// The enclave whose permissions to print; by default print the names of all enclaves
     enclave: Option<String>,
 }
 
 impl Permissions {
-    /// Prints the permissions of an enclave in the namespace that `ros_args` has, or the names of all enclaves there.
+    /// Prints the permissions of an enclave in the namespace of `ros_args`, or the names of all enclaves there.
     pub fn run(&self, ros_args: &RosArgs) -> anyhow::Result<()> {
         let graph = Graph::new(ros_args)?;
         let enclaves = graph.enclaves()?;
@@ -46,7 +46,7 @@ impl Permissions {
     }
 }
 
-/// An enclave, and the DDS topics that it may write and read.
+/// An enclave, with the DDS topics that it may write and read.
 struct Enclave {
     name: String,
     writes: BTreeSet<String>,
@@ -54,7 +54,7 @@ struct Enclave {
 }
 
 impl Enclave {
-    /// One called `name`, which may do what every node does: take part in discovery, log, and announce its parameters.
+    /// Creates an enclave with the permissions of every node: discovery, logging, and announcing parameters.
     fn new(name: String) -> Self {
         let mut enclave = Self { name, writes: BTreeSet::new(), reads: BTreeSet::new() };
         enclave.writes.extend(["ros_discovery_info", "rt/rosout", "rt/parameter_events"].map(str::to_owned));
@@ -80,7 +80,7 @@ impl Enclave {
         self.reads.insert(format!("rr{service}Reply"));
     }
 
-    /// What that node does.
+    /// Adds what this node does.
     fn is(&mut self, node: &OurNode) -> anyhow::Result<()> {
         for (name, topic) in node.contract.topics() {
             let name = node.names.topic(name)?;
@@ -100,7 +100,7 @@ impl Enclave {
         Ok(())
     }
 
-    /// Subscribes to every topic of that node, and asks for the types of its messages, as `ros2 bag record` does.
+    /// Adds subscriptions to every topic of this node and requests for its message types, as by `ros2 bag record`.
     fn watches(&mut self, node: &OurNode) -> anyhow::Result<()> {
         for (name, _) in node.contract.topics() {
             self.subscribes(&node.names.topic(name)?);
@@ -109,7 +109,7 @@ impl Enclave {
         Ok(())
     }
 
-    /// Calls the services of that node that move the arm or stop it.
+    /// Adds calls of the node's services that move or stop the arm.
     fn commands(&mut self, node: &OurNode) -> anyhow::Result<()> {
         for service in &node.services {
             self.calls(&node.names.service(service)?);
@@ -120,7 +120,7 @@ impl Enclave {
         Ok(())
     }
 
-    /// Gets and sets the parameters of that node; those that are too long for a reply are on a topic.
+    /// Adds getting and setting the node's parameters. Values that are too long for a reply are on a topic.
     fn sets_parameters(&mut self, node: &OurNode) -> anyhow::Result<()> {
         for service in OF_EVERY_NODE {
             self.calls(&node.names.service(service)?);
@@ -129,7 +129,7 @@ impl Enclave {
         Ok(())
     }
 
-    /// Publishes the goals of that node, and the twists at which its tool moves.
+    /// Adds publishing the node's goals and twists.
     fn sends_goals(&mut self, node: &OurNode) -> anyhow::Result<()> {
         for name in &node.goals {
             self.publishes(&node.names.topic(name)?);
@@ -137,7 +137,7 @@ impl Enclave {
         Ok(())
     }
 
-    /// The permissions as DDS Security reads them. They hold for longer than the certificate, which ends them.
+    /// Returns the permissions for DDS Security. Their validity exceeds that of the certificate, which limits it.
     fn xml(&self) -> String {
         let topics = |names: &BTreeSet<String>| {
             names.iter().map(|name| format!("            <topic>{name}</topic>\n")).collect::<String>()
@@ -173,16 +173,16 @@ impl Enclave {
     }
 }
 
-/// A node of this program, by its names in the graph.
+/// A node of this program, with its names in the graph.
 struct OurNode {
     names: Resolver,
     contract: NodeContract,
     services: Vec<&'static str>,
     /// Topics that it both publishes and subscribes to.
     both_ways: Vec<&'static str>,
-    /// Topics that it takes goals from.
+    /// The topics of its goals and twists.
     goals: Vec<&'static str>,
-    /// Where it says what it is doing.
+    /// The topic of its status.
     status: Option<&'static str>,
 }
 
@@ -197,12 +197,12 @@ struct Graph {
     args: RosArgs,
     contract: Contract,
     servos: Vec<OurNode>,
-    /// The simulated arms and guards of one arm, and of two in the namespaces left and right.
+    /// The simulated arms and guards: of one arm, and of two in the namespaces left and right.
     of_arms: Vec<OurNode>,
 }
 
 impl Graph {
-    /// In the namespace and with the remaps that `args` have.
+    /// Creates the nodes with the namespace and remaps of `args`.
     fn new(args: &RosArgs) -> anyhow::Result<Self> {
         let mut graph = Self {
             args: args.clone(),
@@ -230,7 +230,7 @@ impl Graph {
             names: Resolver::new(name, &self.args)?,
             contract,
             services: OF_SERVOS.map(|(service, _)| service).to_vec(),
-            // A goal that is dragged in RViz is sent by the servo.
+            // The servo publishes a goal that is dragged in RViz.
             both_ways: vec![kind.goal_topic()],
             goals: vec![kind.goal_topic(), "~/target_twist"],
             status: Some("~/status"),
@@ -254,14 +254,14 @@ impl Graph {
             names: self.names(place, GuardParameters::NODE_NAME)?,
             contract: self.contract.guard.clone(),
             services: vec![],
-            // It hears the servo's commands, and goes on for it.
+            // It listens to the servo's commands, and continues them.
             both_ways: interfaces.map(command_topic).to_vec(),
             goals: vec![],
             status: None,
         })
     }
 
-    /// The names of the node called `name` in the namespace `place`.
+    /// Returns the names of the node `name` in the namespace `place`.
     fn names(&self, place: &str, name: &str) -> anyhow::Result<Resolver> {
         let mut args = self.args.clone();
         let namespace = if place.is_empty() { "/" } else { place };
@@ -273,7 +273,7 @@ impl Graph {
         self.servos.iter().chain(&self.of_arms)
     }
 
-    /// One enclave for each node, and one for each kind of command.
+    /// Returns one enclave for each node, and one for each kind of command.
     fn enclaves(&self) -> anyhow::Result<Vec<Enclave>> {
         let mut enclaves = Vec::new();
         for node in self.nodes() {
@@ -289,7 +289,7 @@ impl Graph {
         Ok(enclaves)
     }
 
-    /// The enclave of a command called `name`, or of ROS 2's command line in its place.
+    /// Returns the enclave of the command `name`, which ROS 2's command line can use too.
     fn operator(&self, name: &str) -> anyhow::Result<Enclave> {
         let names = Resolver::new(name, &self.args)?;
         let mut enclave = Enclave::new(names.node().fully_qualified());
@@ -317,7 +317,7 @@ impl Graph {
         self.servos.iter().try_for_each(|node| enclave.sends_goals(node))
     }
 
-    /// Commands that are given to nodes are given to those that discovery shows, by their parameter services too.
+    /// Adds what commands to nodes need: they find their targets by discovery, and by their parameter services.
     fn calls(&self, enclave: &mut Enclave) -> anyhow::Result<()> {
         self.commands_all(enclave)?;
         self.of_arms.iter().try_for_each(|node| enclave.sets_parameters(node))
@@ -338,17 +338,17 @@ impl Graph {
         self.sets_all_parameters(enclave)
     }
 
-    /// Servo, simulated arms, operator and view in one process.
+    /// Adds what the demo needs: servo, simulated arms, operator and view in one process.
     fn demo(&self, enclave: &mut Enclave) -> anyhow::Result<()> {
         self.view(enclave)?;
         self.nodes().try_for_each(|node| enclave.is(node))
     }
 }
 
-/// What a command may do.
+/// A function that adds the permissions of a command.
 type May = fn(&Graph, &mut Enclave) -> anyhow::Result<()>;
 
-/// The commands' nodes, and what each may do.
+/// The nodes of the commands, and their permissions.
 const COMMANDS: [(&str, May); 6] = [
     ("dq_servo_goal", Graph::goal),
     ("dq_servo_call", Graph::calls),

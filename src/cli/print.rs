@@ -1,4 +1,4 @@
-//! Results for stdout.
+//! Prints results to stdout.
 
 use super::signals::Signals;
 use anyhow::bail;
@@ -6,19 +6,19 @@ use std::fmt::Arguments;
 use std::io::{ErrorKind, Write};
 use thiserror::Error;
 
-/// Stdout does not take what it should.
+/// Writing to stdout failed.
 #[derive(Debug, Error)]
 #[error("stdout does not take the results")]
 pub(super) struct StdoutError(#[from] std::io::Error);
 
 impl StdoutError {
-    /// Whether the reader has gone, who has then seen all that it wanted (`| head -1`): no failure.
+    /// Returns whether the reader has closed stdout, for example `| head -1`. This is not a failure.
     pub fn is_closed(&self) -> bool {
         self.0.kind() == ErrorKind::BrokenPipe
     }
 }
 
-/// Writes a line.
+/// Prints a line.
 ///
 /// # Errors
 /// [`StdoutError`].
@@ -28,10 +28,10 @@ pub(super) fn line(text: Arguments<'_>) -> Result<(), StdoutError> {
     Ok(out.flush()?)
 }
 
-/// Writes the results of a command that catches signals: another one ends it where stdout is held.
+/// Prints the results of a command that handles signals. If stdout blocks, another signal ends the command.
 ///
 /// # Errors
-/// [`StdoutError`], or that a signal came.
+/// [`StdoutError`], or that a signal arrived.
 pub(super) async fn results(text: String, signals: &mut Signals) -> anyhow::Result<()> {
     let written = tokio::task::spawn_blocking(move || line(format_args!("{text}")));
     tokio::select! {
@@ -40,13 +40,13 @@ pub(super) async fn results(text: String, signals: &mut Signals) -> anyhow::Resu
     }
 }
 
-/// Prints a line as `println!` does, but is a [`Result`] where that panics.
+/// Prints a line like `println!`, but returns a [`Result`] instead of panicking.
 macro_rules! print_line {
     ($($argument:tt)*) => { $crate::cli::print::line(format_args!($($argument)*)) };
 }
 pub(super) use print_line;
 
-/// A number \[m, or of a quaternion\] as people are shown it: without what is rounding, and without a minus before 0.
+/// Rounds a number \[m, or of a quaternion\] for display, and replaces -0 by 0.
 pub(super) fn short(number: f64) -> f64 {
     const DIGITS: f64 = 1e12;
     (number * DIGITS).round() / DIGITS + 0.0

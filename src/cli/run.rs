@@ -9,7 +9,7 @@ use dq_ros::ros::{Environment, NetworkWatch, RosArgs, Session};
 use std::time::Duration;
 use tokio::runtime::Handle;
 
-/// A servo, for one arm or for two by its parameters. A signal ends it with the arm at rest, a second one at once.
+/// Runs a servo, for one arm or two depending on its parameters. A signal ends it with the arm at rest, a second signal at once.
 pub(super) async fn servo<P: NodeParameters>(ros_args: &RosArgs) -> anyhow::Result<()>
 where
     Prepared<ServoParameters>: From<Prepared<P>>,
@@ -20,17 +20,17 @@ where
     let why = until(&mut signals, || node.failure().map_or(Ok(()), |why| Err(why.into()))).await;
     tokio::select! {
         ended = node.shut_down() => Ok(why.and(ended.map_err(Into::into))?),
-        // The node is dropped, which sends zeros.
+        // Dropping the node sends zeros.
         () = signals.next() => bail!("a second signal: zeros were sent before the arm was seen at rest"),
     }
 }
 
-/// The session of a node and what it was given; where it must wait for a robot description, none if a signal comes first.
+/// Opens the session of a node and prepares its parameters. Returns `None` if a signal arrives while it waits for a robot description.
 async fn described<P: NodeParameters>(
     signals: &mut Signals,
     ros_args: &RosArgs,
 ) -> anyhow::Result<Option<(Session, Prepared<P>)>> {
-    // What is wrong with parameters is reported before anything is on the network.
+    // Report invalid parameters before joining the network.
     let ready = Prepared::unless_awaited(ros_args)?;
     let session = session::<P>(ros_args)?;
     let prepared = match ready {
@@ -43,7 +43,7 @@ async fn described<P: NodeParameters>(
     Ok(Some((session, prepared)))
 }
 
-/// The session of a node, whose cycle does not wait for DDS's threads where it does not wait for others.
+/// Opens the session of a node. If the cycle has a real-time priority, the threads of DDS have one too.
 fn session<P: NodeParameters>(ros_args: &RosArgs) -> anyhow::Result<Session> {
     let environment = Environment::from_process(ros_args)?;
     let runtime = Handle::current();
@@ -54,7 +54,7 @@ fn session<P: NodeParameters>(ros_args: &RosArgs) -> anyhow::Result<Session> {
     Ok(dq_nodes::below(Prepared::<P>::realtime_priority(ros_args)?, open)??)
 }
 
-/// A simulated arm.
+/// Runs a simulated arm.
 pub(super) async fn plant(ros_args: &RosArgs) -> anyhow::Result<()> {
     let mut signals = Signals::new()?;
     let prepared = Prepared::<PlantParameters>::new(ros_args)?;
@@ -64,7 +64,7 @@ pub(super) async fn plant(ros_args: &RosArgs) -> anyhow::Result<()> {
     until(&mut signals, cycle).await
 }
 
-/// The guard of one arm. A signal ends it once the arm is not commanded to move any more, a second one at once.
+/// Runs the guard of one arm. A signal ends it once the arm is no longer commanded to move, a second signal at once.
 pub(super) async fn guard(ros_args: &RosArgs) -> anyhow::Result<()> {
     let mut signals = Signals::new()?;
     let Some((session, prepared)) = described::<GuardParameters>(&mut signals, ros_args).await? else {
@@ -80,7 +80,7 @@ pub(super) async fn guard(ros_args: &RosArgs) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Waits for a signal; fails as soon as `check` does, or the network in this process.
+/// Waits for a signal. Fails as soon as `check` fails or this process loses the network.
 pub(super) async fn until(
     signals: &mut Signals,
     check: impl Fn() -> anyhow::Result<()>,

@@ -1,4 +1,4 @@
-//! `dq_servo completions` and `dq_servo man`: files for the user's shell, made from the command line's definition.
+//! `dq_servo completions` and `dq_servo man`: prints files for the user's shell, generated from the command line's definition.
 
 use super::Cli;
 use clap::CommandFactory;

@@ -1,4 +1,4 @@
-//! The signals that end a command, and those that do not.
+//! Signals that end a command, and signals that are ignored.
 
 use futures::future::select_all;
 use rustix::process;
@@ -7,15 +7,15 @@ use std::ops::RangeInclusive;
 use std::time::{Duration, Instant};
 use tokio::signal::unix::{Signal, SignalKind, signal};
 
-/// What a signal that ends a command is: SIGINT, SIGTERM, SIGQUIT, SIGXCPU (a limit of `ulimit -t`), SIGPWR, and SIGHUP (a terminal
-/// that was closed, a connection that was lost) unless it was ignored when the program started, as `nohup` does it.
+/// The signals that end a command: SIGINT, SIGTERM, SIGQUIT, SIGXCPU (a limit of `ulimit -t`), SIGPWR, and SIGHUP (a closed terminal, a
+/// lost connection) unless it was ignored when the program started, as by `nohup`.
 pub(super) struct Signals {
     ends: Vec<Signal>,
     last: Option<Instant>,
 }
 
-/// Signals that would end a process without a word, and an arm's servo in motion: nobody sends them to end one. A write beyond a
-/// limit of `ulimit -f` then fails, as one to a full disk does.
+/// Signals that are not meant to end a process, but by default would end it silently, even a servo in motion. With SIGXFSZ ignored, a write
+/// beyond a limit of `ulimit -f` fails like one to a full disk.
 const IGNORED: [process::Signal; 8] = [
     process::Signal::USR1,
     process::Signal::USR2,
@@ -27,29 +27,29 @@ const IGNORED: [process::Signal; 8] = [
     process::Signal::XFSZ,
 ];
 
-/// The real-time signals, which mean something only to who has agreed on it.
+/// The real-time signals, whose meaning is agreed between programs.
 const REAL_TIME: RangeInclusive<i32> = 34..=64;
 
-/// From now on the signals do nothing that end a command only by default.
+/// Ignores the signals that would end a command only by default.
 ///
 /// # Errors
-/// The operating system's.
+/// The operating system's error.
 pub(super) fn ignore_others() -> io::Result<()> {
     let runtime = tokio::runtime::Builder::new_current_thread().enable_io().build()?;
     let _inside = runtime.enter();
     let mut kinds = IGNORED.map(process::Signal::as_raw).into_iter().chain(REAL_TIME);
-    // What is installed for a signal stays.
+    // The handler of a signal stays installed.
     kinds.try_for_each(|kind| signal(SignalKind::from_raw(kind)).map(drop))
 }
 
-/// Signals that come so soon after another are that one: `timeout` signals its child, and then the group that the child is in.
+/// Signals within this time count as one: `timeout` signals its child, and then the child's group.
 const TOGETHER: Duration = Duration::from_millis(20);
 
 impl Signals {
-    /// From now on these signals do not end the process any more; [`next`](Self::next) returns when one comes.
+    /// Catches the signals, so that they do not end the process any more; [`next`](Self::next) returns when one arrives.
     ///
     /// # Errors
-    /// The operating system's.
+    /// The operating system's error.
     pub fn new() -> io::Result<Self> {
         let also = [process::Signal::XCPU, process::Signal::POWER].map(process::Signal::as_raw);
         let kinds = [SignalKind::interrupt(), SignalKind::terminate(), SignalKind::quit()];
@@ -58,7 +58,7 @@ impl Signals {
         Ok(Self { ends: kinds.map(signal).collect::<io::Result<_>>()?, last: None })
     }
 
-    /// Waits for one of them.
+    /// Waits for one of the signals.
     pub async fn next(&mut self) {
         loop {
             self.any().await;
@@ -74,7 +74,7 @@ impl Signals {
     }
 }
 
-/// Whether SIGHUP is ignored, as far as the operating system says: only until a handler is installed.
+/// Returns whether SIGHUP is ignored, as the operating system shows it before a handler is installed.
 fn hangup_is_ignored() -> bool {
     std::fs::read_to_string("/proc/self/status").is_ok_and(|status| ignores_hangup(&status))
 }

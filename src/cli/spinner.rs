@@ -1,25 +1,25 @@
-//! A line on the terminal that shows progress, drawn by a thread of its own: a terminal held by ctrl-S must not hold the command.
+//! A progress line on the terminal, drawn by its own thread, so that a terminal stopped by ctrl-S does not block the command.
 
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::IsTerminal;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::time::Duration;
 
-/// How long the line may take to go away at the end.
+/// How long to wait for the line to be cleared at the end.
 const LAST_DRAWING: Duration = Duration::from_millis(200);
 
-/// The line. It goes away with this.
+/// The line. It is cleared when this is dropped.
 pub(super) struct Spinner {
     texts: Option<SyncSender<String>>,
     gone: Receiver<()>,
 }
 
 impl Spinner {
-    /// A line on stderr; none where that is no terminal.
+    /// Returns a line on stderr; `None` if stderr is not a terminal.
     pub fn on_terminal() -> Option<Self> {
         std::io::stderr().is_terminal().then(|| {
             let bar = ProgressBar::new_spinner();
-            // The template is a constant; without it the default one serves.
+            // The template is a constant; if it were invalid, the default would do.
             if let Ok(style) = ProgressStyle::with_template("{spinner} {msg}") {
                 bar.set_style(style);
             }
@@ -45,7 +45,7 @@ impl Spinner {
         Self { texts: Some(texts), gone }
     }
 
-    /// Shows the text, unless the one before is still being drawn.
+    /// Shows the text, unless the previous one is still being drawn.
     pub fn show(&self, text: String) {
         let _ = self.texts.as_ref().map(|texts| texts.try_send(text));
     }
@@ -65,7 +65,7 @@ mod tests {
     #[test]
     fn texts_are_drawn_and_a_held_terminal_holds_nobody() {
         let (drawn, seen) = sync_channel(0);
-        // Each drawing waits until the test looks.
+        // Each drawing waits until the test receives it.
         let spinner = Spinner::start(move |text| drop(drawn.send(text)), || {});
         (0..100).for_each(|number| spinner.show(number.to_string()));
         assert_eq!(seen.recv(), Ok("0".to_owned()));

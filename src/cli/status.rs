@@ -47,7 +47,7 @@ impl Status {
     }
 }
 
-/// The law, what the servo is doing, and the goal.
+/// Returns the law, what the servo is doing, and the goal.
 fn line(status: &DiagnosticStatus) -> String {
     let Some(report) = StatusReport::from_message(status) else { return status.message.clone() };
     let numbers = |goal: PoseNumbers| goal.map(|number| short(number).to_string()).join(" ");
@@ -55,7 +55,8 @@ fn line(status: &DiagnosticStatus) -> String {
     format!("{}, {}{goal}", report.law_and_aim(), report.sentence())
 }
 
-/// Numbers and truths as such, all else as text; stamps too, which have more digits than a number keeps.
+/// Converts a status: numbers and booleans as such, everything else as text. Stamps are text, because they have more digits than a JSON
+/// number keeps.
 fn as_json(name: &str, status: &DiagnosticStatus) -> Value {
     let value = |key: &str, text: &str| match serde_json::from_str(text) {
         Ok(value @ (Value::Number(_) | Value::Bool(_))) if !key.ends_with("_stamp") => value,

@@ -1,4 +1,4 @@
-//! Sends goals to a servo and watches it pursue them.
+//! Sends goals to a servo and watches its progress.
 
 use super::not_arrived::NotArrived;
 use super::own_goal::OwnGoal;
@@ -11,30 +11,30 @@ use dq_wire::distance;
 use dq_wire::{Contract, MotionReport, ServoKind, StatusReport};
 use std::time::{Duration, Instant};
 
-/// How long to wait for the servo to be there.
+/// How long to wait for the servo.
 pub(super) const DISCOVERY: Duration = Duration::from_secs(10);
 
-/// After this time whoever waits for the servo is told so.
+/// After this time a message says that the servo is awaited.
 const UNUSUAL_DISCOVERY: Duration = Duration::from_millis(2500);
 
-/// How long to wait for it where less time is given for the whole motion.
+/// How long to wait for the servo at least, if the timeout of the motion is shorter.
 const SHORTEST_DISCOVERY: Duration = Duration::from_secs(2);
 
-/// A servo reports within this time: ten times a second.
+/// The time between two reports, with a margin: the servo reports ten times per second.
 const REPORT: Duration = Duration::from_millis(500);
 
-/// The client side of a servo.
+/// The client of a servo.
 pub(super) struct Watch {
     goals: Publisher<PoseStamped>,
     statuses: Subscription<DiagnosticStatus>,
     motions: Subscription<DiagnosticStatus>,
     frame: String,
-    /// The goal that was last sent.
+    /// The last goal that was sent.
     own: Option<OwnGoal>,
 }
 
 impl Watch {
-    /// On `node`, for the servo of that kind called `servo`; goals are in `frame` (empty: the base frame).
+    /// Creates the client on `node` for a servo of this kind called `servo`. Goals are in `frame` (empty: the base frame).
     pub fn new(node: &mut Node, kind: ServoKind, servo: &str, frame: &str) -> Result<Self, RosError> {
         let contract = kind.contract(Contract::builtin()?);
         let status = contract.topic::<DiagnosticStatus>("~/status", Direction::Out)?;
@@ -49,7 +49,7 @@ impl Watch {
         })
     }
 
-    /// Sends `goal` and waits until the arm has arrived there, or can be said not to; its motion.
+    /// Sends `goal` and waits until the arm has arrived, or it is certain that it will not. Returns the motion.
     pub async fn go(&mut self, goal: PoseNumbers, timeout: Duration) -> anyhow::Result<MotionReport> {
         let patience = DISCOVERY.min(timeout.max(SHORTEST_DISCOVERY));
         let first = async {
@@ -96,7 +96,7 @@ impl Watch {
         }
     }
 
-    /// Whether the servo has the goal that was last sent from here, or may still take it; none where it does not say so.
+    /// Returns whether the servo has the last goal that was sent, or may still take it; `None` if it does not report.
     pub async fn has_own_goal(&self) -> Option<bool> {
         let Some(own) = &self.own else { return Some(false) };
         let is_left = async {
@@ -126,7 +126,7 @@ async fn next_report(statuses: &Subscription<DiagnosticStatus>) -> StatusReport 
     }
 }
 
-/// Shows the way to the goal on stderr: a line that moves on a terminal, a line each second elsewhere.
+/// Shows the progress on stderr: an updated line on a terminal, otherwise a line per second.
 struct ProgressLines {
     spinner: Option<Spinner>,
     logged: Option<Instant>,

@@ -1,89 +1,89 @@
-//! A sheet to draw on in units of pixels, written as SVG.
+//! A sheet for drawing in pixels, written as SVG.
 
 use super::colors::Color;
 use super::style::INK;
 use dq_common::text::escaped;
 use std::fmt::Write;
 
-/// A point on the sheet: from the left and from the top \[px\].
+/// A point on the sheet: distances from the left and from the top \[px\].
 pub type Point = (f64, f64);
 
-/// How a line is drawn.
+/// The style of a line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Line {
-    /// The line is drawn through.
+    /// A solid line.
     Solid,
-    /// The line is drawn with gaps.
+    /// A dashed line.
     Dashed,
-    /// The points are drawn as dots, without a line.
+    /// Dots at the points, without a line.
     Dots,
 }
 
-/// Where text stands relative to its point.
+/// The position of text relative to its point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Anchor {
     /// The text begins at the point.
     Left,
-    /// The text has its middle at the point.
+    /// The text is centered at the point.
     Center,
     /// The text ends at the point.
     Right,
-    /// The text has its middle at the point and reads upwards.
+    /// The text is centered at the point and reads upwards.
     Upwards,
 }
 
 /// A rectangle on the sheet \[px\].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rectangle {
-    /// Distance from the sheet's left edge.
+    /// The distance from the sheet's left edge.
     pub left: f64,
-    /// Distance from the sheet's top edge.
+    /// The distance from the sheet's top edge.
     pub top: f64,
-    /// Extent to the right.
+    /// The extent to the right.
     pub width: f64,
-    /// Extent downwards.
+    /// The extent downwards.
     pub height: f64,
 }
 
 impl Rectangle {
-    /// A rectangle around its middle.
+    /// Creates a rectangle around its center.
     pub fn around((x, y): Point, width: f64, height: f64) -> Self {
         Self { left: x - 0.5 * width, top: y - 0.5 * height, width, height }
     }
 
-    /// Where its right edge is.
+    /// Returns the position of its right edge.
     pub fn right(&self) -> f64 {
         self.left + self.width
     }
 
-    /// Where its lower edge is.
+    /// Returns the position of its lower edge.
     pub fn bottom(&self) -> f64 {
         self.top + self.height
     }
 
-    /// Whether a point lies inside.
+    /// Returns whether a point is inside.
     pub fn contains(&self, (x, y): Point) -> bool {
         (self.left..=self.right()).contains(&x) && (self.top..=self.bottom()).contains(&y)
     }
 
-    /// Whether all of another rectangle lies inside.
+    /// Returns whether another rectangle is completely inside.
     pub fn encloses(&self, other: &Self) -> bool {
         self.contains((other.left, other.top)) && self.contains((other.right(), other.bottom()))
     }
 
-    /// Whether the two have a point in common.
+    /// Returns whether the two overlap.
     pub fn overlaps(&self, other: &Self) -> bool {
         let apart = |a: &Self, b: &Self| a.right() < b.left || a.bottom() < b.top;
         !apart(self, other) && !apart(other, self)
     }
 }
 
-/// A sheet being drawn on: what is on it, as SVG.
+/// A drawing as SVG elements.
 #[derive(Default)]
 pub struct Canvas(String);
 
 impl Canvas {
-    /// The whole SVG: `width` × `height` pixels, `inches` wide where it is for paper.
+    /// Returns the complete SVG of `width` × `height` pixels; `inches` is its width on paper.
     pub fn finish(self, width: f64, height: f64, inches: Option<f64>) -> String {
         let (width, height) = (width.floor(), height.floor());
         let size = |pixels: f64| match inches {
@@ -107,11 +107,11 @@ impl Canvas {
         self.0.push('\n');
     }
 
-    /// A line through `points`, `width` pixels wide.
+    /// Draws a line through `points`, `width` pixels wide.
     pub fn line(&mut self, points: &[Point], color: Color, width: f64, line: Line) {
-        /// A line that is longer goes over its whole panel, and nobody sees its dashes \[px\]: it is drawn through.
+        /// A longer line fills its panel, so that dashes are invisible \[px\]: it is drawn solid.
         const LONGEST_DASHED: f64 = 20_000.0;
-        /// Radius of the dots of a dotted line \[px\].
+        /// The radius of the dots of a dotted line \[px\].
         const DOT: f64 = 2.1;
         if line == Line::Dots {
             return points.iter().for_each(|point| self.dot(*point, color, DOT));
@@ -125,21 +125,21 @@ impl Canvas {
         ));
     }
 
-    /// A dot of `radius` pixels.
+    /// Draws a dot of `radius` pixels.
     pub fn dot(&mut self, (x, y): Point, color: Color, radius: f64) {
         let (x, y, color) = (number(x), number(y), hex(color));
         self.put(format_args!(r#"<circle cx="{x}" cy="{y}" r="{radius}" fill="{color}"/>"#));
     }
 
-    /// A filled area.
+    /// Draws a filled area.
     pub fn fill(&mut self, outline: &[Point], color: Color) {
         let (points, color) = (coordinates(outline), hex(color));
         self.put(format_args!(r#"<polygon fill="{color}" points="{points}"/>"#));
     }
 
-    /// Text of `size` pixels at `point`, with a white edge, so that it is legible where it stands on lines.
+    /// Draws text of `size` pixels at `point`, with a white outline that keeps it legible on lines.
     pub fn text(&mut self, text: &str, (x, y): Point, size: f64, anchor: Anchor) {
-        /// From the middle of letters and digits down to the line they stand on, in sizes of the text.
+        /// The distance from the middle of letters and digits to the baseline, in sizes of the text.
         const TO_BASELINE: f64 = 0.32;
         let side = match anchor {
             Anchor::Left => "start",
@@ -159,7 +159,7 @@ impl Canvas {
     }
 }
 
-/// The distance of two points \[px\].
+/// Returns the distance of two points \[px\].
 pub fn distance(a: Point, b: Point) -> f64 {
     (b.0 - a.0).hypot(b.1 - a.1)
 }
@@ -173,7 +173,7 @@ fn coordinates(points: &[Point]) -> String {
     points.iter().map(pair).collect::<Vec<_>>().join(" ")
 }
 
-/// A coordinate to a tenth of a pixel; what is far off the sheet, or no number, is where a renderer can still take it.
+/// Rounds a coordinate to a tenth of a pixel. Values far off the sheet, or not finite, are replaced by ones that renderers accept.
 fn number(value: f64) -> f64 {
     const FAR: f64 = 1e6;
     if value.is_nan() { 0.0 } else { (10.0 * value.clamp(-FAR, FAR)).round() / 10.0 + 0.0 }

@@ -11,18 +11,18 @@ use std::ops::Range;
 /// A curve over two axes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Series {
-    /// The curve's name in the legend, where curves of one name and look are there once.
+    /// The curve's name in the legend. Curves with the same name and style share an entry.
     pub name: String,
-    /// The curve's colour.
+    /// The curve's color.
     pub color: Color,
-    /// How the curve is drawn.
+    /// The line's style.
     pub line: Line,
     /// The curve's points in the units of the axes.
     pub points: Vec<(f64, f64)>,
 }
 
 impl Series {
-    /// A curve that is drawn through.
+    /// Creates a solid curve.
     pub fn solid(
         name: impl Into<String>,
         color: Color,
@@ -31,7 +31,7 @@ impl Series {
         Self { name: name.into(), color, line: Line::Solid, points: points.into_iter().collect() }
     }
 
-    /// The same with gaps.
+    /// Makes the curve dashed.
     #[must_use]
     pub fn dashed(self) -> Self {
         Self { line: Line::Dashed, ..self }
@@ -41,26 +41,26 @@ impl Series {
 /// One of the two axes of a panel.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Axis {
-    /// The quantity with its unit.
+    /// The quantity, with its unit.
     pub label: String,
-    /// The values between which the axis is shown.
+    /// The range of values that is shown.
     pub range: Range<f64>,
-    /// Whether equal ratios of values are equally far apart, not equal differences; the range is then above 0.
+    /// Whether the scale is logarithmic. Then the range must be above 0.
     pub logarithmic: bool,
 }
 
 impl Axis {
-    /// An axis with this label and range.
+    /// Creates a linear axis with this label and range.
     pub fn new(label: &str, range: Range<f64>) -> Self {
         Self { label: label.to_owned(), range, logarithmic: false }
     }
 
-    /// The same with equal ratios equally far apart.
+    /// Creates a logarithmic axis with this label and range.
     pub fn logarithmic(label: &str, range: Range<f64>) -> Self {
         Self { logarithmic: true, ..Self::new(label, range) }
     }
 
-    /// Where a value stands: 0 at the start of the axis, 1 at its end.
+    /// Returns the position of a value: 0 at the start of the axis, 1 at its end.
     fn part(&self, value: f64) -> f64 {
         let Range { start, end } = self.range;
         match self.logarithmic {
@@ -69,14 +69,14 @@ impl Axis {
         }
     }
 
-    /// About as many as `count`, so many at least that there are two of them; on a logarithmic axis, where they are not even, up to three
-    /// times `count`.
+    /// Returns about `count` ticks, at least two. A logarithmic axis may have up to three times `count`, because its ticks are not evenly
+    /// spaced.
     fn ticks(&self, count: f64) -> Vec<(f64, String)> {
         if self.logarithmic { decades(&self.range, 3.0 * count) } else { ticks(&self.range, count.max(5.0)) }
     }
 }
 
-/// Two axes with curves; what is outside is cut off.
+/// Two axes with curves, which are clipped.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Panel {
     /// The text above the panel.
@@ -91,19 +91,19 @@ pub struct Panel {
     pub marks: Vec<Mark>,
 }
 
-/// Curves over time, with the vertical range that shows all of them in that time.
+/// Creates a panel of curves over time, with the vertical range that shows all of them in that time.
 pub fn over_time(title: &str, time: Axis, label: &str, series: Vec<Series>) -> Panel {
     let points = series.iter().flat_map(|series| &series.points);
     let range = range_of(points.filter(|point| time.range.contains(&point.0)).map(|point| point.1));
     Panel { title: title.to_owned(), x: time, y: Axis::new(label, range), series, marks: Vec::new() }
 }
 
-/// The room beside the curves: for numbers and names at the left, and for half a number at the right \[px\].
+/// The margins beside the curves: for numbers and labels at the left, and for half a number at the right \[px\].
 const LEFT: f64 = 76.0;
 const RIGHT: f64 = 16.0;
 
 impl Panel {
-    /// What it shows, as numbers.
+    /// Returns the data of the panel.
     pub(super) fn data(&self) -> Value {
         let series = |series: &Series| {
             let shown = clip(&series.points, &self.x.range, &self.y.range).concat();
@@ -114,7 +114,7 @@ impl Panel {
         json!({ "title": self.title, "x": self.x.label, "y": self.y.label, "series": series })
     }
 
-    /// Its marks, with places for their names in a panel of that width \[px\].
+    /// Returns its marks, with places for their names in a panel of this width \[px\].
     pub(super) fn named_marks(&self, width: f64) -> NamedMarks<'_> {
         let shown =
             self.marks.iter().filter(|mark| (self.x.range.start..=self.x.range.end).contains(&mark.x));
@@ -122,15 +122,15 @@ impl Panel {
         NamedMarks::new(shown.map(|mark| (mark, width * self.x.part(mark.x))), width)
     }
 
-    /// The points that can be distinguished in the panel.
+    /// Returns the points that can be distinguished in the panel.
     fn visible(&self, points: &[(f64, f64)]) -> Vec<(f64, f64)> {
         let apart = |axis: &Axis, a: f64, b: f64| axis.part(a) - axis.part(b);
         spaced(points, |a, b| (400.0 * apart(&self.x, a.0, b.0)).hypot(250.0 * apart(&self.y, a.1, b.1)))
     }
 
-    /// Draws the panel into a rectangle whose upper `band` pixels, below the title, are for the names of marks.
+    /// Draws the panel into a rectangle. The upper `band` pixels, below the title, are for the names of marks.
     pub(super) fn draw(&self, canvas: &mut Canvas, frame: Rectangle, band: f64) {
-        /// About how far apart ticks are \[px\].
+        /// The approximate distance of ticks \[px\].
         const APART: (f64, f64) = (56.0, 36.0);
         let plot = Rectangle {
             left: frame.left + LEFT,
@@ -150,7 +150,7 @@ impl Panel {
             canvas.line(&[(plot.left, up(y)), (right, up(y))], FAINT, 0.8, Line::Solid);
             canvas.text(&text, (plot.left - 6.0, up(y)), TICK, Anchor::Right);
         }
-        // Below the curves, so that one along an axis is seen.
+        // Below the curves, so that a curve along an axis is visible.
         let corners = [(plot.left, plot.top), (plot.left, bottom), (right, bottom)];
         canvas.line(&corners, INK, 1.0, Line::Solid);
         self.named_marks(frame.width).draw(canvas, &plot, band);

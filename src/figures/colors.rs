@@ -1,12 +1,12 @@
-//! The colours of laws, components and axes, the same in figures, in RViz and in the browser.
+//! The colors of laws, components and axes, used in figures, in RViz and in the browser.
 
 use dq_kinematics::control::Law;
 
-/// Red, green, blue, of 255.
+/// Red, green and blue, from 0 to 255.
 pub type Color = [u8; 3];
 
-/// The colours of the laws that are built in, in their order: what is fed back has a hue (Okabe & Ito, for colour-blind readers too), and
-/// the laws with one that the reference does not have are paler.
+/// The colors of the built-in laws, in their order. The hue depends on the feedback (Okabe & Ito; distinguishable for color-blind readers).
+/// Laws with a term that the reference work does not have are paler.
 const LAWS: [Color; Law::ALL.len()] = [
     [0, 114, 178],
     [110, 175, 220],
@@ -22,17 +22,17 @@ const LAWS: [Color; Law::ALL.len()] = [
     [170, 20, 60],
 ];
 
-/// Those of laws that a program has registered, one after the other.
+/// The colors of laws that a program has registered, in order.
 const OTHERS: [Color; 5] = [[204, 60, 140], [150, 150, 0], [0, 150, 170], [90, 60, 40], [230, 159, 0]];
 
-/// One colour for each law everywhere.
+/// Returns the color of a law.
 pub fn law_color(law: Law) -> Color {
     let number = law.number();
     LAWS.get(number).copied().unwrap_or_else(|| OTHERS[(number - LAWS.len()) % OTHERS.len()])
 }
 
-/// Colours of components, none of them a law's.
+/// The colors of components, which differ from those of the laws.
 pub const COMPONENTS: [Color; 4] = [[34, 34, 34], [170, 51, 119], [230, 159, 0], [86, 180, 233]];
 
-/// The axes x, y, z of a frame, as everywhere in robotics.
+/// The colors of the axes x, y, z of a frame, as usual in robotics.
 pub const AXES: [Color; 3] = [[214, 39, 40], [44, 140, 44], [40, 60, 200]];

@@ -1,8 +1,8 @@
-//! Which part of a curve is drawn: within which ranges, cut where, how densely; and the ticks beside it.
+//! The drawn part of a curve (its range, clipping and density), and the ticks of its axes.
 
 use std::ops::Range;
 
-/// The points of a curve that are a pixel apart, and its last one.
+/// Returns the points of a curve that are at least a pixel apart, and its last point.
 pub(super) fn spaced<P: Copy>(points: &[P], distance: impl Fn(&P, &P) -> f64) -> Vec<P> {
     let mut kept: Vec<P> = Vec::new();
     for (i, point) in points.iter().enumerate() {
@@ -13,7 +13,7 @@ pub(super) fn spaced<P: Copy>(points: &[P], distance: impl Fn(&P, &P) -> f64) ->
     kept
 }
 
-/// The parts of a curve that lie within the ranges, cut at their borders.
+/// Returns the parts of a curve within the ranges, clipped at their borders.
 pub fn clip(points: &[(f64, f64)], x: &Range<f64>, y: &Range<f64>) -> Vec<Vec<(f64, f64)>> {
     let mut parts: Vec<Vec<(f64, f64)>> = Vec::new();
     for pair in points.windows(2) {
@@ -26,7 +26,7 @@ pub fn clip(points: &[(f64, f64)], x: &Range<f64>, y: &Range<f64>) -> Vec<Vec<(f
     parts
 }
 
-/// The part of a segment within the ranges (Liang & Barsky 1984).
+/// Returns the part of a segment within the ranges (Liang & Barsky 1984).
 fn clip_segment(
     from: (f64, f64),
     to: (f64, f64),
@@ -52,7 +52,7 @@ fn clip_segment(
     (enter <= leave).then(|| (at(enter), at(leave)))
 }
 
-/// Round values within a range, about `count` of them, with their texts.
+/// Returns about `count` round values within a range, with their texts.
 pub fn ticks(range: &Range<f64>, count: f64) -> Vec<(f64, String)> {
     let rough = (range.end - range.start) / count;
     let power = 10.0_f64.powf(rough.log10().floor());
@@ -65,7 +65,7 @@ pub fn ticks(range: &Range<f64>, count: f64) -> Vec<(f64, String)> {
     (first..=last).map(|i| i as f64 * step).map(|value| (value, text(value + 0.0))).collect()
 }
 
-/// The values 1, 2 and 5 of each decade within a range above 0, with their texts; the values 1 alone where they are more than `most`.
+/// Returns the values 1, 2 and 5 of each decade within a range above 0, with their texts; only the values 1 if there were more than `most`.
 pub fn decades(range: &Range<f64>, most: f64) -> Vec<(f64, String)> {
     let powers = range.start.log10().floor() as i32..=range.end.log10().floor() as i32;
     let all = |digits: &[f64]| {
@@ -80,9 +80,9 @@ pub fn decades(range: &Range<f64>, most: f64) -> Vec<(f64, String)> {
     if ticks.len() as f64 > most { all(&[1.0]) } else { ticks }
 }
 
-/// The range that shows all of `points` in one coordinate, with a little room.
+/// Returns a range that contains all `values`, with a margin.
 pub fn range_of(values: impl Iterator<Item = f64>) -> Range<f64> {
-    // Larger ones have no room between them that is a number, and smaller differences no ticks.
+    // Larger values have no representable numbers between them, and smaller differences no ticks.
     const LARGEST: f64 = 1e100;
     const SMALLEST: f64 = 1e-60;
     let (low, high) = values

@@ -1,4 +1,4 @@
-//! A figure: its panels or scenes laid out on a sheet, as SVG and as PNG.
+//! A figure: panels or scenes on a sheet, as SVG and PNG.
 
 use super::DrawError;
 use super::canvas::{Anchor, Canvas, Point, Rectangle};
@@ -13,19 +13,19 @@ use std::path::Path;
 use std::sync::Arc;
 
 named! {
-    /// How wide a figure is.
+    /// The width of a figure.
     "width" Width {
-        /// As wide as its panels are, for a screen.
+        /// As wide as its panels, for a screen.
         Screen = "screen",
-        /// 3.5 in, as a column of an IEEE paper, with text of 8 pt and without a title.
+        /// 3.5 in, a column of an IEEE paper, with text of 8 pt and without a title.
         OneColumn = "one-column",
-        /// 7.16 in, as both columns of it, likewise.
+        /// 7.16 in, both columns of an IEEE paper, with text of 8 pt and without a title.
         TwoColumns = "two-columns",
     }
 }
 
 impl Width {
-    /// On paper: inches, and how many panels are beside each other.
+    /// Returns the width on paper in inches, and the number of panels in a row.
     fn paper(self) -> Option<(f64, usize)> {
         match self {
             Self::Screen => None,
@@ -35,18 +35,18 @@ impl Width {
     }
 }
 
-/// The figure's pixels in an inch of paper: labels have 8 pt there, of which an inch has 72.
+/// The figure's pixels per inch of paper: labels have 8 pt, and an inch has 72 pt.
 const PAPER: f64 = 72.0 * LABEL / 8.0;
 
-/// How high a figure on paper may become \[px\]: a page's text, without the caption.
+/// The largest height of a figure on paper \[px\]: the height of a page's text, minus the caption.
 const PAGE: f64 = 9.0 * PAPER;
 
 /// A figure.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Figure {
-    /// The figure's file name without ending.
+    /// The figure's file name without extension.
     pub name: String,
-    /// The numbers that it shows.
+    /// The data that it shows.
     pub data: Value,
     title: String,
     rows: Vec<Vec<View>>,
@@ -58,14 +58,14 @@ enum View {
     Scene(Scene),
 }
 
-/// Rows of panels under a title, with one legend for all at the right.
+/// Creates a figure with rows of panels under a title, and a common legend at the right.
 pub fn chart(name: &str, title: &str, rows: &[Vec<Panel>]) -> Figure {
     let data =
         json!({ "title": title, "panels": rows.iter().flatten().map(Panel::data).collect::<Vec<_>>() });
     Figure::new(name, title, data, rows, View::Panel)
 }
 
-/// Rows of scenes under a title, with one legend for all below the title.
+/// Creates a figure with rows of scenes under a title, and a common legend below the title.
 pub fn scenes(name: &str, title: &str, rows: &[Vec<Scene>]) -> Figure {
     let data =
         json!({ "title": title, "scenes": rows.iter().flatten().map(Scene::data).collect::<Vec<_>>() });
@@ -80,7 +80,7 @@ impl View {
         }
     }
 
-    /// The height that the names of marks need besides, in a view so wide \[px\].
+    /// Returns the additional height for the names of marks, in a view of this width \[px\].
     fn band(&self, width: f64) -> f64 {
         match self {
             Self::Panel(panel) => panel.named_marks(width).height(),
@@ -102,7 +102,8 @@ impl Figure {
         Self { name: name.to_owned(), data, title: title.to_owned(), rows }
     }
 
-    /// The drawing as SVG. On a screen panels have their legend at the right; else the legend is above, and on paper no title.
+    /// Returns the drawing as SVG. On a screen, the legend of panels is at the right. Otherwise the legend is at the top, and on paper
+    /// the title is omitted.
     pub fn svg(&self, width: Width) -> String {
         let (mut canvas, paper) = (Canvas::default(), width.paper());
         let is_of_scenes = matches!(self.rows.iter().flatten().next(), Some(View::Scene(_)));
@@ -126,7 +127,7 @@ impl Figure {
         let bands: Vec<_> =
             rows.iter().map(|row| row.iter().map(|view| view.band(wide)).fold(0.0, f64::max)).collect();
         if paper.is_some() {
-            // No higher than all of them have room for on a page.
+            // At most as high as all rows have room for on a page.
             high = (if is_of_scenes { 0.75 } else { 0.55 } * wide)
                 .min((PAGE - top - bands.iter().sum::<f64>()) / rows.len() as f64);
         } else {
@@ -143,7 +144,7 @@ impl Figure {
         canvas.finish(width, top, paper.map(|(inches, _)| inches))
     }
 
-    /// Each name and look once, one after the other in lines from `start` to `right`, and where the lines end \[px\].
+    /// Returns the entries of the legend in lines from `start` to `right`, each name and style once, and where the lines end \[px\].
     fn legend(&self, start: Point, right: f64) -> (Vec<(Series, Point)>, f64) {
         let (mut placed, mut at): (Vec<(Series, Point)>, _) = (Vec::new(), start);
         for series in self.rows.iter().flatten().flat_map(View::legend) {
@@ -165,7 +166,7 @@ impl Figure {
     /// Writes `<name>.svg` and `<name>.png` into `folder`.
     ///
     /// # Errors
-    /// [`DrawError`].
+    /// [`DrawError`] if a file cannot be drawn or written.
     pub fn save(&self, folder: &Path, width: Width) -> Result<(), DrawError> {
         let svg = self.svg(width);
         write(&folder.join(format!("{}.svg", self.name)), svg.as_bytes())?;
@@ -173,10 +174,10 @@ impl Figure {
     }
 }
 
-/// Writes every figure into `folder`, which is made if it is not there.
+/// Writes every figure into `folder`, which is created if necessary.
 ///
 /// # Errors
-/// [`DrawError`].
+/// [`DrawError`] if a file cannot be drawn or written.
 pub fn save(figures: &[Figure], folder: &Path, width: Width) -> Result<(), DrawError> {
     make_folder(folder)?;
     figures.iter().try_for_each(|figure| figure.save(folder, width))
@@ -188,12 +189,12 @@ fn draw_entry(canvas: &mut Canvas, series: &Series, (left, y): Point) {
     canvas.text(&series.name, (left + 32.0, y), LABEL, Anchor::Left);
 }
 
-/// How much room an entry of a legend takes \[px\].
+/// Returns the width of an entry of a legend \[px\].
 fn entry_width(series: &Series) -> f64 {
     48.0 + text_width(&series.name, LABEL)
 }
 
-/// A drawing in pixels, with the built-in font: two for one of the figure's on a screen, on paper 600 in an inch.
+/// Returns a drawing as PNG with the built-in font: at twice the figure's pixels for a screen, at 600 per inch for paper.
 ///
 /// # Errors
 /// [`DrawError::Drawing`].

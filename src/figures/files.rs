@@ -1,10 +1,10 @@
-//! Files, each written whole.
+//! Writes files atomically.
 
 use super::DrawError;
 use std::io::ErrorKind;
 use std::path::Path;
 
-/// Writes a file at once: there is the whole one or what was there before.
+/// Writes a file atomically: there is either the complete new file or the previous one.
 ///
 /// # Errors
 /// [`DrawError::Output`].
@@ -13,13 +13,13 @@ pub fn write(path: &Path, content: &[u8]) -> Result<(), DrawError> {
     draft.push(".new");
     let written = std::fs::write(&draft, content).and_then(|()| std::fs::rename(&draft, path));
     written.map_err(|why| {
-        // It may not be there, and what is said is why.
+        // The draft may not exist; the first error is reported.
         let _ = std::fs::remove_file(&draft);
         DrawError::Output { file: path.display().to_string(), why: why.to_string() }
     })
 }
 
-/// Makes a folder if it is not there.
+/// Creates a folder if it does not exist.
 ///
 /// # Errors
 /// [`DrawError::Output`].

@@ -1,6 +1,6 @@
 #![doc = include_str!("README.md")]
 #![warn(clippy::unwrap_used, clippy::expect_used)]
-// Both panic where nobody reads: results go through cli::print, all else through stderr.
+// Both macros panic if nobody reads the stream. Results go through `cli::print`, everything else through stderr.
 #![warn(clippy::print_stdout, clippy::print_stderr)]
 
 mod canvas;
@@ -27,18 +27,18 @@ pub use style::{INK, LIMIT};
 
 use thiserror::Error;
 
-/// Why there is no figure.
+/// Why a figure could not be created.
 #[derive(Debug, Error)]
 pub enum DrawError {
-    /// It could not be made into pixels.
+    /// The figure could not be converted to pixels.
     #[error("a figure could not be drawn: {0}")]
     Drawing(String),
-    /// Its file could not be written.
+    /// The file could not be written.
     #[error("{file} cannot be written: {why}")]
     Output {
         /// The file's path.
         file: String,
-        /// What the operating system says.
+        /// The error of the operating system.
         why: String,
     },
 }

@@ -1,20 +1,20 @@
-//! Vertical lines where something changed, with names above the curves.
+//! Vertical lines at changes, with names above the curves.
 
 use super::canvas::{Anchor, Canvas, Line, Rectangle};
 use super::colors::Color;
 use super::style::{TICK, text_width};
 use std::ops::Range;
 
-/// A vertical line where something changed.
+/// A vertical line at a change.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mark {
-    /// Where on the horizontal axis the change was.
+    /// The position of the change on the horizontal axis.
     pub x: f64,
-    /// What changed, written above the curves where there is room; empty where nothing is to be written.
+    /// What changed, written above the curves if there is room; empty for no text.
     pub text: String,
-    /// The line's colour.
+    /// The line's color.
     pub color: Color,
-    /// How the line is drawn.
+    /// The line's style.
     pub line: Line,
 }
 
@@ -24,20 +24,20 @@ pub(super) struct NamedMarks<'a> {
     lines: usize,
 }
 
-/// Where a name stands: in which line, counted from the top, and on which side of its mark.
+/// The place of a name: its line, counted from the top, and its side of the mark.
 type Place = (usize, Anchor);
 
-/// So many lines of names at most; they are so far apart [px].
+/// The largest number of lines of names, and the distance of the lines [px].
 const MOST_LINES: usize = 4;
 const LINE: f64 = 12.0;
 
-/// How far beyond the curves a name may reach, and how far from its mark and the next one it stands [px].
+/// How far a name may extend beyond the curves, and its distance from its mark and from the next name [px].
 const BEYOND: f64 = 14.0;
 const GAP: f64 = 3.0;
 
 impl<'a> NamedMarks<'a> {
-    /// Finds places for the names where they run neither into each other nor into a mark. Where there is no room for those of all
-    /// solid marks, no others are named. Each mark comes with how far right of the curves' left edge it is; they are `width` wide [px].
+    /// Finds places for the names at which they overlap neither each other nor a mark. If there is no room for the names of all solid
+    /// marks, only solid marks are named. Each mark comes with its distance from the left edge of the curves, which are `width` wide [px].
     pub fn new(marks: impl Iterator<Item = (&'a Mark, f64)>, width: f64) -> Self {
         let mut marks: Vec<_> = marks.collect();
         marks.sort_by(|(_, a), (_, b)| a.total_cmp(b));
@@ -59,12 +59,12 @@ impl<'a> NamedMarks<'a> {
         if all.marks.iter().any(misses) { placed(&is_solid) } else { all }
     }
 
-    /// The room that the names need above the curves [px].
+    /// Returns the height of the names above the curves [px].
     pub fn height(&self) -> f64 {
         if self.lines > 0 { self.lines as f64 * LINE + 4.0 } else { 0.0 }
     }
 
-    /// Lines over the whole height of the curves, and their names in the `band` above [px].
+    /// Draws lines over the whole height of the curves, and their names in the `band` above [px].
     pub fn draw(&self, canvas: &mut Canvas, curves: &Rectangle, band: f64) {
         for (mark, x, place) in &self.marks {
             let x = curves.left + x;
@@ -79,7 +79,7 @@ impl<'a> NamedMarks<'a> {
     }
 }
 
-/// The first line in which a name of that width has room, right of its mark or, at the end, left of it; a new one if need be.
+/// Returns the first line with room for a name of this width, right of its mark or, at the end, left of it. Adds a line if necessary.
 fn find_place(lines: &mut Vec<Vec<Range<f64>>>, x: f64, width: f64, right: f64) -> Option<Place> {
     let room = width + 2.0 * GAP;
     let (name, anchor) =

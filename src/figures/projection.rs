@@ -1,4 +1,4 @@
-//! A box in R³ with numbers at its edges, seen from one side.
+//! A box in R³ with numbers at its edges, seen from one direction.
 
 use super::canvas::{Anchor, Canvas, Line, Point, Rectangle, distance};
 use super::curve::ticks;
@@ -6,16 +6,16 @@ use super::style::{FAINT, INK, LABEL, TICK, text_width};
 use nalgebra::{Matrix3, Vector3};
 use std::ops::Range;
 
-/// Where a viewer stands \[°\].
+/// The direction to the viewer \[°\].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Viewpoint {
-    /// About z, from x on.
+    /// The angle about z, from x on.
     pub azimuth: f64,
-    /// Above the plane of x and y.
+    /// The angle above the xy plane.
     pub elevation: f64,
 }
 
-/// A view of the box onto the sheet: parallel projection, all axes to one scale.
+/// A parallel projection of the box onto the sheet, with one scale for all axes.
 pub(super) struct Projection {
     bounds: [Range<f64>; 3],
     sheet_from_space: Matrix3<f64>,
@@ -25,10 +25,10 @@ pub(super) struct Projection {
 }
 
 impl Projection {
-    /// The box as seen from there, in the middle of a rectangle.
+    /// Creates the projection of the box from this viewpoint, in the middle of a rectangle.
     pub fn new(bounds: [Range<f64>; 3], viewpoint: Viewpoint, frame: Rectangle) -> Self {
         let (azimuth, elevation) = (viewpoint.azimuth.to_radians(), viewpoint.elevation.to_radians());
-        // Rows: to the right, upwards, towards the viewer.
+        // The rows point to the right, upwards, and towards the viewer.
         let right = Vector3::new(-azimuth.sin(), azimuth.cos(), 0.0);
         let towards =
             Vector3::new(azimuth.cos() * elevation.cos(), azimuth.sin() * elevation.cos(), elevation.sin());
@@ -39,24 +39,24 @@ impl Projection {
         let mut projection = Self { bounds, sheet_from_space, center, scale: 1.0, middle };
         let seen = projection.corners().map(|corner| sheet_from_space * (corner - center));
         let extent = |row: usize| seen.iter().map(|corner| corner[row].abs()).fold(0.0, f64::max);
-        // Room for the numbers and names at the edges.
+        // Leave room for the numbers and names at the edges.
         let (width, height) = (frame.width - 150.0, frame.height - 120.0);
         projection.scale = (0.5 * width / extent(0)).min(0.5 * height / extent(1));
         projection
     }
 
-    /// Where a point of space is on the sheet.
+    /// Returns the position of a point of space on the sheet.
     pub fn point(&self, point: &Vector3<f64>) -> Point {
         let seen = self.scale * self.sheet_from_space * (point - self.center);
         (self.middle.0 + seen.x, self.middle.1 - seen.y)
     }
 
-    /// How near to the viewer.
+    /// Returns the distance towards the viewer; nearer points have larger values.
     pub fn depth(&self, point: &Vector3<f64>) -> f64 {
         (self.sheet_from_space * (point - self.center)).z
     }
 
-    /// The one at the ends of the axes whose bits are set.
+    /// Returns the corners; each bit of the index selects the upper end of an axis.
     fn corners(&self) -> [Vector3<f64>; 8] {
         std::array::from_fn(|i| {
             let end = |axis: usize| match i & (1 << axis) {
@@ -67,7 +67,7 @@ impl Projection {
         })
     }
 
-    /// The box's edges, and numbers along the three that are at its outline, which are returned.
+    /// Draws the box's edges, and numbers along three edges of its outline. Returns the areas of the numbers.
     pub fn draw_box(&self, canvas: &mut Canvas) -> Vec<Rectangle> {
         let corners = self.corners().map(|corner| self.point(&corner));
         for (i, from) in corners.iter().enumerate() {
@@ -90,7 +90,7 @@ impl Projection {
         };
         let (start, end) = (along(self.bounds[axis].start), along(self.bounds[axis].end));
         canvas.line(&[start, end], INK, 1.0, Line::Solid);
-        // Numbers stand off the edge, away from the box.
+        // Place numbers beside the edge, away from the box.
         let middle = along(self.center[axis]);
         let size = distance(start, end).max(1.0);
         let (nx, ny) = ((start.1 - end.1) / size, (end.0 - start.0) / size);
@@ -100,7 +100,7 @@ impl Projection {
         for (value, text) in ticks(&self.bounds[axis], 4.0) {
             let at = along(value);
             canvas.line(&[at, off(at, 4.0)], INK, 1.0, Line::Solid);
-            // Where two axes meet their numbers may have room for one only.
+            // Where two axes meet, there may be room for one number only.
             let place = Rectangle::around(off(at, 16.0), text_width(&text, TICK), TICK);
             if !numbers.iter().any(|number| number.overlaps(&place)) {
                 canvas.text(&text, off(at, 16.0), TICK, Anchor::Center);
@@ -110,7 +110,7 @@ impl Projection {
         canvas.text(NAMES[axis], off(middle, if axis == 2 { 54.0 } else { 42.0 }), LABEL, Anchor::Center);
     }
 
-    /// The middle of the edge that carries the numbers: for x and y the lower one of the floor, for z the leftmost.
+    /// Returns the middle of the edge with the numbers: for x and y the lower edge of the floor, for z the leftmost edge.
     fn edge(&self, axis: usize) -> Vector3<f64> {
         let middles = self.corners().map(|mut corner| {
             corner[axis] = self.center[axis];

@@ -15,11 +15,11 @@ use std::ops::Range;
 /// A path of the tool.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Path {
-    /// The path's name in the legend; without one it is not there.
+    /// The path's name in the legend; empty for no entry.
     pub name: String,
-    /// The path's colour.
+    /// The path's color.
     pub color: Color,
-    /// How the path is drawn.
+    /// The line's style.
     pub line: Line,
     /// The path's points in the base frame \[m\].
     pub points: Vec<Vector3<f64>>,
@@ -28,39 +28,39 @@ pub struct Path {
 /// A point with a name.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Place {
-    /// The name written beside the point.
+    /// The name, written beside the point.
     pub name: String,
     /// The point in the base frame \[m\].
     pub point: Vector3<f64>,
 }
 
-/// What is seen from one side.
+/// A view of paths and frames from one direction.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scene {
     /// The text above the scene.
     pub title: String,
     /// The paths, later ones over earlier ones.
     pub paths: Vec<Path>,
-    /// The frames that `frameplotter` draws.
+    /// The frames, drawn as by the paper's `frameplotter`.
     pub frames: Vec<Isometry3<f64>>,
-    /// How long the axes of the frames are \[m\].
+    /// The length of the axes of the frames \[m\].
     pub axis_length: f64,
-    /// Start, goal and the like.
+    /// Named points, such as start and goal.
     pub places: Vec<Place>,
-    /// From where it is seen.
+    /// The direction to the viewer.
     pub viewpoint: Viewpoint,
 }
 
-/// From the front and from behind.
+/// The views from the front and from behind.
 pub const BOTH_SIDES: [Viewpoint; 2] =
     [Viewpoint { azimuth: -60.0, elevation: 20.0 }, Viewpoint { azimuth: 165.0, elevation: 15.0 }];
 
-/// The paper's `frameplotter`: the frame of an element of se(3) given by the paper's logarithm (eq. 32).
+/// Returns the frame of the paper's `frameplotter`, given by the paper's logarithm of a pose (eq. 32).
 pub fn frameplotter(half_log: &Vector6<f64>) -> Isometry3<f64> {
     UnitDualQuaternion::half_exp(half_log).frame()
 }
 
-/// An axis of a frame, in its colour.
+/// An axis of a frame, in its color.
 struct Arrow {
     origin: Vector3<f64>,
     tip: Vector3<f64>,
@@ -68,11 +68,11 @@ struct Arrow {
 }
 
 impl Scene {
-    /// What it shows, as numbers.
+    /// Returns the data of the scene.
     pub(super) fn data(&self) -> Value {
         let xyz = |point: &Vector3<f64>| [point.x, point.y, point.z];
         let path = |path: &Path| {
-            // To half a millimetre.
+            // To half a millimeter.
             let points = spaced(&path.points, |a, b| (a - b).norm() / 5e-4);
             json!({ "name": path.name, "points_m": points.iter().map(xyz).collect::<Vec<_>>() })
         };
@@ -89,7 +89,7 @@ impl Scene {
         })
     }
 
-    /// The paths, and the axes of frames where there are any.
+    /// Returns the legend: the paths, and the axes if there are frames.
     pub(super) fn legend(&self) -> Vec<Series> {
         let entry =
             |name: &str, color, line| Series { name: name.to_owned(), color, line, points: Vec::new() };
@@ -116,9 +116,9 @@ impl Scene {
         named.for_each(|(name, point)| labels.draw(canvas, name, *point));
     }
 
-    /// The places on the sheet; what stands at one point has one name put together.
+    /// Returns the named points on the sheet. Names at the same point are joined.
     fn named_places(&self, projection: &Projection) -> Vec<(String, Point)> {
-        /// Dots as near as this lie on each other [px].
+        /// The largest distance between dots that coincide [px].
         const SAME: f64 = 5.0;
         let mut named: Vec<(Vec<&str>, Point)> = Vec::new();
         for place in &self.places {
@@ -135,7 +135,7 @@ impl Scene {
         named.into_iter().map(|(names, point)| (joined(names), point)).collect()
     }
 
-    /// The axes of all frames.
+    /// Returns the axes of all frames.
     fn arrows(&self) -> impl Iterator<Item = Arrow> {
         self.frames.iter().flat_map(move |frame| {
             let origin = frame.translation.vector;
@@ -145,7 +145,7 @@ impl Scene {
         })
     }
 
-    /// Points on all that is drawn, so close that a name between two of them would cover nothing.
+    /// Returns points on everything that is drawn, dense enough that no name fits between two of them without covering the drawing.
     fn drawn_on(&self, projection: &Projection) -> Vec<Point> {
         const STEPS: u32 = 16;
         let paths = self.paths.iter().flat_map(|path| &path.points).copied();
@@ -155,14 +155,14 @@ impl Scene {
         visible(&paths.chain(arrows).map(|point| projection.point(&point)).collect::<Vec<_>>())
     }
 
-    /// All that is drawn, with a little room.
+    /// Returns the bounds of everything that is drawn, with a margin.
     fn bounds(&self) -> [Range<f64>; 3] {
         let paths = self.paths.iter().flat_map(|path| path.points.iter().copied());
         let tips = self.arrows().map(|arrow| arrow.tip);
         let all: Vec<_> = paths.chain(tips).chain(self.places.iter().map(|place| place.point)).collect();
         let ranges: [Range<f64>; 3] =
             std::array::from_fn(|axis| range_of(all.iter().map(|point| point[axis])));
-        // A path in a plane gets a box all the same.
+        // A path in a plane also gets a box with a volume.
         let least = 0.25 * ranges.iter().map(|range| range.end - range.start).fold(0.0, f64::max);
         ranges.map(|range| {
             let short = (least - (range.end - range.start)).max(0.0);
@@ -170,7 +170,7 @@ impl Scene {
         })
     }
 
-    /// Each frame as three arrows, the nearest ones last.
+    /// Draws each frame as three arrows, the nearest ones last.
     fn draw_frames(&self, canvas: &mut Canvas, projection: &Projection) {
         let mut arrows: Vec<_> = self.arrows().collect();
         arrows.sort_by(|a, b| projection.depth(&a.tip).total_cmp(&projection.depth(&b.tip)));
@@ -183,7 +183,7 @@ impl Scene {
     }
 }
 
-/// The points that can be distinguished on the sheet.
+/// Returns the points that can be distinguished on the sheet.
 fn visible(points: &[Point]) -> Vec<Point> {
     spaced(points, |a, b| distance(*a, *b))
 }

@@ -1,27 +1,27 @@
-//! What every figure has in common: colours, sizes, the font.
+//! The common style of all figures: colors, sizes, the font.
 
 use super::colors::Color;
 
-/// Text and axes.
+/// The color of text and axes.
 pub const INK: Color = [34, 34, 34];
-/// Grid lines and the far edges of boxes.
+/// The color of grid lines and the far edges of boxes.
 pub const FAINT: Color = [218, 218, 218];
-/// Lines at limits and thresholds.
+/// The color of lines at limits and thresholds.
 pub const LIMIT: Color = [150, 150, 150];
 
-/// Ubuntu Light, for PNG; in an SVG the text is sans-serif of the reader's program.
+/// Ubuntu Light, for PNG. In an SVG, text has the sans-serif font of the viewing program.
 pub const FONT_FILE: &[u8] = epaint_default_fonts::UBUNTU_LIGHT;
-/// Its family.
+/// The family of the font.
 pub const FONT_FAMILY: &str = "Ubuntu";
 
-/// Sizes of text, in the figure's pixels.
+/// The sizes of text, in the figure's pixels.
 pub const TITLE: f64 = 13.7;
-/// Of axis labels and legends.
+/// The size of axis labels and legends.
 pub const LABEL: f64 = 10.5;
-/// Of the numbers at the ticks.
+/// The size of tick labels.
 pub const TICK: f64 = 9.3;
 
-/// About how wide a text of `size` pixels is \[px\].
+/// Returns the approximate width of a text of `size` pixels \[px\].
 pub fn text_width(text: &str, size: f64) -> f64 {
     0.6 * size * text.chars().count() as f64
 }

@@ -5,16 +5,15 @@ use super::messages::Message;
 use byteorder::{BigEndian, LittleEndian};
 use serde::de::DeserializeOwned;
 
-/// A message in plain CDR is this, or the other byte order's, and then its payload; the last two bytes are options, of which there
-/// are none.
+/// The encapsulation header of plain CDR in little endian. Its last two bytes are options, which are not used.
 pub const CDR_LE: [u8; 4] = [0, 1, 0, 0];
-/// Big endian.
+/// The encapsulation header in big endian.
 pub const CDR_BE: [u8; 4] = [0, 0, 0, 0];
 
-/// Decodes a message that was kept as bytes, its encapsulation header of four bytes included.
+/// Decodes a message from its bytes, including the encapsulation header of four bytes.
 ///
 /// # Errors
-/// [`WireError::Decode`] where they are no whole message of type `M` in plain CDR.
+/// [`WireError::Decode`] if the bytes are not a complete message of type `M` in plain CDR.
 pub fn decode<M: Message>(cdr: &[u8]) -> Result<M, WireError> {
     let error = |why: String| WireError::Decode { message: M::TYPE, bytes: cdr.len(), why };
     let Some((header, payload)) = cdr.split_first_chunk() else {
@@ -23,7 +22,7 @@ pub fn decode<M: Message>(cdr: &[u8]) -> Result<M, WireError> {
     decode_payload(*header, payload).map(|(message, _)| message).map_err(error)
 }
 
-/// Decodes the value at the beginning of a payload with that header; returns the bytes that it took, too.
+/// Decodes the value at the beginning of a payload with this header. Also returns the number of bytes that it used.
 pub fn decode_payload<V: DeserializeOwned>(header: [u8; 4], payload: &[u8]) -> Result<(V, usize), String> {
     let decoded = match header {
         [0, 0, ..] => cdr_encoding::from_bytes::<V, BigEndian>(payload),

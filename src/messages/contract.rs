@@ -1,4 +1,4 @@
-//! The topics of a node, as a file lists them.
+//! The topics of a node, as listed in a file.
 
 use super::messages::Message;
 use super::{DurabilityKind, ReliabilityKind, WireError};
@@ -14,23 +14,23 @@ pub struct TopicContract {
     /// `package/msg/Name`.
     #[serde(rename = "type")]
     pub message: String,
-    /// Delivery.
+    /// Whether lost samples are sent again.
     pub reliability: ReliabilityKind,
     /// Whether late joiners get the last samples.
     pub durability: DurabilityKind,
-    /// Samples kept.
+    /// The number of samples that are kept.
     pub depth: i32,
-    /// How often, for people.
+    /// The publishing rate, for readers of the file.
     pub rate: String,
 }
 
 impl TopicContract {
-    /// A topic on which the node publishes `M`, with ROS 2's default QoS: reliable, volatile, the last 10 samples.
+    /// Creates a topic on which the node publishes `M`, with ROS 2's default QoS: reliable, volatile, the last 10 samples.
     pub fn output<M: Message>() -> Self {
         Self::new::<M>(Direction::Out)
     }
 
-    /// A topic to which the node subscribes for `M`, with ROS 2's default QoS: reliable, volatile, the last 10 samples.
+    /// Creates a topic to which the node subscribes for `M`, with ROS 2's default QoS: reliable, volatile, the last 10 samples.
     pub fn input<M: Message>() -> Self {
         Self::new::<M>(Direction::In)
     }
@@ -46,7 +46,7 @@ impl TopicContract {
         }
     }
 
-    /// The same topic, of which late joiners get the last `depth` samples (transient local).
+    /// Makes the topic transient local: late joiners get the last `depth` samples.
     #[must_use]
     pub fn latched(self, depth: i32) -> Self {
         Self { durability: DurabilityKind::TransientLocal, depth, ..self }
@@ -57,13 +57,13 @@ impl TopicContract {
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
 pub enum Direction {
-    /// Subscribed.
+    /// The node subscribes.
     In,
-    /// Published.
+    /// The node publishes.
     Out,
 }
 
-/// The topics of one node by their names there.
+/// The topics of one node by their names in the node.
 #[derive(Clone, Debug, Deserialize, PartialEq)]
 #[serde(transparent)]
 pub struct NodeContract {
@@ -71,15 +71,15 @@ pub struct NodeContract {
 }
 
 impl NodeContract {
-    /// The contract of a node with these topics, each by its name in the node.
+    /// Creates the contract of a node with these topics and their names in the node.
     pub fn new<N: Into<String>>(topics: impl IntoIterator<Item = (N, TopicContract)>) -> Self {
         Self { topics: topics.into_iter().map(|(name, topic)| (name.into(), topic)).collect() }
     }
 
-    /// The topic called `name`, checked to be of type `M` and of that direction.
+    /// Returns the topic called `name`, which must be of type `M` and of this direction.
     ///
     /// # Errors
-    /// [`WireError::Contract`].
+    /// [`WireError::Contract`] if the contract lacks such a topic.
     pub fn topic<M: Message>(&self, name: &str, direction: Direction) -> Result<&TopicContract, WireError> {
         self.topics
             .get(name)
@@ -87,7 +87,7 @@ impl NodeContract {
             .ok_or_else(|| WireError::Contract { topic: name.to_owned(), message: M::TYPE })
     }
 
-    /// The same contract with the topic `name` subscribed best effort.
+    /// Makes the topic `name` best effort.
     pub fn with_best_effort(mut self, name: &str) -> Self {
         if let Some(topic) = self.topics.get_mut(name) {
             topic.reliability = ReliabilityKind::BestEffort;
@@ -95,13 +95,13 @@ impl NodeContract {
         self
     }
 
-    /// The same contract with the topics of `other` besides.
+    /// Adds the topics of `other`.
     pub fn with(mut self, other: Self) -> Self {
         self.topics.extend(other.topics);
         self
     }
 
-    /// Names and topics.
+    /// Returns the names and the topics.
     pub fn topics(&self) -> impl Iterator<Item = (&str, &TopicContract)> {
         self.topics.iter().map(|(name, topic)| (name.as_str(), topic))
     }

@@ -1,11 +1,11 @@
-//! What can be wrong with what goes over the wire.
+//! Errors in messages and contracts.
 
 use thiserror::Error;
 
-/// An error of the wire room. Each message is one line.
+/// An error in a message or a contract. The text is one line.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum WireError {
-    /// A topic is not in `msg_config/topics.yaml`, or its type or direction there is another.
+    /// A topic is not in `msg_config/topics.yaml`, or has another type or direction there.
     #[error("msg_config/topics.yaml has no topic {topic:?} of type {message} in that direction")]
     Contract {
         /// The topic.
@@ -13,17 +13,17 @@ pub enum WireError {
         /// The type that the code uses.
         message: &'static str,
     },
-    /// `msg_config/topics.yaml` does not parse.
+    /// `msg_config/topics.yaml` cannot be parsed.
     #[error("msg_config/topics.yaml: {0}")]
     ContractFile(String),
-    /// Bytes are no message of that type.
+    /// Bytes are not a message of this type.
     #[error("{bytes} bytes are no {message}: {why}")]
     Decode {
         /// The type.
         message: &'static str,
-        /// How many they are.
+        /// The number of bytes.
         bytes: usize,
-        /// What is wrong with them.
+        /// The reason.
         why: String,
     },
 }

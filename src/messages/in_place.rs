@@ -1,4 +1,4 @@
-//! Messages decoded into the room of earlier ones: what comes at a steady rate is then taken without allocating.
+//! Decodes messages into the memory of earlier ones, so that a steady stream causes no allocations.
 
 use super::messages::{Header, JointState, Pose, PoseStamped, Time, Twist, TwistStamped};
 use dq_common::text::{MOST, cut};
@@ -7,16 +7,16 @@ use serde::{Deserialize, Deserializer};
 use std::cell::Cell;
 use std::fmt;
 
-/// What can be decoded over an earlier one of its kind, whose room it keeps. The result is what [`Deserialize`] gives.
+/// A value that can be decoded into an earlier one of its type, whose memory it keeps. The result equals that of [`Deserialize`].
 pub trait InPlace: Default {
-    /// Becomes what `deserializer` has.
+    /// Replaces the value by the deserialized one.
     ///
     /// # Errors
-    /// The deserializer's; what it is then is some part of both.
+    /// The deserializer's error. The value is then a mixture of the old and the new one.
     fn read_from<'de, D: Deserializer<'de>>(&mut self, deserializer: D) -> Result<(), D::Error>;
 }
 
-/// Decodes into the message that lies in a place, and takes it from there.
+/// Decodes into the message in the cell, and takes it out.
 pub struct Reuse<'a, M>(pub &'a Cell<M>);
 
 impl<M> Clone for Reuse<'_, M> {
@@ -35,7 +35,7 @@ impl<'de, M: InPlace> DeserializeSeed<'de> for Reuse<'_, M> {
     }
 }
 
-/// A part of a message that is decoded over what was there.
+/// A part of a message that is decoded into the previous one.
 struct Over<'a, T>(&'a mut T);
 
 impl<'de, T: InPlace> DeserializeSeed<'de> for Over<'_, T> {
@@ -46,13 +46,13 @@ impl<'de, T: InPlace> DeserializeSeed<'de> for Over<'_, T> {
     }
 }
 
-/// Takes the next part of a message.
+/// Decodes the next part of a message.
 fn next<'de, A: SeqAccess<'de>>(input: &mut A, part: &mut impl InPlace) -> Result<(), A::Error> {
     let read = input.next_element_seed(Over(part))?;
     read.ok_or_else(|| A::Error::custom("a message that ends too early"))
 }
 
-/// Parts that own no room.
+/// Parts without heap memory.
 macro_rules! plain {
     ($($kind:ty),*) => {$(
         impl InPlace for $kind {
@@ -65,7 +65,7 @@ macro_rules! plain {
 }
 plain!(f64, Time, Pose, Twist);
 
-/// Messages by their fields, in order.
+/// Messages, with their fields in order.
 macro_rules! fields {
     ($($message:ident { $($field:ident),* })*) => {$(
         impl InPlace for $message {
@@ -94,7 +94,7 @@ fields! {
     TwistStamped { header, twist }
 }
 
-/// Text from outside, [`cut`].
+/// A text from outside, which is [`cut`].
 impl InPlace for String {
     fn read_from<'de, D: Deserializer<'de>>(&mut self, deserializer: D) -> Result<(), D::Error> {
         deserializer.deserialize_str(Over(self))
@@ -115,7 +115,7 @@ impl Visitor<'_> for Over<'_, String> {
     }
 }
 
-/// A list from outside, of [`MOST`] elements at most.
+/// A list from outside, of at most [`MOST`] elements.
 impl<T: InPlace> InPlace for Vec<T> {
     fn read_from<'de, D: Deserializer<'de>>(&mut self, deserializer: D) -> Result<(), D::Error> {
         deserializer.deserialize_seq(Over(self))
@@ -167,7 +167,7 @@ mod tests {
         bytes
     }
 
-    /// The message in `bytes`, decoded over `old`; none where they are no message.
+    /// Returns the message in `bytes`, decoded into `old`; `None` if the bytes are not a message.
     fn over(old: JointState, bytes: &[u8]) -> Option<JointState> {
         let place = Cell::new(old);
         deserialize_from_cdr_with_decoder_and_rep_id(bytes, CDR, Reuse(&place)).ok().map(|(it, _)| it)
@@ -180,7 +180,7 @@ mod tests {
     }
 
     proptest! {
-        /// Whatever was there before, and whatever the bytes are: as if it were decoded anew.
+        /// For any previous message and any bytes, the result equals that of a new message.
         #[test]
         fn nothing_of_the_old_message_is_left(
             (old, new, text) in (0_usize..9, 0_usize..9, "(a|ä){0,200}"),
@@ -189,17 +189,17 @@ mod tests {
         ) {
             let old = state(old, "old");
             let whole = bytes(&state(new, &text));
-            prop_assert_eq!(over(old.clone(), &whole), anew(&whole));
+            prop_assert_eq!(over(old.clone(), &whole), decoded(&whole));
             prop_assert!(over(old.clone(), &whole).unwrap().header.frame_id.len() <= LONGEST);
             let part = &whole[..cut_off.min(whole.len())];
-            prop_assert_eq!(over(old.clone(), part), anew(part));
+            prop_assert_eq!(over(old.clone(), part), decoded(part));
             let mut damaged = whole.clone();
             damaged[flip.index(whole.len())] ^= 0x15;
-            prop_assert_eq!(over(old, &damaged), anew(&damaged));
+            prop_assert_eq!(over(old, &damaged), decoded(&damaged));
         }
     }
 
-    fn anew(bytes: &[u8]) -> Option<JointState> {
+    fn decoded(bytes: &[u8]) -> Option<JointState> {
         deserialize_from_cdr_with_rep_id(bytes, CDR).ok().map(|(it, _)| it)
     }
 

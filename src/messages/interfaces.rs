@@ -1,4 +1,4 @@
-//! The message definitions of `msg_config/interfaces`, built in: a bag carries the text of every type in it.
+//! The built-in message definitions of `msg_config/interfaces`. A bag contains the definitions of its types.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::LazyLock;
@@ -10,7 +10,7 @@ macro_rules! definitions {
     };
 }
 
-/// Types and their texts, sorted.
+/// The types and their definitions, sorted.
 pub(super) const DEFINITIONS: &[(&str, &str)] = definitions![
     "builtin_interfaces/msg/Duration",
     "builtin_interfaces/msg/Time",
@@ -57,16 +57,16 @@ pub(super) const DEFINITIONS: &[(&str, &str)] = definitions![
     "visualization_msgs/msg/UVCoordinate",
 ];
 
-/// The RIHS01 hashes that a real ROS 2 Jazzy gives the types.
+/// The RIHS01 type hashes of a real ROS 2 Jazzy.
 static TYPE_HASHES: LazyLock<BTreeMap<String, String>> = LazyLock::new(|| {
     serde_json::from_str(include_str!("msg_config/interfaces/type_hashes.json")).unwrap_or_default()
 });
 
-/// rosbag2's line between a definition and those that it needs.
+/// rosbag2's line between a definition and those of its dependencies.
 const SEPARATOR: &str = "================================================================================";
 
-/// The definition of `message` (`package/msg/Name`) followed by those of every type in it, as rosbag2 writes it into
-/// a bag. `None` for a type that `msg_config/interfaces` does not have.
+/// Returns the definition of `message` (`package/msg/Name`), followed by those of all types that it uses, in rosbag2's format. Returns
+/// `None` for a type that is not in `msg_config/interfaces`.
 pub fn definition(message: &str) -> Option<String> {
     let mut text = own_text(message)?.to_owned();
     let mut seen = BTreeSet::from([message.to_owned()]);
@@ -74,23 +74,23 @@ pub fn definition(message: &str) -> Option<String> {
     Some(text)
 }
 
-/// The type's RIHS01 hash, empty where it is not known.
+/// Returns the type's RIHS01 hash; empty if unknown.
 pub fn type_hash(message: &str) -> &'static str {
     TYPE_HASHES.get(message).map_or("", String::as_str)
 }
 
-/// The type with that RIHS01 hash.
+/// Returns the type with this RIHS01 hash.
 pub(super) fn type_of_hash(hash: &str) -> Option<&'static str> {
     TYPE_HASHES.iter().find(|(_, known)| *known == hash).map(|(name, _)| name.as_str())
 }
 
-/// The definition of `message` alone.
+/// Returns the definition of `message` alone.
 pub(super) fn own_text(message: &str) -> Option<&'static str> {
     let index = DEFINITIONS.binary_search_by_key(&message, |(name, _)| name).ok()?;
     Some(DEFINITIONS[index].1)
 }
 
-/// Depth first, each type once, in alphabetical order: rosbag2's order.
+/// Appends the dependencies in rosbag2's order: depth first, each type once, alphabetically.
 fn append_dependencies(message: &str, seen: &mut BTreeSet<String>, text: &mut String) -> Option<()> {
     for dependency in dependencies(message)? {
         if seen.insert(dependency.clone()) {
@@ -102,7 +102,7 @@ fn append_dependencies(message: &str, seen: &mut BTreeSet<String>, text: &mut St
     Some(())
 }
 
-/// The message types among the fields of `message`. A type without a package is of the message's own.
+/// Returns the message types of the fields of `message`. A type without a package is in the message's own package.
 pub(super) fn dependencies(message: &str) -> Option<BTreeSet<String>> {
     let (own_package, _) = message.split_once('/')?;
     let field_types = own_text(message)?.lines().filter_map(|line| line.split_whitespace().next());

@@ -1,6 +1,6 @@
-//! What goes over the wire, as data: messages, their definitions and hashes, parameters, and the topics of a node. No DDS.
+//! ROS 2 messages as data, without DDS: messages, their definitions and hashes, parameters, and the topics of a node.
 #![warn(clippy::unwrap_used, clippy::expect_used)]
-// Both panic where nobody reads: results go through cli::print, all else through stderr.
+// Both macros panic if nobody reads the stream. Results go through `cli::print`, everything else through stderr.
 #![warn(clippy::print_stdout, clippy::print_stderr)]
 
 mod cdr;

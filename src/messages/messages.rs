@@ -1,7 +1,7 @@
-//! The standard messages that go over the wire, as their `.msg` definitions give them: field for field, in order.
+//! The standard messages that the nodes use, with the fields of their `.msg` definitions in order.
 //!
-//! Only what the nodes publish, subscribe or serve is here. Encoding is plain CDR (little endian on the wire), and a
-//! test compares it with the bytes of a real ROS 2 (`tests/data/cdr_jazzy.json`).
+//! Only messages that the nodes publish, subscribe to or serve are here. The encoding is plain CDR (little endian on the wire). A test
+//! compares it with the bytes of a real ROS 2 (`tests/data/cdr_jazzy.json`).
 
 mod geometry;
 mod joints;
@@ -29,19 +29,19 @@ pub trait Message: Serialize + DeserializeOwned + Clone + Send + Sync + 'static 
 pub trait ServiceType: 'static {
     /// The ROS 2 name: `package/srv/Name`.
     const TYPE: &'static str;
-    /// What the client sends.
+    /// The request of a client.
     type Request: Serialize + DeserializeOwned + Clone + Send + 'static;
-    /// What the server answers.
+    /// The response of the server.
     type Response: Serialize + DeserializeOwned + Default + Send + 'static;
 
-    /// What is answered in place of an answer of that many bytes, where no more than `room` can be read by the client; none where
-    /// the service has no way to say so.
+    /// Returns the response in place of one with this many bytes, if the client can read only `room`. Returns `None` if the service has no
+    /// such response.
     fn too_long(_bytes: usize, _room: usize) -> Option<Self::Response> {
         None
     }
 }
 
-/// Declares message structs that derive what every message needs. Fields say themselves what they are, but for units and the like.
+/// Declares message structs with the derives that every message needs. Field names are self-explanatory, except for units and the like.
 macro_rules! message {
     ($(#[$meta:meta])* $name:ident = $type:literal { $($(#[$field_meta:meta])* $field:ident : $kind:ty),* $(,)? }) => {
         $(#[$meta])*
@@ -58,7 +58,7 @@ macro_rules! message {
     };
 }
 
-/// Declares a service type by its two message structs.
+/// Declares a service type with its two message structs.
 macro_rules! service {
     (
         $(#[$meta:meta])* $name:ident = $type:literal ($request:ty) -> $response:ty

@@ -5,7 +5,7 @@ use dq_params::{Constraint, Declaration, Value};
 use serde::{Deserialize, Serialize};
 
 message! {
-    /// A parameter value: a type tag and one field a type.
+    /// A parameter value: a type tag, and one field per type.
     ParameterValue = "rcl_interfaces/msg/ParameterValue" {
         /// 0 not set, 1 bool, 2 integer, 3 double, 4 string, 5 to 9 their arrays (5: bytes).
         kind: u8,
@@ -29,7 +29,7 @@ message! {
     }
 }
 message! {
-    /// What changed in a node's parameters.
+    /// The changes of a node's parameters.
     ParameterEvent = "rcl_interfaces/msg/ParameterEvent" {
         stamp: Time,
         #[serde(deserialize_with = "dq_common::text::deserialize_cut")]
@@ -40,7 +40,7 @@ message! {
     }
 }
 message! {
-    /// Whether a parameter was set, and why not.
+    /// Whether a parameter was set, or why not.
     SetParametersResult = "rcl_interfaces/msg/SetParametersResult" {
         successful: bool,
         #[serde(deserialize_with = "dq_common::text::deserialize_cut")]
@@ -48,7 +48,7 @@ message! {
     }
 }
 message! {
-    /// Bounds of a double.
+    /// The bounds of a double.
     FloatingPointRange = "rcl_interfaces/msg/FloatingPointRange" {
         from_value: f64,
         to_value: f64,
@@ -57,7 +57,7 @@ message! {
     }
 }
 message! {
-    /// Bounds of an integer.
+    /// The bounds of an integer.
     IntegerRange = "rcl_interfaces/msg/IntegerRange" {
         from_value: i64,
         to_value: i64,
@@ -66,7 +66,7 @@ message! {
     }
 }
 message! {
-    /// What a parameter is.
+    /// The description of a parameter.
     ParameterDescriptor = "rcl_interfaces/msg/ParameterDescriptor" {
         name: String,
         kind: u8,
@@ -79,55 +79,55 @@ message! {
     }
 }
 message! {
-    /// Names of parameters.
+    /// The names of parameters.
     Names = "rcl_interfaces/srv/GetParameters_Request" {
         #[serde(deserialize_with = "dq_common::text::deserialize_cuts")]
         names: Vec<String>,
     }
 }
 message! {
-    /// Values, in the order of the names asked for.
+    /// Values, in the order of the requested names.
     Values = "rcl_interfaces/srv/GetParameters_Response" {
         values: Vec<ParameterValue>,
     }
 }
 message! {
-    /// Types, in the order of the names asked for.
+    /// Types, in the order of the requested names.
     Types = "rcl_interfaces/srv/GetParameterTypes_Response" {
         types: Vec<u8>,
     }
 }
 message! {
-    /// Descriptors, in the order of the names asked for.
+    /// Descriptors, in the order of the requested names.
     Descriptors = "rcl_interfaces/srv/DescribeParameters_Response" {
         descriptors: Vec<ParameterDescriptor>,
     }
 }
 message! {
-    /// Parameters to set.
+    /// The parameters to set.
     Changes = "rcl_interfaces/srv/SetParameters_Request" {
         parameters: Vec<Parameter>,
     }
 }
 message! {
-    /// One result a parameter.
+    /// The results, one per parameter.
     Results = "rcl_interfaces/srv/SetParameters_Response" {
         results: Vec<SetParametersResult>,
     }
 }
 message! {
-    /// One result for all.
+    /// One result for all parameters.
     AtomicResult = "rcl_interfaces/srv/SetParametersAtomically_Response" {
         result: SetParametersResult,
     }
 }
 message! {
-    /// Which parameters to list.
+    /// The parameters to list.
     ListRequest = "rcl_interfaces/srv/ListParameters_Request" {
-        /// Only those below these; empty for all.
+        /// List only names below these prefixes; empty for all.
         #[serde(deserialize_with = "dq_common::text::deserialize_cuts")]
         prefixes: Vec<String>,
-        /// Levels below the prefix; 0 for all.
+        /// The number of levels below the prefix; 0 for all.
         depth: u64,
     }
 }
@@ -145,27 +145,27 @@ message! {
     }
 }
 service! {
-    /// Lists names.
+    /// Lists the names of parameters.
     ListParameters = "rcl_interfaces/srv/ListParameters" (ListRequest) -> ListResponse
 }
 service! {
-    /// Gets values. A reply without any is what rclcpp's nodes give too where they cannot give all.
+    /// Gets values. If the values are too long for a reply, the reply has none, like that of rclcpp's nodes.
     GetParameters = "rcl_interfaces/srv/GetParameters" (Names) -> Values, too_long |_bytes, _room| Values::default()
 }
 service! {
-    /// Gets types.
+    /// Gets the types of parameters.
     GetParameterTypes = "rcl_interfaces/srv/GetParameterTypes" (Names) -> Types
 }
 service! {
-    /// Describes.
+    /// Describes parameters.
     DescribeParameters = "rcl_interfaces/srv/DescribeParameters" (Names) -> Descriptors
 }
 service! {
-    /// Sets one after the other.
+    /// Sets parameters independently.
     SetParameters = "rcl_interfaces/srv/SetParameters" (Changes) -> Results
 }
 service! {
-    /// Sets all or none.
+    /// Sets all parameters or none.
     SetParametersAtomically = "rcl_interfaces/srv/SetParametersAtomically" (Changes) -> AtomicResult
 }
 
@@ -188,7 +188,7 @@ impl From<&Value> for ParameterValue {
 }
 
 impl ParameterValue {
-    /// The value; none where it is not set or of an unknown type.
+    /// Returns the value; `None` if it is not set or of an unknown type.
     pub fn into_value(self) -> Option<Value> {
         match self.kind {
             1 => Some(Value::Bool(self.bool_value)),
@@ -205,7 +205,7 @@ impl ParameterValue {
     }
 }
 
-/// The wire's tag of a value's type.
+/// Returns the type tag of a value.
 pub fn kind_of(value: &Value) -> u8 {
     match value {
         Value::Bool(_) => 1,
@@ -221,7 +221,7 @@ pub fn kind_of(value: &Value) -> u8 {
 }
 
 impl ParameterDescriptor {
-    /// The type's name, as `ros2 param describe` prints it.
+    /// Returns the name of the type, as `ros2 param describe` prints it.
     pub fn type_name(&self) -> &'static str {
         let value = ParameterValue { kind: self.kind, ..ParameterValue::default() };
         value.into_value().map_or("not set", |value| value.type_name())
@@ -260,7 +260,7 @@ mod tests {
     use super::*;
     use dq_params::{ParameterStore, Parameters};
 
-    /// rclcpp announces ranges of arrays too, for each of their elements.
+    /// rclcpp also announces ranges of arrays, for each of their elements.
     #[test]
     fn ranges_are_announced_of_numbers_and_of_arrays() {
         #[derive(Parameters)]

@@ -1,8 +1,8 @@
-//! Poses as numbers.
+//! Poses as arrays of numbers.
 
 use crate::messages::{Point, Pose, Quaternion};
 
-/// A pose in numbers: x y z \[m\], then qx qy qz qw.
+/// A pose as numbers: x y z \[m\], then qx qy qz qw.
 pub type PoseNumbers = [f64; 7];
 
 impl From<PoseNumbers> for Pose {

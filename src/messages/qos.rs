@@ -1,4 +1,4 @@
-//! Quality of service, as far as ROS 2 knows it.
+//! The quality of service, with the policies of ROS 2.
 
 use dq_common::named;
 use serde::Deserialize;
@@ -11,7 +11,7 @@ named! {
     "reliability" ReliabilityKind {
         /// Lost samples are sent again.
         Reliable = "reliable",
-        /// Lost samples are lost.
+        /// Lost samples are not sent again.
         BestEffort = "best_effort",
     }
 }
@@ -21,36 +21,36 @@ named! {
     #[derive(Deserialize)]
     #[serde(rename_all = "snake_case")]
     "durability" DurabilityKind {
-        /// Only who listens hears.
+        /// Subscribers get only samples that are published after they join.
         Volatile = "volatile",
         /// Late joiners get the last samples.
         TransientLocal = "transient_local",
     }
 }
 
-/// What one publisher offers.
+/// The QoS that one publisher offers.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OfferedQos {
-    /// Delivery.
+    /// Whether lost samples are sent again.
     pub reliability: ReliabilityKind,
     /// Whether late joiners get the last samples.
     pub durability: DurabilityKind,
-    /// Longest time between samples; `None` for no limit.
+    /// The longest time between samples; `None` for no limit.
     pub deadline: Option<Duration>,
-    /// Age at which samples are dropped; `None` for never.
+    /// The age at which samples are dropped; `None` for never.
     pub lifespan: Option<Duration>,
-    /// Who says that the publisher is alive.
+    /// The party that asserts that the publisher is alive.
     pub liveliness: LivelinessKind,
-    /// How long it is alive without saying so; `None` for ever.
+    /// How long the publisher is alive without assertion; `None` for ever.
     pub liveliness_lease: Option<Duration>,
 }
 
 named! {
-    /// DDS liveliness, as far as ROS 2 knows it: who says that the publisher is alive.
+    /// DDS liveliness as in ROS 2: who asserts that the publisher is alive.
     "liveliness" LivelinessKind {
-        /// The middleware does.
+        /// The middleware asserts it.
         Automatic = "automatic",
-        /// The publisher does.
+        /// The publisher asserts it.
         ManualByTopic = "manual_by_topic",
     }
 }

@@ -1,4 +1,4 @@
-//! Descriptions of message types, as every node of ROS 2 gives them on `~/get_type_description`.
+//! Descriptions of message types, which every ROS 2 node serves on `~/get_type_description`.
 
 use super::interfaces::{dependencies, own_text, type_of_hash};
 use super::messages::{Message, ServiceType, message, service};
@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 
 message! {
-    /// Which type is to be described.
+    /// The type to describe.
     GetTypeDescriptionRequest = "type_description_interfaces/srv/GetTypeDescription_Request" {
         /// `package/msg/Name`.
         #[serde(deserialize_with = "dq_common::text::deserialize_cut")]
@@ -14,22 +14,22 @@ message! {
         /// Its RIHS01 hash.
         #[serde(deserialize_with = "dq_common::text::deserialize_cut")]
         type_hash: String,
-        /// Whether the texts of the definitions are wanted too.
+        /// Whether to return the texts of the definitions too.
         include_type_sources: bool,
     }
 }
 message! {
-    /// What a type is.
+    /// The description of a type.
     GetTypeDescriptionResponse = "type_description_interfaces/srv/GetTypeDescription_Response" {
-        /// Whether it is known.
+        /// Whether the type is known.
         successful: bool,
-        /// Why it is not.
+        /// The reason, if it is not known.
         failure_reason: String,
-        /// The type.
+        /// The description.
         type_description: TypeDescription,
-        /// The texts that define it, and the types in it.
+        /// The texts of the definitions of the type and of the types that it uses.
         type_sources: Vec<TypeSource>,
-        /// Nothing.
+        /// Not used.
         extra_information: Vec<super::messages::KeyValue>,
     }
 }
@@ -42,16 +42,16 @@ service! {
     ))
 }
 message! {
-    /// A type with all types in it.
+    /// A type, with all types that it uses.
     TypeDescription = "type_description_interfaces/msg/TypeDescription" {
         /// The type.
         type_description: IndividualTypeDescription,
-        /// Those in it, sorted by name.
+        /// The types that it uses, sorted by name.
         referenced_type_descriptions: Vec<IndividualTypeDescription>,
     }
 }
 message! {
-    /// A type without those in it.
+    /// A single type.
     IndividualTypeDescription = "type_description_interfaces/msg/IndividualTypeDescription" {
         /// `package/msg/Name`.
         type_name: String,
@@ -67,7 +67,7 @@ message! {
         /// The type.
         #[serde(rename = "type")]
         kind: FieldType,
-        /// The value that it has unless set, empty where that is zero.
+        /// The default value; empty for zero.
         default_value: String,
     }
 }
@@ -76,11 +76,11 @@ message! {
     FieldType = "type_description_interfaces/msg/FieldType" {
         /// A number of `FieldType.msg`.
         type_id: u8,
-        /// Of arrays and bounded sequences the length, else 0.
+        /// The length of an array or a bounded sequence; otherwise 0.
         capacity: u64,
-        /// Of bounded strings the length, else 0.
+        /// The length of a bounded string; otherwise 0.
         string_capacity: u64,
-        /// Of messages the name, else empty.
+        /// The name of a message type; otherwise empty.
         nested_type_name: String,
     }
 }
@@ -97,7 +97,7 @@ message! {
 }
 
 impl GetTypeDescriptionResponse {
-    /// An answer without a description.
+    /// Creates an answer without a description.
     pub fn failed(why: String) -> Self {
         Self { failure_reason: why, ..Self::default() }
     }
@@ -122,7 +122,7 @@ pub fn describe(request: &GetTypeDescriptionRequest) -> GetTypeDescriptionRespon
     }
 }
 
-/// The type and those in it; none where a definition is missing or has something that ours do not have.
+/// Returns the description of a type and of those that it uses; `None` if a definition is missing or has an unsupported feature.
 fn description(message: &str) -> Option<TypeDescription> {
     let mut referenced = BTreeSet::new();
     let mut to_visit = dependencies(message)?;
@@ -141,17 +141,17 @@ fn description(message: &str) -> Option<TypeDescription> {
 
 fn individual(message: &str) -> Option<IndividualTypeDescription> {
     let (package, _) = message.split_once('/')?;
-    // Constants are no fields.
+    // Constants are not fields.
     let lines = own_text(message)?.lines().filter(|line| !line.contains('='));
     let fields = lines.map(|line| field(package, line)).collect::<Option<_>>()?;
     Some(IndividualTypeDescription { type_name: message.to_owned(), fields })
 }
 
-/// A line of a definition: type, name, and perhaps the default.
+/// Parses a line of a definition: type, name, and an optional default.
 fn field(package: &str, line: &str) -> Option<Field> {
     let mut words = line.split_whitespace();
     let (kind, name) = (words.next()?, words.next()?);
-    // All defaults of ours are of floating-point fields.
+    // In our definitions only floating-point fields have defaults.
     let default_value = words.next().map(|value| value.parse::<f64>().map(|value| format!("{value:?}")));
     let (element, sequence) = match kind.strip_suffix("[]") {
         Some(element) => (element, UNBOUNDED_SEQUENCE),
@@ -175,10 +175,10 @@ fn field(package: &str, line: &str) -> Option<Field> {
 /// `FIELD_TYPE_NESTED_TYPE` of `FieldType.msg`.
 const NESTED_TYPE: u8 = 1;
 
-/// What `FieldType.msg` adds for a sequence of any length.
+/// The offset of `FieldType.msg` for an unbounded sequence.
 const UNBOUNDED_SEQUENCE: u8 = 144;
 
-/// The numbers of `FieldType.msg`, as far as our definitions have them.
+/// The numbers of `FieldType.msg` that our definitions use.
 const TYPE_IDS: [(&str, u8); 10] = [
     ("uint8", 3),
     ("int32", 6),
@@ -207,7 +207,7 @@ mod tests {
     use crate::interfaces::{DEFINITIONS, type_hash};
     use sha2::{Digest, Sha256};
 
-    /// RIHS01: the SHA-256 of a type's description in JSON, without default values (REP 2016).
+    /// Returns the RIHS01 hash: the SHA-256 of a type's description in JSON, without default values (REP 2016).
     fn hash(of: &TypeDescription) -> String {
         let individual = |of: &IndividualTypeDescription| {
             let fields: Vec<_> = of.fields.iter().map(|Field { name, kind, .. }| {

@@ -1,4 +1,4 @@
-//! What RViz, Foxglove and the like draw: markers, paths, and the interactive markers that their users drag.
+//! Messages for RViz, Foxglove and similar viewers: markers, paths, and interactive markers.
 
 use super::messages::{
     DurationMessage, Header, Message, Point, Pose, PoseStamped, Quaternion, ServiceType, Vector3, message,
@@ -7,7 +7,7 @@ use super::messages::{
 use serde::{Deserialize, Serialize};
 
 message! {
-    /// A colour, each part from 0 to 1.
+    /// A color, each component from 0 to 1.
     ColorRGBA = "std_msgs/msg/ColorRGBA" {
         r: f32,
         g: f32,
@@ -16,7 +16,7 @@ message! {
     }
 }
 message! {
-    /// A picture, of which ours have none.
+    /// An image; our messages have none.
     CompressedImage = "sensor_msgs/msg/CompressedImage" {
         header: Header,
         format: String,
@@ -24,24 +24,24 @@ message! {
     }
 }
 message! {
-    /// A place in a texture, of which ours have none.
+    /// A position in a texture; our messages have none.
     UVCoordinate = "visualization_msgs/msg/UVCoordinate" {
         u: f32,
         v: f32,
     }
 }
 message! {
-    /// A mesh, of which ours have none.
+    /// A mesh; our messages have none.
     MeshFile = "visualization_msgs/msg/MeshFile" {
         filename: String,
         data: Vec<u8>,
     }
 }
 message! {
-    /// Something to be drawn.
+    /// A shape to draw.
     Marker = "visualization_msgs/msg/Marker" {
         header: Header,
-        /// With `id` the name of the marker.
+        /// The namespace, which together with `id` identifies the marker.
         ns: String,
         id: i32,
         /// A constant of `Marker.msg`: [`LINE_STRIP`](Self::LINE_STRIP), [`LINE_LIST`](Self::LINE_LIST) and others.
@@ -50,7 +50,7 @@ message! {
         /// [`ADD`](Self::ADD) or [`DELETE`](Self::DELETE).
         action: i32,
         pose: Pose,
-        /// Of lines `x` is the width \[m\].
+        /// The size \[m\]; for lines `x` is the width.
         scale: Vector3,
         color: ColorRGBA,
         lifetime: DurationMessage,
@@ -76,11 +76,11 @@ impl Marker {
     pub const CYLINDER: i32 = 3;
     /// A line through all points.
     pub const LINE_STRIP: i32 = 4;
-    /// A line between each two points.
+    /// A line between each pair of points.
     pub const LINE_LIST: i32 = 5;
-    /// A triangle between each three points.
+    /// A triangle for each three points.
     pub const TRIANGLE_LIST: i32 = 11;
-    /// Draws the marker, or draws it anew.
+    /// Draws or replaces the marker.
     pub const ADD: i32 = 0;
     /// Removes the marker.
     pub const DELETE: i32 = 2;
@@ -89,20 +89,20 @@ impl Marker {
 }
 
 message! {
-    /// Things to be drawn.
+    /// Shapes to draw.
     MarkerArray = "visualization_msgs/msg/MarkerArray" {
         markers: Vec<Marker>,
     }
 }
 message! {
-    /// Poses along a way.
+    /// A sequence of poses.
     Path = "nav_msgs/msg/Path" {
         header: Header,
         poses: Vec<PoseStamped>,
     }
 }
 message! {
-    /// An entry of a marker's menu, of which ours have none.
+    /// An entry of a marker's menu; our markers have none.
     MenuEntry = "visualization_msgs/msg/MenuEntry" {
         id: u32,
         parent_id: u32,
@@ -115,13 +115,13 @@ message! {
     /// A handle of an interactive marker.
     InteractiveMarkerControl = "visualization_msgs/msg/InteractiveMarkerControl" {
         name: String,
-        /// Turns x to the direction in which, or about which, the handle moves.
+        /// The rotation from x to the axis along or about which the handle moves.
         orientation: Quaternion,
         orientation_mode: u8,
         /// [`MOVE_AXIS`](Self::MOVE_AXIS), [`ROTATE_AXIS`](Self::ROTATE_AXIS) or others.
         interaction_mode: u8,
         always_visible: bool,
-        /// How it looks; where there are none, the client draws an arrow or a ring.
+        /// The shapes of the handle. If there are none, the client draws an arrow or a ring.
         markers: Vec<Marker>,
         independent_marker_orientation: bool,
         description: String,
@@ -129,27 +129,27 @@ message! {
 }
 
 impl InteractiveMarkerControl {
-    /// Shifts along x.
+    /// The handle moves along x.
     pub const MOVE_AXIS: u8 = 3;
-    /// Turns about x.
+    /// The handle rotates about x.
     pub const ROTATE_AXIS: u8 = 5;
 }
 
 message! {
-    /// Something to be dragged.
+    /// A marker that can be dragged.
     InteractiveMarker = "visualization_msgs/msg/InteractiveMarker" {
         header: Header,
         pose: Pose,
         name: String,
         description: String,
-        /// Size of the handles \[m\].
+        /// The size of the handles \[m\].
         scale: f32,
         menu_entries: Vec<MenuEntry>,
         controls: Vec<InteractiveMarkerControl>,
     }
 }
 message! {
-    /// Another pose of an interactive marker.
+    /// A new pose of an interactive marker.
     InteractiveMarkerPose = "visualization_msgs/msg/InteractiveMarkerPose" {
         header: Header,
         pose: Pose,
@@ -157,10 +157,10 @@ message! {
     }
 }
 message! {
-    /// What has changed of a server's interactive markers.
+    /// The changes of a server's interactive markers.
     InteractiveMarkerUpdate = "visualization_msgs/msg/InteractiveMarkerUpdate" {
         server_id: String,
-        /// Counts the updates: a client that misses one asks for all markers again.
+        /// The number of the update. A client that misses one requests all markers again.
         seq_num: u64,
         /// [`UPDATE`](Self::UPDATE).
         #[serde(rename = "type")]
@@ -172,12 +172,12 @@ message! {
 }
 
 impl InteractiveMarkerUpdate {
-    /// An update, as all are in ROS 2.
+    /// An update. ROS 2 has no other kind.
     pub const UPDATE: u8 = 1;
 }
 
 message! {
-    /// What a client's user does with an interactive marker.
+    /// The action of a client's user on an interactive marker.
     InteractiveMarkerFeedback = "visualization_msgs/msg/InteractiveMarkerFeedback" {
         header: Header,
         #[serde(deserialize_with = "dq_common::text::deserialize_cut")]
@@ -188,7 +188,7 @@ message! {
         control_name: String,
         /// [`POSE_UPDATE`](Self::POSE_UPDATE), [`MOUSE_UP`](Self::MOUSE_UP) or others.
         event_type: u8,
-        /// Where the user has the marker, in the frame of the header.
+        /// The pose of the marker, in the frame of the header.
         pose: Pose,
         menu_entry_id: u32,
         mouse_point: Point,
@@ -199,7 +199,7 @@ message! {
 impl InteractiveMarkerFeedback {
     /// The marker is being dragged.
     pub const POSE_UPDATE: u8 = 1;
-    /// The user has let go.
+    /// The user has released the marker.
     pub const MOUSE_UP: u8 = 5;
 }
 
@@ -214,13 +214,13 @@ message! {
     /// All interactive markers of a server.
     GetInteractiveMarkersResponse = "visualization_msgs/srv/GetInteractiveMarkers_Response" {
         server_id: String,
-        /// Of the last update.
+        /// The number of the last update.
         sequence_number: u64,
         markers: Vec<InteractiveMarker>,
     }
 }
 service! {
-    /// Gives all interactive markers of a server.
+    /// Returns all interactive markers of a server.
     GetInteractiveMarkers = "visualization_msgs/srv/GetInteractiveMarkers"
         (GetInteractiveMarkersRequest) -> GetInteractiveMarkersResponse
 }

@@ -1,4 +1,4 @@
-//! The cycle's thread allocates nothing but what RustDDS does to write a message.
+//! Tests that the cycle's thread allocates only what RustDDS allocates to write a message.
 
 use super::cycle_thread::Tick;
 use super::servo::{Assembled, Cycle};
@@ -15,7 +15,7 @@ use std::time::{Duration, Instant};
 
 const PERIOD: Duration = Duration::from_millis(2);
 
-/// The robot's part, and who sends goals and twists.
+/// The robot, and the publishers of goals and twists.
 struct Robot {
     joint_states: Publisher<JointState>,
     commands: Subscription<Float64MultiArray>,
@@ -30,7 +30,7 @@ impl Robot {
         let goal = contract.servo.topic::<PoseStamped>("goal_pose", Direction::In)?;
         let twist = contract.servo.topic::<TwistStamped>("~/target_twist", Direction::In)?;
         let zeros = vec![0.0; joints.len()];
-        // Where the paper's arm is in nobody's way: away from singularities.
+        // A pose of the paper's arm that is away from singularities.
         let position = [0.3, -1.0, 0.0, 0.4, 1.4, 0.1].to_vec();
         Ok(Self {
             joint_states: node.publisher(&contract.plant, "joint_states")?,
@@ -41,7 +41,7 @@ impl Robot {
         })
     }
 
-    /// Obeys the newest command for a period, and sends the state.
+    /// Applies the newest command for one period, and publishes the state.
     fn move_on(&mut self) {
         if let Some(command) = self.commands.newest().message {
             for (position, speed) in self.state.position.iter_mut().zip(&command.data) {
@@ -54,13 +54,13 @@ impl Robot {
     }
 }
 
-/// A servo whose cycles the test runs, with its robot.
+/// A servo whose cycles the test runs, and its robot.
 struct Cycles {
     cycle: Cycle,
     robot: Robot,
-    /// The servo's time, which goes on by a period a cycle as the robot does: how late this thread wakes is nothing to either.
+    /// The time of the servo and the robot. It advances by one period per cycle, so that late wake-ups of this thread do not matter.
     now: Duration,
-    /// A twist [m/s] for each cycle, if it is jogged.
+    /// The upward speed of the twist that is sent in each cycle [m/s], if any.
     twist: Option<f64>,
 }
 
@@ -69,7 +69,7 @@ impl Cycles {
         self.cycle.servo.status().state
     }
 
-    /// One cycle; how often it allocated.
+    /// Runs one cycle, and returns the number of its allocations.
     fn run_one(&mut self) -> u64 {
         self.robot.move_on();
         if let Some(up) = self.twist {
@@ -84,7 +84,7 @@ impl Cycles {
         measure(cycle).count_total
     }
 
-    /// Runs [`COUNT`] cycles in `state`, and as many before that warm it up; the allocations of each, sorted.
+    /// Runs [`COUNT`] cycles in `state` after as many warm-up cycles. Returns the numbers of their allocations, sorted.
     fn count(&mut self, state: State) -> Vec<u64> {
         let end = Instant::now() + Duration::from_secs(20);
         while self.state() != state {
@@ -101,11 +101,11 @@ impl Cycles {
     }
 }
 
-/// So many cycles are counted in each state: in half a second all that is published at 10 Hz is due five times.
+/// The number of cycles that are counted in each state. They take half a second, in which everything published at 10 Hz is due five times.
 const COUNT: usize = 250;
 
-/// What RustDDS allocates to write a message that is there, a message, sorted.
-fn of_writing<M: Message>(
+/// Returns the numbers of allocations that RustDDS makes to write one existing message, sorted.
+fn writing_allocations<M: Message>(
     topic: &str,
     message: M,
     publisher: fn(&mut Node, &NodeContract, &str) -> Result<Publisher<M>, RosError>,
@@ -129,12 +129,12 @@ fn of_writing<M: Message>(
     allocations
 }
 
-fn of_writing_commands() -> (u64, u64) {
+fn command_allocations() -> (u64, u64) {
     let topic = "forward_velocity_controller/commands";
-    figures(&of_writing(topic, command_array(vec![0.5; 6]), Node::publisher))
+    figures(&writing_allocations(topic, command_array(vec![0.5; 6]), Node::publisher))
 }
 
-/// The median and the sum.
+/// Returns the median and the sum.
 fn figures(sorted: &[u64]) -> (u64, u64) {
     (sorted[sorted.len() / 2], sorted.iter().sum())
 }
@@ -144,7 +144,7 @@ async fn a_cycle_allocates_what_rustdds_does_to_write_its_command_and_nothing_el
     if outside("allocations::a_cycle_allocates_what_rustdds_does_to_write_its_command_and_nothing_else") {
         return;
     }
-    let writing = of_writing_commands();
+    let writing = command_allocations();
     let (session, (_robots, mut robot)) = (session(), node("robot"));
     let prepared = Prepared::<ServoParameters>::new(&RosArgs::default()).unwrap();
     let joints = prepared.parameters().joints[0].names().to_vec();
@@ -163,18 +163,18 @@ async fn a_cycle_allocates_what_rustdds_does_to_write_its_command_and_nothing_el
     let holding = figures(&cycles.count(State::Holding));
     for (what, (median, sum)) in [("pursuing", pursuing), ("jogging", jogging), ("holding", holding)] {
         assert_eq!(median, writing.0, "{what}, of {writing:?}");
-        // What grows by and by in RustDDS does not grow at the same cycles.
+        // Buffers in RustDDS do not grow in the same cycles.
         assert!(sum <= writing.1 + COUNT as u64 / 10, "{what}: {sum} of {}", writing.1);
     }
 }
 
-/// Nor does the record, of which most cycles write nothing.
+/// The record, into which most cycles write nothing, does not allocate either.
 #[tokio::test(flavor = "multi_thread")]
 async fn a_cycle_that_is_recorded_allocates_what_rustdds_does_to_write_its_command() {
     if outside("allocations::a_cycle_that_is_recorded_allocates_what_rustdds_does_to_write_its_command") {
         return;
     }
-    let (writing, _) = of_writing_commands();
+    let (writing, _) = command_allocations();
     let (session, (_robots, mut robot)) = (session(), node("robot"));
     let prepared = Prepared::<ServoParameters>::new(&RosArgs::default()).unwrap();
     let joints = prepared.parameters().joints[0].names().to_vec();

@@ -1,8 +1,8 @@
-//! What comes from one arm: its joint states, who publishes them, and how fast it says that it moves.
+//! The input from one arm: its joint states, their publishers, and the fraction of its speed at which it says that it moves.
 
 use super::events::EventsRecord;
 use super::senders::Senders;
-use super::wiring::Wiring;
+use super::wiring::NodeSetup;
 use dq_config::StatesReliability;
 use dq_core::servo::{Event, JointOrder, Rejection, Servo};
 use dq_messages::messages::{Float64, JointState, Time};
@@ -10,33 +10,33 @@ use dq_ros::ros::{Clock, EndpointId, RosError, Subscription};
 use dq_wire::joint_reading;
 use std::sync::Arc;
 
-/// Where an arm's joint states come from.
+/// The subscription to an arm's joint states.
 pub(super) type JointStates = Arc<Subscription<JointState>>;
 
-/// What comes from one arm.
+/// The input from one arm.
 pub(super) struct ArmInput {
     joints: JointOrder,
     joint_states: JointStates,
-    /// At which part of its speed the robot moves; none where the node may not hear it.
+    /// The fraction of its speed at which the robot moves; `None` if the node may not subscribe to it.
     speed_scaling: Option<Subscription<Float64>>,
-    /// The last one, over which the next is decoded.
+    /// The last joint state, into which the next one is decoded.
     state: JointState,
     publishers: Senders,
     clock: Clock,
-    /// When the last joint state that was taken was made; when it came, if it does not say.
+    /// The stamp of the last accepted joint state, or its time of arrival if it has no stamp.
     pub stamp: Time,
-    /// The speed [rad/s] of the arm's fastest joint in the last joint state, if it has all of their speeds.
+    /// The speed of the arm's fastest joint [rad/s] in the last joint state, if the state has the speeds of all joints of the arm.
     pub speed: Option<f64>,
 }
 
-/// What comes from the arms with these joints, whose joint states are subscribed to with that reliability.
+/// Subscribes to the inputs of the arms with these joints. Joint states are subscribed to with this reliability.
 pub(super) fn subscribe(
-    wiring: &mut Wiring,
+    setup: &mut NodeSetup,
     joints: Vec<JointOrder>,
     reliability: StatesReliability,
     clock: &Clock,
 ) -> Result<Vec<ArmInput>, RosError> {
-    let Wiring { node, kind, contract } = wiring;
+    let NodeSetup { node, kind, contract } = setup;
     let subscribe = |(arm, joints): (&&str, JointOrder)| {
         let topic = format!("{arm}joint_states");
         let joint_states = match reliability {
@@ -48,7 +48,7 @@ pub(super) fn subscribe(
         };
         let speed_scaling =
             node.subscription(contract, &format!("{arm}speed_scaling_state_broadcaster/speed_scaling"));
-        // A keystore from before there was the topic lacks the right to it; the robot's speed is measured too.
+        // A keystore from before this topic existed does not grant access to it. The servo measures the robot's speed too.
         let speed_scaling =
             speed_scaling.inspect_err(|why| node.log().warn(&format!("no speed scaling: {why}")));
         Ok(ArmInput {
@@ -66,17 +66,17 @@ pub(super) fn subscribe(
 }
 
 impl ArmInput {
-    /// Gives the servo every joint state that came of the arm of that number, of which the last that fits counts: on one topic there may be
-    /// those of a gripper too. And the last that it says of its speed.
+    /// Gives the servo every joint state that has arrived from arm number `arm`, and the newest speed fraction. The last joint state that
+    /// matches the arm counts, because the topic may also carry those of a gripper.
     pub fn feed(&mut self, arm: usize, record: &mut EventsRecord, servo: &mut Servo) {
         let Self { joints, joint_states, speed_scaling, state, publishers, clock, stamp, speed } = self;
-        // A simulated clock comes in steps, and may be slow: stamps of it say nothing of how late a state is.
+        // A simulated clock advances in steps and may be slow, so its stamps do not tell how late a state is.
         let real = (!clock.is_simulated()).then(|| Time::now().nanoseconds());
         let mut malformed = joint_states.each_over(state, |state, origin| {
-            // Whoever gives no state of this arm, as one of many grippers, takes no number from whoever does.
+            // Publishers of other joints, such as grippers, get no number, so that they do not displace the arm's publisher.
             let is_arm = joints.has_any_of(&state.name);
             let source = if is_arm { publishers.number(origin.publisher) } else { 0 };
-            // A rejection is counted by the servo, and logged by the report.
+            // The servo counts a rejection, and the report logs it.
             let taken = record.take(servo, Event::JointState(arm, joint_reading(state, source, real)));
             if taken.unwrap_or(false) {
                 *speed = fastest_of(joints, state);
@@ -94,31 +94,33 @@ impl ArmInput {
         }
     }
 
-    /// The publisher of that number.
+    /// Returns the publisher with this number.
     pub fn publisher(&self, number: u32) -> Option<EndpointId> {
         self.publishers.publisher(number)
     }
 
-    /// Where they come from.
+    /// Returns the subscription to the arm's joint states.
     pub fn source(&self) -> JointStates {
         self.joint_states.clone()
     }
 }
 
-/// Why a publisher of joint states is not heard, and what to do about it.
+/// Returns why the node cannot receive from a publisher of joint states, and what to do about it.
 pub(super) fn unheard(joint_states: &JointStates) -> Option<String> {
     let why = joint_states.unheard()?;
     Some(format!("{why}, or set reliability to auto"))
 }
 
-/// The part of its speed, 0 to 1, at which a robot moves, from what it publishes: a percentage, or that part itself. ur_robot_driver publishes percent
-/// (`speed_scaling_state_broadcaster.cpp`: times 100), where its pages say 0 to 1. What is not above 1 is no percentage that matters: a
-/// robot as slow as that counts as one that obeys no command.
+/// Converts a published speed scaling, a percentage or a fraction, to a fraction from 0 to 1.
+///
+/// `ur_robot_driver` publishes a percentage (`speed_scaling_state_broadcaster.cpp` multiplies by 100), although its documentation says 0 to
+/// 1. Values up to 1 count as fractions: a robot at 1 % of its speed would in any case count as one that does not follow.
 fn part(published: f64) -> f64 {
     if published > 1.0 { published / 100.0 } else { published }
 }
 
-/// The speed of the fastest of these joints [rad/s], whatever else moves, as a gripper or wheels; none where one of them has no speed.
+/// Returns the speed of the fastest of these joints [rad/s], ignoring others such as a gripper or wheels; `None` if one of these joints has
+/// no speed.
 fn fastest_of(joints: &JointOrder, state: &JointState) -> Option<f64> {
     let JointState { name, velocity, .. } = state;
     let speed = |joint| {
@@ -130,7 +132,7 @@ fn fastest_of(joints: &JointOrder, state: &JointState) -> Option<f64> {
     fastest.filter(|_| velocity.len() == name.len())
 }
 
-/// The largest amount among the speeds; none for no speeds.
+/// Returns the largest absolute speed; `None` if there are no speeds.
 pub(super) fn fastest(speeds: &[f64]) -> Option<f64> {
     speeds.iter().map(|speed| speed.abs()).reduce(f64::max)
 }

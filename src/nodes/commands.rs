@@ -1,10 +1,10 @@
-//! The commands to all arms. Whatever ends the cycle that makes them, a panic or a hang too, the last velocities are zeros; of positions
-//! the last ones stay, which is to stand too.
+//! Publishes the commands to all arms. However the cycle ends, even by a panic or a hang, the last velocities sent are zeros. Controllers
+//! that take positions keep the last ones, at which the arm stands still too.
 
 use super::guards::{self, GuardStatuses};
 use super::rivals::Rival;
 use super::shutdown::{Outcome, SHORTEST_FINAL_ZEROS, ShutdownError};
-use super::wiring::Wiring;
+use super::wiring::NodeSetup;
 use dq_core::servo::{Interface, JointOrder};
 use dq_messages::messages::Message;
 use dq_ros::ros::{EndpointId, Publisher, Publishing, RosError};
@@ -18,41 +18,41 @@ use tokio::sync::watch;
 /// The publishers of commands. They outlive the cycle.
 pub(super) struct Commands {
     arms: Vec<ArmCommands>,
-    /// Whether any command was sent: before, even zeros might be a step for a robot that another servo moves.
+    /// Whether any command was sent. Before that, even zeros might be a step for a robot that another servo moves.
     begun: AtomicBool,
     ended: AtomicBool,
 }
 
 /// The commands to one arm.
 struct ArmCommands {
-    outlet: Box<dyn Outlet>,
+    publisher: Box<dyn CommandPublisher>,
     joint_count: usize,
     guards: GuardStatuses,
-    /// Whether anybody subscribed that is no guard, when it was last looked.
+    /// Whether there was any subscriber other than guards at the last check.
     heard: AtomicBool,
-    /// Who else sends commands to it.
+    /// Detects other publishers of commands to this arm.
     rival: Arc<Rival>,
 }
 
-/// A publisher of commands of whatever type the arm's controller takes.
-trait Outlet: Send + Sync {
-    /// Sends these numbers.
+/// A publisher of commands, of the message type that the arm's controller takes.
+trait CommandPublisher: Send + Sync {
+    /// Publishes these numbers.
     fn publish(&self, numbers: &[f64]);
-    /// Lets the arm stand, also where the cycle hangs while it publishes.
+    /// Stops the arm, even while the cycle hangs in `publish`.
     fn stand(&self);
     fn publishing(&self) -> &Publishing;
 }
 
-/// A publisher of commands of one type, and the message that each of them is written into.
-struct Sent<M: Message> {
+/// A publisher of commands of one type, and the message into which each command is written.
+struct MessagePublisher<M: Message> {
     publisher: Publisher<M>,
-    /// Nobody but the cycle holds it.
+    /// Only the cycle uses it.
     message: Mutex<Arc<M>>,
-    /// What an arm stands by that would else move on; one that takes positions stands where it was sent last.
+    /// The command that stops an arm that takes velocities; `None` for positions, at which the arm stops without a further command.
     standstill: Option<Arc<M>>,
 }
 
-impl<M: Message + Rewrite> Outlet for Sent<M> {
+impl<M: Message + Rewrite> CommandPublisher for MessagePublisher<M> {
     fn publish(&self, numbers: &[f64]) {
         let mut message = self.message.lock().unwrap_or_else(PoisonError::into_inner);
         Arc::make_mut(&mut message).rewrite(numbers);
@@ -72,16 +72,16 @@ impl<M: Message + Rewrite> Outlet for Sent<M> {
 #[derive(Clone, Copy)]
 pub(super) struct Sending {
     pub interface: Interface,
-    /// One a period.
+    /// One command is sent per period.
     pub period: Duration,
-    /// Whether those that would wait behind others are dropped, as of a cycle that may run ahead of DDS's threads.
+    /// Whether to drop commands that would queue up behind others. This is for a cycle that may run ahead of DDS's threads.
     pub in_time: bool,
 }
 
 impl ArmCommands {
-    /// Of an arm with these `joints` whose topics begin with `prefix`.
+    /// Creates the publisher for an arm with these `joints`, whose topics begin with `prefix`.
     fn new(
-        wiring: &mut Wiring,
+        setup: &mut NodeSetup,
         prefix: &str,
         joints: &JointOrder,
         sending: Sending,
@@ -89,75 +89,75 @@ impl ArmCommands {
         let topic = format!("{prefix}{}", command_topic(sending.interface));
         let joint_count = joints.names().len();
         let zeros = vec![0.0; joint_count];
-        let guards = guards::subscribe(wiring.node, wiring.contract, prefix)?;
-        let (outlet, rival): (Box<dyn Outlet>, _) = match sending.interface {
+        let guards = guards::subscribe(setup.node, setup.contract, prefix)?;
+        let (publisher, rival): (Box<dyn CommandPublisher>, _) = match sending.interface {
             Interface::Velocity | Interface::Position => {
                 let moves_on = !sending.interface.takes_positions();
                 let standstill = moves_on.then(|| command_array(zeros.clone()));
-                Self::outlet(wiring, &topic, sending, &guards, command_array(zeros), standstill)?
+                Self::publisher(setup, &topic, sending, &guards, command_array(zeros), standstill)?
             }
             Interface::Trajectory => {
                 let message = command_trajectory(joints.names().to_vec(), zeros, sending.period);
-                Self::outlet(wiring, &topic, sending, &guards, message, None)?
+                Self::publisher(setup, &topic, sending, &guards, message, None)?
             }
         };
-        Ok(Self { outlet, joint_count, guards, heard: AtomicBool::new(false), rival })
+        Ok(Self { publisher, joint_count, guards, heard: AtomicBool::new(false), rival })
     }
 
-    /// The publisher that writes into `message`, and who else may send such commands.
-    fn outlet<M: Command + Rewrite>(
-        Wiring { node, contract, .. }: &mut Wiring,
+    /// Creates the publisher that writes into `message`, and the watch for other publishers of such commands.
+    fn publisher<M: Command + Rewrite>(
+        NodeSetup { node, contract, .. }: &mut NodeSetup,
         topic: &str,
         sending: Sending,
         guards: &GuardStatuses,
         message: M,
         standstill: Option<M>,
-    ) -> Result<(Box<dyn Outlet>, Arc<Rival>), RosError> {
+    ) -> Result<(Box<dyn CommandPublisher>, Arc<Rival>), RosError> {
         let publisher = match sending.in_time {
             true => node.publisher_in_time(contract, topic)?,
             false => node.publisher(contract, topic)?,
         };
         let rival = Rival::watch(node, contract, &publisher, topic, guards.clone())?;
         let (message, standstill) = (Mutex::new(Arc::new(message)), standstill.map(Arc::new));
-        Ok((Box::new(Sent { publisher, message, standstill }), rival))
+        Ok((Box::new(MessagePublisher { publisher, message, standstill }), rival))
     }
 
     fn publishing(&self) -> &Publishing {
-        self.outlet.publishing()
+        self.publisher.publishing()
     }
 
-    /// How many subscribe that are no guards.
+    /// Returns the number of subscribers other than guards.
     fn readers(&self) -> usize {
         self.publishing().readers().saturating_sub(self.guards.publishers())
     }
 
-    /// How many others publish that are no guards.
+    /// Returns the number of other publishers, without guards.
     fn rivals(&self) -> usize {
         self.publishing().other_publishers().saturating_sub(self.guards.publishers())
     }
 }
 
-/// At the end so many zeros are sent, over [`SHORTEST_FINAL_ZEROS`].
+/// The number of zero commands that are sent at the end, over [`SHORTEST_FINAL_ZEROS`].
 const ZEROS_AT_THE_END: u32 = 10;
 
 impl Commands {
-    /// The publishers of the node, for arms with these joints.
-    pub fn new(wiring: &mut Wiring, arms: &[JointOrder], sending: Sending) -> Result<Self, RosError> {
-        let each = wiring.kind.arms().iter().zip(arms);
-        let arms = each.map(|(prefix, joints)| ArmCommands::new(wiring, prefix, joints, sending));
+    /// Creates the publishers of the node for arms with these joints.
+    pub fn new(setup: &mut NodeSetup, arms: &[JointOrder], sending: Sending) -> Result<Self, RosError> {
+        let each = setup.kind.arms().iter().zip(arms);
+        let arms = each.map(|(prefix, joints)| ArmCommands::new(setup, prefix, joints, sending));
         let arms = arms.collect::<Result<_, RosError>>()?;
         Ok(Self { arms, begun: AtomicBool::new(false), ended: AtomicBool::new(false) })
     }
 
-    /// To each arm its part of the command; where it has ended, arms are to stand. It may end while this publishes: the last word is to
-    /// stand then too.
+    /// Sends each arm its part of the command, or stops the arms if [`end`](Self::end) was called. `end` may be called during this call;
+    /// then too the last command sent is to stop.
     pub fn publish(&self, command: &[f64]) {
         self.begun.store(true, Ordering::SeqCst);
         if !self.has_ended() {
             let mut rest = command;
             for arm in &self.arms {
                 let (part, others) = rest.split_at(arm.joint_count);
-                arm.outlet.publish(part);
+                arm.publisher.publish(part);
                 rest = others;
             }
         }
@@ -166,17 +166,17 @@ impl Commands {
         }
     }
 
-    /// Lets the arms stand at once.
+    /// Stops the arms at once.
     pub fn stand(&self) {
-        self.arms.iter().for_each(|arm| arm.outlet.stand());
+        self.arms.iter().for_each(|arm| arm.publisher.stand());
     }
 
-    /// Whether nothing but zeros is sent any more.
+    /// Returns whether only zeros are sent from now on.
     pub fn has_ended(&self) -> bool {
         self.ended.load(Ordering::SeqCst)
     }
 
-    /// Sends zeros, now and for a moment, whatever the cycle does meanwhile; nothing else is sent any more.
+    /// Sends zeros for a moment, whatever the cycle does meanwhile, and blocks all later commands.
     pub fn end(&self) {
         self.ended.store(true, Ordering::SeqCst);
         if !self.begun.load(Ordering::SeqCst) {
@@ -188,56 +188,56 @@ impl Commands {
         }
     }
 
-    /// Of each arm, the full name of its topic and how many subscribe to it.
+    /// Returns for each arm the full name of its topic and the number of its subscribers.
     pub fn readers(&self) -> impl Iterator<Item = (&str, usize)> {
         self.arms.iter().map(|arm| (arm.publishing().topic(), arm.readers()))
     }
 
-    /// Looks who subscribes to them. That takes a lock which discovery holds too, so it is not the cycle's to do.
-    pub fn look_for_readers(&self) {
+    /// Checks for subscribers. This takes a lock that discovery holds too, so the cycle does not call it.
+    pub fn update_readers(&self) {
         self.arms.iter().for_each(|arm| arm.heard.store(arm.readers() > 0, Ordering::Relaxed));
     }
 
-    /// Whether anybody subscribed to the commands for the arm number `arm` when it was last looked.
+    /// Returns whether arm number `arm` had a subscriber at the last check.
     pub fn are_heard(&self, arm: usize) -> bool {
         self.arms.get(arm).is_some_and(|arm| arm.heard.load(Ordering::Relaxed))
     }
 
-    /// Whether anyone else sends commands to the arm number `arm`.
+    /// Returns whether anyone else sends commands to arm number `arm`.
     pub fn are_contended(&self, arm: usize) -> bool {
         self.arms.get(arm).is_some_and(|arm| arm.rival.is_there())
     }
 
-    /// Who sends commands to the arm number `arm`: 0 is this node, 1 its rival.
+    /// Returns the publisher number `number` of commands to arm number `arm`: 0 is this node, 1 its rival.
     pub fn publisher(&self, arm: usize, number: u32) -> Option<EndpointId> {
         let arm = self.arms.get(arm)?;
         if number == 0 { Some(arm.publishing().id()) } else { arm.rival.publisher() }
     }
 
-    /// The full name of the commands' topic for the arm number `arm`.
+    /// Returns the full name of the command topic of arm number `arm`.
     pub fn topic(&self, arm: usize) -> &str {
         self.arms.get(arm).map_or("", |arm| arm.publishing().topic())
     }
 
-    /// Commands that found no room in a writer, or would have waited in it.
+    /// Returns the number of commands that were dropped because the writer was full or would have queued them.
     pub fn dropped(&self) -> u64 {
         self.arms.iter().map(|arm| arm.publishing().dropped()).sum()
     }
 
-    /// What to say where others publish commands too.
+    /// Returns a warning if others publish commands too.
     pub fn rivals(&self) -> Option<String> {
         let arm = self.arms.iter().find(|arm| arm.rivals() > 0)?;
         Some(rivalry(arm.publishing().topic(), arm.rivals() + 1))
     }
 
-    /// What the guards of each arm say.
+    /// Returns the status subscriptions of the guards of each arm.
     pub fn guards(&self) -> impl Iterator<Item = GuardStatuses> {
         self.arms.iter().map(|arm| arm.guards.clone())
     }
 }
 
-/// What remains to be done when the cycle has ended, or panicked with a message: zeros, unless it has sent them, and the report.
-pub(super) fn last_words(
+/// Returns the function to call when the cycle has ended or panicked. It sends zeros unless the cycle has, and passes on the outcome.
+pub(super) fn on_end(
     commands: Arc<Commands>,
     end: watch::Sender<Option<Outcome>>,
 ) -> impl FnOnce(Result<Outcome, String>) {
@@ -273,17 +273,17 @@ mod tests {
     fn commands(node: &mut Node, contract: &Contract) -> Commands {
         let arms = [JointOrder::new(vec!["one".to_owned(), "other".to_owned()])];
         let sending = Sending { interface: Interface::Velocity, period: PERIOD, in_time: true };
-        let mut wiring = Wiring { node, kind: ServoKind::OneArm, contract: &contract.servo };
-        Commands::new(&mut wiring, &arms, sending).unwrap()
+        let mut setup = NodeSetup { node, kind: ServoKind::OneArm, contract: &contract.servo };
+        Commands::new(&mut setup, &arms, sending).unwrap()
     }
 
-    /// A publisher that is held up: all has ended before its first command is sent. It keeps whether it sent zeros last.
-    struct HeldUp {
+    /// A publisher that is delayed: all commands end before its first one is sent. It records whether zeros were sent last.
+    struct DelayedPublisher {
         commands: Arc<OnceLock<Arc<Commands>>>,
         stands: Arc<AtomicBool>,
     }
 
-    impl Outlet for HeldUp {
+    impl CommandPublisher for DelayedPublisher {
         fn publish(&self, _: &[f64]) {
             self.commands.get().unwrap().end();
             self.stands.store(false, Ordering::Relaxed);
@@ -306,13 +306,14 @@ mod tests {
         let (_one, mut node) = node("servo");
         let mut commands = commands(&mut node, &Contract::builtin().unwrap());
         let (ending, stands) = (Arc::new(OnceLock::new()), Arc::new(AtomicBool::new(false)));
-        commands.arms[0].outlet = Box::new(HeldUp { commands: ending.clone(), stands: stands.clone() });
+        commands.arms[0].publisher =
+            Box::new(DelayedPublisher { commands: ending.clone(), stands: stands.clone() });
         let commands = ending.get_or_init(|| Arc::new(commands));
         commands.publish(&[0.5, -0.5]);
         assert!(stands.load(Ordering::Relaxed));
     }
 
-    /// A cycle that sends `command` until `end`, and what came of it: the last command, and the outcome.
+    /// Runs a cycle that sends `command` until `end`. Returns the last command and the outcome.
     async fn ends(end: impl Fn() -> ControlFlow<Outcome> + Send + 'static) -> (Vec<f64>, Outcome) {
         let ((_one, mut node), (_other, mut robot)) = (node("servo"), node("robot"));
         let contract = Contract::builtin().unwrap();
@@ -325,8 +326,8 @@ mod tests {
             may_end.publish(&[0.5, -0.5]);
             if asked.load(Ordering::Relaxed) { end() } else { ControlFlow::Continue(()) }
         };
-        let last_words = last_words(commands.clone(), sender);
-        cycle_thread::spawn("servo", Schedule { period: PERIOD, realtime_priority: 0 }, tick, last_words)
+        let on_end = on_end(commands.clone(), sender);
+        cycle_thread::spawn("servo", Schedule { period: PERIOD, realtime_priority: 0 }, tick, on_end)
             .unwrap();
         assert_eq!(received(&heard).await, [0.5, -0.5]);
         go.store(true, Ordering::Relaxed);

@@ -1,9 +1,9 @@
-//! What is said again and again: how often, and when it is new.
+//! Limits how often a warning is repeated.
 
 use dq_ros::ros::Logger;
 use std::time::Duration;
 
-/// Whether `interval` has passed since `last`, which then becomes `now`.
+/// Returns whether `interval` has passed since `last`; if so, sets `last` to `now`.
 pub(super) fn due(last: &mut Duration, now: Duration, interval: Duration) -> bool {
     let due = now.saturating_sub(*last) >= interval;
     if due {
@@ -12,12 +12,12 @@ pub(super) fn due(last: &mut Duration, now: Duration, interval: Duration) -> boo
     due
 }
 
-/// A complaint as it was logged last; none where there is no reason for it.
+/// The warning that was logged last; `None` if none is due.
 #[derive(Default)]
-pub(super) struct Complaint(Option<String>);
+pub(super) struct WarningOnChange(Option<String>);
 
-impl Complaint {
-    /// Warns of it where it is another one than before.
+impl WarningOnChange {
+    /// Logs the warning if it differs from the last one.
     pub fn warn(&mut self, log: &Logger, now: Option<String>) {
         if now != self.0 {
             now.iter().for_each(|warning| log.warn(warning));

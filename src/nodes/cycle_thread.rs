@@ -17,53 +17,53 @@ use std::time::Duration;
 /// One wake-up.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Tick {
-    /// The monotonic clock's time.
+    /// The time of the monotonic clock.
     pub now: Duration,
-    /// How late the wake-up came.
+    /// The delay of the wake-up after its deadline.
     pub lateness: Duration,
-    /// Deadlines skipped since the one before: a late cycle is never made up for.
+    /// The number of deadlines skipped since the previous cycle. Skipped cycles are not made up for.
     pub missed: u64,
-    /// How long the cycle before worked; none before there was one.
+    /// How long the previous cycle worked; `None` in the first cycle.
     pub worked: Option<Duration>,
 }
 
-/// When a cycle runs, and how much before other threads.
+/// The period of a cycle, and the priority of its thread.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Schedule {
     pub period: Duration,
-    /// Of SCHED_FIFO; 0 for a thread like others.
+    /// The SCHED_FIFO priority; 0 for an ordinary thread.
     pub realtime_priority: u8,
 }
 
-/// Runs `body` by `schedule` on a thread of its own until it breaks, and then `last_words` with what it broke with, or with the
-/// message of its panic. What `body` owns is gone by then.
+/// Runs `body` by `schedule` on a new thread until it breaks. Then drops `body` and what it owns, and calls `on_end` with the value of
+/// the break, or with the message of a panic.
 ///
 /// # Errors
-/// [`NodeError::Thread`], and [`NodeError::Realtime`] where the system does not allow its priority: then nothing of it has run.
+/// [`NodeError::Thread`], and [`NodeError::Realtime`] if the system does not allow the priority. Then neither function was called.
 pub(super) fn spawn<E>(
     name: &str,
     schedule: Schedule,
     body: impl FnMut(Tick) -> ControlFlow<E> + Send + 'static,
-    last_words: impl FnOnce(Result<E, String>) + Send + 'static,
+    on_end: impl FnOnce(Result<E, String>) + Send + 'static,
 ) -> Result<JoinHandle<()>, NodeError> {
     let (sender, entered) = sync_channel(1);
     let thread = std::thread::Builder::new().name(name.to_owned()).spawn(move || {
-        // Without: up to 50 µs late, so that the kernel may wake several at once. Who cannot have it has that.
+        // Without this the kernel may wake the thread up to 50 µs late, to wake several threads at once. Failure is harmless.
         let _ = set_current_timer_slack(NonZeroU64::new(1));
         let allowed = realtime::enter(schedule.realtime_priority);
         let runs = allowed.is_ok();
-        // Who waits for it has nothing else to do.
+        // The receiver waits for nothing else.
         let _ = sender.send(allowed);
         if runs {
             let ended = catch_unwind(AssertUnwindSafe(move || run(schedule.period, body)));
-            last_words(ended.map_err(|panic| message(&*panic).to_owned()));
+            on_end(ended.map_err(|panic| message(&*panic).to_owned()));
         }
     })?;
     entered.recv().unwrap_or(Ok(()))?;
     Ok(thread)
 }
 
-/// A cycle on a thread of its own that ends with its owner.
+/// A cycle on its own thread, which ends when this value is dropped.
 pub(super) struct CycleThread {
     ended: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
@@ -73,7 +73,7 @@ impl CycleThread {
     /// Runs `body` by `schedule` until this is dropped.
     ///
     /// # Errors
-    /// As of [`spawn`].
+    /// The errors of [`spawn`].
     pub fn start(
         name: &str,
         schedule: Schedule,
@@ -91,7 +91,7 @@ impl CycleThread {
         Ok(Self { ended, thread: Some(spawn(name, schedule, body, drop)?) })
     }
 
-    /// Whether it runs: it ends by itself only by a panic.
+    /// Returns whether the cycle is running. Unless dropped, it ends only by a panic.
     pub fn is_running(&self) -> bool {
         self.thread.as_ref().is_some_and(|thread| !thread.is_finished())
     }
@@ -127,7 +127,7 @@ fn message(panic: &(dyn Any + Send)) -> &str {
     text.or_else(|| panic.downcast_ref::<String>().map(String::as_str)).unwrap_or("a panic")
 }
 
-/// The first deadline on the grid that is still to come at `now`, and how many before it are lost.
+/// Returns the first deadline on the grid after `now`, and the number of deadlines that were skipped.
 fn next_deadline(deadline: Duration, now: Duration, period: Duration) -> (Duration, u64) {
     let next = deadline + period;
     let late = now.saturating_sub(next);
@@ -193,7 +193,7 @@ mod tests {
             sender.send("a tick").unwrap();
             ControlFlow::Break(())
         };
-        // No system has that one.
+        // No system has this priority.
         let schedule = Schedule { period: MS, realtime_priority: 100 };
         let refused = spawn("test", schedule, body, move |_| words.send("last words").unwrap());
         assert!(matches!(refused, Err(NodeError::Realtime(_))));

@@ -1,4 +1,4 @@
-//! The robot description that comes by topic: waited for before the servo starts, and watched while it runs.
+//! The robot description from a topic: the servo waits for it before it starts, and watches it while it runs.
 
 use super::{NodeError, Prepared};
 use dq_config::NodeParameters;
@@ -15,14 +15,14 @@ use tokio::time::{Instant, interval};
 /// The topic.
 const TOPIC: &str = "robot_description";
 
-/// So often it is logged that the description is waited for, or that another one came.
+/// How often to log that the description is awaited, or that another one arrived.
 const REMINDER: Duration = Duration::from_secs(5);
 
 impl<P: NodeParameters> Prepared<P> {
-    /// The node that the command line asks for, once a robot description has come to `session`.
+    /// Waits for a robot description on `session`, and prepares the node from it and the command line.
     ///
     /// # Errors
-    /// [`NodeError`] for names that are not right, for a description that has no arm between the frames, and where the network refuses.
+    /// [`NodeError`] if a name is invalid, if the description has no arm between the frames, or if the network fails.
     pub async fn when_described(session: &Session, args: &RosArgs) -> Result<Self, NodeError> {
         let names = Resolver::new(P::NODE_NAME, args).map_err(RosError::from)?;
         let mut node = session.node(names, Logging::new(args, LogLevel::Info))?;
@@ -34,7 +34,7 @@ impl<P: NodeParameters> Prepared<P> {
                     let topic = descriptions.topic().to_owned();
                     let refused = |why| NodeError::Description { topic, why: Box::new(why) };
                     let args = args.clone();
-                    // Signals are heard meanwhile.
+                    // Signals are handled meanwhile.
                     let read = spawn_blocking(move || Self::described(&args, description.data)).await;
                     return read.map_err(|why| NodeError::Thread(why.into()))?.map_err(refused);
                 }
@@ -47,7 +47,7 @@ impl<P: NodeParameters> Prepared<P> {
     }
 }
 
-/// Logs robot descriptions that have another arm between the frames than the one in force: it stays in force.
+/// Logs each robot description whose arm between the frames differs from the one in use. The servo keeps the one in use.
 pub(super) fn watch(
     node: &mut Node,
     contract: &NodeContract,
@@ -68,11 +68,11 @@ pub(super) fn watch(
         loop {
             let came = descriptions.next().await.data;
             let (from, to) = (base.clone(), tool.clone());
-            // The node's other tasks go on meanwhile.
+            // The node's other tasks run meanwhile.
             let why = match spawn_blocking(move || Description::read(&came, &from, &to)).await {
                 Ok(Ok(read)) if read.arm.urdf() == in_force => continue,
                 Ok(Ok(_)) => {
-                    format!("it has another arm between {base} and {tool}: start the servo anew to take it")
+                    format!("it has another arm between {base} and {tool}: restart the servo to use it")
                 }
                 Ok(Err(why)) => why.to_string(),
                 Err(why) => why.to_string(),

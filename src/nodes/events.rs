@@ -42,7 +42,7 @@ impl EventsTopic {
     }
 
     /// Counts who subscribes. That takes a lock which discovery holds too, so the cycle does not do it.
-    pub fn look_for_readers(&self) {
+    pub fn update_readers(&self) {
         self.readers.store(self.publisher.readers(), Ordering::Relaxed);
     }
 }

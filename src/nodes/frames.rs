@@ -1,6 +1,6 @@
-//! What TF says, off the cycle's thread: the cycle asks where a goal is, and finds the answer there when it comes.
+//! Looks up frames in TF on another thread than the cycle's: the cycle asks for the pose of a goal, and collects the answer later.
 
-use super::wiring::Wiring;
+use super::wiring::NodeSetup;
 use dq_core::servo::{GoalFrameMode, GoalFrames};
 use dq_messages::messages::{TFMessage, TransformStamped};
 use dq_ros::ros::{Clock, Logger, RosError, Subscription};
@@ -15,20 +15,20 @@ use tokio::time::{Instant, sleep_until};
 
 const WARNING_INTERVAL: Duration = Duration::from_secs(1);
 
-/// What the cycle asks.
-enum Ask {
-    /// Where this goal is.
+/// What the cycle asks of the listener.
+enum FrameRequest {
+    /// The pose of this goal.
     Goal(FramedGoal),
-    /// Where the frame of this goal takes it, where goals are followed; none before it is followed any more.
+    /// Where the frame of this goal moves it, if goals are followed. Ends the following of earlier goals.
     Follow(FramedGoal),
-    /// Nothing of where frames take goals.
+    /// To follow no goal.
     Unfollow,
-    /// Nothing any more of the goals up to that number.
+    /// To forget the goals up to this number.
     Forget(u64),
     Configure(GoalFrames),
 }
 
-/// All frames that were heard of, for who looks them up.
+/// All frames heard of, shared with those who look them up.
 #[derive(Clone, Default)]
 pub(super) struct Tree(Arc<Mutex<FrameTree>>);
 
@@ -38,31 +38,31 @@ impl Tree {
     }
 }
 
-/// The cycle's side.
+/// The cycle's side of the frame lookup.
 pub(super) struct Frames {
-    asks: UnboundedSender<Ask>,
+    asks: UnboundedSender<FrameRequest>,
     reports: mpsc::Receiver<Report>,
-    /// The number of the last goal that was asked for.
+    /// The number of the last goal that was asked about.
     asked: u64,
-    /// Goals up to this number are over.
+    /// Goals up to this number have ended.
     over: u64,
-    /// Goals up to this number do not move with their frames any more.
+    /// Goals up to this number no longer move with their frames.
     unfollowed: u64,
-    /// What has become of the goal that is followed, until the cycle takes it.
+    /// The latest motion of the goal that is followed, until the cycle takes it.
     motion: Option<FrameMotion>,
 }
 
-/// What the listener has found out.
+/// What the listener found out.
 enum Report {
     Answer(Answer),
-    /// What the frame of the goal of that number has done.
+    /// How the frame of the goal with this number has moved.
     Motion(u64, FrameMotion),
 }
 
 impl Frames {
-    /// Subscribes to TF, whose stamps are of `clock` and which becomes known to `tree`; goals are looked up in the frame `base`.
+    /// Subscribes to TF, stamped by `clock`, and stores its frames in `tree`. Goals are looked up in the frame `base`.
     pub fn new(
-        Wiring { node, contract, .. }: &mut Wiring,
+        NodeSetup { node, contract, .. }: &mut NodeSetup,
         clock: &Clock,
         base: &str,
         tool: &str,
@@ -92,43 +92,43 @@ impl Frames {
         Ok(Self { asks, reports, asked: 0, over: 0, unfollowed: 0, motion: None })
     }
 
-    /// Asks where a goal is, whose number is above those before.
+    /// Asks for the pose of a goal. Its number must be above those before.
     pub fn ask(&mut self, goal: FramedGoal) {
         self.asked = goal.number;
-        // The other side is gone only when the node is about to go.
-        let _ = self.asks.send(Ask::Goal(goal));
+        // Sending fails only while the node shuts down.
+        let _ = self.asks.send(FrameRequest::Goal(goal));
     }
 
-    /// Wants no answers any more for the goals up to that number.
+    /// Discards the answers for the goals up to this number.
     pub fn forget(&mut self, number: u64) {
-        // Else the listener knows of none, and need not be woken from the cycle.
+        // If the listener knows no goal, the cycle need not wake it.
         let is_one_known = self.asked > self.over;
         (self.over, self.unfollowed, self.motion) = (number, number, None);
         if is_one_known {
-            let _ = self.asks.send(Ask::Forget(number));
+            let _ = self.asks.send(FrameRequest::Forget(number));
         }
     }
 
-    /// The goal, which was answered, was taken: it moves with its frame from now on, and none before it does.
+    /// Follows the frame of a goal that was answered and accepted, and no earlier goal any more.
     pub fn follow(&mut self, goal: FramedGoal) {
         (self.unfollowed, self.motion) = (goal.number.saturating_sub(1), None);
-        let _ = self.asks.send(Ask::Follow(goal));
+        let _ = self.asks.send(FrameRequest::Follow(goal));
     }
 
-    /// No goal up to that number moves with its frame any more; those that wait are still answered.
+    /// Stops following the goals up to this number. Goals that wait are still answered.
     pub fn unfollow(&mut self, number: u64) {
         (self.unfollowed, self.motion) = (number, None);
         if self.asked > self.over {
-            let _ = self.asks.send(Ask::Unfollow);
+            let _ = self.asks.send(FrameRequest::Unfollow);
         }
     }
 
-    /// Takes these settings for the goals that come from now on.
+    /// Uses these settings for later goals.
     pub fn configure(&self, settings: GoalFrames) {
-        let _ = self.asks.send(Ask::Configure(settings));
+        let _ = self.asks.send(FrameRequest::Configure(settings));
     }
 
-    /// The next answer that has come.
+    /// Returns the next answer that has arrived.
     pub fn answer(&mut self) -> Option<Answer> {
         loop {
             match self.reports.try_recv().ok()? {
@@ -141,23 +141,23 @@ impl Frames {
         }
     }
 
-    /// What has become of the goal that is followed, after the last [`answer`](Self::answer).
+    /// Returns the latest motion of the followed goal. Call [`answer`](Self::answer) first, until it returns `None`.
     pub fn motion(&mut self) -> Option<FrameMotion> {
         self.motion.take()
     }
 }
 
-/// The side of TF.
+/// The listener to TF.
 struct Listener {
     tf: Subscription<TFMessage>,
     tf_static: Subscription<TFMessage>,
-    inbox: UnboundedReceiver<Ask>,
+    inbox: UnboundedReceiver<FrameRequest>,
     reports: mpsc::Sender<Report>,
     base: String,
     tool: String,
     settings: GoalFrames,
     clock: Clock,
-    /// What a simulated clock said last \[ns\].
+    /// The last time of a simulated clock \[ns\].
     time: i64,
     tree: Tree,
     waiting: WaitingGoals,
@@ -167,7 +167,8 @@ struct Listener {
     log: Logger,
 }
 
-/// Why a transform was ignored, of which frame, as was logged last, and when: not the same again, and once a second at most.
+/// The last logged reason why a transform was ignored, its frame, and the time. A reason is logged again only if it changed, and at most
+/// once per second.
 #[derive(Default)]
 struct Warned(Option<(Ignored, String, Duration)>);
 
@@ -193,23 +194,23 @@ impl Listener {
                 message = self.tf.next() => self.take(&message, false),
                 message = self.tf_static.next() => self.take(&message, true),
                 ask = self.inbox.recv() => match ask {
-                    Some(Ask::Goal(goal)) => self.waiting.add(goal, self.began.elapsed()),
-                    Some(Ask::Follow(goal)) => self.follow(goal),
-                    Some(Ask::Unfollow) => self.followed = None,
-                    Some(Ask::Forget(number)) => self.forget(number),
-                    Some(Ask::Configure(settings)) => self.settings = settings,
+                    Some(FrameRequest::Goal(goal)) => self.waiting.add(goal, self.began.elapsed()),
+                    Some(FrameRequest::Follow(goal)) => self.follow(goal),
+                    Some(FrameRequest::Unfollow) => self.followed = None,
+                    Some(FrameRequest::Forget(number)) => self.forget(number),
+                    Some(FrameRequest::Configure(settings)) => self.settings = settings,
                     None => return,
                 },
                 () = sleep_until(self.began + deadline.unwrap_or_default()), if deadline.is_some() => {}
             }
             self.answer();
-            // Whoever floods TF holds up nothing else that runs here.
+            // A flood of TF messages must not block the other tasks.
             tokio::task::yield_now().await;
         }
     }
 
     fn take(&mut self, message: &TFMessage, is_static: bool) {
-        // As tf2 does: where a simulation has begun anew, what its frames did before says nothing of where they are.
+        // If a simulation has restarted, earlier transforms no longer hold; tf2 does the same.
         if self.clock.is_simulated() {
             let time = self.clock.now().nanoseconds();
             if time < std::mem::replace(&mut self.time, time) {
@@ -233,7 +234,7 @@ impl Listener {
         self.followed = self.followed.take().filter(|followed| followed.number() > number);
     }
 
-    /// Follows the goal if goals are, and no other one any more.
+    /// Follows the goal, if goals are followed, and no other goal any more.
     fn follow(&mut self, goal: FramedGoal) {
         let follows = self.settings.mode == GoalFrameMode::Follow && !self.is_on_tool(&goal);
         self.followed = follows.then(|| Followed::new(goal, self.began.elapsed()));
@@ -292,9 +293,9 @@ mod tests {
         let mut forgotten = |frames: &mut Frames, number| {
             frames.forget(number);
             let asks = std::iter::from_fn(|| inbox.try_recv().ok());
-            asks.filter(|ask| matches!(ask, Ask::Forget(up_to) if *up_to == number)).count()
+            asks.filter(|ask| matches!(ask, FrameRequest::Forget(up_to) if *up_to == number)).count()
         };
-        // Goals in the base frame are looked up nowhere.
+        // Goals in the base frame need no lookup.
         assert_eq!((1..=1000).map(|number| forgotten(&mut frames, number)).sum::<usize>(), 0);
         frames.ask(goal(1001));
         frames.ask(goal(1003));

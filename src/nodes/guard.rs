@@ -1,4 +1,4 @@
-//! The guard node: watches the commands to one arm, and stops the arm when they cease in motion.
+//! The guard node: watches the commands to one arm, and stops the arm if they cease while it moves.
 
 use super::complaint::due;
 use super::cycle_thread::{CycleThread, Schedule, Tick};
@@ -16,16 +16,16 @@ use std::sync::mpsc::{Receiver, channel};
 use std::time::Duration;
 use tokio::sync::watch;
 
-/// The guard looks so often: of the time in which an arm is to be stopped this is little.
+/// How often the guard checks: short compared with the time within which it must stop an arm.
 const PERIOD: Duration = Duration::from_millis(5);
 
-/// It says so often that it is there.
+/// How often the guard publishes its status.
 const STATUS_INTERVAL: Duration = Duration::from_millis(100);
 
-/// It says so often at most that it hears nothing.
-const COMPLAINT_INTERVAL: Duration = Duration::from_secs(10);
+/// The shortest time between two warnings that the guard hears no joint states.
+const WARNING_INTERVAL: Duration = Duration::from_secs(10);
 
-/// A trajectory that lets an arm stand is reached after so long.
+/// The time after which a trajectory that stops the arm ends.
 const STAND: Duration = Duration::from_millis(20);
 
 /// A running guard node.
@@ -40,7 +40,7 @@ impl GuardNode {
     /// Starts the node on `session`.
     ///
     /// # Errors
-    /// [`NodeError`] where the network or the operating system refuses.
+    /// [`NodeError`] if the network or the operating system fails.
     pub fn start(session: &Session, prepared: Prepared<GuardParameters>) -> Result<Self, NodeError> {
         let Prepared { names, store, parameters, logging, warnings } = prepared;
         let contract = Contract::builtin()?.guard;
@@ -64,8 +64,9 @@ impl GuardNode {
         Ok(Self { cycle, needed: is_needed, node })
     }
 
-    /// Ends the node once nobody needs it any more: what ends a launch ends its guard too, just when the servo was killed. Whether
-    /// that came while a servo may take to its own end; else the arm is still commanded to move.
+    /// Ends the node as soon as it is not needed any more. A launch that ends stops its guard too, perhaps just when the servo was killed.
+    ///
+    /// Returns false if the arm was still commanded to move after the time that a servo may take to shut down.
     pub async fn shut_down(mut self) -> bool {
         if *self.needed.borrow() {
             self.node
@@ -77,7 +78,7 @@ impl GuardNode {
         matches!(stands, Ok(Ok(_)))
     }
 
-    /// Whether it watches: it ends by itself only by a panic.
+    /// Returns whether the guard is watching. Unless dropped, it stops only by a panic.
     pub fn is_running(&self) -> bool {
         self.cycle.is_running()
     }
@@ -95,7 +96,7 @@ impl<M: Command> Channel<M> {
         Ok(Self { watched: node.subscription_as(&entry, topic)?, sent: node.publisher_as(&entry, topic)? })
     }
 
-    /// Gives the commands of all but guards to `guard`.
+    /// Gives `guard` the commands of all publishers other than guards.
     fn hear(&self, guard: &mut Guard, joints: &[String], now: Duration) {
         self.watched.each(|command, _| {
             if !command.is_of_guard() {
@@ -105,7 +106,7 @@ impl<M: Command> Channel<M> {
     }
 }
 
-/// The commands, of the kind that the arm's controller takes.
+/// The commands, of the type that the arm's controller takes.
 enum Commands {
     Arrays(Channel<Float64MultiArray>),
     Trajectories(Channel<JointTrajectory>),
@@ -136,11 +137,11 @@ impl Commands {
     }
 }
 
-/// Everything that the thread owns.
+/// The state of the guard's thread.
 struct Watch {
     guard: Guard,
     joints: JointOrder,
-    /// The timeouts that the parameters ask for.
+    /// Receives the timeout when the parameter changes.
     inbox: Receiver<Duration>,
     joint_states: Subscription<JointState>,
     commands: Commands,
@@ -148,7 +149,7 @@ struct Watch {
     status_sent: Duration,
     node: String,
     stops: u64,
-    complained: Duration,
+    warned: Duration,
     needed: watch::Sender<bool>,
     log: Logger,
 }
@@ -162,7 +163,7 @@ impl Watch {
         needed: watch::Sender<bool>,
     ) -> Result<Self, RosError> {
         let GuardParameters { joints, interface, command_timeout, .. } = parameters;
-        // First, so that nobody sees the guard's commands before it is known for a guard.
+        // Create this first, so that the servo knows the guard before it sees the guard's command publisher.
         let status = node.publisher(contract, "command_guard")?;
         let topic = command_topic(interface);
         let commands = match interface {
@@ -181,7 +182,7 @@ impl Watch {
             status_sent: Duration::ZERO,
             node: node.name().fully_qualified(),
             stops: 0,
-            complained: Duration::ZERO,
+            warned: Duration::ZERO,
             needed,
             log: node.log().clone(),
         })
@@ -190,7 +191,7 @@ impl Watch {
     fn tick(&mut self, tick: Tick) {
         self.inbox.try_iter().for_each(|timeout| self.guard.set_timeout(timeout));
         let Self { guard, joints, joint_states, .. } = self;
-        // A message of other joints, or a damaged one, is none of this arm.
+        // Messages of other joints and damaged messages do not count.
         joint_states.each(|state, _| {
             let mut positions = vec![0.0; joints.names().len()];
             if joints.positions(&state.name, &state.position, &mut positions).is_ok() {
@@ -209,11 +210,11 @@ impl Watch {
         let is_needed = self.guard.is_needed();
         self.needed.send_if_modified(|needed| std::mem::replace(needed, is_needed) != is_needed);
         if self.guard.hears(tick.now) {
-            // One that hears nothing does not say that it watches.
+            // A guard that hears no joint states must not say that it is watching.
             if due(&mut self.status_sent, tick.now, STATUS_INTERVAL) {
                 self.publish_status();
             }
-        } else if is_needed && due(&mut self.complained, tick.now, COMPLAINT_INTERVAL) {
+        } else if is_needed && due(&mut self.warned, tick.now, WARNING_INTERVAL) {
             self.log.warn(&format!(
                 "{} has not come for half of command_timeout: nobody can tell whether commands have ceased, and nothing is sent",
                 self.joint_states.topic()

@@ -7,14 +7,14 @@ use dq_ros::ros::{Node, RosError, Subscription};
 use std::sync::Arc;
 use std::time::Duration;
 
-/// A guard that says nothing for so long is gone.
+/// A guard that is silent for longer than this is gone.
 const SILENCE: Duration = Duration::from_secs(1);
 
-/// What the guards of an arm say: each counts as one publisher of the arm's commands that is no rival, and as one subscriber to them
-/// that is no robot.
+/// The statuses of an arm's guards. Each guard is one publisher of the arm's commands that is not a rival, and one subscriber to them that
+/// is not a robot.
 pub(super) type GuardStatuses = Arc<Subscription<DiagnosticStatus>>;
 
-/// Subscribes to what the guards of the arm say whose topics begin with `prefix`.
+/// Subscribes to the statuses of the guards of the arm whose topics begin with `prefix`.
 pub(super) fn subscribe(
     node: &mut Node,
     contract: &NodeContract,
@@ -30,12 +30,12 @@ pub(super) struct Guards {
 }
 
 impl Guards {
-    /// Nothing heard yet.
+    /// Creates the state before any guard was heard.
     pub fn new(statuses: GuardStatuses) -> Self {
         Self { statuses, heard: None }
     }
 
-    /// Looks at `now` whether there is one.
+    /// Returns whether there is a guard at `now`.
     pub fn look(&mut self, now: Duration) -> GuardState {
         if self.statuses.newest().count > 0 {
             self.heard = Some(now);
@@ -47,7 +47,7 @@ impl Guards {
         }
     }
 
-    /// How many there are, as far as discovery knows.
+    /// Returns the number of guards that discovery knows.
     pub fn count(&self) -> usize {
         self.statuses.publishers()
     }

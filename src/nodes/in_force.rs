@@ -1,5 +1,5 @@
-//! The settings in force: by the parameters, and by what is drawn on `~/keep_out`. Only this module gives the cycle settings, and it makes
-//! them outside of the cycle's thread.
+//! The settings in force: those of the parameters, and the keep-outs drawn on `~/keep_out`. Only this module gives settings to the cycle.
+//! It builds them outside the cycle's thread.
 
 use super::events::ParameterRecord;
 use super::parameters::CYCLE_ENDED;
@@ -13,38 +13,38 @@ use std::sync::mpsc::Sender;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-/// The settings by which the cycle goes.
+/// The settings that the cycle uses.
 pub(super) struct InForce {
-    now: Mutex<Now>,
+    now: Mutex<Current>,
     requests: Sender<Request>,
     kind: ServoKind,
 }
 
-struct Now {
-    /// By the parameters alone.
+struct Current {
+    /// From the parameters alone.
     settings: Settings,
-    /// How many keep-outs and keep-ins these have that are not looked at.
+    /// The number of their keep-outs and keep-ins that are not checked.
     idle: usize,
     store: ParameterStore,
     drawn: Vec<KeepOut>,
-    /// What of what is drawn is not obeyed, or not as it should be.
+    /// What is drawn but not obeyed, or not fully obeyed.
     refused: Option<String>,
-    /// Scenes that the cycle may have: what it takes no more is dropped here.
+    /// Scenes that the cycle may still use. A scene that the cycle has dropped is freed here.
     scenes: Vec<Arc<Scene>>,
 }
 
-/// What is to be kept out of, or stayed in, and is not.
+/// The keep-outs and keep-ins that are not obeyed.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct NotObeyed {
-    /// As constraints are off.
+    /// Because constraints are off.
     pub idle: Option<String>,
-    /// Of what is drawn.
+    /// Because what was drawn is refused.
     pub refused: Option<String>,
 }
 
 impl InForce {
-    /// The settings of these parameters of a servo of this kind, which the cycle has, with so many `idle` keep-outs, and nothing drawn. Other
-    /// settings are asked for by `requests`.
+    /// Creates the settings of a servo of this kind, which the cycle already has: those of the parameters, with `idle` keep-outs that are
+    /// not checked, and nothing drawn. Later settings are sent by `requests`.
     pub fn new(
         settings: Settings,
         idle: usize,
@@ -53,14 +53,14 @@ impl InForce {
         kind: ServoKind,
     ) -> Self {
         let scenes = settings.scene.iter().cloned().collect();
-        let now = Now { settings, idle, store, drawn: Vec::new(), refused: None, scenes };
+        let now = Current { settings, idle, store, drawn: Vec::new(), refused: None, scenes };
         Self { now: Mutex::new(now), requests, kind }
     }
 
-    /// Puts parameters into force: those of a store, to which these `changes` have led.
+    /// Applies `parameters`. They are those of `store` after these `changes`.
     ///
     /// # Errors
-    /// Why they are not taken.
+    /// Why they are refused.
     pub fn set(
         &self,
         parameters: ServoParameters,
@@ -80,15 +80,15 @@ impl InForce {
         Ok(())
     }
 
-    /// Whether these are what is drawn.
+    /// Returns whether `drawn` is what is drawn now.
     pub fn is_drawn(&self, drawn: &[KeepOut]) -> bool {
         self.lock().drawn == drawn
     }
 
-    /// Puts these into force in place of all that was drawn before.
+    /// Replaces everything drawn before by `drawn`.
     ///
     /// # Errors
-    /// Why they are not taken.
+    /// Why they are refused.
     pub fn draw(&self, drawn: Vec<KeepOut>) -> Result<(), String> {
         let now = &mut *self.lock();
         let settings = now.settings.keeping_out_of(&drawn).map_err(|why| why.to_string())?;
@@ -100,7 +100,7 @@ impl InForce {
         Ok(())
     }
 
-    /// Asks the cycle to go by these settings, which the record has as these parameters.
+    /// Sends the cycle these settings. `record` has the parameters that lead to them.
     fn ask(
         &self,
         scenes: &mut Vec<Arc<Scene>>,
@@ -113,23 +113,23 @@ impl InForce {
         self.requests.send(request).map_err(|_| CYCLE_ENDED.to_owned())
     }
 
-    /// Says what of what is drawn is not obeyed.
+    /// Sets the text that says what drawn keep-outs are not obeyed.
     pub fn refuse(&self, refused: Option<String>) {
         self.lock().refused = refused;
     }
 
-    /// How many may be drawn.
+    /// Returns how many keep-outs may be drawn.
     pub fn room(&self) -> usize {
         let now = self.lock();
         now.settings.scene.as_ref().map_or(MOST_KEEP_OUTS.saturating_sub(now.idle), |scene| scene.room())
     }
 
-    /// How long the frame of what is drawn may be on its way, as that of a goal.
+    /// Returns how long to wait for the frame of a drawn keep-out; the same time applies to goals.
     pub fn patience(&self) -> Duration {
         self.lock().settings.goal_frames.tf_timeout
     }
 
-    /// What is not obeyed.
+    /// Returns what is not obeyed.
     pub fn not_obeyed(&self) -> NotObeyed {
         let now = self.lock();
         let count = now.idle + if now.settings.scene.is_none() { now.drawn.len() } else { 0 };
@@ -139,7 +139,7 @@ impl InForce {
         NotObeyed { idle, refused: now.refused.clone() }
     }
 
-    fn lock(&self) -> MutexGuard<'_, Now> {
+    fn lock(&self) -> MutexGuard<'_, Current> {
         self.now.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
@@ -167,7 +167,7 @@ mod tests {
         (0..count).map(|i| format!("crate/{i} sphere 2 2 2 0.1").parse().unwrap()).collect()
     }
 
-    /// The names of what the cycle is to keep out of now; none where it is not asked for anything else.
+    /// Returns the names of the keep-outs that the cycle is asked to obey; `None` if nothing new is asked.
     fn asked(inbox: &Receiver<Request>) -> Option<Vec<String>> {
         let Request::Configure(settings, _) = inbox.try_iter().last()? else { panic!() };
         let scene = settings.scene?;
@@ -193,7 +193,7 @@ mod tests {
         in_force.draw(drawn(2)).unwrap();
         let all = ["table", "crate/0", "crate/1"];
         assert_eq!(asked(&inbox).unwrap(), all);
-        // As `param load` of a dump that was made before sets all parameters.
+        // `param load` of an earlier dump sets all parameters like this.
         let dump: Vec<_> = store().iter().map(|(declared, value)| (declared.name, value.clone())).collect();
         let dump: Vec<_> =
             dump.into_iter().filter(|(name, _)| *name == "keep_out" || *name == "controller").collect();

@@ -1,9 +1,9 @@
-//! What the arm must keep out of, as markers on `~/keep_out`: made here, on a thread that nobody waits for, and kept out of besides what
-//! parameters say.
+//! The keep-outs that are drawn as markers on `~/keep_out`. They are built on a thread that nobody waits for, and are obeyed in addition to
+//! those of the parameters.
 
 use super::frames::Tree;
 use super::in_force::InForce;
-use super::wiring::Wiring;
+use super::wiring::NodeSetup;
 use dq_common::text::{NAME, cut, shown};
 use dq_core::servo::Goal;
 use dq_messages::messages::Point;
@@ -16,22 +16,24 @@ use std::sync::Arc;
 use std::time::Duration;
 use tokio::time::Instant;
 
-/// So often frames are looked up, and what is refused is logged.
+/// How often frames are looked up.
 const INTERVAL: Duration = Duration::from_millis(50);
+
+/// The shortest time between two warnings.
 const WARNING_INTERVAL: Duration = Duration::from_secs(1);
 
-/// Obeys the markers that come to the node, of which those in frames of `tree` are known in its frame `base`.
+/// Obeys the markers that arrive. Their frames are looked up in `tree`, relative to the frame `base`.
 ///
 /// # Errors
-/// [`RosError`] where the network refuses.
+/// [`RosError`] if the network fails.
 pub(super) fn obey(
-    Wiring { node, contract, .. }: &mut Wiring,
+    NodeSetup { node, contract, .. }: &mut NodeSetup,
     tree: Tree,
     base: &str,
     in_force: Arc<InForce>,
 ) -> Result<(), RosError> {
     let markers = node.adapting_subscription(contract, "~/keep_out")?;
-    let drawn = Drawn {
+    let drawn = DrawnKeepOuts {
         tree,
         base: base.to_owned(),
         in_force,
@@ -45,8 +47,8 @@ pub(super) fn obey(
     Ok(())
 }
 
-/// Works half of the time at most, whatever comes.
-async fn run(markers: Subscription<MarkerArray>, mut drawn: Drawn) {
+/// Processes markers, for at most half of the time.
+async fn run(markers: Subscription<MarkerArray>, mut drawn: DrawnKeepOuts) {
     let mut is_pending = false;
     loop {
         let mut messages = Vec::new();
@@ -55,7 +57,7 @@ async fn run(markers: Subscription<MarkerArray>, mut drawn: Drawn) {
             () = tokio::time::sleep(INTERVAL), if is_pending || drawn.keep_outs.may_change() => {}
         }
         markers.each(|message, _| messages.push(message));
-        // Hulls take long, and those who ask for parameters do not wait for them.
+        // Hulls take long to build; requests for parameters must not wait for them.
         let work = tokio::task::spawn_blocking(move || {
             let began = Instant::now();
             messages.iter().for_each(|message| drawn.take(message));
@@ -68,20 +70,20 @@ async fn run(markers: Subscription<MarkerArray>, mut drawn: Drawn) {
     }
 }
 
-/// What is drawn.
-struct Drawn {
+/// The drawn keep-outs.
+struct DrawnKeepOuts {
     tree: Tree,
     base: String,
     in_force: Arc<InForce>,
     keep_outs: FramedKeepOuts,
     began: Instant,
-    /// Why something is not obeyed, which is still to be logged; and when that was done. None is of what is not there any more.
+    /// The reasons that are still to be logged why a keep-out is not obeyed. Reasons for keep-outs that were deleted are removed.
     unsaid: Vec<(KeepOutKey, String)>,
     warned: Option<Duration>,
     log: Logger,
 }
 
-impl Drawn {
+impl DrawnKeepOuts {
     fn take(&mut self, message: &MarkerArray) {
         let (most, now) = (self.in_force.room(), self.began.elapsed());
         for marker in &message.markers {
@@ -107,7 +109,7 @@ impl Drawn {
         }
     }
 
-    /// Whether something is still to be put into force or to be logged.
+    /// Puts the drawn keep-outs into force, and logs what is refused. Returns whether either is still to be done.
     fn put_into_force(&mut self) -> bool {
         let (now, patience) = (self.began.elapsed(), self.in_force.patience());
         let lost = self.keep_outs.look(&self.tree.lock(), &self.base, now, patience);
@@ -117,7 +119,7 @@ impl Drawn {
         }));
         let drawn = self.keep_outs.in_base();
         let mut is_in_force = self.in_force.is_drawn(&drawn);
-        // What was refused last is said first.
+        // The latest refusal comes first.
         let refused = self.keep_outs.refused().iter().rev();
         let mut refused: Vec<_> = refused.map(|(key, why)| said(key, why)).collect();
         if !is_in_force {
@@ -139,19 +141,19 @@ impl Drawn {
     }
 }
 
-/// Why one is not obeyed, or not as it should be.
+/// Returns why a keep-out is not obeyed, or not fully.
 fn said(KeepOutKey { namespace, id }: &KeepOutKey, why: &KeepOutRefused) -> String {
     let how = if matches!(why, KeepOutRefused::Silent(_)) { "does not move" } else { "is not obeyed" };
     cut(&format!("{:?} {id} of ~/keep_out {how}: {why}", shown(namespace, NAME))).into_owned()
 }
 
-/// The first, and how many more there are; none of none.
+/// Returns the first text and how many more there are; `None` if there are no texts.
 fn together(all: &[String]) -> Option<String> {
     let (first, more) = all.split_first()?;
     Some(if more.is_empty() { first.clone() } else { format!("{first} (and {} more)", more.len()) })
 }
 
-/// What the arm must keep out of, where a marker that came at `came` is a solid.
+/// Converts a marker that arrived at `came` to a keep-out, if it is a solid.
 fn framed(marker: &Marker, came: Duration) -> Result<FramedKeepOut, KeepOutRefused> {
     Ok(FramedKeepOut {
         key: key(marker),
@@ -168,7 +170,7 @@ fn key(marker: &Marker) -> KeepOutKey {
     KeepOutKey { namespace: marker.ns.clone(), id: marker.id }
 }
 
-/// The solid that a marker is, in the marker's frame; else what is wrong with it.
+/// Converts a marker to a solid in the marker's frame, or returns what is wrong with it.
 fn solid(marker: &Marker) -> Result<Solid, String> {
     let scale = &marker.scale;
     let (is_round, center, turn) = (scale.x == scale.y, Vector3::zeros(), NO_TURN);
@@ -188,7 +190,7 @@ fn solid(marker: &Marker) -> Result<Solid, String> {
     };
     let (at, turn) = (&marker.pose.position, &marker.pose.orientation);
     let turn = match [turn.x, turn.y, turn.z, turn.w] {
-        // As RViz draws what nobody has turned.
+        // RViz draws a quaternion of zeros as not rotated.
         [0.0, 0.0, 0.0, 0.0] => NO_TURN,
         turn => turn,
     };
@@ -196,7 +198,7 @@ fn solid(marker: &Marker) -> Result<Solid, String> {
     Ok(solid.moved(&pose.base_from_goal().frame()))
 }
 
-/// The points of a marker, each point once: triangles beside each other share corners.
+/// Returns the points of a marker without duplicates, because adjacent triangles share corners.
 fn corners(marker: &Marker) -> Vec<Vector3<f64>> {
     let scale = &marker.scale;
     let scaled = |point: &Point| [scale.x * point.x, scale.y * point.y, scale.z * point.z];

@@ -1,6 +1,6 @@
-//! The nodes of the program: receive → convert → step → convert → publish; nothing else.
+//! The nodes of the program: each receives, converts, steps, converts and publishes.
 #![warn(clippy::unwrap_used, clippy::expect_used)]
-// Both panic where nobody reads: results go through cli::print, all else through stderr.
+// Both macros panic if nobody reads the stream. Results go through `cli::print`, everything else through stderr.
 #![warn(clippy::print_stdout, clippy::print_stderr)]
 
 #[cfg(test)]
@@ -47,33 +47,33 @@ use thiserror::Error;
 /// Why a node could not start.
 #[derive(Debug, Error)]
 pub enum NodeError {
-    /// Its parameters.
+    /// Invalid parameters.
     #[error(transparent)]
     Config(#[from] ParameterError),
-    /// A robot description that came by topic.
+    /// A robot description from a topic.
     #[error("what came on {topic} does not describe the arm: {why}")]
     Description {
         /// The topic.
         topic: String,
-        /// What is wrong with it.
+        /// The reason.
         why: Box<NodeError>,
     },
-    /// Its place in the graph.
+    /// The node cannot join the graph.
     #[error(transparent)]
     Ros(#[from] RosError),
-    /// The wire contract.
+    /// An invalid wire contract.
     #[error(transparent)]
     Wire(#[from] dq_messages::WireError),
-    /// Its arm.
+    /// An invalid arm.
     #[error(transparent)]
     Arm(#[from] dq_kinematics::arm::ArmError),
-    /// Settings that do not fit its arm.
+    /// Settings that do not match the arm.
     #[error(transparent)]
     Settings(#[from] dq_core::servo::SettingsError),
-    /// The cycle's priority.
+    /// The cycle cannot get its priority.
     #[error(transparent)]
     Realtime(#[from] RealtimeError),
-    /// The operating system gave no thread.
+    /// The operating system created no thread.
     #[error("no thread for the cycle: {0}")]
     Thread(#[from] std::io::Error),
 }

@@ -1,13 +1,13 @@
-//! What a servo node publishes.
+//! The outputs of a servo node.
 
 use super::commands::Commands;
 use super::events::EventsTopic;
 use super::guards::Guards;
 use super::in_force::NotObeyed;
-use super::pictures::{Easel, Moment};
+use super::pictures::{Moment, MomentSlot};
 use super::ros_inputs::RejectedGoal;
-use super::snapshot::{MotionNews, Snapshot};
-use super::wiring::Wiring;
+use super::snapshot::{MotionUpdate, Snapshot};
+use super::wiring::NodeSetup;
 use dq_core::servo::{Status, joint_name};
 use dq_limits::check::GuardState;
 use dq_messages::messages::*;
@@ -17,10 +17,10 @@ use dq_wire::{MotionContext, MotionReport, ServoKind, SpreadFigures};
 use std::sync::Arc;
 use std::time::Duration;
 
-/// What to say where a guard has gone.
+/// The warning when a guard is gone.
 pub(super) const GUARD_GONE: &str = "the guard is gone: nobody would stop the arm if this servo were killed";
 
-/// What the node publishes.
+/// The outputs of the node.
 pub(super) struct Outputs {
     node: String,
     goal_frame: String,
@@ -29,10 +29,10 @@ pub(super) struct Outputs {
     pub joints: Vec<String>,
     pub commands: Arc<Commands>,
     events: Arc<EventsTopic>,
-    /// Of each arm.
+    /// One entry per arm.
     guards: Vec<Guards>,
     guard: GuardState,
-    easel: Easel,
+    slot: MomentSlot,
     clock: Clock,
     current_pose: Publisher<PoseStamped>,
     pose_error: Publisher<TwistStamped>,
@@ -42,12 +42,13 @@ pub(super) struct Outputs {
 }
 
 impl Outputs {
-    /// The publishers of the node besides its `commands`, for joints that are called `joints` in all; pictures are drawn from `easel`.
+    /// Creates the publishers of the node, in addition to its `commands`. `joints` are the names of all joints; pictures are drawn from
+    /// `slot`.
     pub fn new(
-        Wiring { node, kind, contract }: &mut Wiring,
+        NodeSetup { node, kind, contract }: &mut NodeSetup,
         commands: Arc<Commands>,
         events: Arc<EventsTopic>,
-        easel: Easel,
+        slot: MomentSlot,
         clock: Clock,
         joints: Vec<String>,
         goal_frame: String,
@@ -61,7 +62,7 @@ impl Outputs {
             commands,
             events,
             guard: GuardState::None,
-            easel,
+            slot,
             clock,
             current_pose: node.publisher(contract, "~/current_pose")?,
             pose_error: node.publisher(contract, "~/pose_error")?,
@@ -71,36 +72,36 @@ impl Outputs {
         })
     }
 
-    /// Looks who subscribes to the commands, and to the record of what led to them.
-    pub fn look_for_readers(&self) {
-        self.commands.look_for_readers();
-        self.events.look_for_readers();
+    /// Checks for subscribers to the commands and to the record.
+    pub fn update_readers(&self) {
+        self.commands.update_readers();
+        self.events.update_readers();
     }
 
-    /// The name of the joint of that number, counted from 1 arm after arm.
+    /// Returns the name of joint `number`, counted from 1 arm after arm.
     pub fn joint(&self, number: usize) -> String {
         joint_name(number, &self.joints)
     }
 
-    /// The joint that its position limit holds back.
+    /// Returns the joint that its position limit holds back.
     pub fn joint_at_limit(&self, status: &Status) -> Option<&str> {
         self.joints.get(status.joint_at_limit?.checked_sub(1)?).map(String::as_str)
     }
 
-    /// Looks at `now` whether each arm has a guard; returns that where it has changed.
-    pub fn look_at_guards(&mut self, now: Duration) -> Option<GuardState> {
+    /// Checks at `now` whether each arm has a guard. Returns the result if it has changed.
+    pub fn update_guards(&mut self, now: Duration) -> Option<GuardState> {
         let states: Vec<_> = self.guards.iter_mut().map(|guards| guards.look(now)).collect();
         let all = [GuardState::Gone, GuardState::None].into_iter().find(|state| states.contains(state));
         let before = std::mem::replace(&mut self.guard, all.unwrap_or(GuardState::Watching));
         (self.guard != before).then_some(self.guard)
     }
 
-    /// The pose and its error, stamped with the time of the joint states that they were made from.
+    /// Publishes the pose and its error, stamped with the time of the joint states from which they were computed.
     pub fn publish_pose(&self, cycle: &Snapshot) {
         let Some(controlled) = &cycle.pose else { return };
         let header = Header { stamp: cycle.stamp.clone(), frame_id: self.goal_frame.clone() };
         let goal = cycle.status.goal.as_ref();
-        self.easel.leave(Moment {
+        self.slot.leave(Moment {
             header: header.clone(),
             tool: Some(pose_message(controlled)),
             goal: goal.map(|goal| pose_message(goal.base_from_goal())),
@@ -151,9 +152,9 @@ impl Outputs {
         self.status.publish(reported.message());
     }
 
-    /// What has become of motions and goals; `describe` names an endpoint's node.
-    pub fn publish_news(&self, cycle: &Snapshot, describe: impl Fn(EndpointId) -> String) {
-        for MotionNews { motion, asker, goal_frame } in &cycle.news.motions {
+    /// Publishes the updates of motions and goals. `describe` returns the name of an endpoint's node.
+    pub fn publish_updates(&self, cycle: &Snapshot, describe: impl Fn(EndpointId) -> String) {
+        for MotionUpdate { motion, asker, goal_frame } in &cycle.updates.motions {
             let asked_by = asker.map(&describe);
             let began = Time::now().before(cycle.now.saturating_sub(motion.began));
             let why = motion.why(|joint| self.joint(joint));
@@ -168,7 +169,7 @@ impl Outputs {
             };
             self.motions.publish(MotionReport::new(motion, context).message(&self.node));
         }
-        for RejectedGoal { stamp, by, why } in &cycle.news.rejected {
+        for RejectedGoal { stamp, by, why } in &cycle.updates.rejected {
             let report = MotionReport::rejected(stamp, by.map(&describe), why.text());
             self.motions.publish(report.message(&self.node));
         }

@@ -1,4 +1,4 @@
-//! What a node is before it joins the graph: its names and its parameters.
+//! A node before it joins the graph: its names and its parameters.
 
 use super::NodeError;
 use dq_common::text::cut;
@@ -7,7 +7,7 @@ use dq_params::{FileParameters, Given, ParameterError, ParameterStore, Value, is
 use dq_ros::ros::args::{Override, RosArgs};
 use dq_ros::ros::{LogLevel, Logging, Resolver, RosError};
 
-/// A node's names and checked parameters: nothing of it can fail any more but the network.
+/// A node's names and checked parameters. From here on only the network can fail.
 pub struct Prepared<P> {
     pub(super) names: Resolver,
     pub(super) store: ParameterStore,
@@ -24,38 +24,38 @@ impl From<Prepared<DualParameters>> for Prepared<ServoParameters> {
 }
 
 impl<P: NodeParameters> Prepared<P> {
-    /// The node that the command line asks for.
+    /// Prepares the node from the command line.
     ///
     /// # Errors
-    /// [`NodeError`] for names and parameters that are not right.
+    /// [`NodeError`] if a name or a parameter is invalid.
     pub fn new(args: &RosArgs) -> Result<Self, NodeError> {
         Self::with(args, None)
     }
 
-    /// The node that the command line asks for, with a `robot_description` that came by topic.
+    /// Prepares the node from the command line and a `robot_description` that arrived on a topic.
     ///
     /// # Errors
-    /// [`NodeError`] for names and parameters that are not right, and a description that gives no arm.
+    /// [`NodeError`] if a name or a parameter is invalid, or if the description gives no arm.
     pub(super) fn described(args: &RosArgs, text: String) -> Result<Self, NodeError> {
         let name = "robot_description";
         Self::with(args, Some(Given::new(name, Value::String(text), name)))
     }
 
-    /// The node that the command line asks for, as far as it says so: none where it names the frames of an arm, and leaves it to a topic to
-    /// describe what is between them.
+    /// Prepares the node from the command line. Returns `None` if the command line names the frames of an arm but leaves the description
+    /// between them to a topic.
     ///
     /// # Errors
-    /// [`NodeError`] for names and parameters that are not right.
+    /// [`NodeError`] if a name or a parameter is invalid.
     pub fn unless_awaited(args: &RosArgs) -> Result<Option<Self>, NodeError> {
         let names = Resolver::new(P::NODE_NAME, args).map_err(RosError::from)?;
         let (given, _) = given::<P>(&names, &names.node().fully_qualified(), args)?;
         if dq_config::is_awaited(&given) { Ok(None) } else { Self::new(args).map(Some) }
     }
 
-    /// The `realtime_priority` that the command line gives the node, before it is checked with the rest; 0 where it gives none.
+    /// Returns the `realtime_priority` from the command line, before it is checked with the other parameters; 0 if there is none.
     ///
     /// # Errors
-    /// [`NodeError`] for names and parameters that are not right.
+    /// [`NodeError`] if a name or a parameter is invalid.
     pub fn realtime_priority(args: &RosArgs) -> Result<u8, NodeError> {
         let names = Resolver::new(P::NODE_NAME, args).map_err(RosError::from)?;
         let (given, _) = given::<P>(&names, &names.node().fully_qualified(), args)?;
@@ -78,26 +78,26 @@ impl<P: NodeParameters> Prepared<P> {
         Ok(Self { names, parameters: P::from_store(&store)?, store, logging, warnings })
     }
 
-    /// The parameters.
+    /// Returns the parameters.
     pub fn parameters(&self) -> &P {
         &self.parameters
     }
 
-    /// What is odd about what the command line gives, a line each; a node that starts logs it.
+    /// Returns the warnings about the command line, one line each. A node logs them when it starts.
     pub fn warnings(&self) -> &[String] {
         &self.warnings
     }
 
-    /// The node's fully qualified name.
+    /// Returns the node's fully qualified name.
     pub fn node(&self) -> String {
         self.names.node().fully_qualified()
     }
 }
 
-/// Why parameters are not taken by a node that is about to go.
+/// The reason why a node that is shutting down takes no parameters.
 pub(super) const CYCLE_ENDED: &str = "the node's cycle has ended";
 
-/// What the command line gives the node, in its order, and what to warn of.
+/// Returns the parameters from the command line in their order, and the warnings about them.
 fn given<P: NodeParameters>(
     names: &Resolver,
     node: &str,
@@ -117,13 +117,13 @@ fn given<P: NodeParameters>(
             }
             Override::Parameter { node: only, name, yaml } => {
                 if only.as_deref().is_none_or(|only| only == names.node().name()) {
-                    // A description is given as it is, `-p robot_description:="$(xacro robot.urdf.xacro)"`, and is no YAML.
+                    // A description such as `-p robot_description:="$(xacro robot.urdf.xacro)"` is passed unquoted and is not YAML.
                     let is_xml = name == "robot_description" && yaml.trim_start().starts_with('<');
                     values.push(Given {
                         name: name.clone(),
                         value: if is_xml { Value::String(yaml.clone()) } else { Value::from_yaml(yaml)? },
                         source: format!("-p {name}:={}", cut(yaml)),
-                        // Whoever meant another node's parameter does not write one of ours with a mistake.
+                        // A parameter meant for another node is not a misspelling of one of ours.
                         by_name: only.is_some() || is_misspelt(name, dq_config::names()?),
                     });
                 }
@@ -133,7 +133,7 @@ fn given<P: NodeParameters>(
     Ok((values, warnings))
 }
 
-/// What to say of a file that has nothing for this node, nor for one of another kind of ours that it may be shared with.
+/// Returns a warning about a file that has parameters neither for this node nor for another kind of our nodes, with which it may be shared.
 fn passes_by<P: NodeParameters>(found: &FileParameters, file: &str, node: &str) -> Option<String> {
     let is_for = |name: &str| dq_config::NODE_NAMES.contains(&name) && name != P::NODE_NAME;
     let others = found.sections.iter().any(|section| section.rsplit('/').next().is_some_and(is_for));

@@ -1,6 +1,6 @@
-//! The plant node: a kinematic arm that plays the robot's part, `puma560`.
+//! The plant node `puma560`: a kinematic arm that takes the place of the robot.
 
-use super::complaint::{Complaint, due};
+use super::complaint::{WarningOnChange, due};
 use super::cycle_thread::{CycleThread, Schedule, Tick};
 use super::guards::{self, Guards};
 use super::parameters::CYCLE_ENDED;
@@ -24,7 +24,7 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, channel};
 use std::time::Duration;
 
-/// What the services ask of the cycle.
+/// A request of a service to the cycle.
 enum Request {
     Configure(Duration, Realism),
     Reset(Reply),
@@ -40,7 +40,7 @@ impl PlantNode {
     /// Starts the node on `session`.
     ///
     /// # Errors
-    /// [`NodeError`] where the network or the operating system refuses.
+    /// [`NodeError`] if the network or the operating system fails.
     pub fn start(session: &Session, prepared: Prepared<PlantParameters>) -> Result<Self, NodeError> {
         let Prepared { names, store, parameters, logging, mut warnings } = prepared;
         warnings.extend(parameters.beyond_limits());
@@ -83,45 +83,45 @@ impl PlantNode {
         Ok(Self { cycle, _node: node })
     }
 
-    /// Whether the cycle runs: it ends by itself only by a panic.
+    /// Returns whether the cycle is running. Unless dropped, it ends only by a panic.
     pub fn is_running(&self) -> bool {
         self.cycle.is_running()
     }
 }
 
-/// Everything that the cycle's thread owns.
+/// The state of the cycle's thread.
 struct Cycle {
     plant: Plant,
-    /// Those that move, in the order of the plant.
+    /// The joints that move, in the order of the plant.
     moving: Vec<DescribedJoint>,
     joints: Vec<String>,
     inbox: Receiver<Request>,
     commands: Commands,
     guards: Guards,
     clock: Clock,
-    /// Of the noise in what is measured.
+    /// The source of the measurement noise.
     random: ChaCha8Rng,
     joint_states: Publisher<JointState>,
     tf: Publisher<TFMessage>,
-    /// What was published last, over which the next is written.
+    /// The last messages, which are overwritten by the next ones.
     state: Arc<JointState>,
     transforms: Arc<TFMessage>,
     diagnostics: Publisher<DiagnosticArray>,
-    // Late joiners get what these two published once, as long as they live.
+    // Publishers of messages that were sent once. Late joiners get them as long as the publishers live.
     _tf_static: Publisher<TFMessage>,
     _description: Publisher<StringMessage>,
     node: String,
     transforms_sent: Duration,
     diagnostics_sent: Duration,
     rejected: u64,
-    rivals: Complaint,
+    rivals: WarningOnChange,
     name_watch: NameWatch,
-    namesakes: Complaint,
-    complained: Duration,
+    namesakes: WarningOnChange,
+    warned: Duration,
     log: Logger,
 }
 
-/// The commands, of the kind that its controller takes.
+/// The commands, of the type that the simulated controller takes.
 enum Commands {
     Velocities(Subscription<Float64MultiArray>),
     Positions(Subscription<Float64MultiArray>),
@@ -138,7 +138,7 @@ impl Commands {
         })
     }
 
-    /// Gives the newest one to `plant`, whose joints are called `joints`, at `now`; returns what of them was no good.
+    /// Gives the newest command to `plant`, whose joints are called `joints`, at `now`. Returns the errors.
     fn give(&self, plant: &mut Plant, joints: &[String], now: Duration) -> Vec<String> {
         let text = |why: CommandError| why.to_string();
         match self {
@@ -163,7 +163,7 @@ impl Commands {
         }
     }
 
-    /// How many publish them.
+    /// Returns the number of publishers.
     fn publishers(&self) -> usize {
         match self {
             Self::Velocities(commands) | Self::Positions(commands) => commands.publishers(),
@@ -172,7 +172,7 @@ impl Commands {
     }
 }
 
-/// Gives the newest command to `take`; returns what of them was no good.
+/// Gives the newest command to `take`. Returns the errors.
 fn newest<M: Message>(commands: &Subscription<M>, take: impl FnOnce(M) -> Result<(), String>) -> Vec<String> {
     let newest = commands.newest();
     let mut bad = newest.malformed;
@@ -180,10 +180,10 @@ fn newest<M: Message>(commands: &Subscription<M>, take: impl FnOnce(M) -> Result
     bad
 }
 
-/// Transforms go out at 50 Hz.
+/// Transforms are published at 50 Hz.
 const TRANSFORM_INTERVAL: Duration = Duration::from_millis(20);
 
-/// Diagnostics go out at 1 Hz.
+/// Diagnostics are published at 1 Hz.
 const DIAGNOSTICS_INTERVAL: Duration = Duration::from_secs(1);
 
 impl Cycle {
@@ -201,14 +201,14 @@ impl Cycle {
         let robot = node.name().fully_qualified().trim_start_matches('/').replace('/', "_");
         let (described, data) = match &arm.description {
             Some(description) => description.clone(),
-            None => of_rows(&robot, &arm, limits)?,
+            None => describe_rows(&robot, &arm, limits)?,
         };
         description.publish(StringMessage { data });
         let tf_static: Publisher<TFMessage> = node.publisher(&contract, "/tf_static")?;
         let clock = Clock::new(node, &contract, arm.simulated_time)?;
         let (moving, fixed): (Vec<_>, Vec<_>) =
             described.arm.joints.into_iter().partition(|joint| joint.motion.kind().is_some());
-        // What nobody moves stays where it is.
+        // Fixed joints are published once.
         let standing = fixed.iter().chain(&described.beside);
         let at_start = |joint: &DescribedJoint| transform(joint, &clock, frame_prefix);
         tf_static.publish(TFMessage { transforms: standing.map(at_start).collect() });
@@ -233,10 +233,10 @@ impl Cycle {
             transforms_sent: Duration::ZERO,
             diagnostics_sent: Duration::ZERO,
             rejected: 0,
-            rivals: Complaint::default(),
+            rivals: WarningOnChange::default(),
             name_watch: node.watch_name(&node.name().fully_qualified()),
-            namesakes: Complaint::default(),
-            complained: Duration::ZERO,
+            namesakes: WarningOnChange::default(),
+            warned: Duration::ZERO,
             log: node.log().clone(),
         })
     }
@@ -256,16 +256,16 @@ impl Cycle {
             }
         }
         for why in self.commands.give(&mut self.plant, &self.joints, tick.now) {
-            self.complain(tick.now, &why);
+            self.reject(tick.now, &why);
         }
         self.plant.step(tick.now);
         self.publish(tick.now);
     }
 
-    /// Counts a bad command, and warns once a second.
-    fn complain(&mut self, now: Duration, why: &str) {
+    /// Counts a rejected command, and logs a warning at most once per second.
+    fn reject(&mut self, now: Duration, why: &str) {
         self.rejected += 1;
-        if due(&mut self.complained, now, Duration::from_secs(1)) {
+        if due(&mut self.warned, now, Duration::from_secs(1)) {
             self.log.warn(&format!("command rejected: {why}"));
         }
     }
@@ -296,10 +296,10 @@ impl Cycle {
         }
     }
 
-    /// Who commands, and how much of it was rejected; a warning where it is more than one.
+    /// Publishes the number of publishers and of rejected commands, with a warning if there is more than one publisher.
     fn publish_diagnostics(&mut self, now: Duration) {
         let guard = self.guards.look(now);
-        // Those of guards are meant to be there.
+        // Guards are meant to publish too.
         let publishers = self.commands.publishers().saturating_sub(self.guards.count());
         let rivals = (publishers > 1).then(|| rivalry(self.commands.topic(), publishers));
         self.rivals.warn(&self.log, rivals.clone());
@@ -313,8 +313,8 @@ impl Cycle {
     }
 }
 
-/// The description of an arm that has none, and its text.
-fn of_rows(
+/// Returns the description of an arm that is given by rows of parameters, and its text.
+fn describe_rows(
     robot: &str,
     arm: &ArmParameters,
     limits: Vec<JointLimits>,
@@ -326,8 +326,8 @@ fn of_rows(
     Ok((Description { arm, beside: Vec::new() }, text))
 }
 
-/// The link that a joint carries, in the link that carries the joint, where the plant starts. The description keeps its own names: those
-/// who use it have a prefix for them too.
+/// Returns the transform from a joint's parent link to its child link at the start position. Only TF has the frame prefix: users of the
+/// description add the prefix themselves.
 fn transform(joint: &DescribedJoint, clock: &Clock, frame_prefix: &str) -> TransformStamped {
     TransformStamped {
         header: clock.header(&format!("{frame_prefix}{}", joint.parent)),

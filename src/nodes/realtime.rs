@@ -1,4 +1,4 @@
-//! Real time for a cycle's thread and for those of DDS, as the parameter `realtime_priority` asks for it.
+//! Real-time priorities for the cycle's thread and the threads of DDS, as the parameter `realtime_priority` requests.
 
 use rustix::mm::{MlockAllFlags, mlockall};
 use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
@@ -9,39 +9,39 @@ use thread_priority::{
     thread_native_id,
 };
 
-/// Why the system does not let a cycle have it.
+/// The reason why the system refuses real-time scheduling.
 #[derive(Debug, Error)]
 pub enum RealtimeError {
-    /// The priority.
+    /// The priority was refused.
     #[error(
         "realtime_priority {priority}: the system does not allow SCHED_FIFO ({why}): it takes an RLIMIT_RTPRIO of {priority} or more \
          (`ulimit -r`, rtprio in /etc/security/limits.conf, LimitRTPRIO= of a systemd unit, --ulimit rtprio= of a container) or CAP_SYS_NICE; \
          0 does without"
     )]
     Priority {
-        /// What was asked for.
+        /// The requested priority.
         priority: u8,
         /// The system's error.
         why: SystemError,
     },
-    /// The memory.
+    /// Locking memory was refused.
     #[error(
         "realtime_priority {priority}: the system does not allow to lock memory ({why}): it takes an unlimited RLIMIT_MEMLOCK (`ulimit -l`, \
          memlock in /etc/security/limits.conf, LimitMEMLOCK= of a systemd unit, --ulimit memlock=-1 of a container) or CAP_IPC_LOCK; \
          0 does without"
     )]
     Memory {
-        /// What was asked for.
+        /// The requested priority.
         priority: u8,
-        /// What the system says.
+        /// The system's error.
         why: String,
     },
 }
 
-/// Gives the thread that calls it SCHED_FIFO with `priority`, and locks the process's memory; 0 leaves all as it is.
+/// Gives the calling thread SCHED_FIFO with `priority`, and locks the process's memory. A priority of 0 changes nothing.
 ///
 /// # Errors
-/// [`RealtimeError`] where the system does not allow it.
+/// [`RealtimeError`] if the system does not allow it.
 pub(super) fn enter(priority: u8) -> Result<(), RealtimeError> {
     if priority == 0 {
         return Ok(());
@@ -50,11 +50,13 @@ pub(super) fn enter(priority: u8) -> Result<(), RealtimeError> {
     lock_memory().map_err(|why| RealtimeError::Memory { priority, why })
 }
 
-/// What `make` makes, which starts threads: they have SCHED_FIFO below the cycle's `priority` by one (1 at least), as threads inherit it
-/// from those that start them. A cycle that is never late would else wait for threads of DDS that are. 0 leaves all as it is.
+/// Calls `make` such that the threads it starts have SCHED_FIFO one below the cycle's `priority`, at least 1. Without this a cycle that is
+/// never late would wait for threads of DDS that are. A priority of 0 changes nothing.
+///
+/// Threads inherit the priority from the thread that starts them.
 ///
 /// # Errors
-/// [`RealtimeError`] where the system does not allow it: then nothing is made.
+/// [`RealtimeError`] if the system does not allow it. Then `make` is not called.
 pub fn below<R: Send>(priority: u8, make: impl FnOnce() -> R + Send) -> Result<R, RealtimeError> {
     if priority == 0 {
         return Ok(make());
@@ -65,7 +67,7 @@ pub fn below<R: Send>(priority: u8, make: impl FnOnce() -> R + Send) -> Result<R
     made.unwrap_or_else(|panic| std::panic::resume_unwind(panic))
 }
 
-/// Gives the thread that calls it SCHED_FIFO with this priority, where `asked` is the one that was asked for.
+/// Gives the calling thread SCHED_FIFO with priority `own`. Errors name `asked`, the requested priority.
 fn schedule(own: u8, asked: u8) -> Result<(), RealtimeError> {
     let refused = |why| RealtimeError::Priority { priority: asked, why };
     let value = ThreadPriority::try_from(own).map_err(|why| refused(SystemError::other(why)))?;
@@ -76,13 +78,16 @@ fn schedule(own: u8, asked: u8) -> Result<(), RealtimeError> {
     })
 }
 
-/// Locks what memory the process has, and what it will have. A limit that suffices now would end the process later, when it allocates
-/// more: so there must be none, or the process must be above it.
+/// Locks the present and future memory of the process.
+///
+/// With a finite limit the process would fail later, when it allocates more. So the limit must be unlimited, or the process must be exempt
+/// from it.
 fn lock_memory() -> Result<(), String> {
     let all = || mlockall(MlockAllFlags::CURRENT | MlockAllFlags::FUTURE).map_err(|why| why.to_string());
     let limit = getrlimit(Resource::Memlock);
     let Some(bytes) = limit.current else { return all() };
-    // Who can lock memory where nobody may is above the limit; to have the capability says less, in a namespace of users.
+    // A process that can lock memory with a limit of 0 is exempt. The capability alone does not tell, because it may be valid only in a
+    // user namespace.
     let nothing = Rlimit { current: Some(0), maximum: limit.maximum };
     setrlimit(Resource::Memlock, nothing).map_err(|why| why.to_string())?;
     let locked = all();

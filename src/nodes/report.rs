@@ -1,8 +1,8 @@
-//! What a servo node makes known of its cycles: what it publishes and logs besides the commands. It does so on a thread of its own,
-//! from what the cycles leave.
+//! The report of a servo node: everything that it publishes and logs other than the commands. The report runs on its own thread, on
+//! snapshots that the cycles leave.
 
 use super::arm_input::{JointStates, unheard};
-use super::complaint::{Complaint, due};
+use super::complaint::{WarningOnChange, due};
 use super::in_force::{InForce, NotObeyed};
 use super::outputs::{GUARD_GONE, Outputs};
 use super::snapshot::Snapshot;
@@ -16,16 +16,16 @@ use std::sync::mpsc::Receiver;
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-/// How often it is looked who subscribes to the commands.
+/// How often to check for subscribers to the commands.
 const READERS_INTERVAL: Duration = Duration::from_millis(50);
 
-/// Warnings go out at 1 Hz.
+/// The shortest time between two warnings of one kind.
 const SECOND: Duration = Duration::from_secs(1);
 
-/// Publishes and logs; knows what was last reported, and when.
+/// Publishes and logs what has changed since the last report.
 pub(super) struct Report {
     outputs: Outputs,
-    /// Of each arm.
+    /// One entry per arm.
     inputs: Vec<JointStates>,
     in_force: Arc<InForce>,
     names: EndpointNames,
@@ -40,21 +40,22 @@ pub(super) struct Report {
     rejected: u64,
     replaced: u64,
     dropped: u64,
-    rivals: Complaint,
+    rivals: WarningOnChange,
     reason: Option<Reason>,
     scene: Option<Arc<Scene>>,
     not_obeyed: NotObeyed,
-    idle: Complaint,
+    idle: WarningOnChange,
     limited: bool,
     limit: Duration,
-    namesakes: Complaint,
+    namesakes: WarningOnChange,
     readers: Duration,
     warning: Duration,
     replaced_warning: Duration,
 }
 
 impl Report {
-    /// Nothing reported yet by the node, whose arms are heard by `inputs` and whose cycle goes by what is `in_force` and takes `period`.
+    /// Creates the report of the node. `inputs` are the joint states of its arms, `in_force` the settings, and `period` is that of its
+    /// cycle.
     pub fn new(
         node: &mut Node,
         outputs: Outputs,
@@ -77,24 +78,24 @@ impl Report {
             rejected: 0,
             replaced: 0,
             dropped: 0,
-            rivals: Complaint::default(),
+            rivals: WarningOnChange::default(),
             reason: None,
             scene: None,
             not_obeyed: NotObeyed::default(),
-            idle: Complaint::default(),
+            idle: WarningOnChange::default(),
             limited: false,
             limit: Duration::ZERO,
-            namesakes: Complaint::default(),
+            namesakes: WarningOnChange::default(),
             readers: Duration::ZERO,
             warning: Duration::ZERO,
             replaced_warning: Duration::ZERO,
         }
     }
 
-    /// Reports on a thread of its own until the cycle that leaves `snapshots` has ended.
+    /// Runs on a new thread until the cycle that sends `snapshots` has ended.
     ///
     /// # Errors
-    /// The operating system's, where it gives no thread.
+    /// The operating system's error if it creates no thread.
     pub fn spawn(mut self, snapshots: Receiver<Snapshot>) -> std::io::Result<JoinHandle<()>> {
         let thread = std::thread::Builder::new().name("report".to_owned());
         thread.spawn(move || snapshots.iter().for_each(|cycle| self.take(&cycle)))
@@ -104,7 +105,7 @@ impl Report {
     fn take(&mut self, cycle: &Snapshot) {
         let now = cycle.now;
         if due(&mut self.readers, now, READERS_INTERVAL) {
-            self.outputs.look_for_readers();
+            self.outputs.update_readers();
         }
         if cycle.due.pose {
             self.outputs.publish_pose(cycle);
@@ -121,7 +122,7 @@ impl Report {
             let reason = self.reason_text(cycle);
             let asker = cycle.asker.map(|asker| self.names.describe(asker));
             self.outputs.publish_status(cycle, reason.as_deref(), asker, &self.not_obeyed);
-            self.outputs.publish_news(cycle, |asker| self.names.describe(asker));
+            self.outputs.publish_updates(cycle, |asker| self.names.describe(asker));
         }
         if cycle.due.diagnostics {
             self.watch_publishers();
@@ -129,7 +130,7 @@ impl Report {
             self.outputs.publish_diagnostics(cycle, self.period, reason.as_deref());
         }
         let rejections = &cycle.rejections;
-        // A servo that is new counts anew.
+        // A new servo starts its counts at zero.
         self.rejected = rejections.total().min(self.rejected);
         if rejections.total() > self.rejected && due(&mut self.warning, now, SECOND) {
             let count = rejections.total() - self.rejected;
@@ -142,22 +143,22 @@ impl Report {
         self.log_replaced(cycle);
     }
 
-    /// Logs that a guard has come, or gone.
+    /// Logs that a guard appeared, or is gone.
     fn watch_guards(&mut self, now: Duration) {
-        match self.outputs.look_at_guards(now) {
+        match self.outputs.update_guards(now) {
             Some(GuardState::Gone) => self.log.warn(GUARD_GONE),
             Some(GuardState::Watching) => self.log.info("the arm has a guard"),
             Some(GuardState::None) | None => {}
         }
     }
 
-    /// Warns of keep-outs that are not looked at; of those that are refused whoever refuses them does.
+    /// Warns of keep-outs that are not checked. Refused keep-outs are logged where they are refused.
     fn log_not_obeyed(&mut self) {
         self.not_obeyed = self.in_force.not_obeyed();
         self.idle.warn(&self.log, self.not_obeyed.idle.clone());
     }
 
-    /// Logs another law.
+    /// Logs a change of the law.
     fn log_law(&mut self, cycle: &Snapshot) {
         let law = self.outputs.kind.law(&cycle.controller);
         if let Some(before) = self.law.replace(law).filter(|before| *before != law) {
@@ -165,7 +166,7 @@ impl Report {
         }
     }
 
-    /// Logs how many commands the servo's last gate has replaced, which is a defect of the program.
+    /// Logs the number of commands that the servo's last check has replaced. Each of them is a defect of the program.
     fn log_replaced(&mut self, cycle: &Snapshot) {
         let replaced = &cycle.replaced;
         self.replaced = replaced.count.min(self.replaced);
@@ -179,7 +180,7 @@ impl Report {
         }
     }
 
-    /// Warns once of each other publisher of commands, and of each other node of this name.
+    /// Warns once of each other publisher of commands, and of each other node with this name.
     fn watch_publishers(&mut self) {
         let dropped = self.outputs.commands.dropped();
         if dropped > self.dropped {
@@ -194,7 +195,7 @@ impl Report {
     fn log_change(&mut self, cycle: &Snapshot) {
         let status = &cycle.status;
         if matches!(status.reconfiguration, Reconfiguration::Searching(_)) {
-            // What there is to say of a stall is known in a moment.
+            // The outcome of the search, and with it the text about the stall, is known in a moment.
             return;
         }
         if status.state != self.state {
@@ -224,12 +225,12 @@ impl Report {
             }
         }
         (self.state, self.goal_count) = (status.state, status.goal_count);
-        // Another law holds it there without another arrival, and so does a goal that it follows.
+        // After an arrival, a change of the law or a goal that moves with its frame does not count as another arrival.
         self.arrival =
             status.figures.arrival_time.filter(|_| self.arrival.is_some() || status.state == State::Settled);
     }
 
-    /// Warns of a new reason why the arm is not driven, where the state has stayed the same.
+    /// Warns of a new reason why the arm is not driven, if the state has stayed the same.
     fn log_reason(&mut self, cycle: &Snapshot) {
         let reason = cycle.status.reason;
         let logged = cycle.status.state != self.state;
@@ -242,7 +243,7 @@ impl Report {
         self.reason = reason;
     }
 
-    /// Why the arm is not driven or does not arrive, with the names of the topics, nodes and joints that it is about.
+    /// Returns why the arm is not driven or does not arrive, with the names of the topics, nodes and joints.
     fn reason_text(&self, cycle: &Snapshot) -> Option<String> {
         let status = &cycle.status;
         let Some(reason) = status.reason else {
@@ -270,14 +271,14 @@ impl Report {
         Some(reason.explain(|joint| self.outputs.joint(joint), publisher, topic))
     }
 
-    /// Which of several arms is silent, where one is.
+    /// Returns which of several arms is silent, if one is.
     fn silent_arm(&self, cycle: &Snapshot) -> Option<String> {
         let is_silent = matches!(cycle.status.state, State::WaitingForState | State::StaleState);
         let arm = self.inputs.get(cycle.quietest).filter(|_| is_silent && self.inputs.len() > 1)?;
         Some(format!("no joint states on {}", arm.topic()))
     }
 
-    /// Warns once of settings with which the law would swing by itself, as soon as the robot is heard.
+    /// Warns once of settings with which the law would oscillate, as soon as joint states arrive.
     fn log_demand(&mut self, cycle: &Snapshot) {
         let Some(demand) = cycle.demand else { return };
         if demand.is_too_much() {
@@ -292,7 +293,7 @@ impl Report {
         }
     }
 
-    /// Reports which pairs of the arm's parts, and what it must keep out of, are not looked at, where these are others than before.
+    /// Logs which pairs of the arm's parts and the keep-outs are not checked, if they have changed.
     fn log_scene(&mut self, cycle: &Snapshot) {
         let is_same = match (&self.scene, &cycle.scene) {
             (Some(before), Some(now)) => Arc::ptr_eq(before, now),
@@ -314,10 +315,10 @@ impl Report {
         self.scene.clone_from(&cycle.scene);
     }
 
-    /// Reports when the delay begins to limit the gain, and when it no longer does; once a second at most.
+    /// Logs when the delay begins and ceases to limit the gain, at most once per second.
     fn log_limited_gain(&mut self, cycle: &Snapshot) {
         let Status { gain_factor: part, latency, .. } = cycle.status;
-        // Between the two it stays as it was.
+        // Hysteresis: between the two thresholds the state stays.
         let limited = if self.limited { part < 1.0 } else { part < 0.9 };
         if limited == self.limited || !due(&mut self.limit, cycle.now, SECOND) {
             return;
@@ -334,7 +335,7 @@ impl Report {
     }
 }
 
-/// A number from 0 to 1 with two significant digits.
+/// Formats a number from 0 to 1 with two significant digits.
 fn two_digits(part: f64) -> String {
     if part < 1e-3 {
         format!("{part:.1e}")

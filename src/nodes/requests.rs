@@ -1,4 +1,4 @@
-//! What services ask of a cycle, and their answers once the cycle has taken it.
+//! Requests of services to the cycle, and their answers.
 
 use dq_core::servo::Rejection;
 use dq_messages::messages::SuccessResponse;
@@ -6,26 +6,26 @@ use std::sync::mpsc::Sender;
 use std::time::Duration;
 use tokio::sync::oneshot;
 
-/// A cycle that has not taken a request after this long has other troubles.
+/// How long to wait until the cycle takes a request.
 pub(super) const PATIENCE: Duration = Duration::from_secs(1);
 
-/// How the cycle says that it has taken a request.
+/// The cycle's reply to a request.
 #[derive(Debug)]
 pub(super) struct Reply(oneshot::Sender<Result<(), Rejection>>);
 
 impl Reply {
-    /// Says that the request is taken. False where nobody waits any more: the answer was "not done" already.
+    /// Replies that the request is taken. Returns false if the service has already answered that it was not.
     pub fn taken(self) -> bool {
         self.0.send(Ok(())).is_ok()
     }
 
-    /// Says why the request is not taken.
+    /// Replies why the request is refused.
     pub fn refused(self, why: Rejection) {
-        // Who does not wait any more knows that it was not.
+        // If nobody waits any more, the service has answered that the request was not taken.
         let _ = self.0.send(Err(why));
     }
 
-    /// Says what the servo has made of the request.
+    /// Replies with the servo's result.
     pub fn answer(self, taken: Result<bool, Rejection>) {
         match taken {
             Ok(_) => drop(self.taken()),
@@ -33,13 +33,13 @@ impl Reply {
         }
     }
 
-    /// Whether somebody still waits.
+    /// Returns whether the service still waits.
     pub fn is_awaited(&self) -> bool {
         !self.0.is_closed()
     }
 }
 
-/// Sends the request that `make` makes, and answers `done` once the cycle has taken it; waits for `patience` at most.
+/// Sends the request that `make` creates, and returns `done` once the cycle has taken it. Waits up to `patience`.
 pub(super) async fn ask<R>(
     requests: &Sender<R>,
     make: impl FnOnce(Reply) -> R,
@@ -47,7 +47,7 @@ pub(super) async fn ask<R>(
     patience: Duration,
 ) -> SuccessResponse {
     let (reply, taken) = oneshot::channel();
-    // One that cannot be sent is dropped with its reply.
+    // If sending fails, the reply is dropped, which ends the wait.
     let _ = requests.send(make(Reply(reply)));
     let (success, message) = match tokio::time::timeout(patience, taken).await {
         Ok(Ok(Ok(()))) => (true, done.to_owned()),

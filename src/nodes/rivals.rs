@@ -1,7 +1,7 @@
-//! Who else sends commands to an arm.
+//! Detects others that send commands to an arm.
 //!
-//! Discovery says who may: one that was killed counts until its lease ends, and one that never had a goal sends nothing. So where there
-//! may be somebody, the node listens to its own topic.
+//! Discovery shows possible publishers only: a killed one counts until its lease ends, and one that never had a goal sends nothing.
+//! Therefore, if there are other publishers, the node listens to its own topic.
 
 use super::guards::GuardStatuses;
 use dq_messages::NodeContract;
@@ -12,10 +12,10 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 use tokio::time::{MissedTickBehavior, interval};
 
-/// It is looked so often whether there is one.
+/// How often to check for other publishers.
 const INTERVAL: Duration = Duration::from_millis(50);
 
-/// Who was heard within this time is there.
+/// A publisher counts as present for this time after its last command.
 const PRESENCE: Duration = Duration::from_secs(1);
 
 /// Another publisher of the commands to one arm.
@@ -26,7 +26,7 @@ pub(super) struct Rival {
 }
 
 impl Rival {
-    /// Looks for one beside `publisher` on the `topic` of the contract, as long as the node is there. Guards are none.
+    /// Watches for publishers other than `publisher` on the `topic` of the contract until the node is dropped. Guards do not count.
     pub fn watch<M: Command>(
         node: &mut Node,
         contract: &NodeContract,
@@ -67,12 +67,12 @@ impl Rival {
         Ok(rival)
     }
 
-    /// Whether there is one.
+    /// Returns whether there is one.
     pub fn is_there(&self) -> bool {
         self.is_there.load(Ordering::Relaxed)
     }
 
-    /// Who it is.
+    /// Returns the other publisher.
     pub fn publisher(&self) -> Option<EndpointId> {
         *self.publisher.lock().unwrap_or_else(PoisonError::into_inner)
     }

@@ -1,4 +1,4 @@
-//! What comes to a running servo: requests, joint states, goals, and who subscribes to its commands.
+//! The inputs of a running servo: requests, joint states, goals, twists, and who subscribes to its commands.
 
 use super::arm_input::{ArmInput, fastest};
 use super::commands::Commands;
@@ -8,7 +8,7 @@ use super::requests::Reply;
 use super::searcher::Searcher;
 use super::senders::{Clocks, Senders};
 use super::shutdown::{Shutdown, Step};
-use super::wiring::Wiring;
+use super::wiring::NodeSetup;
 use dq_algebra::UnitDualQuaternion;
 use dq_core::servo::{
     Asker, Contended, Event, Goal, GoalMotion, GoalReading, Rejection, Sent, Servo, Settings, TwistReading,
@@ -23,26 +23,26 @@ use std::sync::Arc;
 use std::sync::mpsc::Receiver;
 use std::time::Duration;
 
-/// What the services and the node's owner ask of the cycle.
+/// A request of a service or of the node's owner to the cycle.
 pub(super) enum Request {
-    /// These settings, and the parameters as the record has them.
+    /// Apply these settings; the record gets the parameters.
     Configure(Box<Settings>, ParameterRecord),
-    /// Whether to pause; how long the request was under way.
+    /// Pause or go on; with the time since the request was sent.
     Pause(bool, Duration, Reply),
     Stop(Reply),
-    /// How long the request to go to another configuration was under way.
+    /// Go to another configuration; with the time since the request was sent.
     Reconfigure(Duration, Reply),
     Shutdown,
 }
 
-/// So many goals that were rejected are kept until the next report, the last of each publisher.
+/// The number of rejected goals that are stored until the next report: the last one of each publisher.
 const REJECTED: usize = 16;
 
-/// Goals that were rejected, each by its stamp and the number of its publisher.
+/// Rejected goals, each with its stamp and the number of its publisher.
 #[derive(Debug, Default)]
 pub(super) struct RejectedGoals(Vec<RejectedGoal<u32>>);
 
-/// A goal that was rejected.
+/// A rejected goal.
 #[derive(Debug)]
 pub(super) struct RejectedGoal<Sender> {
     pub stamp: Time,
@@ -59,33 +59,33 @@ impl RejectedGoals {
         self.0.push(RejectedGoal { stamp: stamp.clone(), by, why });
     }
 
-    /// Those of which nobody has taken note yet.
+    /// Returns the goals that were not reported yet, and clears them.
     pub fn take(&mut self) -> Vec<RejectedGoal<u32>> {
         std::mem::take(&mut self.0)
     }
 }
 
-/// What comes to a servo besides the topics of the node itself.
+/// The sources of a servo's inputs other than the node's own topics.
 pub(super) struct Sources {
     pub arms: Vec<ArmInput>,
-    /// What the joints do.
+    /// The kinds of the joints.
     pub kinds: Vec<JointKind>,
     pub inbox: Receiver<Request>,
     pub searcher: Searcher,
-    /// Who knows where goals in other frames are, if anyone does.
+    /// Looks up goals in other frames, if the node does that.
     pub frames: Option<Frames>,
 }
 
-/// The last goal in another frame that was taken: its stamp \[ns\], and that frame.
+/// The last accepted goal in another frame: its stamp \[ns\], and that frame.
 #[derive(Default)]
 struct TakenFrame {
     stamp: i64,
     frame: String,
 }
 
-/// What comes to a running servo, and what the next command is made from.
+/// The inputs of a running servo.
 pub(super) struct RosInputs {
-    /// When the cycle began, and the first one.
+    /// When the present cycle and the first one began.
     clocks: Clocks,
     began: Option<Duration>,
     inbox: Receiver<Request>,
@@ -95,7 +95,7 @@ pub(super) struct RosInputs {
     goal_frame: String,
     taken_frame: TakenFrame,
     twists: Subscription<TwistStamped>,
-    /// The last ones, over which the next are decoded.
+    /// The last messages, into which the next ones are decoded.
     goal: PoseStamped,
     twist: TwistStamped,
     goal_senders: Senders,
@@ -103,19 +103,19 @@ pub(super) struct RosInputs {
     pub arms: Vec<ArmInput>,
     commands: Arc<Commands>,
     kinds: Vec<JointKind>,
-    /// The goals that were rejected and of which nobody has taken note yet.
+    /// The rejected goals that were not reported yet.
     pub rejected: RejectedGoals,
-    /// Goal messages seen.
+    /// The number of goal messages so far.
     goal_count: u64,
-    /// Through which the servo takes all that comes to it.
+    /// The record, through which the servo takes all events.
     pub record: EventsRecord,
     shutdown: Option<Shutdown>,
 }
 
 impl RosInputs {
-    /// What comes from `sources`, and to the node.
+    /// Subscribes to the topics of the node, and adds `sources`.
     pub fn new(
-        Wiring { node, kind, contract }: &mut Wiring,
+        NodeSetup { node, kind, contract }: &mut NodeSetup,
         sources: Sources,
         commands: Arc<Commands>,
         record: EventsRecord,
@@ -153,12 +153,12 @@ impl RosInputs {
         self.record.begin(servo, now);
     }
 
-    /// No goal that came so far moves with its frame any more.
+    /// Stops the motion of all goals so far with their frames.
     fn unfollow(&mut self) {
         self.frames.iter_mut().for_each(|frames| frames.unfollow(self.goal_count));
     }
 
-    /// Who asked.
+    /// Returns the publisher that asked.
     pub fn asker(&self, by: Asker) -> Option<EndpointId> {
         match by {
             Asker::Goal(number) => self.goal_senders.publisher(number),
@@ -167,13 +167,13 @@ impl RosInputs {
         }
     }
 
-    /// The frame in which the goal with that stamp \[ns\] was given, which is the servo's own unless it was the last one in another.
+    /// Returns the frame of the goal with this stamp \[ns\]: the last one in another frame, or else the servo's own.
     pub fn frame_of(&self, stamp: i64) -> &str {
         let taken = &self.taken_frame;
         if !taken.frame.is_empty() && taken.stamp == stamp { &taken.frame } else { &self.goal_frame }
     }
 
-    /// The publisher of that number.
+    /// Returns the publisher with this number.
     pub fn publisher(&self, of: Contended, number: u32) -> Option<EndpointId> {
         match of {
             Contended::JointStates(arm) => self.arms.get(arm)?.publisher(number),
@@ -183,21 +183,22 @@ impl RosInputs {
         }
     }
 
-    /// When the joint states in force were made: of two arms the older one, as nothing of the pose is older than its stamp.
+    /// Returns the time of the joint states in use. With two arms this is the older one, so that no part of the pose is older than its
+    /// stamp.
     pub fn stamp(&self) -> Time {
         let oldest = self.arms.iter().map(|arm| &arm.stamp).min_by_key(|stamp| stamp.nanoseconds());
         oldest.cloned().unwrap_or_default()
     }
 
-    /// What the end in progress asks for, if there is one.
+    /// Returns the next step of the shutdown in progress, if there is one.
     pub fn shutdown_step(&mut self, servo: &Servo) -> Step {
         let Some(shutdown) = &mut self.shutdown else { return Step::Decelerate };
         if servo.output().is_none() {
-            // What moves there, if anything does, was not sent by this servo.
+            // Nothing was ever sent, so a motion of the arm, if any, is not this servo's.
             return Step::Gone(Ok(()));
         }
         let command = fastest(servo.command()).unwrap_or(0.0);
-        // Of all arms, or none; who was never heard stands as far as anybody knows.
+        // Use the speeds only if all arms reported them. An arm that was never heard counts as standing still.
         let reported: Option<Vec<_>> = self.arms.iter().map(|arm| arm.speed).collect();
         let never_heard = servo.pose().is_none().then_some(0.0);
         let reported = reported.and_then(|speeds| fastest(&speeds)).or(never_heard);
@@ -205,7 +206,7 @@ impl RosInputs {
     }
 }
 
-/// The goal of that number, which was sent at `came`, to be looked up.
+/// Converts goal number `number`, which was sent at `came`, for the lookup of its frame.
 fn framed(goal: &GoalReading, number: u64, came: Duration) -> Result<FramedGoal, Rejection> {
     let GoalReading { position, orientation_xyzw, frame_id, stamp, sent, .. } = *goal;
     let pose = Goal::new(position, orientation_xyzw, "", "")?;
@@ -213,14 +214,14 @@ fn framed(goal: &GoalReading, number: u64, came: Duration) -> Result<FramedGoal,
     Ok(FramedGoal { number, frame: frame_id.to_owned(), stamp, by: sent.by, came, frame_from_goal })
 }
 
-/// The goal in the base frame, with the stamp \[ns\] of its message, or of its transform.
+/// Converts the goal to a reading in the base frame. `stamp` \[ns\] is that of its message or of its transform.
 fn placed(stamp: i64, base_from_goal: &UnitDualQuaternion) -> GoalReading<'static> {
     let [x, y, z, orientation_xyzw @ ..] = pose_numbers(base_from_goal);
     let (waited, sent) = (Duration::ZERO, Sent::default());
     GoalReading { position: [x, y, z], orientation_xyzw, frame_id: "", stamp, waited, sent }
 }
 
-/// Who sent a message, and how long before it came; a rejection where that was before the node was there.
+/// Returns who sent a message and how long ago, or a rejection if that was before this node started.
 fn sender(
     senders: &mut Senders,
     origin: &Origin,
@@ -235,7 +236,8 @@ fn sender(
 }
 
 impl RosInputs {
-    /// Gives the servo all that has come since the cycle before: requests first, then what a search has come to, joint states, goals, their motions and twists.
+    /// Gives the servo everything that has arrived since the previous cycle: requests, results of a search, joint states, goals, their
+    /// motions, and twists, in this order.
     pub fn feed(&mut self, servo: &mut Servo) {
         self.requests(servo);
         let record = &mut self.record;
@@ -245,7 +247,7 @@ impl RosInputs {
             let _ = record.take(servo, Event::Listeners(arm, self.commands.are_heard(arm)));
             let _ = record.take(servo, Event::Rival(arm, self.commands.are_contended(arm)));
         }
-        self.framed_goals(servo);
+        self.located_goals(servo);
         self.goals(servo);
         self.goal_motions(servo);
         self.twists(servo);
@@ -256,13 +258,13 @@ impl RosInputs {
             match request {
                 Request::Configure(settings, parameters) => {
                     let goal_frames = settings.goal_frames;
-                    // What is not taken is counted by the servo, and logged by the report; what was in force stays.
+                    // The servo counts a refusal, and the report logs it. The settings in force stay.
                     if servo.take(Event::Configure(settings)).is_ok() {
                         self.frames.iter().for_each(|frames| frames.configure(goal_frames));
                         self.record.change(parameters);
                     }
                 }
-                // Nothing moves for a request that was answered with a failure; to stand is right all the same.
+                // A request that was already answered with a failure must not start a motion. Pausing is still safe.
                 Request::Pause(false, _, reply) | Request::Reconfigure(_, reply) if !reply.is_awaited() => {}
                 Request::Pause(paused, ago, reply) => {
                     reply.answer(self.record.take(servo, Event::Pause { paused, ago }));
@@ -288,8 +290,8 @@ impl RosInputs {
         self.unfollow();
     }
 
-    /// Offers the goals whose frames were found, and rejects those whose were not.
-    fn framed_goals(&mut self, servo: &mut Servo) {
+    /// Gives the servo the goals whose frames were found, and rejects those whose frames were not.
+    fn located_goals(&mut self, servo: &mut Servo) {
         let Self {
             clocks: Clocks { now, .. },
             frames,
@@ -326,7 +328,7 @@ impl RosInputs {
         }
     }
 
-    /// Every goal is offered, so that a bad one does not hide the good one before it.
+    /// Gives the servo every goal, so that an invalid one does not hide a valid one before it.
     fn goals(&mut self, servo: &mut Servo) {
         let Self { clocks, began, goals, goal, goal_senders, .. } = self;
         let Self { frames, goal_frame, taken_frame, goal_count, record, shutdown, rejected, .. } = self;
@@ -345,8 +347,8 @@ impl RosInputs {
             };
             *goal_count += 1;
             let reading = GoalReading { sent, ..goal_reading(goal) };
-            let elsewhere = frames.as_mut().filter(|_| !is_own_frame(&goal.header.frame_id, goal_frame));
-            let taken = match elsewhere {
+            let foreign = frames.as_mut().filter(|_| !is_own_frame(&goal.header.frame_id, goal_frame));
+            let taken = match foreign {
                 None => record.take(servo, Event::Goal(reading)),
                 Some(_) if sent.ago > servo.settings().rearm_timeout => {
                     servo.take(Event::Unusable(Rejection::Late(sent.ago)))
@@ -356,11 +358,11 @@ impl RosInputs {
                     Err(why) => servo.take(Event::Unusable(why)),
                 },
             };
-            // A rejection is counted by the servo, and logged by the report.
+            // The servo counts a rejection, and the report logs it.
             match taken {
                 Ok(_) => {
                     *taken_frame = TakenFrame::default();
-                    // Those before it that still wait for their frames come too late.
+                    // Earlier goals that still wait for their frames are superseded.
                     frames.iter_mut().for_each(|frames| frames.forget(*goal_count));
                 }
                 Err(why) => rejected.add(stamp, sent.by, why),
@@ -379,7 +381,7 @@ impl RosInputs {
             Some(FrameMotion::Lost) => GoalMotion::Lost,
             None => return,
         };
-        // A motion that is rejected is counted.
+        // The servo counts a rejected motion.
         let _ = record.take(servo, Event::GoalMotion(motion));
     }
 

@@ -1,14 +1,14 @@
-//! Lets the search for another configuration run, on a thread of its own: the cycle waits for nobody.
+//! Runs the search for another configuration on its own thread, so that the cycle does not wait.
 
 use super::events::EventsRecord;
 use dq_core::servo::{Arms, Event, STARTS, Search, Servo};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::time::{Duration, Instant};
 
-/// So long a search may take: it is one of many things that the machine does.
+/// The longest time of a search, which shares the processors with other tasks.
 const BUDGET: Duration = Duration::from_millis(20);
 
-/// The cycle's end: one search, which is here or runs there, and comes and goes without an allocation.
+/// The cycle's side: one search, which is passed back and forth without allocations.
 pub(super) struct Searcher {
     here: Option<Box<Search>>,
     questions: SyncSender<Box<Search>>,
@@ -16,9 +16,9 @@ pub(super) struct Searcher {
 }
 
 impl Searcher {
-    /// For the servo of these arms.
+    /// Starts the thread for a servo of these arms.
     ///
-    /// # Errors
+    /// The operating system's error if it creates no thread.
     /// The operating system's, where it gives no thread.
     pub fn spawn(arms: Arms) -> std::io::Result<Self> {
         let (questions, asked) = sync_channel::<Box<Search>>(1);
@@ -36,14 +36,14 @@ impl Searcher {
         Ok(Self { here: Some(Box::new(Search::new(arms))), questions, answers })
     }
 
-    /// Gives the servo what a search came to, and lets the next one run where it asks for that.
+    /// Gives the servo the result of a finished search, and starts the next one if the servo asks for it.
     pub fn feed(&mut self, servo: &mut Servo, record: &mut EventsRecord) {
         if let Ok(search) = self.answers.try_recv() {
             let _ = record.take(servo, Event::Found(search.found()));
             self.here = Some(search);
         }
         if let Some(search) = self.here.take_if(|search| servo.ask(search)) {
-            // There is room for the only one. Where the thread has ended nobody answers, which the servo sees.
+            // The channel has room for the only search. If the thread has ended, no answer comes, which the servo detects.
             let _ = self.questions.try_send(search);
         }
     }

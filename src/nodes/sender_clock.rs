@@ -1,51 +1,54 @@
-//! How long a message was under way, by a sender's clock that may be wrong.
+//! Computes the age of messages by their senders' clocks, which may be wrong.
 //!
-//! Between two clocks nobody can tell a late message from a clock that is behind. So clocks are taken to agree until the sender's own
-//! messages show that they do not: then the age of a message is what it is later than the sender's fastest ones. A wrong clock costs the
-//! age its sharpness, and a publisher that is known for long at most the messages of the first moment, which are rejected with their age.
+//! One message cannot tell whether it is late or the sender's clock is behind. So clocks are assumed to agree until the sender's own
+//! messages show that they do not. Then the age of a message is its delay relative to the sender's fastest messages.
+//!
+//! A wrong clock makes ages less exact. If its publisher was there before this node, the messages of the first moment may be rejected, with
+//! their apparent age.
 
 use std::time::Duration;
 
-/// Nobody keeps messages for a reader that is gone for longer than this: some times the lease after which it is lost, 50 s for nodes of
-/// this program, and 10 and 20 s for those of Cyclone and Fast DDS. Clocks that are farther apart do not agree.
+/// The longest time for which a writer keeps messages for an unreachable reader \[ns\]. This is several times the lease after which the
+/// reader is lost: 50 s for nodes of this program, 10 s for Cyclone DDS and 20 s for Fast DDS. A larger offset means that the clocks do not
+/// agree.
 const KEPT: i64 = 300_000_000_000;
 
-/// Clocks go wrong by less than this part: an age of no more than this since the fastest message is none, and of no more than the most in
-/// any case \[ns\], since clocks that somebody sets right do not go on drifting apart.
+/// The largest relative drift between two clocks. An age below the drift since the fastest message counts as zero. The drift is limited to
+/// `MOST_DRIFT` \[ns\], because clocks that are synchronized do not drift further apart.
 const DRIFT: f64 = 2e-4;
 const MOST_DRIFT: f64 = 1e8;
 
-/// Two messages that come so long after each other, and were sent as long after each other but for the jitter \[ns\], come as they are
-/// sent. What was held up comes at once.
+/// If two messages arrive at least `APART` apart and their offsets agree up to `JITTER` \[ns\], they arrive as they were sent. Delayed
+/// messages would arrive in a burst.
 const APART: Duration = Duration::from_millis(100);
 const JITTER: i64 = 50_000_000;
 
-/// A publisher is found so soon after it was made \[ns\].
+/// A publisher is discovered at most this long after its creation \[ns\].
 const FOUND: i64 = 300_000_000;
 
-/// What is known of a sender's clock.
+/// What is known about a sender's clock.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct SenderClock {
-    fastest: Option<Came>,
-    /// One that seems to be late.
-    doubtful: Option<Came>,
+    fastest: Option<Arrival>,
+    /// A message that seems to be late.
+    doubtful: Option<Arrival>,
 }
 
-/// A message as it came.
+/// The arrival of a message.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Came {
-    /// How much later than sent it came, by both clocks \[ns\].
+struct Arrival {
+    /// The time of arrival minus the time of sending, by both clocks \[ns\].
     offset: i64,
     at: Duration,
 }
 
 impl SenderClock {
-    /// How long a message was under way that came at `now` with this `offset` \[ns\]. `found` is for how long its publisher has been known
-    /// \[ns\], if that was found while this node was there: none of its messages is older.
+    /// Returns the age of a message that arrived at `now` with this `offset` \[ns\]. `found` returns how long its publisher has been known
+    /// \[ns\], if it was discovered while this node was running: none of its messages is older.
     pub fn age(&mut self, offset: i64, now: Duration, found: impl FnOnce() -> Option<i64>) -> Duration {
         let none = self.fastest_by(now).unwrap_or(0);
         if offset <= none {
-            (self.fastest, self.doubtful) = (Some(Came { offset, at: now }), None);
+            (self.fastest, self.doubtful) = (Some(Arrival { offset, at: now }), None);
             return Duration::ZERO;
         }
         let came_as_sent = self.doubtful.is_some_and(|before| {
@@ -56,21 +59,21 @@ impl SenderClock {
         if came_as_sent || impossible {
             let fastest =
                 self.doubtful.filter(|_| came_as_sent).map_or(offset, |before| before.offset.min(offset));
-            (self.fastest, self.doubtful) = (Some(Came { offset: fastest, at: now }), None);
+            (self.fastest, self.doubtful) = (Some(Arrival { offset: fastest, at: now }), None);
             return Duration::from_nanos((offset - fastest).unsigned_abs());
         }
         if self
             .doubtful
             .is_none_or(|before| offset < before.offset - JITTER || now.saturating_sub(before.at) >= APART)
         {
-            self.doubtful = Some(Came { offset, at: now });
+            self.doubtful = Some(Arrival { offset, at: now });
         }
         Duration::from_nanos((offset - none).unsigned_abs())
     }
 
-    /// The offset of a message that is under way for no time, as far as that is known at `now`.
+    /// Returns the offset of a message without delay, as far as it is known at `now`.
     fn fastest_by(&self, now: Duration) -> Option<i64> {
-        let Came { offset, at } = self.fastest?;
+        let Arrival { offset, at } = self.fastest?;
         let drift = DRIFT * now.saturating_sub(at).as_nanos() as f64;
         Some(offset.saturating_add(drift.min(MOST_DRIFT) as i64))
     }
@@ -82,7 +85,7 @@ mod tests {
 
     const S: i64 = 1_000_000_000;
 
-    /// The ages [s] of messages by the times [s] at which they came and their offsets [s], of a publisher that is known for long.
+    /// Returns the ages [s] of messages from a long-known publisher, given their times of arrival [s] and offsets [s].
     fn ages(messages: &[(f64, f64)]) -> Vec<f64> {
         let mut clock = SenderClock::default();
         let mut age = |(at, offset): &(f64, f64)| {
@@ -95,7 +98,7 @@ mod tests {
     fn where_clocks_agree_the_age_is_the_time_under_way() {
         assert_eq!(ages(&[(10.0, 5.9)]), [5.9]);
         assert_eq!(ages(&[(10.0, 0.001), (11.0, 0.5)]), [0.001, 0.5]);
-        // What was sent while the cable was out comes at once, the oldest first.
+        // Messages that were sent while the cable was unplugged arrive at once, the oldest first.
         let burst = [(10.0, 5.0), (10.001, 4.0), (10.002, 3.0), (10.003, 0.2), (11.0, 0.0)];
         assert_eq!(ages(&burst), [5.0, 4.0, 3.0, 0.2, 0.0]);
     }
@@ -115,7 +118,7 @@ mod tests {
             ages(&[(10.0, 0.15), (10.02, 0.15), (10.11, 0.15), (10.13, 0.15)]),
             [0.15, 0.15, 0.0, 0.0]
         );
-        // And one that is set.
+        // A clock that is set while running.
         assert_eq!(ages(&[(10.0, 0.0), (20.0, 3600.0), (21.0, 3600.0)])[1..], [0.0, 0.0]);
     }
 

@@ -1,4 +1,4 @@
-//! Who sends messages of one kind, each with a number, and how long theirs are under way.
+//! Numbers the publishers of one input, and computes the age of their messages.
 
 use super::sender_clock::SenderClock;
 use dq_core::servo::Sent;
@@ -6,10 +6,10 @@ use dq_messages::messages::Time;
 use dq_ros::ros::{EndpointId, Origin};
 use std::time::Duration;
 
-/// The publishers that are remembered; the one that was heard longest ago goes first.
+/// The number of publishers that are remembered. The one that was silent longest is forgotten first.
 const MOST: usize = 16;
 
-/// When a cycle began, by its own clock and by this host's \[ns since 1970\].
+/// The start of a cycle by its own clock and by the clock of this host \[ns since 1970\].
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Clocks {
     pub now: Duration,
@@ -17,7 +17,7 @@ pub(super) struct Clocks {
 }
 
 impl Clocks {
-    /// At the present time of day.
+    /// Returns `now` with the present time of day.
     pub fn at(now: Duration) -> Self {
         Self { now, wall: Time::now().nanoseconds() }
     }
@@ -29,21 +29,21 @@ struct Sender {
     clock: SenderClock,
 }
 
-/// Numbers for publishers, in the order in which they were heard first.
+/// Publishers with numbers in the order of their first messages.
 #[derive(Default)]
 pub(super) struct Senders {
-    /// The one that was heard last is the last.
+    /// The publishers, the last heard at the end.
     known: Vec<Sender>,
     count: u32,
 }
 
 impl Senders {
-    /// The number of a publisher.
+    /// Returns the number of a publisher.
     pub fn number(&mut self, publisher: EndpointId) -> u32 {
         self.sender(publisher).number
     }
 
-    /// Who sent a message, and how long before it came.
+    /// Returns who sent a message, and how long ago.
     pub fn hear(&mut self, origin: &Origin, clocks: Clocks) -> Sent {
         let sender = self.sender(origin.publisher);
         let offset = origin.sent.map(|sent| clocks.wall.saturating_sub(sent));
@@ -52,7 +52,7 @@ impl Senders {
         Sent { by: sender.number, ago }
     }
 
-    /// The publisher of that number.
+    /// Returns the publisher with this number.
     pub fn publisher(&self, number: u32) -> Option<EndpointId> {
         self.known.iter().find(|sender| sender.number == number).map(|sender| sender.publisher)
     }

@@ -1,20 +1,20 @@
 //! The servo node, for one arm (`dq_servo`) or for two (`dq_dual_servo`).
 
 use super::arm_input::ArmInput;
-use super::commands::{Commands, Sending, last_words};
+use super::commands::{Commands, Sending, on_end};
 use super::cycle_thread::{self, Schedule, Tick};
 use super::events::{EventsRecord, EventsTopic, ParameterRecord};
 use super::frames::{Frames, Tree};
 use super::in_force::InForce;
 use super::outputs::Outputs;
-use super::pictures::Easel;
+use super::pictures::MomentSlot;
 use super::report::Report;
 use super::ros_inputs::{Request, RosInputs, Sources};
 use super::searcher::Searcher;
 use super::senders::{Clocks, Senders};
 use super::shutdown::{self, Outcome, ShutdownError, Step};
 use super::snapshot::{ReportEnded, Snapshot, Snapshots};
-use super::wiring::Wiring;
+use super::wiring::NodeSetup;
 use super::{NodeError, Prepared, arm_input, description, keep_outs, pictures, requests, snapshot};
 use dq_config::ServoParameters;
 use dq_core::servo::{GoalFrames, Servo};
@@ -29,11 +29,11 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 use tokio::sync::watch;
 
-/// A running servo node. It ends by [`shut_down`](Self::shut_down); one that is dropped sends zeros at once.
+/// A running servo node. End it with [`shut_down`](Self::shut_down). If it is dropped, it sends zeros at once.
 pub struct ServoNode {
     requests: Sender<Request>,
     commands: Arc<Commands>,
-    /// How the cycle ended, once it has.
+    /// The outcome of the cycle, once it has ended.
     outcome: watch::Receiver<Option<Outcome>>,
     report: JoinHandle<()>,
     _node: Node,
@@ -43,7 +43,7 @@ impl ServoNode {
     /// Starts the node on `session`.
     ///
     /// # Errors
-    /// [`NodeError`] where the network or the operating system refuses.
+    /// [`NodeError`] if the network or the operating system fails.
     pub fn start(session: &Session, prepared: Prepared<ServoParameters>) -> Result<Self, NodeError> {
         let Assembled { mut node, mut cycle, report, snapshots, requests, schedule } =
             Assembled::new(session, prepared)?;
@@ -53,13 +53,13 @@ impl ServoNode {
         serve_requests(&mut node, &requests)?;
         let report = report.spawn(snapshots)?;
         let (end, outcome) = watch::channel(None);
-        let last_words = last_words(commands.clone(), end);
-        cycle_thread::spawn("servo", schedule, move |tick| cycle.tick(tick), last_words)?;
+        let on_end = on_end(commands.clone(), end);
+        cycle_thread::spawn("servo", schedule, move |tick| cycle.tick(tick), on_end)?;
         Ok(Self { requests, commands, outcome, report, _node: node })
     }
 }
 
-/// A node whose threads have not begun.
+/// A node whose threads are not yet running.
 pub(super) struct Assembled {
     node: Node,
     pub cycle: Cycle,
@@ -93,27 +93,27 @@ impl Assembled {
         description::watch(&mut node, &contract, &store)?;
         let (requests, inbox) = channel();
         let sending = Sending { interface: settings.interface, period, in_time: realtime_priority > 0 };
-        let wiring = &mut Wiring { node: &mut node, kind, contract: &contract };
-        let commands = Arc::new(Commands::new(wiring, &joints, sending)?);
+        let setup = &mut NodeSetup { node: &mut node, kind, contract: &contract };
+        let commands = Arc::new(Commands::new(setup, &joints, sending)?);
         let kinds = controlled.joint_kinds();
-        let topic = EventsTopic::new(wiring.node, &contract)?;
+        let topic = EventsTopic::new(setup.node, &contract)?;
         let recorded = ParameterRecord::new(kind, &store, &[], &[]);
         let record = EventsRecord::new(topic.clone(), joints.clone(), recorded);
         let in_force = InForce::new(settings.clone(), idle_keep_outs, store.clone(), requests.clone(), kind);
         let in_force = Arc::new(in_force);
         let searcher = Searcher::spawn(controlled)?;
-        let clock = Clock::new(wiring.node, &contract, simulated_time)?;
-        let arms = arm_input::subscribe(wiring, joints, joint_states, &clock)?;
+        let clock = Clock::new(setup.node, &contract, simulated_time)?;
+        let arms = arm_input::subscribe(setup, joints, joint_states, &clock)?;
         let joint_states = arms.iter().map(ArmInput::source).collect();
         let tree = Tree::default();
         let goal_frames = servo.settings().goal_frames;
-        let frames = frames(wiring, &clock, &goal_frame, &tool_frame, goal_frames, tree.clone());
+        let frames = frames(setup, &clock, &goal_frame, &tool_frame, goal_frames, tree.clone());
         let sources = Sources { arms, kinds, inbox, searcher, frames };
-        let live = RosInputs::new(wiring, sources, commands.clone(), record, &goal_frame)?;
-        let easel = easel(wiring, &goal_frame);
-        obey_keep_outs(wiring, tree, &goal_frame, in_force.clone());
-        let outputs = Outputs::new(wiring, commands.clone(), topic, easel, clock, names, goal_frame)?;
-        serve_parameters(wiring, store, in_force.clone())?;
+        let live = RosInputs::new(setup, sources, commands.clone(), record, &goal_frame)?;
+        let slot = slot(setup, &goal_frame);
+        obey_keep_outs(setup, tree, &goal_frame, in_force.clone());
+        let outputs = Outputs::new(setup, commands.clone(), topic, slot, clock, names, goal_frame)?;
+        serve_parameters(setup, store, in_force.clone())?;
         let report = Report::new(&mut node, outputs, joint_states, in_force, period);
         let (queue, snapshots) = snapshot::queue();
         let cycle = Cycle { servo, live, commands, snapshots: queue, timing: CycleTiming::default() };
@@ -129,16 +129,16 @@ impl Assembled {
 }
 
 impl ServoNode {
-    /// Why the cycle has ended by itself, once it has.
+    /// Returns why the cycle has failed, if it has.
     pub fn failure(&self) -> Option<ShutdownError> {
         self.outcome.borrow().clone().and_then(Result::err)
     }
 
-    /// Decelerates the arm, sends zeros until the robot stands, and leaves the graph; each step has a deadline. Where this
-    /// future is dropped, zeros are sent at once.
+    /// Decelerates the arm, sends zeros until the robot stands still, and leaves the graph. Each step has a deadline. If this future is
+    /// dropped, zeros are sent at once.
     ///
     /// # Errors
-    /// [`ShutdownError`] where the arm or the robot was not brought to rest.
+    /// [`ShutdownError`] if the arm or the robot did not come to rest.
     pub async fn shut_down(mut self) -> Result<(), ShutdownError> {
         let _ = self.requests.send(Request::Shutdown);
         shutdown::ended(&mut self.outcome, shutdown::PATIENCE).await
@@ -150,7 +150,7 @@ impl Drop for ServoNode {
         if self.outcome.borrow().is_none() {
             self.commands.end();
         }
-        // What the cycle left last is published and logged too, unless the cycle hangs and so never ends.
+        // Wait for the report of the last snapshots, unless the cycle hangs.
         let end = Instant::now() + LAST_REPORT;
         while !self.report.is_finished() && Instant::now() < end {
             std::thread::sleep(Duration::from_millis(1));
@@ -158,9 +158,9 @@ impl Drop for ServoNode {
     }
 }
 
-/// Serves the parameters in force; the cycle takes those that change.
+/// Serves the parameters in force, and gives changes to the cycle.
 fn serve_parameters(
-    Wiring { node, kind, contract }: &mut Wiring,
+    NodeSetup { node, kind, contract }: &mut NodeSetup,
     store: ParameterStore,
     in_force: Arc<InForce>,
 ) -> Result<(), RosError> {
@@ -192,7 +192,7 @@ fn serve_requests(node: &mut Node, requests: &Sender<Request>) -> Result<(), Ros
             requests::ask(&round, |reply| Request::Reconfigure(ago, reply), done, requests::PATIENCE).await
         }
     });
-    // A keystore from before there was this service lacks the right to it, which is no reason for the arm to stand.
+    // A keystore from before this service existed does not grant access to it. The servo can work without it.
     reconfigures.unwrap_or_else(|why| node.log().warn(&format!("no ~/reconfigure: {why}")));
     node.serve_later::<Trigger, _>("~/stop", move |_| {
         let stop = stop.clone();
@@ -208,39 +208,39 @@ fn serve_requests(node: &mut Node, requests: &Sender<Request>) -> Result<(), Ros
     })
 }
 
-/// Who knows where goals in other frames are: where the node may not hear TF, or takes goals in one frame only, nobody.
+/// Subscribes to TF for goals in other frames. Returns `None` if the servo takes goals in one frame only, or may not subscribe to TF.
 fn frames(
-    wiring: &mut Wiring,
+    setup: &mut NodeSetup,
     clock: &Clock,
     base: &str,
     tool: &str,
     settings: GoalFrames,
     tree: Tree,
 ) -> Option<Frames> {
-    if !wiring.kind.takes_frames() {
+    if !setup.kind.takes_frames() {
         return None;
     }
-    let frames = Frames::new(wiring, clock, base, tool, settings, tree);
-    frames.inspect_err(|why| wiring.node.log().warn(&format!("goals in {base:?} only: {why}"))).ok()
+    let frames = Frames::new(setup, clock, base, tool, settings, tree);
+    frames.inspect_err(|why| setup.node.log().warn(&format!("goals in {base:?} only: {why}"))).ok()
 }
 
-/// Pictures for viewers, of which the node may lack the right to some: that is no reason for the arm to stand.
-fn easel(wiring: &mut Wiring, goal_frame: &str) -> Easel {
-    pictures::serve(wiring, goal_frame).unwrap_or_else(|why| {
-        wiring.node.log().warn(&format!("no pictures: {why}"));
-        Easel::default()
+/// Publishes pictures for viewers. If a keystore does not grant access to a topic, the servo works without pictures.
+fn slot(setup: &mut NodeSetup, goal_frame: &str) -> MomentSlot {
+    pictures::serve(setup, goal_frame).unwrap_or_else(|why| {
+        setup.node.log().warn(&format!("no pictures: {why}"));
+        MomentSlot::default()
     })
 }
 
-/// Obeys `~/keep_out`, where goals may be in frames of TF; a keystore that was made before there was the topic lacks the right to it.
-fn obey_keep_outs(wiring: &mut Wiring, tree: Tree, base: &str, in_force: Arc<InForce>) {
-    if wiring.kind.takes_frames() {
-        let obeyed = keep_outs::obey(wiring, tree, base, in_force);
-        obeyed.unwrap_or_else(|why| wiring.node.log().warn(&format!("no ~/keep_out: {why}")));
+/// Obeys `~/keep_out` if goals may be in frames of TF. A keystore from before this topic existed does not grant access to it.
+fn obey_keep_outs(setup: &mut NodeSetup, tree: Tree, base: &str, in_force: Arc<InForce>) {
+    if setup.kind.takes_frames() {
+        let obeyed = keep_outs::obey(setup, tree, base, in_force);
+        obeyed.unwrap_or_else(|why| setup.node.log().warn(&format!("no ~/keep_out: {why}")));
     }
 }
 
-/// Everything that the cycle's thread owns.
+/// The state of the cycle's thread.
 pub(super) struct Cycle {
     pub servo: Servo,
     live: RosInputs,

@@ -1,43 +1,43 @@
-//! The end of a servo node, a protocol with a deadline for each step: a stop is asked for → the arm decelerates → it is at rest →
-//! final zeros until the robot stands → gone.
+//! The shutdown of a servo node. The steps are: stop requested → the arm decelerates → it is at rest → final zeros until the robot stands
+//! still → ended. Each step has a deadline.
 
 use dq_kinematics::arm::JointKind;
 use std::time::Duration;
 use thiserror::Error;
 use tokio::sync::watch;
 
-/// The arm gets this long to come to rest; then zeros are sent all the same.
+/// How long the arm may take to come to rest. Then zeros are sent in any case.
 pub(super) const LONGEST_DECELERATION: Duration = Duration::from_secs(2);
 
-/// Zeros are sent at least this long: RustDDS sends from a thread of its own, which ends with the participant.
+/// Zeros are sent for at least this long: RustDDS sends from its own thread, which ends with the participant.
 pub(super) const SHORTEST_FINAL_ZEROS: Duration = Duration::from_millis(20);
 
-/// Zeros are sent at most this long for a robot that does not answer with a standstill.
+/// Zeros are sent for at most this long if the robot does not report that it stands still.
 const LONGEST_FINAL_ZEROS: Duration = Duration::from_millis(500);
 
-/// A cycle that has not ended by then does not run any more: all of the above, and a second.
+/// How long to wait for the cycle: the times above, and one second. A cycle that takes longer hangs.
 pub(super) const PATIENCE: Duration = Duration::from_millis(3500);
 
-/// A robot stands whose joints report no more than this [rad/s], which is noise.
+/// Joint speeds up to this [rad/s] are noise of a robot that stands still.
 const STANDING: f64 = 0.01;
 
-/// How a servo node ended that did not end as it should.
+/// Why a servo node did not end properly.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum ShutdownError {
     /// The law or the limits did not bring the command to zero in time.
     #[error("the arm was not at rest after {:.1} s, at {speed:.3} {unit}: zeros were sent", LONGEST_DECELERATION.as_secs_f64())]
     NotAtRest {
-        /// The fastest joint's command when the deadline came.
+        /// The command of the fastest joint at the deadline.
         speed: f64,
-        /// Its unit.
+        /// The unit of `speed`.
         unit: &'static str,
     },
     /// The robot does not follow: it moves although zeros were sent.
     #[error("the robot still moves at {speed:.3} {unit}, {:.1} s after the first zeros", LONGEST_FINAL_ZEROS.as_secs_f64())]
     StillMoving {
-        /// The fastest joint's speed in the last joint state.
+        /// The speed of the fastest joint in the last joint state.
         speed: f64,
-        /// Its unit.
+        /// The unit of `speed`.
         unit: &'static str,
     },
     /// The cycle panicked or could not go on.
@@ -54,29 +54,29 @@ pub enum ShutdownError {
 /// How a cycle ended.
 pub(super) type Outcome = Result<(), ShutdownError>;
 
-/// What the cycle is to do, now that the end was asked for.
+/// What the cycle has to do during the shutdown.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Step {
     /// Send the servo's command, which decelerates.
     Decelerate,
     /// Send zeros.
     FinalZeros,
-    /// Go.
+    /// End.
     Gone(Outcome),
 }
 
-/// The end in progress.
+/// A shutdown in progress.
 pub(super) struct Shutdown {
     asked: Duration,
-    /// Of the fastest joint's speed, whichever joint that is.
+    /// The unit of the fastest joint's speed, whichever joint that is.
     unit: &'static str,
     zeros_since: Option<Duration>,
-    /// The fastest joint's command [rad/s] that the deadline found.
+    /// The fastest joint's command at the deadline [rad/s], if the arm was not at rest.
     not_at_rest: Option<f64>,
 }
 
 impl Shutdown {
-    /// The end is asked for at `now`, of arms with joints of these kinds.
+    /// Begins the shutdown at `now` of arms with joints of these kinds.
     pub fn new(now: Duration, kinds: &[JointKind]) -> Self {
         let unit = match (kinds.contains(&JointKind::Revolute), kinds.contains(&JointKind::Prismatic)) {
             (_, false) => "rad/s",
@@ -86,8 +86,8 @@ impl Shutdown {
         Self { asked: now, unit, zeros_since: None, not_at_rest: None }
     }
 
-    /// What to do at `now`: by the fastest joint's command [rad/s], and by the fastest joint's speed [rad/s] in what robots have
-    /// reported since the end was asked for, if they have.
+    /// Returns what to do at `now`. `command` is the fastest joint's command [rad/s]; `reported` is the fastest joint's speed [rad/s] that
+    /// the robots have reported since the shutdown began, if they have.
     pub fn step(&mut self, now: Duration, command: f64, reported: Option<f64>) -> Step {
         if self.zeros_since.is_none() {
             if command > 0.0 && now.saturating_sub(self.asked) <= LONGEST_DECELERATION {
@@ -109,7 +109,7 @@ impl Shutdown {
     }
 }
 
-/// Waits for the end of a cycle that was asked to end, for `patience` at most.
+/// Waits up to `patience` for the end of a cycle that was asked to end.
 pub(super) async fn ended(outcome: &mut watch::Receiver<Option<Outcome>>, patience: Duration) -> Outcome {
     match tokio::time::timeout(patience, outcome.wait_for(Option::is_some)).await {
         Ok(Ok(outcome)) => outcome.clone().unwrap_or(Ok(())),
@@ -123,7 +123,7 @@ mod tests {
 
     const MS: Duration = Duration::from_millis(1);
 
-    /// Steps each 2 ms from 1 s on until the end, by what the command and the robot do that long after the stop was asked for.
+    /// Steps every 2 ms from 1 s on until the end. `command` and `reported` get the time since the shutdown began.
     fn end(
         command: impl Fn(Duration) -> f64,
         reported: impl Fn(Duration) -> Option<f64>,

@@ -1,4 +1,4 @@
-//! What a cycle leaves for the report, which formats, publishes and logs it on a thread of its own.
+//! Snapshots that a cycle leaves for the report, which formats, publishes and logs them on its own thread.
 
 use super::complaint::due;
 use super::ros_inputs::{RejectedGoal, RosInputs};
@@ -16,15 +16,15 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
 use std::time::Duration;
 
-/// Poses and errors go out at 100 Hz, the status at 10 Hz, diagnostics at 1 Hz.
+/// The intervals of poses and errors (100 Hz), of the status (10 Hz) and of diagnostics (1 Hz).
 const POSE_INTERVAL: Duration = Duration::from_millis(10);
 const STATUS_INTERVAL: Duration = Duration::from_millis(100);
 const DIAGNOSTICS_INTERVAL: Duration = Duration::from_secs(1);
 
-/// So many snapshots wait at most for a report that gets no processor.
+/// The largest number of snapshots that wait for the report.
 const WAITING: usize = 64;
 
-/// What is to be published.
+/// What has to be published.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Due {
     pub pose: bool,
@@ -32,33 +32,33 @@ pub(super) struct Due {
     pub diagnostics: bool,
 }
 
-/// Motions and goals that there is something to say of.
+/// Updates of motions and goals that are still to be published.
 #[derive(Debug, Default)]
-pub(super) struct News {
-    pub motions: Vec<MotionNews>,
+pub(super) struct MotionUpdates {
+    pub motions: Vec<MotionUpdate>,
     pub rejected: Vec<RejectedGoal<Option<EndpointId>>>,
 }
 
-/// A motion that there is something to say of.
+/// An update of a motion.
 #[derive(Debug)]
-pub(super) struct MotionNews {
+pub(super) struct MotionUpdate {
     pub motion: Motion,
     pub asker: Option<EndpointId>,
-    /// The frame in which its goal was given.
+    /// The frame of its goal.
     pub goal_frame: String,
 }
 
-impl News {
-    /// Adds the servo's news of its motions.
+impl MotionUpdates {
+    /// Adds the servo's updates of its motions.
     fn add(&mut self, servo: &mut Servo, live: &RosInputs) {
         let motions = servo.take_motions();
         self.motions.extend(motions.map(|motion| {
             let goal_frame = live.frame_of(motion.stamp).to_owned();
-            MotionNews { asker: live.asker(motion.asker), motion, goal_frame }
+            MotionUpdate { asker: live.asker(motion.asker), motion, goal_frame }
         }));
     }
 
-    /// All of it, with the goals that were rejected.
+    /// Returns all updates and the rejected goals, and clears them.
     fn take(&mut self, live: &mut RosInputs) -> Self {
         let Self { motions, mut rejected } = std::mem::take(self);
         let more = live.rejected.take();
@@ -69,7 +69,7 @@ impl News {
         Self { motions, rejected }
     }
 
-    /// What could not be said: it is said later, of very much the newest.
+    /// Puts back updates that could not be published, to publish them later. Of too many only the newest are kept.
     fn put_back(&mut self, mut before: Self) {
         before.motions.append(&mut self.motions);
         before.rejected.append(&mut self.rejected);
@@ -79,32 +79,32 @@ impl News {
     }
 }
 
-/// The servo after a cycle. To make one allocates nothing, but for news.
+/// The state of the servo after a cycle. Creating one allocates only for updates of motions.
 #[derive(Debug)]
 pub(super) struct Snapshot {
     /// The cycle's time.
     pub now: Duration,
     pub due: Due,
-    /// When the joint states in force were made.
+    /// The time of the joint states in use.
     pub stamp: Time,
-    /// The controlled pose; none before every arm was heard.
+    /// The controlled pose; `None` until every arm was heard.
     pub pose: Option<UnitDualQuaternion>,
     pub status: Status,
-    /// What the arm must keep out of.
+    /// The keep-outs.
     pub scene: Option<Arc<Scene>>,
     pub controller: Controller,
-    /// What the law asks of the robot, where nobody has looked at it since the settings were changed.
+    /// What the law demands of the robot, if that was not reported since the settings were changed.
     pub demand: Option<RateBound>,
-    /// 0 where no status is due.
+    /// 0 if no status is due.
     pub smallest_singular_value: f64,
     pub rejections: Arc<RejectionCounts>,
     pub replaced: Replaced,
-    pub news: News,
-    /// Zeros where neither status nor diagnostics are due.
+    pub updates: MotionUpdates,
+    /// Zeros if neither status nor diagnostics are due.
     pub timing: TimingFigures,
-    /// The two publishers that the reason is about, where it is about two.
+    /// The two publishers that the reason is about, if it is about two.
     pub rivals: [Option<EndpointId>; 2],
-    /// Who asked for motion last, by a message.
+    /// The publisher of the last request, if that was a message.
     pub asker: Option<EndpointId>,
     /// The arm that has been silent longest.
     pub quietest: usize,
@@ -114,16 +114,16 @@ pub(super) struct Snapshot {
 pub(super) struct Snapshots {
     queue: SyncSender<Snapshot>,
     last: Option<Changes>,
-    /// What is to be said with the next status.
-    news: News,
-    /// For which settings it was left what the law asks for.
+    /// The updates to send with the next status.
+    updates: MotionUpdates,
+    /// The configuration count for which the law's demand was last sent.
     judged: Option<u64>,
     pose: Duration,
     status: Duration,
     diagnostics: Duration,
 }
 
-/// A change of it is left for the report at once.
+/// The part of the status whose changes are reported at once.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Changes {
     state: State,
@@ -133,22 +133,31 @@ struct Changes {
     configurations: u64,
 }
 
-/// The report has ended, which it does only by a panic.
+/// The report has ended, which happens only by a panic.
 #[derive(Debug)]
 pub(super) struct ReportEnded;
 
-/// A queue of snapshots, which has its room from the start.
+/// Returns both ends of a queue of snapshots, which is allocated once.
 pub(super) fn queue() -> (Snapshots, Receiver<Snapshot>) {
     let (queue, snapshots) = sync_channel(WAITING);
     let [pose, status, diagnostics] = [Duration::ZERO; 3];
     (
-        Snapshots { queue, last: None, news: News::default(), judged: None, pose, status, diagnostics },
+        Snapshots {
+            queue,
+            last: None,
+            updates: MotionUpdates::default(),
+            judged: None,
+            pose,
+            status,
+            diagnostics,
+        },
         snapshots,
     )
 }
 
 impl Snapshots {
-    /// Leaves what is due at `now`, or new. What finds no room is lost, but for news, which the next cycle tries to leave.
+    /// Sends a snapshot if one is due at `now` or something has changed. If the queue is full, the snapshot is lost; only its updates are
+    /// sent again.
     ///
     /// # Errors
     /// [`ReportEnded`].
@@ -159,7 +168,7 @@ impl Snapshots {
         live: &mut RosInputs,
         timing: &CycleTiming,
     ) -> Result<(), ReportEnded> {
-        self.news.add(servo, live);
+        self.updates.add(servo, live);
         let status = servo.status();
         let changes = Changes {
             state: status.state,
@@ -168,7 +177,7 @@ impl Snapshots {
             goal_count: status.goal_count,
             configurations: servo.configurations(),
         };
-        let is_new = self.last != Some(changes) || !self.news.motions.is_empty();
+        let is_new = self.last != Some(changes) || !self.updates.motions.is_empty();
         let due = Due {
             pose: due(&mut self.pose, now, POSE_INTERVAL),
             status: due(&mut self.status, now, STATUS_INTERVAL) || is_new,
@@ -192,7 +201,7 @@ impl Snapshots {
             smallest_singular_value: if due.status { servo.smallest_singular_value() } else { 0.0 },
             rejections: servo.rejections().clone(),
             replaced: servo.replaced().clone(),
-            news: if due.status { self.news.take(live) } else { News::default() },
+            updates: if due.status { self.updates.take(live) } else { MotionUpdates::default() },
             timing: if timed { timing.figures() } else { TimingFigures::default() },
             rivals: rivals(status.reason, live),
             asker: status.consent.ask().and_then(|ask| live.asker(ask.by)),
@@ -207,7 +216,7 @@ impl Snapshots {
                 Ok(())
             }
             Err(TrySendError::Full(snapshot)) => {
-                self.news.put_back(snapshot.news);
+                self.updates.put_back(snapshot.updates);
                 Ok(())
             }
             Err(TrySendError::Disconnected(_)) => Err(ReportEnded),
@@ -215,7 +224,7 @@ impl Snapshots {
     }
 }
 
-/// Who the two publishers are that `reason` is about.
+/// Returns the two publishers that `reason` is about.
 fn rivals(reason: Option<Reason>, live: &RosInputs) -> [Option<EndpointId>; 2] {
     match reason {
         Some(Reason::Rivals(Rivals { of, first, second })) => {

@@ -1,11 +1,11 @@
-//! What the parts of a servo node make their topics from.
+//! What the parts of a servo node need to create their topics.
 
 use dq_messages::NodeContract;
 use dq_ros::ros::Node;
 use dq_wire::ServoKind;
 
-/// A servo node in the making: from here its parts have their topics.
-pub(super) struct Wiring<'a> {
+/// A servo node during its construction.
+pub(super) struct NodeSetup<'a> {
     pub node: &'a mut Node,
     pub kind: ServoKind,
     pub contract: &'a NodeContract,

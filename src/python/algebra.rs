@@ -1,4 +1,4 @@
-//! The algebra of dual quaternions that are no poses, on arrays of eight numbers: real part, then dual part, scalar first in each.
+//! The algebra of general dual quaternions, on arrays of eight numbers: real part, then dual part, scalar first in each.
 
 use super::arrays::{Numbers, array, exactly, matrix};
 use dq_algebra::{DualQuaternion, Vector8};

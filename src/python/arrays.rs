@@ -1,4 +1,4 @@
-//! Numbers to and from numpy's arrays.
+//! Conversions from and to numpy arrays.
 
 use numpy::ndarray::{Array2, ArrayView2};
 use numpy::{AllowTypeChange, IntoPyArray, PyArray1, PyArray2, PyArrayLike1, PyArrayLike2};
@@ -7,18 +7,18 @@ use pyo3::prelude::*;
 use std::borrow::Cow;
 use std::fmt::Display;
 
-/// A list of numbers as Python has it: an array, a list, a tuple.
+/// A list of numbers from Python: an array, a list, a tuple.
 pub(super) type Numbers<'py> = PyArrayLike1<'py, f64, AllowTypeChange>;
 
-/// A table of numbers, a row for each configuration.
+/// A table of numbers, with a row per configuration.
 pub(super) type Rows<'py> = PyArrayLike2<'py, f64, AllowTypeChange>;
 
-/// What is wrong, in this crate's own words.
+/// Converts an error to a Python `ValueError` with this crate's message.
 pub(super) fn wrong(why: impl Display) -> PyErr {
     PyValueError::new_err(why.to_string())
 }
 
-/// The numbers of a list, where they are if they lie beside each other.
+/// Returns the numbers of a list, without copying if they are contiguous.
 pub(super) fn slice<'a>(numbers: &'a Numbers<'_>) -> Cow<'a, [f64]> {
     match numbers.as_slice() {
         Ok(numbers) => Cow::Borrowed(numbers),
@@ -26,13 +26,13 @@ pub(super) fn slice<'a>(numbers: &'a Numbers<'_>) -> Cow<'a, [f64]> {
     }
 }
 
-/// So many numbers, called `what` where there are not as many.
+/// Returns `N` numbers, or an error in which the list is called `what`.
 pub(super) fn exactly<const N: usize>(numbers: &Numbers<'_>, what: &str) -> PyResult<[f64; N]> {
     let got = slice(numbers);
     <[f64; N]>::try_from(&*got).map_err(|_| wrong(format!("{what} has {} numbers, expected {N}", got.len())))
 }
 
-/// Rows of `width` numbers, called `what` where they have not as many.
+/// Returns rows of `width` numbers, or an error in which the table is called `what`.
 pub(super) fn rows<'a>(table: &'a Rows<'_>, width: usize, what: &str) -> PyResult<ArrayView2<'a, f64>> {
     let rows = table.as_array();
     match rows.ncols() == width {
@@ -41,18 +41,18 @@ pub(super) fn rows<'a>(table: &'a Rows<'_>, width: usize, what: &str) -> PyResul
     }
 }
 
-/// Numbers as an array.
+/// Converts numbers to an array.
 pub(super) fn array<'py>(py: Python<'py>, numbers: &[f64]) -> Bound<'py, PyArray1<f64>> {
     PyArray1::from_slice(py, numbers)
 }
 
-/// Numbers row after row as a table of `width` columns.
+/// Converts numbers, row by row, to a table of `width` columns.
 pub(super) fn table(py: Python<'_>, numbers: Vec<f64>, width: usize) -> PyResult<Bound<'_, PyArray2<f64>>> {
     let rows = numbers.len() / width.max(1);
     Ok(Array2::from_shape_vec((rows, width), numbers).map_err(wrong)?.into_pyarray(py))
 }
 
-/// A matrix of nalgebra's as a table.
+/// Converts a matrix of nalgebra to a table.
 pub(super) fn matrix<'py, R: nalgebra::Dim, C: nalgebra::Dim, S: nalgebra::RawStorage<f64, R, C>>(
     py: Python<'py>,
     matrix: &nalgebra::Matrix<f64, R, C, S>,

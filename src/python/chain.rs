@@ -1,4 +1,4 @@
-//! Chains: kinematics and Jacobians, of one configuration or of many.
+//! Chains: kinematics and Jacobians of one or many configurations.
 
 use super::arrays::{Numbers, Rows, array, matrix, rows, slice, table, wrong};
 use super::pose::Pose;
@@ -14,7 +14,7 @@ use pyo3::prelude::*;
 #[pyclass(frozen, module = "dq_servo")]
 pub(super) struct Chain(pub arm::Chain);
 
-/// The names of the built-in arms.
+/// Returns the names of the built-in arms.
 #[pyfunction]
 pub(super) fn arms() -> Vec<&'static str> {
     ARMS.map(|(name, _)| name).to_vec()
@@ -133,7 +133,7 @@ impl Chain {
         Ok(state)
     }
 
-    /// What `add` adds for each configuration, `width` numbers.
+    /// Returns the numbers that `add` appends for each configuration, `width` each.
     fn each(
         &self,
         py: Python<'_>,

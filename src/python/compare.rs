@@ -1,4 +1,4 @@
-//! The comparison's engine: laws in closed loops, on the tasks that `dq_servo compare` runs.
+//! The engine of the comparison: laws in closed loops, on the tasks of `dq_servo compare`.
 
 use super::arrays::{table, wrong};
 use super::law::Law;
@@ -11,16 +11,16 @@ use pyo3::types::PyDict;
 use rayon::prelude::*;
 use std::path::Path;
 
-/// That arm, of the box or of a parameter file, with these parameters besides.
+/// Returns the arm `name`, which is built in or a parameter file, with these additional parameters.
 fn arm(py: Python<'_>, name: &str, parameters: Option<&Bound<'_, PyDict>>) -> PyResult<Arm> {
     let arm = Arm::named(Path::new(name)).map_err(wrong)?;
     let values = values(parameters)?;
-    // No name goes by unknown, as it would among those of a file for several nodes.
+    // Here unknown names are errors, unlike in a file for several nodes.
     store(py, Some(name), values.clone())?;
     arm.with(values).map_err(wrong)
 }
 
-/// The first `count` tasks of an arm: joint positions at the start, and goals.
+/// Returns the first `count` tasks of an arm: joint positions at the start, and goals.
 #[pyfunction]
 #[pyo3(signature = (arm, count, seed = 1, *, parameters = None))]
 pub(super) fn tasks<'py>(
@@ -40,7 +40,7 @@ pub(super) fn tasks<'py>(
     Ok([table(py, starts, arm.joint_count())?, table(py, goals, 8)?])
 }
 
-/// The gain at which the law has the median settling time of logc at 2 1/s on that arm, over tasks that no comparison uses.
+/// Returns the gain at which the law has the median settling time of logc at 2 1/s on this arm, over tasks that no comparison uses.
 #[pyfunction]
 #[pyo3(signature = (law, arm, *, parameters = None))]
 pub(super) fn settling_gain(
@@ -55,7 +55,7 @@ pub(super) fn settling_gain(
     gain.map_err(wrong)
 }
 
-/// Runs a law on the first `count` tasks of an arm: how each ended, and an array for each figure, with no number where there is none.
+/// Runs a law on the first `count` tasks of an arm. Returns the outcome of each, and an array for each figure, with NaN for missing values.
 #[pyfunction]
 #[pyo3(name = "compare", signature = (law, arm, count = 200, *, seed = 1, limits = true, plant = "ideal",
                                        parameters = None))]

@@ -1,4 +1,4 @@
-//! The laws: those in the table, and laws that are functions of Python.
+//! The laws: those in the table, and laws that are Python functions.
 
 use super::arrays::{Numbers, Rows, array, exactly, rows, slice, table, wrong};
 use super::chain::Chain;
@@ -13,18 +13,18 @@ use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use std::sync::{Mutex, PoisonError};
 
-/// The names of the laws in the table.
+/// Returns the names of the laws in the table.
 #[pyfunction]
 pub(super) fn laws() -> Vec<&'static str> {
     ListedLaw::names().to_vec()
 }
 
-/// A law that is a function of Python: of the goal as seen from the tool, along the base's axes, it gives the twist `(ω, v)` that takes the
-/// tool there at gain 1.
+/// A law that is a Python function. From the pose of the goal relative to the tool, along the base's axes, it returns the twist `(ω, v)`
+/// that moves the tool there at gain 1.
 pub(super) struct OwnLaw {
     function: Py<PyAny>,
     map: Map,
-    /// What the function raised since that was last asked.
+    /// The exception of the function, until it is raised again.
     raised: Mutex<Option<PyErr>>,
 }
 
@@ -36,7 +36,7 @@ impl OwnLaw {
         exactly(&twist, "the law's twist")
     }
 
-    /// Raises what the function has raised.
+    /// Raises the exception of the function, if there was one.
     pub fn check(&self) -> PyResult<()> {
         let raised = self.raised.lock().unwrap_or_else(PoisonError::into_inner).take();
         raised.map_or(Ok(()), Err)
@@ -52,7 +52,7 @@ impl ControlLaw for OwnLaw {
         self.map
     }
 
-    /// No numbers where the function raises: no arm moves by them.
+    /// Returns NaN if the function raises an exception, so that no arm moves.
     fn error(&self, error: &PoseError) -> AngularLinear {
         let twist = Python::attach(|py| self.twist(py, error)).unwrap_or_else(|why| {
             self.raised.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(why);
@@ -71,7 +71,7 @@ pub(super) struct Law {
     pub own: Option<&'static OwnLaw>,
 }
 
-/// One number for what drives the law, or its gains.
+/// One number for all gains of the law, or one for each.
 #[derive(FromPyObject)]
 enum Gains {
     One(f64),
@@ -88,7 +88,7 @@ impl Law {
         } else if law.is_callable() {
             let raised = Mutex::default();
             let own = OwnLaw { function: law.clone().unbind(), map: map.parse().map_err(wrong)?, raised };
-            // For the program's life, as the other laws: whoever has a law at work cannot lose it.
+            // The law lives as long as the program, like the others, so that nobody can drop a law in use.
             let own: &'static OwnLaw = Box::leak(Box::new(own));
             (ListedLaw::unlisted(own), Some(own))
         } else {
@@ -177,7 +177,7 @@ impl Law {
         table(py, numbers.map_err(|why: String| wrong(why))?, joints)
     }
 
-    /// Gain times error as a twist of the tool, without an arm.
+    /// Returns gain times error as a twist of the tool, without an arm.
     fn twist<'py>(&self, py: Python<'py>, tool_from_goal: &Pose) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let twist = self.controller.body_twist(&tool_from_goal.0.inverse());
         self.check()?;
@@ -195,7 +195,7 @@ impl Law {
         self.controller.joint_velocity(arm, &goal, speeds);
     }
 
-    /// Raises what a law of Python's has raised.
+    /// Raises the exception of a Python law, if there was one.
     pub fn check(&self) -> PyResult<()> {
         self.own.map_or(Ok(()), OwnLaw::check)
     }

@@ -1,7 +1,7 @@
-//! What the Python package has of this crate, as the module `dq_servo._native`: poses, chains, laws, the servo in fake time, bags, and the
-//! comparison of laws. Arrays are numpy's; what is wrong is a `ValueError` with this crate's own words.
+//! The Rust part of the Python package, the module `dq_servo._native`: poses, chains, laws, the servo in fake time, bags, and the
+//! comparison of laws. Arrays are numpy arrays. Errors are `ValueError`s with this crate's messages.
 #![warn(clippy::unwrap_used, clippy::expect_used)]
-// Both panic where nobody reads: results go through cli::print, all else through stderr.
+// Both macros panic if nobody reads the stream. Results go through `cli::print`, everything else through stderr.
 #![warn(clippy::print_stdout, clippy::print_stderr)]
 
 mod algebra;

@@ -1,4 +1,4 @@
-//! Parameters by their ROS names: what Python gives a servo, and what it gets back.
+//! Parameters by their ROS names, from and to Python.
 
 use super::arrays::wrong;
 use super::law::Law;
@@ -7,10 +7,10 @@ use dq_params::{Given, ParameterError, ParameterStore, Value, parameters_for};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-/// The node whose parameters these are.
+/// The node that has these parameters.
 const NODE: &str = "/dq_servo";
 
-/// A value as Python has it. Of what could be several the first counts: `True` is no integer, nor an integer a double.
+/// A value from Python. The first matching type counts: `True` is not an integer, and an integer is not a double.
 #[derive(FromPyObject, IntoPyObject)]
 pub(super) enum PythonValue {
     Bool(bool),
@@ -54,7 +54,7 @@ impl From<Value> for PythonValue {
     }
 }
 
-/// The names and values of a dict; none of none.
+/// Returns the names and values of a dict; an empty list for `None`.
 pub(super) fn values(given: Option<&Bound<'_, PyDict>>) -> PyResult<Vec<(String, Value)>> {
     let pair = |(name, value): (Bound<'_, PyAny>, Bound<'_, PyAny>)| {
         let name: String = name.extract()?;
@@ -66,7 +66,7 @@ pub(super) fn values(given: Option<&Bound<'_, PyDict>>) -> PyResult<Vec<(String,
     given.into_iter().flat_map(|given| given.iter()).map(pair).collect()
 }
 
-/// The store of a node of that arm, of the box or of a parameter file, with these `values` besides.
+/// Returns the store of a node with this arm, which is built in or a parameter file, and with these additional `values`.
 pub(super) fn store(
     py: Python<'_>,
     arm: Option<&str>,
@@ -97,7 +97,7 @@ fn of_arm(arm: &str) -> PyResult<Vec<(String, Value)>> {
     parameters_for(&text, arm, NODE).map_err(wrong)
 }
 
-/// What a store says, with what the arm is not to look at said as a warning.
+/// Returns the typed parameters. Warns about keep-outs that are not checked.
 pub(super) fn typed(py: Python<'_>, store: &ParameterStore) -> PyResult<ServoParameters> {
     let parameters = ServoParameters::from_store(store).map_err(wrong)?;
     if parameters.idle_keep_outs > 0 {
@@ -106,7 +106,7 @@ pub(super) fn typed(py: Python<'_>, store: &ParameterStore) -> PyResult<ServoPar
     Ok(parameters)
 }
 
-/// The parameters that put a law of the table into force.
+/// Returns the parameters that select a law of the table.
 pub(super) fn of_law(law: &Law) -> Vec<(String, Value)> {
     let controller = &law.controller;
     let (name, gains) = (controller.law.parameter().to_owned(), law.gains());
@@ -119,7 +119,7 @@ pub(super) fn of_law(law: &Law) -> Vec<(String, Value)> {
     vec![("controller".to_owned(), law), ("task".to_owned(), task), (name, gains)]
 }
 
-/// A store with these changes.
+/// Returns a store with these changes.
 pub(super) fn changed(store: &ParameterStore, changes: &[(String, Value)]) -> Result<ParameterStore, PyErr> {
     store.with(changes).map_err(|why: ParameterError| wrong(why))
 }

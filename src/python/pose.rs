@@ -6,10 +6,10 @@ use nalgebra::{Isometry3, Matrix3, Rotation3, Unit, UnitQuaternion, Vector3, Vec
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 
-/// A rotation matrix is one where `RᵀR` is off the identity by no more than this.
+/// A matrix counts as a rotation if `RᵀR` differs from the identity by at most this.
 const ORTHOGONAL: f64 = 1e-6;
 
-/// A pose: a unit dual quaternion. The product of two is one after the other, `-pose` the same pose with the other sign.
+/// A pose: a unit dual quaternion. The product of two poses is their composition; `-pose` is the same pose with the other sign.
 #[pyclass(frozen, eq, module = "dq_servo", from_py_object)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Pose(pub UnitDualQuaternion);
@@ -120,7 +120,7 @@ impl Pose {
 }
 
 impl Pose {
-    /// Where all of its numbers are some.
+    /// Returns the pose if all of its numbers are finite.
     fn checked(pose: UnitDualQuaternion) -> PyResult<Self> {
         match pose.to_vector8().iter().find(|number| !number.is_finite()) {
             Some(number) => Err(wrong(format!("a pose with {number}: expected finite numbers"))),

@@ -1,4 +1,4 @@
-//! Bags: the runs in them as arrays, and the replay.
+//! Bags: their runs as arrays, and the replay.
 
 use super::arrays::{table, wrong};
 use dq_bags::Bag;
@@ -9,16 +9,16 @@ use pyo3::prelude::*;
 use serde::Serialize;
 use std::path::PathBuf;
 
-/// One servo's run. Times are from its first motion on \[s\].
+/// The run of one servo. Times are counted from its first motion \[s\].
 #[pyclass(frozen, module = "dq_servo")]
 pub(super) struct Run(RecordedRun);
 
-/// What serde writes of a value, as Python has it.
+/// Converts a value to Python with serde.
 pub(super) fn python<'py>(py: Python<'py>, value: &impl Serialize) -> PyResult<Bound<'py, PyAny>> {
     py.import("json")?.call_method1("loads", (serde_json::to_string(value).map_err(wrong)?,))
 }
 
-/// Times and rows of `width` numbers.
+/// Times, and rows of `width` numbers.
 type Curve<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray2<f64>>);
 
 fn curve<'py, 'a>(
@@ -97,7 +97,7 @@ impl Run {
     }
 }
 
-/// The runs of a bag; where the bag does not say with which parameters, they are those of that built-in arm.
+/// Returns the runs of a bag. Runs without recorded parameters get those of the built-in arm `arm`.
 #[pyfunction]
 #[pyo3(signature = (path, arm = "puma560"))]
 pub(super) fn recorded(py: Python<'_>, path: PathBuf, arm: &str) -> PyResult<Vec<Run>> {
@@ -107,7 +107,7 @@ pub(super) fn recorded(py: Python<'_>, path: PathBuf, arm: &str) -> PyResult<Vec
     Ok(recorded.runs.into_iter().map(Run).collect())
 }
 
-/// The runs of a bag once more through the servo's cycle: for each servo how many commands there are, and how many differ in any bit.
+/// Replays the runs of a bag through the servo's cycle. Returns for each servo the number of commands, and of those that differ in any bit.
 #[pyfunction]
 pub(super) fn replay(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyAny>> {
     let mut bag = py.detach(|| Bag::open(&path)).map_err(wrong)?;

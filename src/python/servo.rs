@@ -15,19 +15,19 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::time::Duration;
 
-/// The servo: once a cycle it takes where the joints are, and gives what is to be sent to the robot.
+/// The servo. Once per cycle it takes the joint positions, and returns the output for the robot.
 #[pyclass(module = "dq_servo")]
 pub(super) struct Servo {
     servo: servo::Servo,
     store: ParameterStore,
-    /// A law that is a function of Python, which no parameter names.
+    /// A law that is a Python function, which no parameter names.
     own: Option<Law>,
     search: Box<Search>,
     joints: Vec<String>,
     now: Duration,
 }
 
-/// A time in seconds, which is none where it is below 0 or no number.
+/// Converts seconds to a duration, or returns an error if they are negative or not finite.
 fn duration(seconds: f64, what: &str) -> PyResult<Duration> {
     let wrong = |why| wrong(format!("{what} is {seconds} s: {why}"));
     Duration::try_from_secs_f64(seconds).map_err(wrong)
@@ -166,7 +166,7 @@ impl Servo {
 }
 
 impl Servo {
-    /// Looks for a way round what the arm has stalled at, where the servo asks for one.
+    /// Searches for another configuration if the arm has stalled and the servo asks for it.
     fn look_round(&mut self) -> PyResult<()> {
         if self.servo.ask(&mut self.search) {
             self.search.run(STARTS, || true);
@@ -212,7 +212,7 @@ impl Servo {
     }
 }
 
-/// Puts a law of Python into force, with its gains and its aim, and the damping that there is.
+/// Selects a Python law with its gains and its aim, and keeps the damping.
 fn take_place(own: Option<&Law>, settings: &mut Settings) {
     if let Some(law) = own {
         let damping = settings.controller.damping;

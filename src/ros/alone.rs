@@ -1,9 +1,9 @@
-//! For tests of participants that meet nobody but each other.
+//! Helpers for tests whose participants must not meet others.
 #![allow(clippy::unwrap_used, clippy::expect_used, missing_docs)]
 
 use crate::ros::{Environment, LogLevel, Logging, Node, Reach, Resolver, RosArgs, Session};
 
-/// Runs the test again, alone, in a network namespace that has nothing but loopback: false in there.
+/// Runs the test again in a network namespace that has only loopback. Returns false inside the namespace.
 pub fn outside(test: &str) -> bool {
     const INSIDE: &str = "DQ_SERVO_TEST_IN_A_NAMESPACE";
     if std::env::var_os(INSIDE).is_some() {
@@ -27,7 +27,7 @@ pub fn node(name: &str) -> (Session, Node) {
     (session, node)
 }
 
-/// A participant of its own.
+/// Opens a session with its own participant.
 pub fn session() -> Session {
     let environment = Environment { domain_id: 7, reach: Reach::Localhost, enclave: None };
     Session::open(&environment).unwrap()

@@ -1,6 +1,6 @@
 #![doc = include_str!("README.md")]
 #![warn(clippy::unwrap_used, clippy::expect_used)]
-// Both panic where nobody reads: results go through cli::print, all else through stderr.
+// Both macros panic if nobody reads the stream. Results go through `cli::print`, everything else through stderr.
 #![warn(clippy::print_stdout, clippy::print_stderr)]
 
 #[cfg(any(test, feature = "test-util"))]

@@ -1,4 +1,4 @@
-//! Lines for a file in the folder where ROS 2 keeps its logs, as every C++ and Python node has one.
+//! Writes lines to a log file in ROS 2's log folder, as every C++ and Python node does.
 
 use crate::stderr::{self, Queue};
 use std::fs::{File, create_dir_all};
@@ -6,10 +6,10 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
-/// The file's queue, once there is a line for it; none where the file cannot be made.
+/// The file's queue, once there is a line for it; `None` if the file cannot be created.
 static QUEUE: OnceLock<Option<Queue>> = OnceLock::new();
 
-/// Queues a line for the file. Never blocks; where there can be no file, stderr says so once.
+/// Queues a line for the file. Never blocks. If the file cannot be created, stderr says so once.
 pub fn line(text: String) {
     let queue =
         QUEUE.get_or_init(|| open().map_err(|why| stderr::line(format!("warning: no log file: {why}"))).ok());
@@ -18,7 +18,7 @@ pub fn line(text: String) {
     }
 }
 
-/// Waits until all that was queued is written, for `patience` at most.
+/// Waits up to `patience` until the queue has been written.
 pub fn flush(patience: Duration) {
     if let Some(Some(queue)) = QUEUE.get() {
         queue.flush(patience);
@@ -33,7 +33,7 @@ fn open() -> std::io::Result<Queue> {
     Queue::start("log file", File::create_new(&path).map_err(named)?)
 }
 
-/// As rcl_logging chooses it.
+/// Returns the folder that rcl_logging would choose.
 fn folder(get: impl Fn(&str) -> Option<String>) -> PathBuf {
     let get = |variable| get(variable).filter(|value| !value.is_empty());
     let of_ros = || get("ROS_HOME").map(PathBuf::from);
@@ -41,7 +41,7 @@ fn folder(get: impl Fn(&str) -> Option<String>) -> PathBuf {
     get("ROS_LOG_DIR").map(PathBuf::from).unwrap_or_else(|| of_ros().unwrap_or_else(home).join("log"))
 }
 
-/// As rcl_logging_spdlog has it: program, process, milliseconds since the Unix epoch.
+/// Returns the file name in the style of rcl_logging_spdlog: program, process, milliseconds since the Unix epoch.
 fn file_name() -> String {
     let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
     format!("dq_servo_{}_{}.log", std::process::id(), now.as_millis())

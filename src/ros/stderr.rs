@@ -1,8 +1,8 @@
-//! Lines for stderr, written by a thread of its own.
+//! Writes lines to stderr on its own thread.
 //!
-//! A terminal held by ctrl-S and a pipe that nobody reads block a write for as long as they like; a reader that is gone and a
-//! full disk fail it. Whoever has something to say queues it here and goes on. Lines that find no room, or that cannot be
-//! written, are lost, and their number is written in their place once writing works again.
+//! A terminal stopped by ctrl-S, or a pipe that nobody reads, blocks a write for any time; a closed pipe or a full disk fails it. Therefore
+//! lines are queued here, which never blocks. Lines that do not fit into the queue or cannot be written are lost. Once writing works again,
+//! their number is written instead.
 
 use std::io::{Result, Write};
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering::SeqCst};
@@ -10,13 +10,13 @@ use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::sync::{Arc, LazyLock};
 use std::time::{Duration, Instant};
 
-/// Lines that wait at most.
+/// The largest number of lines that wait.
 const CAPACITY: usize = 1024;
 
-/// How long [`flush`] waits before it looks again.
+/// How often [`flush`] checks the queue.
 const RETRY: Duration = Duration::from_millis(5);
 
-/// The end of the queue that everybody has. It never blocks.
+/// The sending end of the queue. It never blocks.
 pub(crate) struct Queue {
     lines: SyncSender<Line>,
     counts: Arc<Counts>,
@@ -24,40 +24,40 @@ pub(crate) struct Queue {
 
 struct Line {
     text: String,
-    /// How many were lost since the one before.
+    /// The number of lines lost since the previous line.
     lost: u64,
 }
 
 #[derive(Default)]
 struct Counts {
-    /// Lines that are queued and not yet written.
+    /// The number of lines that are queued and not yet written.
     waiting: AtomicUsize,
-    /// Lines that were lost since the last line that counts them.
+    /// The number of lost lines that were not yet reported.
     lost: AtomicU64,
 }
 
-/// The process's queue; none where the operating system gives no thread.
+/// The process's queue; `None` if the operating system creates no thread.
 static QUEUE: LazyLock<Option<Queue>> = LazyLock::new(|| Queue::start("stderr", std::io::stderr()).ok());
 
 /// Queues a line for stderr. Never blocks, never fails.
 pub fn line(text: impl Into<String>) {
     match &*QUEUE {
         Some(queue) => queue.line(text.into()),
-        // Where there is not even this thread, the line is the program's last.
+        // Without even this thread, the line is the program's last.
         None => drop(writeln!(std::io::stderr(), "{}", text.into())),
     }
 }
 
-/// Waits until all that was queued is written, for `patience` at most; whether it is.
+/// Waits up to `patience` until the queue has been written. Returns whether it has.
 pub fn flush(patience: Duration) -> bool {
     QUEUE.as_ref().is_none_or(|queue| queue.flush(patience))
 }
 
 impl Queue {
-    /// A queue of lines, and the thread of that name that writes them.
+    /// Creates a queue of lines, and the thread of this name that writes them.
     ///
     /// # Errors
-    /// The operating system's, where it gives no thread.
+    /// The operating system's error if it creates no thread.
     pub fn start(name: &str, to: impl Write + Send + 'static) -> Result<Self> {
         let (sender, lines) = sync_channel(CAPACITY);
         let counts = Arc::new(Counts::default());
@@ -77,7 +77,7 @@ impl Queue {
         }
     }
 
-    /// Waits until nothing is queued any more, for `patience` at most; whether it is so.
+    /// Waits up to `patience` until the queue is empty. Returns whether it is.
     pub fn flush(&self, patience: Duration) -> bool {
         let end = Instant::now() + patience;
         while self.counts.waiting.load(SeqCst) > 0 {
@@ -96,7 +96,7 @@ struct Writer<W> {
 }
 
 impl<W: Write> Writer<W> {
-    /// Writes until the queue is gone.
+    /// Writes lines until the queue is closed.
     fn run(mut self, lines: Receiver<Line>) {
         for Line { text, lost } in lines {
             self.note_lost(lost);
@@ -115,7 +115,7 @@ impl<W: Write> Writer<W> {
         }
     }
 
-    /// Writes a line; one that cannot be written counts as `lost` lines.
+    /// Writes a line. If that fails, it counts as `lost` lines.
     fn write(&mut self, line: &str, lost: u64) {
         if self.to.write_all(format!("{line}\n").as_bytes()).is_err() {
             self.counts.lost.fetch_add(lost, SeqCst);
@@ -129,7 +129,7 @@ mod tests {
     use std::io::{Error, ErrorKind};
     use std::sync::{Mutex, MutexGuard};
 
-    /// A terminal: held, broken, or neither.
+    /// A terminal that is stopped, broken, or neither.
     #[derive(Clone, Default)]
     struct Terminal {
         text: Arc<Mutex<String>>,
@@ -183,7 +183,7 @@ mod tests {
         assert!(queue.flush(SOON));
         let text = terminal.hold().clone();
         let lines: Vec<_> = text.lines().collect();
-        // In two places where the writer begins only once the queue is full.
+        // The report may be in two places if the writer starts only when the queue is full.
         let lost = lines.iter().filter_map(|line| line.strip_prefix("... ")?.strip_suffix(" lines lost"));
         let lost: usize = lost.map(|count| count.parse::<usize>().unwrap()).sum();
         let written = lines.iter().filter(|line| line.parse::<usize>().is_ok()).count();

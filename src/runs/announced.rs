@@ -1,4 +1,4 @@
-//! What the nodes of a bag announced of their parameters.
+//! The parameters that the nodes of a bag announced.
 
 use super::{MOST_JOINTS, RunError};
 use dq_bags::{Bag, BagMessage, Topic};
@@ -9,38 +9,38 @@ use dq_params::{ParameterStore, Value};
 use dq_wire::ServoKind;
 use std::collections::BTreeMap;
 
-/// What nodes announced, and the topics of their bag.
+/// The announced parameters, and the topics of the bag.
 #[derive(Debug)]
 pub(super) struct Announced {
-    /// Of each node from each time on at which it was started, in order.
+    /// The parameters of each node, one entry per start of the node, in order.
     parameters: BTreeMap<String, Vec<AnnouncedParameters>>,
     topics: Vec<Topic>,
 }
 
-/// What a node announced of its parameters from one start of it to the next.
+/// The parameters that a node announced from one start to the next.
 #[derive(Clone, Debug)]
 pub(super) struct AnnouncedParameters {
-    /// When it started \[ns\].
+    /// When the node started \[ns\].
     pub since: i64,
     initial: Vec<Parameter>,
-    /// In the order in which they were made.
+    /// The changes in order.
     pub changes: Vec<ParameterEvent>,
 }
 
 impl Announced {
-    /// Reads them, the whole bag once.
+    /// Reads the whole bag once.
     pub fn read(bag: Bag) -> Self {
         let mut bag = bag.only(&[ParameterEvent::TYPE]);
         let parameters = announced_parameters(bag.by_ref());
         Self { parameters, topics: bag.topics() }
     }
 
-    /// The topics of the bag.
+    /// Returns the topics of the bag.
     pub fn topics(&self) -> &[Topic] {
         &self.topics
     }
 
-    /// What the bag has instead of something that it has not.
+    /// Describes what the bag has, for an error about something that it lacks.
     pub fn what_else(&self) -> String {
         const SHOWN: usize = 10;
         let names: Vec<_> = self.topics.iter().take(SHOWN).map(|topic| shown(&topic.name, NAME)).collect();
@@ -51,12 +51,12 @@ impl Announced {
         }
     }
 
-    /// What a node announced of its parameters from each of its starts on that are in the bag, in order.
+    /// Returns the parameters of a node, one entry per start, in order.
     pub fn lives(&self, node: &str) -> &[AnnouncedParameters] {
         self.parameters.get(node).map_or(&[], Vec::as_slice)
     }
 
-    /// The nodes whose start is in the bag and that declared a parameter of that name.
+    /// Returns the nodes whose start is in the bag and that declared this parameter.
     pub fn nodes_with<'a>(&'a self, parameter: &'a str) -> impl Iterator<Item = &'a str> {
         let has = move |last: &AnnouncedParameters| last.initial.iter().any(|one| one.name == parameter);
         let nodes = self.parameters.iter().filter(move |(_, lives)| lives.last().is_some_and(has));
@@ -64,8 +64,8 @@ impl Announced {
     }
 }
 
-/// Of each node from each of its starts on, from its latched `~/parameters`. Who joins late may get several at once: the stamps give their
-/// order.
+/// Returns the parameters of each node, one entry per start, from its latched `~/parameters`. A late subscriber may get several messages at
+/// once; the stamps give their order.
 fn announced_parameters(
     messages: impl Iterator<Item = BagMessage>,
 ) -> BTreeMap<String, Vec<AnnouncedParameters>> {
@@ -78,7 +78,8 @@ fn sorted(mut events: Vec<ParameterEvent>) -> Vec<ParameterEvent> {
     events
 }
 
-/// Each message has all parameters, and what has changed since the one before, which is nothing at the node's start.
+/// Sorts states into starts and changes. Each message has all parameters, and those that have changed since the previous message; none at
+/// the node's start.
 fn known_by_states(states: Vec<ParameterEvent>) -> BTreeMap<String, Vec<AnnouncedParameters>> {
     let mut nodes = BTreeMap::<String, Vec<(AnnouncedParameters, Vec<Parameter>)>>::new();
     for event in states {
@@ -94,7 +95,7 @@ fn known_by_states(states: Vec<ParameterEvent>) -> BTreeMap<String, Vec<Announce
                 });
                 *before = state;
             }
-            // The same once more, for who joined late.
+            // A repetition for a late subscriber.
             Some((known, _)) if known.since == event.stamp.nanoseconds() => {}
             _ => lives.push((AnnouncedParameters::new(event), state)),
         }
@@ -108,7 +109,7 @@ impl AnnouncedParameters {
         Self { since: start.stamp.nanoseconds(), initial: start.new_parameters, changes: Vec::new() }
     }
 
-    /// The store with which the node started.
+    /// Returns the store with which the node started.
     pub fn initial(&self, kind: ServoKind) -> Result<ParameterStore, RunError> {
         let mut store = kind.store()?;
         for (name, value) in known(self.initial.clone(), &store)? {
@@ -117,14 +118,14 @@ impl AnnouncedParameters {
         Ok(store)
     }
 
-    /// What it announced of parameters that such a node does not have: another version of it has.
+    /// Returns the announced parameters that such a node does not have. Then the node is of another version.
     pub fn unknown<'a>(&'a self, store: &'a ParameterStore) -> impl Iterator<Item = &'a str> {
         let names = self.initial.iter().map(|parameter| parameter.name.as_str());
         names.filter(|name| store.declaration(name).is_none())
     }
 }
 
-/// What a change has set in that store.
+/// Returns the values that a change has set in this store.
 pub(super) fn changed(
     event: ParameterEvent,
     store: &ParameterStore,
@@ -132,7 +133,7 @@ pub(super) fn changed(
     known(event.changed_parameters, store)
 }
 
-/// The values of those that the store has.
+/// Returns the values of the parameters that the store has.
 fn known(mut parameters: Vec<Parameter>, store: &ParameterStore) -> Result<Vec<(String, Value)>, RunError> {
     parameters.retain(|parameter| store.declaration(&parameter.name).is_some());
     values(parameters)
@@ -143,7 +144,7 @@ fn values(parameters: Vec<Parameter>) -> Result<Vec<(String, Value)>, RunError> 
     bounded(parameters.into_iter().filter_map(value).collect())
 }
 
-/// These values, where no list among them is longer than that of any arm.
+/// Returns the values unless a list among them is longer than that of any arm.
 pub(super) fn bounded(values: Vec<(String, Value)>) -> Result<Vec<(String, Value)>, RunError> {
     let bounded = |(name, value): (String, Value)| {
         let length = match &value {

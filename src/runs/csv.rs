@@ -1,11 +1,11 @@
-//! The curves of a run as CSV: what spreadsheets and plotting programs take.
+//! The curves of a run as CSV files for spreadsheets and plotting programs.
 
 use super::{RecordedRun, Sample};
 use dq_wire::pose_numbers;
 use std::fmt::Write as _;
 
-/// Tables of the run, each with its name: the samples, the pose errors, and what each arm was sent. The first line of a table names its
-/// columns, each with its unit; a number that is not known is empty.
+/// Returns tables of the run with their names: the samples, the pose errors, and the commands of each arm. The first line of a table has
+/// the names of its columns with their units. An unknown number is empty.
 pub fn csv(run: &RecordedRun) -> Vec<(String, String)> {
     let joints =
         |what: &str, names: &[String]| names.iter().map(|name| format!("{what} {name}")).collect::<Vec<_>>();
@@ -43,14 +43,14 @@ pub fn csv(run: &RecordedRun) -> Vec<(String, String)> {
     tables
 }
 
-/// A line for each time \[s\], and the columns' names before them.
+/// Returns a table with a line for each time \[s\], after the names of the columns.
 fn table(heads: &[String], rows: impl Iterator<Item = (f64, Vec<f64>)>) -> String {
     let quoted = heads.iter().map(|head| format!("\"{}\"", head.replace('"', "\"\"")));
     let mut text = format!("time [s],{}\n", quoted.collect::<Vec<_>>().join(","));
     for (time, numbers) in rows {
         text += &time.to_string();
         for number in numbers {
-            // Writing to a text does not fail.
+            // Writing to a string cannot fail.
             let _ = if number.is_finite() { write!(text, ",{number}") } else { write!(text, ",") };
         }
         text.push('\n');

@@ -1,4 +1,4 @@
-//! Recorded runs, explained: figures and metrics of any bag of such a run, and the replay of one through the servo cycle.
+//! Analyzes recorded runs: figures and metrics of any bag of such a run, and its replay through the servo cycle.
 
 mod announced;
 mod csv;
@@ -14,24 +14,24 @@ pub use csv::csv;
 pub use plot::plot;
 pub use recorded::{Recorded, recorded};
 pub use replay::{Replayed, replay, replayable_from};
-pub use run::{ArmCommands, Change, MotionRow, RecordedRun, Sample, What};
+pub use run::{ArmCommands, Change, ChangeKind, MotionRow, RecordedRun, Sample};
 pub use thinned::Thinned;
 
 use thiserror::Error;
 
-/// Arms of more joints are not explained: what a bag says of itself is not trusted with time and memory.
+/// The largest number of joints of an arm, so that a bag cannot demand any amount of time and memory.
 const MOST_JOINTS: usize = 64;
 
-/// Why a bag cannot be explained.
+/// Why a bag cannot be analyzed.
 #[derive(Debug, Error)]
 pub enum RunError {
-    /// It could not be read.
+    /// The bag cannot be read.
     #[error(transparent)]
     Bag(#[from] dq_bags::BagError),
-    /// It has no arm that could be drawn.
+    /// The bag has no arm that could be drawn.
     #[error("{0}")]
     NoRobot(String),
-    /// It has not what a replay needs.
+    /// The bag lacks what a replay needs.
     #[error("the bag cannot be replayed: {0}")]
     NotReplayable(String),
     /// A list in its parameters is longer than that of any arm.
@@ -42,13 +42,13 @@ pub enum RunError {
     TooMany {
         /// The parameter.
         name: String,
-        /// Its elements.
+        /// The number of elements.
         length: usize,
     },
-    /// The parameters in it are not as they should be.
+    /// Its parameters are invalid.
     #[error("the parameters in the bag: {0}")]
     Parameters(#[from] dq_params::ParameterError),
-    /// The servo does not take them.
+    /// The servo refuses its parameters.
     #[error("the parameters in the bag: {0}")]
     Settings(#[from] dq_core::servo::SettingsError),
 }

@@ -1,37 +1,37 @@
-//! The motions of a servo as a bag has them: what the servo said of each last.
+//! The motions of a servo in a bag, from the last report of each.
 
 use super::run::MotionRow;
 use dq_common::text::{NAME, shown};
 use dq_wire::{MotionReport, Outcome};
 
-/// So many motions have a row: nobody reads more of them.
+/// The largest number of motions with a row.
 const MOST: usize = 10_000;
 
-/// Motions of one number that began farther apart are two, of a servo that was new in between \[s\]: of one, when it began is told a
-/// little later or earlier each time.
+/// The largest difference between the start times of one motion in its reports \[s\]. If it is larger for the same number, the servo was
+/// restarted in between.
 const SAME: f64 = 0.5;
 
 /// The motions of one servo.
 pub(super) struct MotionRows {
     run: String,
     rows: Vec<MotionRow>,
-    /// The last motion's number since the servo's start.
+    /// The number of the last motion since the servo's start.
     last: u64,
 }
 
 impl MotionRows {
-    /// None yet, of the run of that name.
+    /// Creates an empty list for the run with this name.
     pub fn new(run: &str) -> Self {
         Self { run: run.to_owned(), rows: Vec::new(), last: 0 }
     }
 
-    /// The servo is a new one from now on, which counts its motions from 1.
+    /// Notes that the servo was restarted, so that it counts motions from 1 again.
     pub fn start_over(&mut self) {
         self.last = 0;
     }
 
-    /// Takes what was recorded at `time` \[s\], counted from `origin` \[ns\]: when it began, where that is a motion of which nothing was
-    /// said before.
+    /// Adds a report that was recorded at `time` \[s\], counted from `origin` \[ns\]. Returns when the motion began if this is its first
+    /// report.
     pub fn take(&mut self, time: f64, origin: i64, report: MotionReport) -> Option<f64> {
         let began = report.began.map_or(time, |began| (i128::from(began) - i128::from(origin)) as f64 * 1e-9);
         if report.outcome == Outcome::Rejected {
@@ -45,7 +45,7 @@ impl MotionRows {
             if !row.law.split(", ").any(|known| known == law) && row.law.len() < NAME {
                 row.law += &format!(", {law}");
             }
-            row.tell(&report);
+            row.update(&report);
             return None;
         }
         self.last = report.number;
@@ -59,13 +59,12 @@ impl MotionRows {
             start_s: began,
             ..MotionRow::default()
         };
-        row.tell(&report);
+        row.update(&report);
         self.rows.push(row);
         Some(began)
     }
 
-    /// The motions in the order in which they began. Those that had ended before the recording, which the latched topic still has, are
-    /// not of it.
+    /// Returns the motions in the order of their starts, without those that had ended before the recording and were only latched.
     pub fn finish(self) -> Vec<MotionRow> {
         let is_over = |row: &MotionRow| {
             row.outcome != Outcome::Underway.name() && row.start_s + row.figures.elapsed < 0.0
@@ -76,7 +75,7 @@ impl MotionRows {
 }
 
 impl MotionRow {
-    fn tell(&mut self, report: &MotionReport) {
+    fn update(&mut self, report: &MotionReport) {
         self.outcome = report.outcome.name().to_owned();
         self.why = report.why.as_ref().map(|why| shown(why, NAME));
         self.reconfigured = report.reconfigured;

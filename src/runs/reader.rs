@@ -1,8 +1,8 @@
-//! Reads what one servo said, and the joint states of its arms.
+//! Reads the messages of one servo and the joint states of its arms.
 
 use super::announced::{AnnouncedParameters, changed};
 use super::motion_rows::MotionRows;
-use super::run::{ArmCommands, Change, RecordedRun, Sample, What};
+use super::run::{ArmCommands, Change, ChangeKind, RecordedRun, Sample};
 use super::{RunError, Thinned};
 use dq_algebra::UnitDualQuaternion;
 use dq_bags::BagMessage;
@@ -17,70 +17,70 @@ use dq_messages::messages::{
 use dq_wire::{Command, CycleRecord, MotionReport, ServoKind, StatusReport, command_topic};
 use std::time::Duration;
 
-/// So many points of a curve are kept at most, some fifty a pixel of a figure: what a run of an hour takes is what one of a minute does.
+/// The largest number of points of a curve, about fifty per pixel of a figure, so that a long run needs no more memory than a short one.
 const POINTS: usize = 1 << 15;
 
-/// So many changes are kept at most, and so many of laws, each of which has a curve.
+/// The largest number of changes, and of laws, each of which has a curve.
 const CHANGES: usize = 1 << 13;
 const LAWS: usize = 1 << 9;
 
-/// A stamp that is no more than this before the time at which its message was recorded says when that was measured \[s\].
+/// The largest delay between the stamp of a message and its recording \[s\] for which the stamp counts as the time of measurement.
 const LATE: f64 = 1.0;
 
-/// The shortest time for which a servo has nothing to send \[s\]. Commands and cycles of the record differ in time by less.
+/// The shortest pause in which a servo sends nothing \[s\]. The times of commands and of cycles in the record differ by less.
 const SHORTEST_PAUSE: f64 = 5e-3;
 
-/// A motion begins no longer than this before the first joint state of its run \[s\].
+/// The longest time between the start of a motion and the first joint state of its run \[s\].
 const LONGEST_START: f64 = 60.0;
 
-/// Errors that are farther apart are of two times with a goal \[s\].
+/// A longer time between two errors \[s\] means that there was no goal in between.
 const GAP: f64 = 0.5;
 
-/// Reads the messages of a run, whatever its arms are.
+/// Reads the messages of a run.
 pub(super) trait Reader {
-    /// Whether the topic is one of the run's.
+    /// Returns whether the topic belongs to the run.
     fn hears(&self, topic: &str) -> bool;
 
-    /// Takes a message that was recorded at `time` \[s\], counted from `origin` \[ns\].
+    /// Processes a message that was recorded at `time` \[s\], counted from `origin` \[ns\].
     fn take(&mut self, time: f64, origin: i64, message: &BagMessage);
 
-    /// The run, or why it cannot be drawn.
+    /// Returns the run, or why it cannot be drawn.
     fn finish(self: Box<Self>) -> Result<RecordedRun, String>;
 }
 
-/// Reads the messages of one servo, or of an arm whose servo is not known.
+/// Reads the messages of one servo, or of an arm with an unknown servo.
 pub(super) struct RunReader {
     run: RecordedRun,
     namespace: String,
     node: Option<String>,
     kind: ServoKind,
     parameters: ServoParameters,
-    /// What is announced later \[ns\].
+    /// The parameters that are announced later, with their times \[ns\]; the next ones are last.
     announced: Vec<(i64, ServoParameters)>,
-    /// Arms that have reported a state at all, and since the last sample.
+    /// Which arms have reported a state at all, and since the last sample.
     heard: Vec<bool>,
     fresh: Vec<bool>,
     positions: Vec<f64>,
     velocities: Vec<f64>,
-    /// The highest speed that each joint has been allowed so far [rad/s].
+    /// The highest speed limit of each joint so far [rad/s].
     fastest: Vec<f64>,
-    /// What the arm must keep out of, where constraints are on.
+    /// Checks the keep-outs, if constraints are on.
     gaps: Option<Gaps>,
-    /// The tool is another one than at the last sample.
+    /// Whether the tool has changed since the last sample.
     tool_changed: bool,
     law: Option<String>,
     state: Option<String>,
     goal: Option<UnitDualQuaternion>,
-    /// The number and the time of the servo's last cycle that is recorded.
+    /// The number and the time of the servo's last recorded cycle.
     cycle: Option<(u64, Duration)>,
-    /// Whether the servo had nothing to send in it.
+    /// Whether the servo sent nothing in that cycle.
     sent_nothing: bool,
     motions: MotionRows,
-    strangers: u64,
+    foreign_states: u64,
 }
 
 impl RunReader {
-    /// Of the servo `node` in `namespace`, which ends with a slash, with the parameters that it started with.
+    /// Creates the reader of the servo `node` in `namespace`, which ends with a slash. `parameters` are those at the start.
     pub fn new(name: String, namespace: &str, node: Option<String>, parameters: ServoParameters) -> Self {
         let kind = ServoKind::of(&parameters.arms);
         let count = parameters.arms.joint_count();
@@ -140,11 +140,11 @@ impl RunReader {
             goal: None,
             cycle: None,
             sent_nothing: false,
-            strangers: 0,
+            foreign_states: 0,
         }
     }
 
-    /// What the servo announced from each of its starts on.
+    /// Takes what the servo announced at each of its starts.
     pub fn announce(&mut self, lives: &[AnnouncedParameters]) -> Result<(), RunError> {
         for (number, life) in lives.iter().enumerate() {
             let mut store = life.initial(self.kind)?;
@@ -163,13 +163,13 @@ impl RunReader {
                 self.announced.push((change.stamp.nanoseconds(), self.kind.from_store(&store)?));
             }
         }
-        // The next one last.
+        // The next one is last.
         self.announced.sort_by_key(|(stamp, _)| std::cmp::Reverse(*stamp));
         Ok(())
     }
 
-    /// Puts into force what was announced by `time` \[s\].
-    fn go_on_to(&mut self, time: f64, origin: i64) {
+    /// Applies the parameters that were announced by `time` \[s\].
+    fn apply_until(&mut self, time: f64, origin: i64) {
         let seconds = |stamp: i64| (i128::from(stamp) - i128::from(origin)) as f64 * 1e-9;
         while let Some((stamp, _)) = self.announced.last().filter(|(stamp, _)| seconds(*stamp) <= time) {
             let since = seconds(*stamp);
@@ -205,19 +205,19 @@ impl RunReader {
     fn take_joint_state(&mut self, time: f64, arm: usize, state: &JointState) {
         let (range, joints) = (self.range(arm), &self.parameters.joints[arm]);
         if joints.positions(&state.name, &state.position, &mut self.positions[range.clone()]).is_err() {
-            self.strangers += 1;
+            self.foreign_states += 1;
             return;
         }
         let velocities = &mut self.velocities[range];
         if joints.positions(&state.name, &state.velocity, velocities).is_err() {
             velocities.fill(f64::NAN);
         }
-        // The arms' states of one moment make one sample; an arm that is silent does not hold up the others.
+        // The simultaneous states of all arms make one sample. A silent arm does not delay the others.
         (self.fresh[arm], self.heard[arm]) = (true, true);
         let timeout = self.parameters.settings.state_timeout.as_secs_f64();
         let last = self.run.samples.last().map(|last| last.time);
         let due = last.is_some_and(|last| time - last > timeout) || self.fresh.iter().all(|fresh| *fresh);
-        // What came too late is passed over.
+        // States that arrive too late are skipped.
         if due && self.heard.iter().all(|heard| *heard) && last.is_none_or(|last| last < time) {
             self.fresh.fill(false);
             self.sample(time);
@@ -228,7 +228,7 @@ impl RunReader {
         let jumped = self.has_jumped(time);
         let ServoParameters { arms, settings, .. } = &mut self.parameters;
         arms.evaluate(&self.positions);
-        // An arm that was put elsewhere is where it is found.
+        // Check an arm that was moved elsewhere from its new position on.
         if jumped {
             self.gaps = gaps(settings);
         }
@@ -244,8 +244,8 @@ impl RunReader {
         });
     }
 
-    /// Whether a joint is farther from where it was at the last sample than any limit of speed has allowed so far: it may still brake
-    /// after that is lowered.
+    /// Returns whether a joint moved farther since the last sample than any speed limit so far allows. A lower limit does not count at
+    /// once, because the joint still brakes.
     fn has_jumped(&self, time: f64) -> bool {
         let kinds = self.parameters.arms.joint_kinds();
         self.run.samples.last().is_some_and(|last| {
@@ -269,7 +269,7 @@ impl RunReader {
         }
     }
 
-    /// What the record says of a cycle: how far it was from its period, and whether it had nothing to send.
+    /// Processes the record of a cycle: its jitter, and whether the servo sent nothing.
     fn take_cycle(&mut self, time: f64, record: &CycleRecord) {
         let sends_nothing = record.output.is_none();
         if std::mem::replace(&mut self.sent_nothing, sends_nothing) && !sends_nothing {
@@ -283,7 +283,7 @@ impl RunReader {
         }
     }
 
-    /// Marks that the positions after `time` do not continue those before it. The record arrives later than its commands.
+    /// Marks that positions after `time` do not continue those before. The record arrives later than its commands.
     fn positions_begin(&mut self, time: f64) {
         for positions in self.run.commands.iter_mut().map(|commands| &mut commands.positions) {
             let before = positions.partition_point(|(of, _)| *of < time).checked_sub(1);
@@ -298,7 +298,7 @@ impl RunReader {
         let law = shown(&report.law_and_aim(), NAME);
         if self.law.as_ref() != Some(&law) {
             if self.law.is_some() {
-                self.change(time, What::Law, law.clone());
+                self.change(time, ChangeKind::Law, law.clone());
             }
             self.run.laws.push((time, law.clone()));
             self.law = Some(law);
@@ -308,7 +308,7 @@ impl RunReader {
             self.run.clearances.push((time, report.clearance.unwrap_or(f64::NAN)));
         }
         if self.state.as_ref() != Some(&status.message) {
-            self.change(time, What::State, status.message.clone());
+            self.change(time, ChangeKind::State, status.message.clone());
             self.state = Some(status.message.clone());
         }
         let goal = report.goal.and_then(|[x, y, z, orientation @ ..]| {
@@ -322,11 +322,11 @@ impl RunReader {
 
     fn take_motion(&mut self, time: f64, origin: i64, report: MotionReport) {
         if let Some(begin) = self.motions.take(time, origin, report) {
-            self.change(begin, What::Goal, "goal".to_owned());
+            self.change(begin, ChangeKind::Goal, "goal".to_owned());
         }
     }
 
-    /// What the servo said of its pose's error.
+    /// Processes the pose error that the servo reports.
     fn take_error(&mut self, time: f64, error: &TwistStamped) {
         let none = GoalError { position: f64::NAN, rotation: f64::NAN };
         if let Some((last, _)) = self.run.errors.last().filter(|(last, _)| time - *last > GAP) {
@@ -339,7 +339,7 @@ impl RunReader {
         }
     }
 
-    fn change(&mut self, time: f64, what: What, to: String) {
+    fn change(&mut self, time: f64, what: ChangeKind, to: String) {
         self.run.changes.push(Change { time, what, to: shown(&to, NAME) });
     }
 }
@@ -354,13 +354,13 @@ impl Reader for RunReader {
     }
 
     fn take(&mut self, time: f64, origin: i64, message: &BagMessage) {
-        self.go_on_to(time, origin);
+        self.apply_until(time, origin);
         let measured = |stamp: i64| {
             let stamp = (i128::from(stamp) - i128::from(origin)) as f64 * 1e-9;
             if (time - LATE..=time).contains(&stamp) { stamp } else { time }
         };
         if let Some(topic) = self.node.as_ref().and_then(|node| message.topic.strip_prefix(node.as_str())) {
-            // What is damaged is passed over.
+            // Damaged messages are skipped.
             match topic {
                 "/status" => drop(message.decode().map(|status| self.take_status(time, &status))),
                 "/motions" => {
@@ -407,13 +407,13 @@ impl Reader for RunReader {
             let joints = self.parameters.joints.iter().map(JointOrder::names).collect::<Vec<_>>();
             return Err(format!(
                 "{}: no joint state is of this arm ({joints:?}): {} are of another, whose parameters --ros-args --params-file gives",
-                self.run.name, self.strangers
+                self.run.name, self.foreign_states
             ));
         }
         self.run.motions = self.motions.finish();
         self.run.show_most();
         let shown = self.run.shown.clone();
-        // What begins it may have been said before its first joint state, but not in another part.
+        // The first motion may have begun before the first joint state, but not in another part.
         let begins = self
             .run
             .motions
@@ -426,12 +426,12 @@ impl Reader for RunReader {
     }
 }
 
-/// What is checked of an arm that begins where it is found, where constraints are on.
+/// Returns the checks of keep-outs from the arm's present position on, if constraints are on.
 fn gaps(settings: &Settings) -> Option<Gaps> {
     settings.scene.clone().map(Gaps::new)
 }
 
-/// Whether a topic, without its namespace, is of the arm whose topics begin with `prefix`.
+/// Returns whether a topic, without its namespace, belongs to the arm with the prefix `prefix`.
 fn is_of_arm(topic: &str, prefix: &str) -> bool {
     let kinds = [Interface::Velocity, Interface::Position, Interface::Trajectory];
     topic.strip_prefix(prefix).is_some_and(|topic| {
@@ -439,7 +439,7 @@ fn is_of_arm(topic: &str, prefix: &str) -> bool {
     })
 }
 
-/// The one that is farther from 0.
+/// Returns the value with the larger absolute value.
 fn larger(one: f64, other: f64) -> f64 {
     if other.abs() > one.abs() { other } else { one }
 }

@@ -1,5 +1,5 @@
-//! The runs of a bag: what its servos said of themselves, and the joint states, as curves. The bag is read twice and never held: first for
-//! what its nodes announced of their parameters, then for all else.
+//! The runs of a bag as curves, from the reports of its servos and the joint states. The bag is read twice and never kept in memory: first
+//! for the announced parameters, then for everything else.
 
 use super::announced::{Announced, AnnouncedParameters};
 use super::reader::{Reader, RunReader};
@@ -13,7 +13,7 @@ use std::collections::HashMap;
 use std::path::Path;
 use std::sync::Arc;
 
-/// The types that the curves are made of.
+/// The types from which the curves are made.
 const TYPES: [&str; 6] = [
     "sensor_msgs/msg/JointState",
     "std_msgs/msg/Float64MultiArray",
@@ -23,25 +23,25 @@ const TYPES: [&str; 6] = [
     "diagnostic_msgs/msg/DiagnosticStatus",
 ];
 
-/// Arms that are drawn; figures of more would show nothing.
+/// The largest number of arms that are drawn.
 const MOST: usize = 64;
 
-/// The runs of a bag, and what of it could not be read.
+/// The runs of a bag, and what could not be read.
 #[derive(Debug)]
 pub struct Recorded {
-    /// One for each servo; for each arm whose servo is not known.
+    /// One run for each servo, and for each arm with an unknown servo.
     pub runs: Vec<RecordedRun>,
-    /// Why something is not drawn, a line each.
+    /// Why something is not drawn, one line each.
     pub warnings: Vec<String>,
-    /// What is damaged.
+    /// The damaged parts.
     pub losses: UnreadableParts,
 }
 
-/// The runs of the bag at `path`, which is called `name` in what is reported of them. Arms whose servo's parameters are not in the bag
-/// are those of the `fallback`.
+/// Reads the runs of the bag at `path`, which is called `name` in messages. Arms whose servo's parameters are not in the bag have those of
+/// `fallback`.
 ///
 /// # Errors
-/// [`RunError::Bag`]; [`RunError::NoRobot`] where nothing can be drawn; [`RunError::Parameters`].
+/// [`RunError::Bag`]; [`RunError::NoRobot`] if nothing can be drawn; [`RunError::Parameters`].
 pub fn recorded(path: &Path, name: &str, fallback: &ServoParameters) -> Result<Recorded, RunError> {
     let announced = Announced::read(Bag::open(path)?);
     let mut readers = readers(&announced, name, fallback)?;
@@ -53,7 +53,7 @@ pub fn recorded(path: &Path, name: &str, fallback: &ServoParameters) -> Result<R
         let hearers = targets.entry(message.topic.clone()).or_insert_with(|| {
             (0..readers.len()).filter(|number| readers[*number].hears(&message.topic)).collect()
         });
-        // Time goes on, whatever a damaged bag says.
+        // Time increases, whatever a damaged bag contains.
         time = seconds(&message, origin).max(time);
         for number in hearers {
             readers[*number].take(time, origin, &message);
@@ -85,7 +85,7 @@ fn seconds(message: &BagMessage, origin: i64) -> f64 {
     (i128::from(message.log_time) - i128::from(origin)) as f64 * 1e-9
 }
 
-/// A reader for each servo that announced its parameters, and for each other arm that has joint states.
+/// Creates a reader for each servo that announced its parameters, and for each other arm with joint states.
 fn readers(
     announced: &Announced,
     name: &str,
@@ -107,7 +107,7 @@ fn readers(
     Ok(readers)
 }
 
-/// The reader of a servo, whose arms become known.
+/// Creates the reader of a servo, and adds its arms to `known`.
 fn of_servo(
     kind: ServoKind,
     node: &str,
@@ -129,7 +129,7 @@ fn of_servo(
     Ok(Box::new(reader))
 }
 
-/// The starts of a servo with the joints of its last one: those with others are of another robot.
+/// Returns the starts of a servo with the joints of its last start. Starts with other joints belong to another robot.
 fn of_last_robot(
     kind: ServoKind,
     lives: &[AnnouncedParameters],

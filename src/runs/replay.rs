@@ -1,5 +1,5 @@
-//! A recorded run once more, without DDS: what came to its servos, as `~/events` has it, through the servo cycle, at the cycle's own
-//! times, and what they sent beside what is recorded.
+//! Replays a recorded run without DDS: gives the recorded inputs of its servos (`~/events`) to the servo cycle, at the recorded times, and
+//! compares the commands with the recorded ones.
 
 use super::announced::bounded;
 use super::motion_rows::MotionRows;
@@ -17,49 +17,50 @@ use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::Duration;
 
-/// A servo's commands, recorded and replayed.
+/// The comparison of a servo's recorded and replayed commands.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Replayed {
     /// The servo's node.
     pub node: String,
-    /// Commands compared.
+    /// The number of commands compared.
     pub commands: u64,
-    /// Commands that differ in any bit.
+    /// The number of commands that differ in any bit.
     pub different: u64,
-    /// Of these, commands where the replay sends none.
+    /// The number of these for which the replay sends nothing.
     pub not_sent: u64,
-    /// Largest difference of a joint's command, in the `unit`.
+    /// The largest difference of a joint's command, in `unit`.
     pub largest_difference: f64,
     /// The unit of the commands.
     pub unit: &'static str,
-    /// The cycle's time of the first command that differs, from the first one on \[s\].
+    /// The cycle time of the first command that differs, counted from the first cycle \[s\].
     pub first_difference_s: Option<f64>,
-    /// From when to when commands were compared, by the cycle's time from the first one on \[s\].
+    /// The intervals in which commands were compared, in cycle time counted from the first cycle \[s\].
     pub judged_s: Vec<(f64, f64)>,
-    /// Commands that could not be compared: cycles before them are not in the bag, and no beginning since.
+    /// The number of commands that could not be compared, because earlier cycles are missing and no replay could begin since.
     pub not_judged: u64,
-    /// Cycles that the bag does not have, and that ended a comparison until the next beginning.
+    /// The number of missing cycles. Each gap ends the comparison until the next cycle with a saved state.
     pub inputs_missing: u64,
-    /// Cycles that are in the bag more than once or out of order. They are compared once.
+    /// The number of cycles that are repeated or out of order. They are compared once.
     pub repeated: u64,
-    /// Messages that cannot be read.
+    /// The number of messages that cannot be read.
     pub damaged: u64,
-    /// The motions of the replay, which count from the first command on \[s\].
+    /// The motions of the replay, with times from the first command on \[s\].
     pub motions: Vec<MotionRow>,
     /// Why nothing is replayed.
     pub why_not: Option<String>,
 }
 
-/// Replays every servo of a bag from the first cycle on with which a replay can begin, and after missing cycles from the next such one.
+/// Replays every servo of a bag from the first cycle with a saved state, and after missing cycles from the next such cycle.
 ///
 /// # Errors
-/// [`RunError::NotReplayable`] if no command of any servo could be compared: why; what is wrong with a servo's parameters.
+/// [`RunError::NotReplayable`] if no command of any servo could be compared, with the reason; [`RunError`] if a servo's parameters are
+/// invalid.
 pub fn replay(bag: &mut Bag) -> Result<Vec<Replayed>, RunError> {
-    /// Servos that are replayed; nobody runs more of them.
+    /// The largest number of servos that are replayed.
     const MOST: usize = 64;
     let mut servos = BTreeMap::<_, Replica>::new();
     bag.give_only(&[UInt8MultiArray::TYPE]);
-    // What the bag says of its topics is enough to refuse it.
+    // The list of topics suffices to refuse the bag.
     let messages = if bag.topics().iter().any(is_record) { Some(bag) } else { None };
     for message in messages.into_iter().flatten() {
         let Some(node) = message.topic.strip_suffix("/events") else { continue };
@@ -104,17 +105,17 @@ pub fn replayable_from(mut bag: Bag) -> BTreeMap<String, Option<f64>> {
     found
 }
 
-/// A servo that repeats a recorded one.
+/// The replay of a servo.
 struct Replica {
     replayed: Replayed,
     motions: MotionRows,
-    /// The times of the first cycle that was compared, and of the last one that was read.
+    /// The times of the first cycle that was compared, and of the last cycle that was read.
     first: Option<Duration>,
     last: Option<Duration>,
     running: Option<Running>,
 }
 
-/// It goes on, as long as no cycle is missing.
+/// The running servo, until a cycle is missing.
 struct Running {
     kind: ServoKind,
     store: ParameterStore,
@@ -125,7 +126,7 @@ struct Running {
 }
 
 impl Running {
-    /// Begins a replay with the cycle of that `number`, if its events allow that.
+    /// Begins a replay at cycle `number`, if its events have a saved state.
     fn begin(number: u64, events: &[Recorded]) -> Result<Option<Self>, RunError> {
         let [Recorded::Begin(kind, all), Recorded::Saved(saved), ..] = events else { return Ok(None) };
         let mut store = kind.store()?;
@@ -139,9 +140,9 @@ impl Running {
         Ok(restored.map(|()| Self { kind: *kind, store, parameters, servo, next: number }))
     }
 
-    /// Takes what the recorded servo took.
+    /// Gives the servo a recorded event.
     fn take(&mut self, recorded: &Recorded) -> Result<(), RunError> {
-        // What is rejected was rejected before.
+        // Events that are rejected were also rejected in the recording.
         if let Recorded::Parameters(RecordedParameters { values, drawn }) = recorded {
             self.store = self.store.with(&bounded(values.clone())?)?;
             let settings = with_drawn(self.kind.from_store(&self.store)?.settings, drawn);
@@ -152,7 +153,7 @@ impl Running {
         Ok(())
     }
 
-    /// Repeats a cycle: what is sent.
+    /// Replays a cycle, and returns the output.
     fn cycle(&mut self, record: &CycleRecord) -> Result<Option<&[f64]>, RunError> {
         self.servo.begin(record.now);
         record.events.iter().try_for_each(|event| self.take(event))?;
@@ -162,7 +163,7 @@ impl Running {
     }
 }
 
-/// These settings with what was drawn to keep out of besides, as far as that can be read.
+/// Adds the drawn keep-outs to the settings, if they can be parsed.
 fn with_drawn(settings: Settings, drawn: &[String]) -> Settings {
     let solids: Vec<KeepOut> = drawn.iter().filter_map(|text| text.parse().ok()).collect();
     settings.keeping_out_of(&solids).unwrap_or(settings)
@@ -210,7 +211,7 @@ impl Replica {
         self.replayed.unit = if takes_positions { "rad, prismatic: m" } else { "rad/s, prismatic: m/s" };
         let first = *self.first.get_or_insert(record.now);
         let time = record.now.saturating_sub(first).as_secs_f64();
-        // A damaged state may decode and still be inconsistent.
+        // A damaged state may be decodable and still inconsistent.
         let cycle = AssertUnwindSafe(|| running.cycle(record).map(|sent| sent.map(<[f64]>::to_vec)));
         let Ok(sent) = catch_unwind(cycle) else {
             self.running = None;

@@ -1,4 +1,4 @@
-//! A recorded run as figures and tables need it.
+//! A recorded run for figures and tables.
 
 use super::Thinned;
 use dq_algebra::UnitDualQuaternion;
@@ -9,62 +9,61 @@ use dq_space::space::{KeepOut, MOST_KEEP_OUTS, Scene};
 use serde::Serialize;
 use std::ops::Range;
 
-/// One servo's run, or that of an arm whose servo is not known. Times are from the first motion on \[s\], from the run's beginning where it
-/// has none.
+/// The run of one servo, or of an arm with an unknown servo. Times are counted from the first motion \[s\], or from the beginning of the
+/// run if it has no motion.
 #[derive(Clone, Debug)]
 pub struct RecordedRun {
-    /// The bag, and the namespace.
+    /// The name of the bag, and the namespace.
     pub name: String,
-    /// Joint names, arm after arm; of two arms with the arm's name.
+    /// The joint names, arm after arm; for two arms with the arm's prefix.
     pub joints: Vec<String>,
     /// The arms, in the base frame of the first.
     pub arms: Vec<Chain>,
-    /// At each joint state, of a long run at some of them.
+    /// A sample at each joint state; in a long run at some of them.
     pub samples: Thinned<Sample>,
-    /// What each arm was sent.
+    /// The commands of each arm.
     pub commands: Vec<ArmCommands>,
-    /// How far the pose was from the goal, as the servo said it, with the times; not numbers between two times with a goal.
+    /// The distances to the goal that the servo reported, with times; NaN between two times with a goal.
     pub errors: Thinned<(f64, GoalError)>,
-    /// How far the two parts that are nearest to each other were apart, as the servo said it, with the times \[m\]; no number where none were
-    /// near.
+    /// The distances between the two nearest parts that the servo reported, with times \[m\]; NaN if no parts were near.
     pub clearances: Thinned<(f64, f64)>,
-    /// What the arm kept out of, at any time, as it was first.
+    /// The keep-outs at any time, with their first shapes.
     pub keep_outs: Vec<KeepOut>,
-    /// What the tool stayed in, likewise.
+    /// The keep-ins at any time, with their first shapes.
     pub keep_ins: Vec<KeepOut>,
-    /// When the arm was first in what it must keep out of, or in itself, other than where it was found.
+    /// When the arm was first inside a keep-out or itself, other than at its start.
     pub inside: Option<(f64, Violation)>,
-    /// How far each cycle, of a long run the worst of some, was from its period \[ms\].
+    /// The deviation of each cycle from its period \[ms\]; in a long run the worst of several cycles.
     pub jitter: Thinned<(f64, f64)>,
-    /// When goal, law or state changed.
+    /// The changes of goal, law or state.
     pub changes: Thinned<Change>,
-    /// Each law with the time since which it was in force; empty where the bag does not say.
+    /// The laws with the times since which they were in force; empty if unknown.
     pub laws: Thinned<(f64, String)>,
-    /// The goals in force since these times, those of streams among them.
+    /// The goals with the times since which they were in force, including those of streams.
     pub goals: Thinned<(f64, UnitDualQuaternion)>,
-    /// The motions to the goals, as the servo said them; none where it did not.
+    /// The motions to the goals that the servo reported.
     pub motions: Vec<MotionRow>,
-    /// What the commands should keep to, with the times since which: the first from the beginning.
+    /// The limits of the commands with the times since which they hold; the first from the beginning.
     pub limits: Vec<(f64, Limits)>,
-    /// The singular values below which the inverse of the Jacobian was damped, with the times since which, as the limits.
+    /// The thresholds of damping, with the times since which they hold, like the limits.
     pub damping_thresholds: Vec<(f64, f64)>,
-    /// How near counted as arrived, when the servo started.
+    /// The goal tolerance when the servo started.
     pub tolerance: Tolerance,
-    /// Whether the servo's parameters are in the bag; else they are presumed.
+    /// Whether the servo's parameters are in the bag; otherwise they are presumed.
     pub parameters_known: bool,
-    /// From when to when figures show it: what lies far from most of it is left out.
+    /// The interval that figures show. Parts far away from it are left out.
     pub shown: Range<f64>,
-    /// What is not shown of it, a line each.
+    /// What is not shown, one line each.
     pub notes: Vec<String>,
 }
 
-/// Joint states with more time between them \[s\] are of two parts of a run.
+/// A longer gap between joint states \[s\] separates two parts of a run.
 const APART: f64 = 60.0;
 
-/// Parts with more time between them than so many times as long as all of them are far from each other.
+/// A gap longer than this multiple of the duration of all parts separates parts that are far from each other.
 const FAR: f64 = 10.0;
 
-/// The times \[s\] from the first to the last state of each part of a run that is far from the others, and how many states it has.
+/// Returns the interval \[s\] of each part of a run that is far from the others, and its number of states.
 fn parts(times: impl Iterator<Item = f64> + Clone) -> Vec<(Range<f64>, usize)> {
     let steps = times.clone().zip(times.clone().skip(1)).map(|(one, next)| next - one);
     let recorded: f64 = steps.filter(|step| *step <= APART).sum();
@@ -80,31 +79,31 @@ fn parts(times: impl Iterator<Item = f64> + Clone) -> Vec<(Range<f64>, usize)> {
     parts
 }
 
-/// What one arm was sent, with the times; of a long run the largest velocities of some at a time.
+/// The commands of one arm, with times; in a long run the largest velocities of several commands.
 #[derive(Clone, Debug)]
 pub struct ArmCommands {
-    /// The number of the arm's first joint among all.
+    /// The index of the arm's first joint among all joints.
     pub first_joint: usize,
     /// [rad/s, prismatic: m/s].
     pub velocities: Thinned<(f64, Vec<f64>)>,
-    /// \[rad, prismatic: m\]; not numbers where positions begin anew.
+    /// \[rad, prismatic: m\]; NaN where a new sequence of positions begins.
     pub positions: Thinned<(f64, Vec<f64>)>,
 }
 
 impl RecordedRun {
-    /// Whether it says how fast the joints were or were to be.
+    /// Returns whether it has measured or commanded speeds.
     pub fn has_speeds(&self) -> bool {
         let mut measured = self.samples.iter().map(|sample| &sample.velocities);
         self.commands.iter().any(|arm| !arm.velocities.is_empty())
             || measured.any(|speeds| speeds.iter().all(|speed| speed.is_finite()))
     }
 
-    /// The least of the clearances \[m\], if the servo said any.
+    /// Returns the smallest clearance \[m\], if the servo reported any.
     pub fn least_clearance(&self) -> Option<f64> {
         self.clearances.iter().map(|(_, clearance)| *clearance).filter(|it| it.is_finite()).reduce(f64::min)
     }
 
-    /// Adds what of `scene` has a new name.
+    /// Adds the keep-outs and keep-ins of `scene` with new names.
     pub(super) fn add_scene(&mut self, scene: Option<&Scene>) {
         let Some(scene) = scene else { return };
         for (known, next) in
@@ -118,7 +117,7 @@ impl RecordedRun {
         }
     }
 
-    /// Shows the part of it that has most joint states, and says what is far from that.
+    /// Selects the part with most joint states to be shown, and notes the others.
     pub(super) fn show_most(&mut self) {
         let parts = parts(self.samples.iter().map(|sample| sample.time));
         let Some((shown, _)) = parts.iter().max_by_key(|(_, count)| *count).cloned() else { return };
@@ -139,7 +138,7 @@ impl RecordedRun {
         self.shown = shown;
     }
 
-    /// Counts all times from `zero` \[s\].
+    /// Subtracts `zero` \[s\] from all times.
     pub(super) fn begin_at(&mut self, zero: f64) {
         self.shown = self.shown.start - zero..self.shown.end - zero;
         self.samples.iter_mut().for_each(|sample| sample.time -= zero);
@@ -162,15 +161,15 @@ impl RecordedRun {
 /// The run at one time.
 #[derive(Clone, Debug)]
 pub struct Sample {
-    /// Time \[s\].
+    /// The time \[s\].
     pub time: f64,
-    /// Joint angles \[rad\].
+    /// The joint positions \[rad, prismatic: m\].
     pub positions: Vec<f64>,
-    /// Joint velocities [rad/s]; not a number where the robot does not report them.
+    /// The joint velocities [rad/s, prismatic: m/s]; NaN if the robot does not report them.
     pub velocities: Vec<f64>,
     /// The controlled pose.
     pub pose: UnitDualQuaternion,
-    /// Whether the robot, or its tool, came here from the sample before by a jump, which is no way.
+    /// Whether the robot or its tool jumped here, so that no path leads here from the previous sample.
     pub jumped: bool,
     /// The smallest singular value of the Jacobian of what is controlled.
     pub smallest_singular_value: f64,
@@ -178,53 +177,53 @@ pub struct Sample {
 
 /// The kinds of changes that figures mark.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum What {
+pub enum ChangeKind {
     /// A motion to another goal began.
     Goal,
     /// Another law came into force.
     Law,
-    /// The servo went into another state.
+    /// The servo entered another state.
     State,
 }
 
 /// A change during the run.
 #[derive(Clone, Debug)]
 pub struct Change {
-    /// Time \[s\].
+    /// The time \[s\].
     pub time: f64,
-    /// Which kind of change it is.
-    pub what: What,
-    /// The law or state that it changed to; for a goal the word itself.
+    /// The kind of change.
+    pub what: ChangeKind,
+    /// The new law or state; the word "goal" for a goal.
     pub to: String,
 }
 
-/// A motion to a goal, as the servo said it.
+/// A motion to a goal, as the servo reported it.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct MotionRow {
     /// The bag and the servo.
     pub run: String,
-    /// From 1, in this bag.
+    /// The number of the motion in this bag, from 1.
     pub motion: usize,
-    /// The law when it began, and after commas those in force when something else was said of it.
+    /// The law at the start, followed by those of later reports.
     pub law: String,
     /// The law's gains.
     pub gains: String,
     /// When it began \[s\].
     pub start_s: f64,
-    /// What became of it, in a word.
+    /// The outcome, in a word.
     pub outcome: String,
-    /// Why, where the outcome alone does not say.
+    /// The reason, if the outcome alone does not tell.
     pub why: Option<String>,
-    /// Whether the arm has set out to another configuration on its way.
+    /// Whether the arm has moved to another configuration on its way.
     pub reconfigured: bool,
-    /// Who asked for it.
+    /// The publisher of the goal.
     pub asked_by: Option<String>,
-    /// The goal, of a stream the last one.
+    /// The goal; of a stream the last one.
     pub goal: Option<PoseNumbers>,
-    /// What it was like.
+    /// The figures of the motion.
     #[serde(flatten)]
     pub figures: Figures,
-    /// Of each joint its largest commanded speed as a part of its limit.
+    /// The largest commanded speed of each joint, as a fraction of its limit.
     pub peak_joint_speeds_of_limits: Vec<f64>,
 }
 
@@ -245,7 +244,7 @@ mod tests {
         assert_eq!(ends(run(5.0).chain([year]).collect()), [(5.0, 100), (year, 1)]);
         assert_eq!(ends(run(0.0).chain(run(2.0 * 86_400.0)).collect()), [(0.0, 100), (2.0 * 86_400.0, 100)]);
         assert_eq!(ends(vec![7.0]), [(7.0, 1)]);
-        // A recording of an hour with a state each minute is one.
+        // A recording of an hour with a state per minute is one part.
         assert_eq!(ends((0..60).map(|minute| 60.0 * f64::from(minute)).collect()), [(0.0, 60)]);
     }
 }

@@ -1,12 +1,12 @@
-//! What happened over time, no more of it than a figure can show.
+//! A time series that is limited to what a figure can show.
 
 use std::ops::{Deref, DerefMut};
 
-/// A list of what happened one after the other: once it is full every other entry goes, and so does every other one that comes from then
-/// on. The first and the last one are always there.
+/// A time series with a limited length. When it is full, every other entry is dropped, now and in the future. The first and the last entry
+/// are always kept.
 #[derive(Clone, Debug)]
 pub struct Thinned<T> {
-    /// Each `stride`th entry that came, and the last one.
+    /// Every `stride`th entry, and the last one.
     kept: Vec<T>,
     stride: usize,
     came: usize,
@@ -15,12 +15,12 @@ pub struct Thinned<T> {
 }
 
 impl<T> Thinned<T> {
-    /// Of `most` entries at most. What must not be lost of an entry that goes `merge` adds to the one after it.
+    /// Creates an empty series of at most `most` entries. `merge` adds to an entry what must not be lost of a dropped previous one.
     pub(super) fn new(most: usize, merge: fn(&mut T, &T)) -> Self {
         Self { kept: Vec::new(), stride: 1, came: 0, most, merge }
     }
 
-    /// Adds what happened next.
+    /// Adds the next entry.
     pub(super) fn push(&mut self, mut next: T) {
         let stays = self.came.saturating_sub(1).is_multiple_of(self.stride);
         if !stays && let Some(last) = self.kept.pop() {
@@ -33,7 +33,7 @@ impl<T> Thinned<T> {
         self.came += 1;
     }
 
-    /// Keeps every other entry before the next one.
+    /// Drops every other entry before the next one.
     fn halve(&mut self, next: &mut T) {
         let mut going = None;
         for (i, mut entry) in std::mem::take(&mut self.kept).into_iter().enumerate() {

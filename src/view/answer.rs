@@ -1,33 +1,33 @@
-//! What a browser is answered.
+//! The answers to a browser.
 
 use serde::Serialize;
 
-/// Whether something was done, in words for the user.
+/// The result of a request, in words for the user.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Answer {
-    /// Done.
+    /// Whether the request succeeded.
     pub ok: bool,
     /// What was done, or why not.
     pub text: String,
 }
 
 impl Answer {
-    /// It was done.
+    /// Creates the answer to a request that succeeded.
     pub fn done(text: impl Into<String>) -> Self {
         Self { ok: true, text: text.into() }
     }
 
-    /// It was not done.
+    /// Creates the answer to a request that failed.
     pub fn refused(why: impl ToString) -> Self {
         Self { ok: false, text: why.to_string() }
     }
 
-    /// The frame that tells it to all browsers, of which none has asked.
-    pub fn news(&self) -> String {
+    /// Returns the frame that tells all browsers without a request.
+    pub fn broadcast(&self) -> String {
         self.frame(None)
     }
 
-    /// The frame that carries the answer to the request `id`; none for what was no request.
+    /// Returns the frame with the answer to the request `id`; `None` if the frame was not a valid request.
     pub(super) fn frame(&self, id: Option<u32>) -> String {
         serde_json::json!({ "answer": { "id": id, "ok": self.ok, "text": self.text } }).to_string()
     }

@@ -1,4 +1,4 @@
-//! What a browser may ask.
+//! The requests of a browser.
 
 use dq_common::text::cut;
 use serde::Deserialize;
@@ -7,53 +7,53 @@ use serde::Deserialize;
 #[derive(Clone, Debug, Deserialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Request {
-    /// Repeated in the answer.
+    /// The number that the answer repeats.
     pub id: u32,
-    /// What is asked.
+    /// The request.
     pub ask: Ask,
 }
 
-/// What is asked of the robot. All of it drives: who may only watch asks nothing.
+/// A request to the robot. A browser that may only watch cannot send requests.
 #[derive(Clone, Debug, Deserialize, PartialEq)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Ask {
-    /// To go to a pose in the base frame.
+    /// Go to a pose in the base frame.
     Goal {
-        /// x, y, z \[m\].
+        /// The position x, y, z \[m\].
         position: [f64; 3],
         /// The quaternion x, y, z, w.
         orientation: [f64; 4],
     },
-    /// To move the tool for a moment.
+    /// Move the tool for a moment.
     Jog {
-        /// The tool point's velocity along the axes of the frame of goals [m/s].
+        /// The tool point's velocity along the axes of the goal frame [m/s].
         linear: [f64; 3],
-        /// The tool's angular velocity about them [rad/s].
+        /// The tool's angular velocity about these axes [rad/s].
         angular: [f64; 3],
     },
-    /// To set a parameter of the servo.
+    /// Set a parameter of the servo.
     Set {
         /// The parameter.
         name: String,
-        /// A bool, a number or a text.
+        /// A boolean, a number or a text.
         value: serde_json::Value,
     },
-    /// To bring the arm to rest and keep the goal.
+    /// Bring the arm to rest, and keep the goal.
     Pause,
-    /// To go on after a pause.
+    /// Go on after a pause.
     Resume,
-    /// To bring the arm to rest and drop the goal.
+    /// Bring the arm to rest, and drop the goal.
     Stop,
-    /// To put a simulated arm back to its start.
+    /// Put a simulated arm back to its start.
     Reset,
-    /// To send two simulated arms to the same goal under two laws, side by side.
+    /// Send two simulated arms to the same goal under two laws.
     Race {
         /// The laws.
         laws: [String; 2],
     },
-    /// To begin a recording.
+    /// Begin a recording.
     Record,
-    /// To end the recording.
+    /// End the recording.
     EndRecording,
 }
 
@@ -61,7 +61,7 @@ impl Request {
     /// Reads a text frame.
     ///
     /// # Errors
-    /// Why it is no request, in a sentence.
+    /// Why it is not a valid request, in a sentence.
     pub fn read(text: &str) -> Result<Self, String> {
         serde_json::from_str(text).map_err(|why| format!("no request: {}", cut(&why.to_string())))
     }

@@ -1,4 +1,4 @@
-//! The files of the page, all inside the program, and the headers that they are served with.
+//! The built-in files of the page, and their HTTP headers.
 
 use axum::http::header::{
     CACHE_CONTROL, CONTENT_SECURITY_POLICY, CONTENT_TYPE, HeaderName, HeaderValue, REFERRER_POLICY,
@@ -37,7 +37,7 @@ const FILES: [Asset; 20] = [
     ("/theatre.js", SCRIPT, include_str!("page/theatre.js")),
 ];
 
-/// Nothing from elsewhere, nothing written into the page, in nobody's frame.
+/// Nothing from other servers, nothing inline, not in a frame.
 const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; \
                       base-uri 'none'; form-action 'none'; frame-ancestors 'none'; connect-src 'self'";
 
@@ -50,17 +50,17 @@ const HEADERS: [(HeaderName, HeaderValue); 6] = [
     (HeaderName::from_static("cross-origin-resource-policy"), HeaderValue::from_static("same-origin")),
 ];
 
-/// What is shown to who has no token.
+/// Returns the page for a browser without a token.
 pub(super) fn for_strangers() -> Response {
     ([(CONTENT_TYPE, "text/html; charset=utf-8")], include_str!("page/stranger.html")).into_response()
 }
 
-/// The paths that are served.
+/// Returns the paths that are served.
 pub(super) fn paths() -> impl Iterator<Item = &'static str> {
     FILES.iter().map(|(path, ..)| *path).chain(["/colors.css"])
 }
 
-/// The file at `path`, which is one of [`paths`].
+/// Returns the file at `path`, which must be one of [`paths`].
 pub(super) fn file(path: &str) -> Response {
     match FILES.iter().find(|(known, ..)| *known == path) {
         Some((_, kind, content)) => ([(CONTENT_TYPE, *kind)], *content).into_response(),
@@ -68,8 +68,8 @@ pub(super) fn file(path: &str) -> Response {
     }
 }
 
-/// The same response with the headers that every one of this server has. `host` is the server's own name, where the request had it:
-/// by `'self'` alone not every browser permits a WebSocket.
+/// Adds the headers that every response of this server has. `host` is the server's name in the request: not every browser permits a
+/// WebSocket with `'self'` alone.
 pub(super) fn guarded(mut response: Response, host: Option<&str>) -> Response {
     let policy = host.map_or(POLICY.to_owned(), |host| format!("{POLICY} ws://{host}"));
     let policy = HeaderValue::try_from(policy).unwrap_or(HeaderValue::from_static(POLICY));
@@ -78,7 +78,7 @@ pub(super) fn guarded(mut response: Response, host: Option<&str>) -> Response {
     response
 }
 
-/// The figures' own colours, for the page's style sheet and scripts; in the dark those that would not be seen are lighter.
+/// Returns the colors of the figures as a style sheet. In dark mode, colors that are too dark are lighter.
 fn colors() -> String {
     let sheet = |shown: fn(Color) -> Color| {
         let line = |(name, color)| {
@@ -97,10 +97,10 @@ fn named_colors() -> impl Iterator<Item = (String, Color)> {
     laws.chain(axes).chain(components)
 }
 
-/// The relative luminance (WCAG 2) from which a colour stands out from the dark page, by 4 : 1.
+/// The relative luminance (WCAG 2) that a color needs for a contrast of 4 : 1 on the dark page.
 const VISIBLE: f64 = 0.18;
 
-/// The colour with as much white as it needs to be seen on black.
+/// Mixes the color with as much white as it needs to be visible on black.
 fn for_the_dark(color: Color) -> Color {
     let with_white = |percent: u32| {
         let mixed = |part: u8| (u32::from(part) + (255 - u32::from(part)) * percent / 100) as u8;
@@ -109,7 +109,7 @@ fn for_the_dark(color: Color) -> Color {
     (0..=100).step_by(5).map(with_white).find(|mixed| luminance(*mixed) >= VISIBLE).unwrap_or(color)
 }
 
-/// Relative luminance, 0 to 1 (WCAG 2).
+/// Returns the relative luminance, 0 to 1 (WCAG 2).
 fn luminance([red, green, blue]: Color) -> f64 {
     let linear = |part: u8| {
         let part = f64::from(part) / 255.0;
@@ -128,7 +128,7 @@ mod tests {
         assert!(bytes + colors().len() < 2_000_000, "{bytes}");
         for (path, _, content) in FILES {
             for elsewhere in ["http://", "https://", "//cdn", "@import", "eval("] {
-                // Names of XML are no addresses.
+                // Names of XML namespaces are not addresses.
                 let content = content.replace("http://www.w3.org/2000/svg", "");
                 assert!(!content.contains(elsewhere), "{path}: {elsewhere}");
             }

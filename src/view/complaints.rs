@@ -1,14 +1,14 @@
-//! Warnings of what browsers do, so thinned that nobody can fill a log.
+//! Warnings about browsers, limited so that nobody can flood the log.
 
 use dq_common::text::cut;
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-/// Shortest time between two warnings.
+/// The shortest time between two warnings.
 const INTERVAL: Duration = Duration::from_secs(1);
 
-/// Where warnings go.
-pub(super) struct Complaints {
+/// Logs warnings at a limited rate.
+pub(super) struct WarningLog {
     warn: Box<dyn Fn(&str) + Send + Sync>,
     state: Mutex<State>,
 }
@@ -19,15 +19,15 @@ struct State {
     unsaid: u64,
 }
 
-impl Complaints {
+impl WarningLog {
     pub fn new(warn: Box<dyn Fn(&str) + Send + Sync>) -> Self {
         Self { warn, state: Mutex::default() }
     }
 
-    /// Warns of `why`, or counts it where a warning went out less than a second ago.
+    /// Logs the warning, or only counts it if another one was logged less than a second ago.
     pub fn add(&self, why: &str) {
         let unsaid = {
-            // Nothing panics while it holds the lock.
+            // No code panics while it holds the lock.
             let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
             if state.last.is_some_and(|last| last.elapsed() < INTERVAL) {
                 state.unsaid += 1;

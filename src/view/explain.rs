@@ -3,7 +3,8 @@
 use dq_wire::StatusReport;
 use std::time::Duration;
 
-/// What the servo called `servo` is doing, by its last report and how long ago that came; and whether there is one for two arms.
+/// Describes what the servo `servo` is doing, from its last report and the report's age. `two_arms` tells whether there is a servo for two
+/// arms.
 pub(super) fn explain(servo: &str, heard: Option<(&StatusReport, Duration)>, two_arms: bool) -> String {
     match heard {
         None if two_arms => "the servo that is here has two arms: dq_servo view --dual shows them".to_owned(),

@@ -1,7 +1,7 @@
-//! Who is let in: the checks of Host, Origin and token.
+//! Access control: checks Host, Origin and token.
 //!
-//! A page of another site can make its visitor's browser connect to this server, under a name that it lets point here (DNS rebinding).
-//! What such a page cannot do is to name this host in `Host`, or its own `Origin` away.
+//! A page of another site can make its visitor's browser connect to this server, under a name that the site resolves to this host (DNS
+//! rebinding). But such a page cannot send the name of this host in `Host`, and cannot remove its own `Origin`.
 
 use hyper::header::{COOKIE, HOST, HeaderName, HeaderValue, ORIGIN};
 use hyper::{HeaderMap, Uri};
@@ -11,55 +11,55 @@ use thiserror::Error;
 /// Why a request is refused.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 pub(super) enum Refusal {
-    /// Another name than this host's.
+    /// The `Host` is not this server's name.
     #[error("the Host is not this server's")]
     Host,
-    /// Another page's script.
+    /// The request comes from another page's script.
     #[error("the Origin is not this server's")]
     Origin,
-    /// Somebody who has not got the link.
+    /// The request has no valid token.
     #[error("it has no token, or a wrong one")]
     Token,
 }
 
-/// Who is let in.
+/// An admitted browser.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Guest {
-    /// The server as the browser calls it.
+    /// The server's name in the request.
     pub host: String,
-    /// What keeps the token, for who came by the link.
+    /// The cookie that stores the token, if the browser came by the link.
     pub cookie: Option<HeaderValue>,
 }
 
-/// Whom the server answers to.
+/// Checks requests to the server.
 #[derive(Clone, Debug)]
 pub(super) struct Guard {
-    /// The host as it was given to listen on; an address, or a name.
+    /// The name or address on which the server was asked to listen.
     name: String,
     /// Whether it listens on loopback only.
     loopback: bool,
-    /// Without it nobody gets in: other accounts of this host, and other hosts, reach the server too.
+    /// The token without which a browser is refused: other users of this host, and other hosts, can reach the server too.
     token: String,
 }
 
-/// A token that is given has so many characters at least, which an address and a cookie can have as they are.
+/// The shortest token that a user may choose. Its characters must be valid in an address and a cookie.
 pub(super) const SHORTEST_TOKEN: usize = 16;
 
 impl Guard {
-    /// For a server at `address`, which was asked for as `name`, with this token.
+    /// Creates the access control of a server at `address`, which was requested as `name`, with this token.
     pub fn new(name: &str, address: SocketAddr, token: String) -> Self {
         Self { name: name.to_ascii_lowercase(), loopback: address.ip().is_loopback(), token }
     }
 
-    /// What lets in.
+    /// Returns the token.
     pub fn token(&self) -> &str {
         &self.token
     }
 
-    /// Lets in who has the token: in the address that is asked for, as by the link, or in the cookie of an earlier answer.
+    /// Admits a browser with the token: in the address, as by the link, or in the cookie of an earlier answer.
     ///
     /// # Errors
-    /// [`Refusal`].
+    /// [`Refusal`] with the failed check.
     pub fn admit(&self, uri: &Uri, headers: &HeaderMap) -> Result<Guest, Refusal> {
         let host = self.check(headers)?.to_owned();
         let name = cookie_name(&host);
@@ -76,14 +76,14 @@ impl Guard {
         }
     }
 
-    /// Takes as long for a near miss as for any other.
+    /// Compares in a time that does not depend on the position of the first difference.
     fn is_token(&self, given: &str) -> bool {
         let difference = self.token.bytes().zip(given.bytes()).fold(0, |all, (a, b)| all | (a ^ b));
         self.token.len() == given.len() && difference == 0
     }
 
-    /// Checks the headers of a request, and returns its `Host`. A browser's script always names its `Origin` where it opens a WebSocket; who is no browser
-    /// need not.
+    /// Checks the headers of a request, and returns its `Host`. A browser's script always sends its `Origin` when it opens a WebSocket.
+    /// Other programs need not.
     fn check<'a>(&self, headers: &'a HeaderMap) -> Result<&'a str, Refusal> {
         let host = single(headers, HOST).filter(|host| self.is_ours(host)).ok_or(Refusal::Host)?;
         match headers.contains_key(ORIGIN) {
@@ -96,8 +96,8 @@ impl Guard {
         }
     }
 
-    /// Whether a `Host` is this server: its address, `localhost`, or the name it was asked to listen on. The port is not looked at,
-    /// since a tunnel (`ssh -L`) may change it.
+    /// Returns whether a `Host` is this server: its address, `localhost`, or the name on which it was asked to listen. The port is ignored,
+    /// because a tunnel (`ssh -L`) may change it.
     fn is_ours(&self, host: &str) -> bool {
         let Some(name) = without_port(host) else { return false };
         let name = name.to_ascii_lowercase();
@@ -108,14 +108,14 @@ impl Guard {
     }
 }
 
-/// The header's value, where it is there once.
+/// Returns the header's value if there is exactly one.
 fn single(headers: &HeaderMap, name: HeaderName) -> Option<&str> {
     let mut values = headers.get_all(name).iter();
     let value = values.next()?.to_str().ok()?;
     values.next().is_none().then_some(value)
 }
 
-/// `a:1` is `a`, `[::1]:1` is `::1`; none where what follows is no port.
+/// Strips the port: `a:1` becomes `a`, `[::1]:1` becomes `::1`. Returns `None` if the rest is not a port.
 fn without_port(host: &str) -> Option<&str> {
     let (name, rest) = match host.strip_prefix('[') {
         Some(bracketed) => bracketed.split_once(']')?,
@@ -125,23 +125,23 @@ fn without_port(host: &str) -> Option<&str> {
     (rest.is_empty() || rest.strip_prefix(':').is_some_and(is_port)).then_some(name)
 }
 
-/// Browsers keep one cookie of a name for all ports of a host. So each port, as the browser sees it, has a name of its own.
+/// Returns the cookie's name. Browsers share cookies between the ports of a host, so the name contains the port as the browser sees it.
 fn cookie_name(host: &str) -> String {
     let port = host.rsplit_once(':').map_or("", |(_, port)| port);
     let is_port = !port.is_empty() && port.bytes().all(|byte| byte.is_ascii_digit());
     format!("dq_servo_{}", if is_port { port } else { "80" })
 }
 
-/// Whether a token can be one.
+/// Returns whether a token is valid.
 pub(super) fn is_usable(token: &str) -> bool {
     let is_plain = |byte: u8| byte.is_ascii_alphanumeric() || b"-_".contains(&byte);
     token.len() >= SHORTEST_TOKEN && token.bytes().all(is_plain)
 }
 
-/// 128 bits of the operating system's randomness, in hexadecimal.
+/// Returns 128 random bits from the operating system, in hexadecimal.
 ///
 /// # Errors
-/// The operating system's, where it gives none.
+/// The operating system's error if it has no random numbers.
 pub(super) fn random_token() -> std::io::Result<String> {
     let mut bytes = [0; 16];
     std::io::Read::read_exact(&mut std::fs::File::open("/dev/urandom")?, &mut bytes)?;
@@ -217,7 +217,7 @@ mod tests {
         }
     }
 
-    /// A guest's cookie, where he gets one.
+    /// Returns the cookie that an admitted browser gets, if any.
     fn admit(guard: &Guard, path: &str, headers: &[(HeaderName, &str)]) -> Result<Option<String>, Refusal> {
         let guest = guard.admit(&path.parse().unwrap(), &map(headers))?;
         Ok(guest.cookie.map(|cookie| cookie.to_str().unwrap().to_owned()))
@@ -247,7 +247,7 @@ mod tests {
                     "{wrong}"
                 );
             }
-            // Kept for another port, which is another server.
+            // A cookie of another port belongs to another server.
             for foreign in ["dq_servo_9000=", &kept.replace("9000", "9001"), &kept[..kept.len() - 1]] {
                 let refused = admit(&one, "/", &[host.clone(), (COOKIE, foreign)]);
                 assert_eq!(refused, Err(Refusal::Token), "{foreign}");

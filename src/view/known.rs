@@ -1,31 +1,31 @@
-//! The robot as far as it is known, while its parameters are read and while they change.
+//! The known state of the robot, while its parameters are read and change.
 
 use super::robot::Robot;
 use dq_messages::ParameterEvent;
 
-/// More changes than anybody makes while parameters are read; a reading that fails ends with the next one.
+/// The largest number of changes while parameters are read. A failed reading is ended by the next one.
 const MOST_CHANGES: usize = 1000;
 
-/// What was read of the servo's parameters, with every change since the reading began.
+/// The parameters that were read from the servo, with all changes since the reading began.
 #[derive(Default)]
-pub(super) struct Known {
+pub(super) struct KnownRobot {
     robot: Option<Robot>,
-    /// While they are read: the changes announced since the reading began, which are applied to what is read, as that may be older.
+    /// The changes since the present reading began, which are applied to its result, because the result may be older.
     since: Option<Vec<ParameterEvent>>,
 }
 
-impl Known {
-    /// The robot, once its parameters were read.
+impl KnownRobot {
+    /// Returns the robot, once its parameters were read.
     pub fn robot(&self) -> Option<&Robot> {
         self.robot.as_ref()
     }
 
-    /// The parameters are being read from now on.
+    /// Begins a reading of the parameters.
     pub fn begin(&mut self) {
         self.since = Some(Vec::new());
     }
 
-    /// Takes a change that the servo announced.
+    /// Applies a change that the servo announced.
     pub fn take(&mut self, event: ParameterEvent) {
         if let Some(robot) = &mut self.robot {
             robot.take(&event);
@@ -35,7 +35,7 @@ impl Known {
         }
     }
 
-    /// Takes what was read, with what has changed since.
+    /// Ends a reading: takes the result, and applies the changes since.
     pub fn end(&mut self, mut read: Robot) -> &Robot {
         self.since.take().unwrap_or_default().iter().for_each(|event| read.take(event));
         self.robot.insert(read)
@@ -50,8 +50,8 @@ mod tests {
 
     #[test]
     fn a_change_is_not_overwritten_by_what_was_read_before_it() {
-        let mut known = Known::default();
-        let threshold = |known: &Known| known.robot().map(Robot::damping_threshold);
+        let mut known = KnownRobot::default();
+        let threshold = |known: &KnownRobot| known.robot().map(Robot::damping_threshold);
         known.begin();
         known.take(changed("damping.threshold", Value::Double(0.1)));
         assert_eq!(threshold(&known), None);

@@ -1,9 +1,9 @@
-//! The live page: a small web server that shows a servo in a browser and passes on what its user asks.
+//! The live page: a small web server that shows a servo in a browser and forwards requests of its user.
 //!
-//! The [`Peer`] is one DDS participant like any other and knows no browser; the [`Server`] knows browsers and no DDS. Between them are
-//! two [`ends`] of a channel: what is shown is replaced, never queued, so that no browser can hold up the others or the robot.
+//! The [`Peer`] is an ordinary DDS participant and knows no browsers; the [`Server`] knows browsers and no DDS. They are connected by the
+//! two [`ends`] of a channel. A state replaces the previous one and is never queued, so that no browser can delay others or the robot.
 #![warn(clippy::unwrap_used, clippy::expect_used)]
-// Both panic where nobody reads: results go through cli::print, all else through stderr.
+// Both macros panic if nobody reads the stream. Results go through `cli::print`, everything else through stderr.
 #![warn(clippy::print_stdout, clippy::print_stderr)]
 
 mod answer;
@@ -34,63 +34,63 @@ use std::sync::Arc;
 use thiserror::Error;
 use tokio::sync::{mpsc, oneshot, watch};
 
-/// Why there is no page.
+/// Why the page cannot be opened.
 #[derive(Debug, Error)]
 pub enum ViewError {
-    /// The address is none, or not one of this host.
+    /// The address is invalid, or not one of this host.
     #[error("cannot listen on {address}: {why}")]
     Listen {
-        /// What was asked for.
+        /// The requested address.
         address: String,
-        /// What is wrong with it.
+        /// The reason.
         why: String,
     },
     /// Another program listens there.
     #[error("{0} is taken by another program: --listen ADDRESS:0 takes any free port")]
     Taken(String),
-    /// What was given as a token is none.
+    /// The chosen token is invalid.
     #[error("a token has {} characters or more, of A-Z, a-z, 0-9, - and _", guard::SHORTEST_TOKEN)]
     Token,
-    /// Its place in the graph.
+    /// The page cannot take part in the graph.
     #[error(transparent)]
     Ros(#[from] dq_ros::ros::RosError),
 }
 
-/// What browsers ask of the program that serves them, rather than of the robot.
+/// A request of a browser to the program that serves it, not to the robot.
 #[derive(Clone, Debug)]
 pub enum BackgroundTask {
-    /// To run a race and show it.
+    /// Run a race, and show it.
     Race(Race),
-    /// To begin a recording.
+    /// Begin a recording.
     Record,
-    /// To end the recording.
+    /// End the recording.
     EndRecording,
 }
 
-/// Background tasks that were asked for.
+/// The requested background tasks.
 pub type BackgroundTasks = mpsc::Receiver<Asked<BackgroundTask>>;
 
-/// Something that a browser asks, and where its answer goes.
+/// A request of a browser, and the channel for its answer.
 pub struct Asked<A> {
-    /// What is asked.
+    /// The request.
     pub ask: A,
-    /// Takes the answer.
+    /// The channel for the answer.
     pub answer: oneshot::Sender<Answer>,
 }
 
-/// The robot's end: writes what the browsers show, reads what they ask.
+/// The robot's end: writes what browsers show, and reads their requests.
 pub struct RobotEnd {
-    /// What changes seldom, as the frame for a browser: the arm and the parameters.
+    /// The frame of what changes seldom: the arm and the parameters.
     pub robot: watch::Sender<Arc<str>>,
-    /// What changes all the time, as the frame for a browser.
+    /// The frame of what changes all the time.
     pub now: watch::Sender<Arc<str>>,
-    /// A race, as the frame for a browser.
+    /// The frame of a race.
     pub race: watch::Sender<Arc<str>>,
-    /// What the servo draws besides, as the frame for a browser.
+    /// The frame of the servo's other markers.
     pub markers: watch::Sender<Arc<str>>,
-    /// What the arm looks like, as the page reads it; empty where no description says so.
+    /// The shape of the arm in the page's format; empty without a description.
     pub looks: watch::Sender<Arc<[u8]>>,
-    /// What browsers ask.
+    /// The requests of browsers.
     pub asks: mpsc::Receiver<Asked<Ask>>,
 }
 
@@ -105,10 +105,10 @@ pub struct PageEnd {
     asks: mpsc::Sender<Asked<Ask>>,
 }
 
-/// Requests that wait for the robot's end at most; those beyond are refused.
+/// The largest number of requests that wait for the robot's end. More are refused.
 const WAITING: usize = 64;
 
-/// The two ends of a new channel; nothing is shown yet.
+/// Returns the two ends of a new channel, which shows nothing yet.
 pub fn ends() -> (RobotEnd, PageEnd) {
     let nothing = || watch::Sender::new(Arc::from(""));
     let (robot, now, race, markers) = (nothing(), nothing(), nothing(), nothing());

@@ -1,4 +1,4 @@
-//! What the arm looks like by its robot description: the visual shapes of all links, as triangles that move with the joints.
+//! The shape of the arm from its robot description: the visual shapes of all links as triangles that move with the joints.
 
 use super::surface::{Corner, Surface, Triangle, mesh, moved, triangles};
 use dq_common::text_file;
@@ -8,43 +8,43 @@ use nalgebra::{Point3, Vector3};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
-/// What has no colour is drawn in this one.
+/// The color of shapes without a color.
 const GREY: Rgb = [0.78, 0.8, 0.82];
 
-/// What is smaller than this part of the arm's reach is not seen.
+/// The size of the smallest detail, as a fraction of the arm's reach.
 const CELL: f64 = 1e-3;
 
-/// More triangles than any robot's description has; what comes after them is left out.
+/// The largest number of triangles, more than any robot's description has. The rest is left out.
 const MOST: usize = 1_000_000;
 
-/// What is drawn, and what could not be read.
-pub(super) struct Looks {
-    /// By the joint that carries it, counted from 1; 0 is the base.
+/// The triangles of the arm, and what could not be read.
+pub(super) struct ArmShape {
+    /// The surfaces by the number of the joint that carries them, from 1; 0 is the base.
     surfaces: Vec<Surface>,
-    /// Why some of it is missing.
+    /// Why some shapes are missing.
     pub missing: Vec<String>,
 }
 
-/// A robot description, and the arm that it has.
+/// A robot description, and the arm in it.
 #[derive(PartialEq)]
 pub(super) struct Model {
-    /// The text.
+    /// The text of the description.
     pub text: String,
-    /// The links where the arm begins and ends.
+    /// The first and the last link of the arm.
     pub frames: [String; 2],
-    /// The arm, as the page shows it.
+    /// The arm that the page shows.
     pub chain: Chain,
     /// The file that the servo has read.
     pub file: Option<PathBuf>,
 }
 
-impl Looks {
-    /// All that can be drawn of the description; none where that is nothing.
+impl ArmShape {
+    /// Returns the shapes of the description; `None` if there are none.
     pub fn of(model: &Model) -> Option<Self> {
         let Model { text, frames: [base, tool], chain, file } = model;
         let description = Description::read(text, base, tool).ok()?;
         let links = description.places(chain).ok()?;
-        // A text that is not the file's own came from elsewhere, and names no files beside it.
+        // A text that differs from the file came from elsewhere, so that its relative names do not refer to the file's folder.
         let read = |file: &&PathBuf| text_file::read(file, LONGEST_DESCRIPTION as u64);
         let file = file.as_ref().filter(|file| read(file).is_ok_and(|own| own == *text));
         let cell = CELL * chain.reach(std::iter::repeat((0.0, 0.0))).max(1e-3);
@@ -80,8 +80,8 @@ impl Looks {
         }
     }
 
-    /// As the page reads it: the length of a JSON list, the list with what each surface has, and the surfaces' corners and triangles;
-    /// numbers of 4 bytes, the least first, each part at a multiple of 4.
+    /// Returns the data in the page's format: the length of a JSON list, the list with the sizes of each surface, and the corners and
+    /// triangles of all surfaces. Numbers have 4 bytes, little endian; each part begins at a multiple of 4.
     pub fn bytes(&self) -> Vec<u8> {
         let shown = self.surfaces.iter().enumerate().filter(|(_, surface)| !surface.triangles.is_empty());
         let list = shown.clone().map(|(carrier, surface)| {
@@ -102,7 +102,7 @@ impl Looks {
 fn scaled(triangle: &Triangle, scale: &Vector3<f64>) -> Triangle {
     triangle.map(|Corner { place, normal }| {
         let place = Point3::from(place.coords.component_mul(scale));
-        // Normals of what is stretched lean the other way; a scale has one sign as a rule.
+        // Normals are scaled inversely. Scales are usually positive.
         let normal = normal.component_div(scale).try_normalize(1e-12).unwrap_or(normal);
         Corner { place, normal }
     })
@@ -113,7 +113,7 @@ mod tests {
     use super::*;
     use nalgebra::Isometry3;
 
-    /// A pedestal, an arm of a joint that turns and one that slides, a hand on it, and a finger; a ball in each link.
+    /// A pedestal, an arm with a revolute and a prismatic joint, a hand, and a finger. Each link has a ball.
     const ROBOT: &str = r#"<robot name="r">
       <link name="pedestal"><visual><geometry><sphere radius="0.1"/></geometry></visual></link>
       <link name="base"/>
@@ -138,7 +138,7 @@ mod tests {
     #[test]
     fn every_link_is_drawn_where_the_joints_have_taken_it() {
         let model = model(ROBOT);
-        let looks = Looks::of(&model).unwrap();
+        let looks = ArmShape::of(&model).unwrap();
         assert_eq!(looks.missing, ["package://nowhere/fore.stl is not there"]);
         let positions = [0.7, -0.3];
         let joint =
@@ -158,14 +158,14 @@ mod tests {
         assert!((middle(0) - pedestal).norm() < 1e-3, "{}", middle(0));
         let shown = upper.frame() * Point3::new(0.1, 0.0, 0.0);
         assert!((middle(1) - shown.coords).norm() < 1e-3, "{}", middle(1));
-        // Hand and finger, of as many corners each.
+        // The hand and the finger have equally many corners.
         let between = hand.frame() * Point3::new(0.0, 0.05, 0.015);
         assert!((middle(2) - between.coords).norm() < 1e-2, "{} {between}", middle(2));
     }
 
     #[test]
     fn the_page_can_take_the_bytes_apart() {
-        let bytes = Looks::of(&model(ROBOT)).unwrap().bytes();
+        let bytes = ArmShape::of(&model(ROBOT)).unwrap().bytes();
         let length = u32::from_le_bytes(bytes[..4].try_into().unwrap()) as usize;
         let list: serde_json::Value = serde_json::from_slice(&bytes[4..4 + length]).unwrap();
         let size = |one: &serde_json::Value| {
@@ -178,7 +178,7 @@ mod tests {
             [0, 1, 2]
         );
         let plain = ROBOT.replace("visual", "collision");
-        assert!(Looks::of(&model(&plain)).is_none());
+        assert!(ArmShape::of(&model(&plain)).is_none());
     }
 
     #[test]
@@ -189,7 +189,7 @@ mod tests {
         let file = folder.path().join("robot.urdf");
         std::fs::write(&file, &beside).unwrap();
         let missing =
-            |text: &str| Looks::of(&Model { file: Some(file.clone()), ..model(text) }).unwrap().missing;
+            |text: &str| ArmShape::of(&Model { file: Some(file.clone()), ..model(text) }).unwrap().missing;
         assert_eq!(missing(&beside), [""; 0]);
         assert!(missing(&format!("{beside}\n"))[0].contains("fore.obj"), "it came from elsewhere");
     }

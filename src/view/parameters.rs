@@ -1,4 +1,4 @@
-//! The servo's parameters, as the page shows and sets them.
+//! The servo's parameters that the page shows and sets.
 
 use dq_messages::ParameterDescriptor;
 use dq_params::Value;
@@ -11,17 +11,17 @@ pub(super) struct Entry {
     #[serde(rename = "type")]
     kind: &'static str,
     value: Option<serde_json::Value>,
-    /// Bounds of a number, or of each in a list.
+    /// The bounds of a number, or of each number in a list.
     min: Option<f64>,
     max: Option<f64>,
-    /// What a text may be; empty: anything.
+    /// The allowed texts; empty for any text.
     choices: Vec<String>,
     read_only: bool,
     description: String,
 }
 
 impl Entry {
-    /// Of a descriptor and the parameter's value.
+    /// Creates an entry from a descriptor and the parameter's value.
     pub fn new(descriptor: ParameterDescriptor, value: &Value) -> Self {
         let range = descriptor.floating_point_range.first().map(|range| (range.from_value, range.to_value));
         let integers = descriptor.integer_range.first();
@@ -39,12 +39,12 @@ impl Entry {
         }
     }
 
-    /// Takes another value.
+    /// Replaces the value.
     pub fn set(&mut self, value: &Value) {
         self.value = json(value);
     }
 
-    /// The value of this parameter's type that a browser sent.
+    /// Converts a value that a browser sent to the parameter's type.
     ///
     /// # Errors
     /// What was expected, in words.
@@ -64,7 +64,7 @@ impl Entry {
     }
 }
 
-/// Other lists are left out: the page neither shows nor sets them.
+/// Converts a value to JSON. Other lists are left out: the page neither shows nor sets them.
 fn json(value: &Value) -> Option<serde_json::Value> {
     match value {
         Value::Bool(value) => Some((*value).into()),

@@ -1,9 +1,9 @@
-//! The view's place in the graph: shows what a servo publishes, and passes on what browsers ask.
+//! The view's node in the graph: shows what a servo publishes, and forwards requests of browsers.
 
-use super::known::Known;
-use super::looks::Looks;
+use super::known::KnownRobot;
+use super::looks::ArmShape;
 use super::robot::Robot;
-use super::seen::Seen;
+use super::seen::ServoMonitor;
 use super::{Answer, Ask, Asked, BackgroundTask, Race, RobotEnd, markers};
 use dq_config::PLANT_NAMES;
 use dq_core::servo;
@@ -23,57 +23,57 @@ use std::time::{Duration, Instant};
 use tokio::sync::{Notify, OnceCell, mpsc, oneshot, watch};
 use tokio::task::JoinSet;
 
-/// Shortest time between two frames: 50 a second are as many as a screen needs.
+/// The shortest time between two frames: a screen needs no more than 50 per second.
 const FRAME: Duration = Duration::from_millis(20);
 
-/// Longest time between two frames, where nothing is heard.
+/// The longest time between two frames, if nothing is received.
 const IDLE: Duration = Duration::from_millis(500);
 
 /// How long a service may take.
 const PATIENCE: Duration = Duration::from_secs(2);
 
-/// Parameters that could not be had are asked for again after this time.
+/// The time between two attempts to read the parameters.
 const RETRY: Duration = Duration::from_secs(1);
 
-/// A participant that shows the servo of its namespace. Ends when it is dropped.
+/// A node that shows the servo of its namespace. It ends when it is dropped.
 pub struct Peer {
     _tasks: JoinSet<()>,
     log: Logger,
 }
 
-/// What the tasks share.
+/// The state that the tasks share.
 struct Shared {
     kind: ServoKind,
-    /// The node, and the order of those who make clients on it.
+    /// The node, locked while a client is created on it.
     node: tokio::sync::Mutex<Node>,
     names: Resolver,
     goals: Publisher<PoseStamped>,
     twists: Publisher<TwistStamped>,
-    // Connected when the servo is first heard: a stop must not wait for what else is asked.
+    // Connected when the servo is first heard, so that a stop does not wait for other requests.
     stop: OnceCell<Client<Trigger>>,
     pause: OnceCell<Client<SetBool>>,
-    known: Mutex<Known>,
-    motion: Mutex<Option<ToRepeat>>,
-    /// Takes what is not the robot's to do.
+    known: Mutex<KnownRobot>,
+    motion: Mutex<Option<LastMotion>>,
+    /// The channel for background tasks.
     tasks: mpsc::Sender<Asked<BackgroundTask>>,
-    /// Notified when the servo has (re)appeared, so that its parameters are read.
+    /// Notified when the servo has appeared, so that its parameters are read.
     appeared: Notify,
 }
 
-/// The motion to the goal in force, as a race repeats it.
+/// The motion to the goal in force, for a race to repeat.
 #[derive(Clone)]
-struct ToRepeat {
-    /// Where the joints were when the goal came.
+struct LastMotion {
+    /// The joint positions when the goal arrived.
     start: Vec<f64>,
     goal: PoseNumbers,
 }
 
 impl Peer {
-    /// Joins the graph by a node called as `names` say, and keeps `end` up to date on the servo of that kind. What is not
-    /// the robot's to do goes to `tasks`.
+    /// Joins the graph with a node of these `names`, and keeps `end` up to date with the servo of this kind. Background tasks are sent to
+    /// `tasks`.
     ///
     /// # Errors
-    /// [`RosError`].
+    /// [`RosError`] if the node cannot be created.
     pub fn start(
         kind: ServoKind,
         session: &Session,
@@ -86,7 +86,7 @@ impl Peer {
         let log = node.log().clone();
         let servo = kind.node_name();
         let full_name = names.service(servo)?;
-        let seen = Seen::new(&mut node, kind, servo, full_name.clone())?;
+        let seen = ServoMonitor::new(&mut node, kind, servo, full_name.clone())?;
         let goal = kind.contract(Contract::builtin()?);
         let goals = node
             .publisher_as(goal.topic::<PoseStamped>(kind.goal_topic(), Direction::In)?, kind.goal_topic())?;
@@ -121,16 +121,16 @@ impl Peer {
         Ok(Self { _tasks: tasks, log })
     }
 
-    /// The node's log.
+    /// Returns the node's log.
     pub fn log(&self) -> &Logger {
         &self.log
     }
 }
 
-/// Writes a frame whenever something is heard, and twice a second where nothing is.
+/// Writes a frame when something is received, or else twice per second.
 async fn show(
     shared: Arc<Shared>,
-    mut seen: Seen,
+    mut seen: ServoMonitor,
     events: Subscription<ParameterEvent>,
     servo: String,
     now: watch::Sender<Arc<str>>,
@@ -143,24 +143,24 @@ async fn show(
         tick.tick().await;
         let mut known = shared.known();
         let before = seen.positions();
-        let news = seen.take(known.robot());
+        let has_new = seen.take(known.robot());
         if let Some(report) = seen.report().filter(|report| report.goal_count != goals) {
             goals = report.goal_count;
-            *locked(&shared.motion) = before.zip(report.goal).map(|(start, goal)| ToRepeat { start, goal });
+            *locked(&shared.motion) = before.zip(report.goal).map(|(start, goal)| LastMotion { start, goal });
         }
         let mut restarted = false;
         events.each(|event, _| {
             if event.node != servo {
                 return;
             }
-            // Nothing has changed yet.
+            // A state without changes announces a start.
             restarted |= event.changed_parameters.is_empty();
             known.take(event);
             if let Some(robot) = known.robot() {
                 robot_frame.send_replace(robot.frame().into());
             }
         });
-        if news || shown.elapsed() >= IDLE {
+        if has_new || shown.elapsed() >= IDLE {
             if !seen.heard() {
                 seen.two_arms = shared.has_two_arms();
             }
@@ -174,19 +174,19 @@ async fn show(
     }
 }
 
-/// Writes what the servo draws besides the arm, where it is another picture than before.
+/// Writes the servo's other markers when they change.
 async fn show_markers(drawn: Subscription<MarkerArray>, shown: watch::Sender<Arc<str>>) {
     loop {
         let frame: Arc<str> = markers::frame(&drawn.next().await).into();
         shown.send_if_modified(|before| {
-            let is_news = *before != frame;
+            let is_new = *before != frame;
             *before = frame;
-            is_news
+            is_new
         });
     }
 }
 
-/// Writes what the arm looks like by the robot description that the servo's arm is of. Of two arms the page draws its own.
+/// Writes the shape of the arm from the robot description of the servo's arm. For two arms the page draws its own shape.
 async fn show_looks(
     shared: Arc<Shared>,
     descriptions: Subscription<StringMessage>,
@@ -206,7 +206,7 @@ async fn show_looks(
         if shown.as_ref() == Some(&model) {
             continue;
         }
-        let read = tokio::task::spawn_blocking(move || (Looks::of(&model), model));
+        let read = tokio::task::spawn_blocking(move || (ArmShape::of(&model), model));
         let Ok((read, model)) = read.await else { continue };
         shown = Some(model);
         let missing = read.iter().flat_map(|looks| &looks.missing);
@@ -217,7 +217,7 @@ async fn show_looks(
     }
 }
 
-/// Reads the servo's parameters whenever it has appeared.
+/// Reads the servo's parameters whenever the servo has appeared.
 async fn read_parameters(shared: Arc<Shared>, servo: String, frame: watch::Sender<Arc<str>>) {
     loop {
         shared.appeared.notified().await;
@@ -228,24 +228,24 @@ async fn read_parameters(shared: Arc<Shared>, servo: String, frame: watch::Sende
     }
 }
 
-/// Answers what browsers ask, each by itself.
+/// Answers requests of browsers independently of each other.
 async fn serve(shared: Arc<Shared>, mut asks: mpsc::Receiver<Asked<Ask>>) {
     while let Some(Asked { ask, answer }) = asks.recv().await {
         let shared = shared.clone();
         tokio::spawn(async move {
             let given = shared.answer(ask).await.unwrap_or_else(Answer::refused);
-            // Who has gone does not hear it.
+            // The browser may have gone.
             let _ = answer.send(given);
         });
     }
 }
 
 impl Shared {
-    fn known(&self) -> MutexGuard<'_, Known> {
+    fn known(&self) -> MutexGuard<'_, KnownRobot> {
         locked(&self.known)
     }
 
-    /// Whether there is a servo for two arms where one for one arm is expected, as far as can be said without waiting.
+    /// Returns whether there is a servo for two arms in place of one for one arm, as far as known without waiting.
     fn has_two_arms(&self) -> bool {
         if self.kind == ServoKind::TwoArms {
             return false;
@@ -287,12 +287,12 @@ impl Shared {
         Ok(Answer { ok: success, text: message })
     }
 
-    /// The motion to the goal in force once more, under these laws.
+    /// Repeats the motion to the goal in force under these laws.
     async fn race(&self, laws: [String; 2]) -> Answer {
         if self.kind == ServoKind::TwoArms {
             return Answer::refused("laws are compared with one arm");
         }
-        let Some(ToRepeat { start, goal }) = locked(&self.motion).clone() else {
+        let Some(LastMotion { start, goal }) = locked(&self.motion).clone() else {
             return Answer::refused("there is no motion to repeat yet: send the arm to a goal first");
         };
         let Some(parameters) = self.known().robot().map(|robot| robot.values().to_vec()) else {
@@ -311,7 +311,7 @@ impl Shared {
     }
 
     fn send_goal(&self, position: [f64; 3], orientation: [f64; 4]) -> Answer {
-        // The servo would reject it as well, but says so only on its status.
+        // The servo would reject it too, but reports that only in its status.
         if let Err(why) = servo::Goal::new(position, orientation, "", "") {
             return Answer::refused(why);
         }
@@ -324,7 +324,7 @@ impl Shared {
         Answer::done("goal sent")
     }
 
-    /// A twist in the frame of goals; which of them moves the arm, the servo says in its status.
+    /// Publishes a twist in the goal frame. The servo's status tells whether it moves the arm.
     fn jog(&self, linear: [f64; 3], angular: [f64; 3]) -> Answer {
         if self.twists.readers() == 0 {
             return Answer::refused(format!("no servo subscribes to {}", self.twists.topic()));
@@ -359,7 +359,7 @@ impl Shared {
         self.client(&self.pause, self.kind.node_name(), "pause").await
     }
 
-    /// Puts the simulated arms back; where one is not put back, why.
+    /// Resets the simulated arms. Returns why if one of them fails.
     async fn reset(&self) -> Result<Answer, RosError> {
         let mut answer = Answer::refused("there is no arm");
         for arm in self.kind.arms() {
@@ -380,7 +380,7 @@ impl Shared {
         Ok(answer)
     }
 
-    /// The client in `cell`, connected to the node's service when it is first needed.
+    /// Returns the client in `cell`, which is connected at its first use.
     async fn client<'a, S: ServiceType>(
         &self,
         cell: &'a OnceCell<Client<S>>,
@@ -393,6 +393,6 @@ impl Shared {
 }
 
 fn locked<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
-    // Nothing panics while it holds the lock.
+    // No code panics while it holds the lock.
     shared.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -1,7 +1,7 @@
-//! The same goal under two laws side by side: what the page asks for, and what is seen of the two arms.
+//! A race: two arms move to the same goal under two laws.
 
 use super::robot::{Robot, units};
-use super::seen::Seen;
+use super::seen::ServoMonitor;
 use dq_core::servo::State;
 use dq_messages::messages::{Header, PoseStamped};
 use dq_messages::{Direction, PoseNumbers};
@@ -11,39 +11,39 @@ use dq_wire::{Contract, MotionReport, Outcome, ServoKind};
 use serde_json::json;
 use std::time::{Duration, Instant};
 
-/// A race that a browser asks for: where from, where to, and under which laws.
+/// A race that a browser requests: the start, the goal, and the laws.
 #[derive(Clone, Debug)]
 pub struct Race {
     /// The two laws.
     pub laws: [String; 2],
-    /// The joint angles at which both arms start \[rad\].
+    /// The joint positions at which both arms start \[rad, prismatic: m\].
     pub start: Vec<f64>,
-    /// Where both are to go, in the base frame.
+    /// The goal of both arms in the base frame.
     pub goal: PoseNumbers,
-    /// The parameters of both servos, but for the law.
+    /// The parameters of both servos, except for the law.
     pub parameters: Vec<(String, Value)>,
 }
 
-/// Sees the two arms of a race, which are in a namespace each.
+/// Observes the two arms of a race, each in its own namespace.
 pub struct RaceWatch {
-    lanes: Vec<Lane>,
+    arms: Vec<RaceArm>,
     robot: Robot,
     begun: Option<Instant>,
 }
 
-/// One of them.
-struct Lane {
+/// One of the arms.
+struct RaceArm {
     law: String,
-    seen: Seen,
+    servo: ServoMonitor,
     goals: Publisher<PoseStamped>,
     _node: Node,
 }
 
 impl RaceWatch {
-    /// Joins the graph by two nodes called as `names` say.
+    /// Joins the graph with two nodes of these names.
     ///
     /// # Errors
-    /// [`RosError`]; the parameters' where they describe no arm.
+    /// [`RosError`], or an error if the parameters describe no arm.
     pub fn join(
         session: &Session,
         names: [Resolver; 2],
@@ -52,53 +52,53 @@ impl RaceWatch {
     ) -> anyhow::Result<Self> {
         let contract = Contract::builtin().map_err(RosError::from)?.servo;
         let goal = contract.topic::<PoseStamped>("goal_pose", Direction::In).map_err(RosError::from)?;
-        let mut lanes = Vec::new();
+        let mut arms = Vec::new();
         for (names, law) in names.into_iter().zip(&race.laws) {
             let kind = ServoKind::OneArm;
             let full_name = names.service(kind.node_name()).map_err(RosError::from)?;
             let mut node = session.node(names, logging)?;
-            let seen = Seen::new(&mut node, kind, kind.node_name(), full_name)?;
+            let servo = ServoMonitor::new(&mut node, kind, kind.node_name(), full_name)?;
             let goals = node.publisher_as(goal, "goal_pose")?;
-            lanes.push(Lane { law: law.clone(), seen, goals, _node: node });
+            arms.push(RaceArm { law: law.clone(), servo, goals, _node: node });
         }
         let robot = Robot::new(ServoKind::OneArm, race.parameters.clone(), Vec::new())?;
-        Ok(Self { lanes, robot, begun: None })
+        Ok(Self { arms, robot, begun: None })
     }
 
-    /// Takes what came.
+    /// Processes the received messages.
     pub fn take(&mut self) {
-        for lane in &mut self.lanes {
-            lane.seen.take(Some(&self.robot));
+        for arm in &mut self.arms {
+            arm.servo.take(Some(&self.robot));
         }
     }
 
-    /// Whether both arms stand ready and would hear a goal.
+    /// Returns whether both arms are ready and would receive a goal.
     pub fn is_ready(&self) -> bool {
-        let ready = |lane: &Lane| {
-            let waits = lane.seen.report().is_some_and(|report| report.state == State::Holding);
-            waits && lane.seen.positions().is_some() && lane.goals.readers() > 0
+        let ready = |arm: &RaceArm| {
+            let waits = arm.servo.report().is_some_and(|report| report.state == State::Holding);
+            waits && arm.servo.positions().is_some() && arm.goals.readers() > 0
         };
-        self.lanes.iter().all(ready)
+        self.arms.iter().all(ready)
     }
 
     /// Sends both arms to `goal`.
     pub fn begin(&mut self, goal: PoseNumbers) {
-        for lane in &self.lanes {
-            lane.goals.publish(PoseStamped { header: Header::now(""), pose: goal.into() });
+        for arm in &self.arms {
+            arm.goals.publish(PoseStamped { header: Header::now(""), pose: goal.into() });
         }
         self.begun = Some(Instant::now());
     }
 
-    /// Whether both arms have arrived, or given up.
+    /// Returns whether both motions have ended.
     pub fn is_over(&self) -> bool {
         let over = |motion: &MotionReport| motion.outcome != Outcome::Underway;
-        self.lanes.iter().all(|lane| lane.seen.motion().is_some_and(over))
+        self.arms.iter().all(|arm| arm.servo.motion().is_some_and(over))
     }
 
-    /// The frame that shows both as they are now, in the race of that number.
+    /// Returns the frame that shows both arms in race number `number`.
     pub fn frame(&self, number: u64, is_over: bool) -> String {
         let time = self.begun.as_ref().map_or(Duration::ZERO, Instant::elapsed).as_secs_f64();
-        let lanes: Vec<_> = self.lanes.iter().map(|lane| self.lane(lane, time)).collect();
+        let arms: Vec<_> = self.arms.iter().map(|arm| self.arm(arm, time)).collect();
         json!({ "race": {
             "number": number,
             "over": is_over,
@@ -106,18 +106,18 @@ impl RaceWatch {
             "joints": self.robot.joint_names(),
             "units": units(self.robot.chains()),
             "threshold": self.robot.damping_threshold(),
-            "lanes": lanes,
+            "lanes": arms,
         }})
         .to_string()
     }
 
-    fn lane(&self, lane: &Lane, time: f64) -> serde_json::Value {
-        let figures = lane.seen.motion().map(|motion| motion.figures).unwrap_or_default();
+    fn arm(&self, arm: &RaceArm, time: f64) -> serde_json::Value {
+        let figures = arm.servo.motion().map(|motion| motion.figures).unwrap_or_default();
         json!({
-            "law": lane.law,
-            "words": lane.seen.words(),
+            "law": arm.law,
+            "words": arm.servo.words(),
             "figures": figures,
-            "sample": lane.seen.sample(&self.robot, time),
+            "sample": arm.servo.sample(&self.robot, time),
         })
     }
 }

@@ -10,7 +10,7 @@ use dq_params::{ParameterError, Value};
 use dq_wire::ServoKind;
 use serde_json::json;
 
-/// What is known of the robot from its servo's parameters.
+/// The robot as described by its servo's parameters.
 pub(super) struct Robot {
     kind: ServoKind,
     values: Vec<(String, Value)>,
@@ -19,10 +19,10 @@ pub(super) struct Robot {
 }
 
 impl Robot {
-    /// From all parameters of a servo of that kind.
+    /// Creates it from all parameters of a servo of this kind.
     ///
     /// # Errors
-    /// [`ParameterError`] where they describe no arm.
+    /// [`ParameterError`] if they describe no arm.
     pub fn new(
         kind: ServoKind,
         values: Vec<(String, Value)>,
@@ -38,22 +38,22 @@ impl Robot {
         Ok(Self { kind, entries, values, typed })
     }
 
-    /// The arms, in the base frame of the first.
+    /// Returns the arms, in the base frame of the first.
     pub fn chains(&self) -> impl Iterator<Item = &Chain> {
         self.typed.arms.chains()
     }
 
-    /// The joints of each arm.
+    /// Returns the joints of each arm.
     pub fn joints(&self) -> &[JointOrder] {
         &self.typed.joints
     }
 
-    /// The names of all joints, arm after arm.
+    /// Returns the names of all joints, arm after arm.
     pub fn joint_names(&self) -> Vec<String> {
         self.kind.joint_names(&self.typed.joints)
     }
 
-    /// How far from the base frame's origin the arms reach \[m\]; sliding joints without limits count for nothing, as nobody knows.
+    /// Returns how far the arms reach from the origin of the base frame \[m\]. Prismatic joints without limits are ignored.
     pub fn reach(&self) -> f64 {
         let known = |limit: f64| if limit.abs() < bounds::JOINT_ANGLE { limit } else { 0.0 };
         let ranges = self.typed.settings.limits.position.ranges();
@@ -61,12 +61,12 @@ impl Robot {
         self.chains().map(|arm| arm.base_point().norm() + arm.reach(ranges.by_ref())).fold(0.0, f64::max)
     }
 
-    /// The parameter of that name.
+    /// Returns the parameter with this name.
     pub fn entry(&self, name: &str) -> Option<&Entry> {
         self.entries.iter().find(|entry| entry.name == name)
     }
 
-    /// Takes the changes that the servo announced; what does not fit is left as it was.
+    /// Applies the changes that the servo announced. Invalid values are ignored.
     pub fn take(&mut self, event: &ParameterEvent) {
         for changed in &event.changed_parameters {
             let Some(value) = changed.value.clone().into_value() else { continue };
@@ -82,12 +82,12 @@ impl Robot {
         }
     }
 
-    /// The parameters' values.
+    /// Returns the values of the parameters.
     pub fn values(&self) -> &[(String, Value)] {
         &self.values
     }
 
-    /// The robot description `text` with what the parameters say of it; none without a text, or where the servo's arm is of no description.
+    /// Returns the model of the robot description `text`; `None` without a text, or if the servo's arm has no description.
     pub fn model(&self, text: &str) -> Option<Model> {
         let named = |wanted: &str| self.values.iter().find(|(name, _)| name == wanted);
         let value = |wanted: &str| match named(wanted) {
@@ -101,17 +101,17 @@ impl Robot {
         is_described.then(|| Model { text: text.to_owned(), frames, chain, file })
     }
 
-    /// How fast each joint may turn [rad/s].
+    /// Returns the velocity limits of the joints [rad/s, prismatic: m/s].
     pub fn joint_velocity_limits(&self) -> &[f64] {
         &self.typed.settings.limits.joint_velocity
     }
 
-    /// The singular value below which the inverse of the Jacobian is damped.
+    /// Returns the singular value below which the inverse of the Jacobian is damped.
     pub fn damping_threshold(&self) -> f64 {
         self.typed.settings.controller.damping.threshold
     }
 
-    /// The frame that shows it.
+    /// Returns the frame that shows it.
     pub fn frame(&self) -> String {
         let settings = &self.typed.settings;
         let bound = |bounds: &[f64]| {
@@ -136,12 +136,12 @@ impl Robot {
     }
 }
 
-/// The units of the positions of all joints of the arms, rad or m.
+/// Returns the units of the joint positions of all arms, rad or m.
 pub(super) fn units<'a>(arms: impl IntoIterator<Item = &'a Chain>) -> Vec<&'static str> {
     arms.into_iter().flat_map(Chain::kinds).map(|kind| kind.unit()).collect()
 }
 
-/// Values as the servo of this version takes them. A servo of another one may have parameters that this one does not know.
+/// Converts the values to parameters of this version. A servo of another version may have unknown parameters, which are ignored.
 fn typed(kind: ServoKind, values: &[(String, Value)]) -> Result<ServoParameters, ParameterError> {
     let mut store = kind.store()?;
     for (name, value) in values {

@@ -1,4 +1,4 @@
-//! What changes all the time: what the servo and its arm publish, and the frame that shows it.
+//! What changes all the time: the messages of the servo and its arm, and the frame that shows them.
 
 use super::explain::explain;
 use super::robot::Robot;
@@ -14,53 +14,53 @@ use serde::Serialize;
 use serde_json::{Value, json};
 use std::time::{Duration, Instant};
 
-/// What is heard of a servo and its arm.
-pub(super) struct Seen {
+/// The latest messages of a servo and its arm.
+pub(super) struct ServoMonitor {
     servo: String,
     started: Instant,
     statuses: Subscription<DiagnosticStatus>,
     motions: Subscription<DiagnosticStatus>,
     poses: Subscription<PoseStamped>,
     errors: Subscription<TwistStamped>,
-    /// Of each arm.
+    /// One subscription per arm.
     joint_states: Vec<Subscription<JointState>>,
     status: Option<HeardStatus>,
-    /// The last motion, or goal that was rejected.
+    /// The last motion.
     motion: Option<MotionReport>,
     rejected: Option<RejectedGoal>,
     pose: Option<PoseStamped>,
     error: Option<TwistStamped>,
-    /// Of each arm that was heard.
+    /// The state of each arm that was heard.
     arms: Vec<Option<ArmState>>,
     /// Whether there is a servo for two arms instead.
     pub two_arms: bool,
 }
 
-/// What the servo reported last.
+/// The servo's last report.
 struct HeardStatus {
     report: StatusReport,
     smallest_singular_value: f64,
     at: Instant,
 }
 
-/// The last goal that was rejected.
+/// The last rejected goal.
 #[derive(Serialize)]
 struct RejectedGoal {
     stamp: String,
     why: String,
 }
 
-/// The joints of an arm in its order.
+/// The joints of an arm, in the arm's order.
 #[derive(Clone)]
 struct ArmState {
-    /// \[rad\].
+    /// The positions \[rad, prismatic: m\].
     positions: Vec<f64>,
-    /// [rad/s]; none where the robot does not report them.
+    /// The velocities [rad/s, prismatic: m/s]; empty if the robot does not report them.
     velocities: Vec<f64>,
 }
 
-impl Seen {
-    /// Listens to the servo `servo` of that kind; its full name is `full_name`.
+impl ServoMonitor {
+    /// Subscribes to the servo `servo` of this kind, whose full name is `full_name`.
     pub fn new(node: &mut Node, kind: ServoKind, servo: &str, full_name: String) -> Result<Self, RosError> {
         let (out, incoming) = (Direction::Out, Direction::In);
         let mut joint_states = Vec::new();
@@ -86,22 +86,22 @@ impl Seen {
         })
     }
 
-    /// Takes what came; whether anything did.
+    /// Processes the received messages. Returns whether there were any.
     pub fn take(&mut self, robot: Option<&Robot>) -> bool {
-        let mut news = self.take_status();
-        news |= self.take_motions();
-        news |= replace(&mut self.pose, self.poses.newest().message);
-        news |= replace(&mut self.error, self.errors.newest().message);
+        let mut has_new = self.take_status();
+        has_new |= self.take_motions();
+        has_new |= replace(&mut self.pose, self.poses.newest().message);
+        has_new |= replace(&mut self.error, self.errors.newest().message);
         for (number, (states, arm)) in self.joint_states.iter().zip(&mut self.arms).enumerate() {
             states.each(|state, _| {
-                // There may be those of a gripper on the same topic.
+                // The topic may also carry joint states of a gripper.
                 let joints = robot.and_then(|robot| robot.joints().get(number));
                 if let Some(ours) = joints.and_then(|joints| of_arm(joints, &state)) {
-                    (*arm, news) = (Some(ours), true);
+                    (*arm, has_new) = (Some(ours), true);
                 }
             });
         }
-        news
+        has_new
     }
 
     fn take_status(&mut self) -> bool {
@@ -114,10 +114,10 @@ impl Seen {
     }
 
     fn take_motions(&mut self) -> bool {
-        let mut news = false;
+        let mut has_new = false;
         self.motions.each(|message, _| {
             let Some(motion) = MotionReport::from_message(&message) else { return };
-            news = true;
+            has_new = true;
             match motion.outcome {
                 Outcome::Rejected => {
                     let why = motion.why.unwrap_or_default();
@@ -126,30 +126,30 @@ impl Seen {
                 _ => self.motion = Some(motion),
             }
         });
-        news
+        has_new
     }
 
-    /// What the servo said last of a motion.
+    /// Returns the last report of a motion.
     pub fn motion(&self) -> Option<&MotionReport> {
         self.motion.as_ref()
     }
 
-    /// Whether the servo was ever heard.
+    /// Returns whether the servo was ever heard.
     pub fn heard(&self) -> bool {
         self.status.is_some()
     }
 
-    /// What the servo reported last.
+    /// Returns the servo's last status report.
     pub fn report(&self) -> Option<&StatusReport> {
         self.status.as_ref().map(|status| &status.report)
     }
 
-    /// Where the joints of all arms are \[rad\], once each arm was heard.
+    /// Returns the joint positions of all arms \[rad, prismatic: m\], once each arm was heard.
     pub fn positions(&self) -> Option<Vec<f64>> {
         self.heard_arms().map(|arms| arms.iter().flat_map(|arm| &arm.positions).copied().collect())
     }
 
-    /// How fast they turn [rad/s], as far as the robot reports it.
+    /// Returns the joint velocities [rad/s, prismatic: m/s], as far as the robot reports them.
     fn velocities(&self) -> Option<Vec<f64>> {
         self.heard_arms().map(|arms| arms.iter().flat_map(|arm| &arm.velocities).copied().collect())
     }
@@ -158,7 +158,7 @@ impl Seen {
         self.arms.iter().map(Option::as_ref).collect()
     }
 
-    /// Whether the servo was heard lately.
+    /// Returns whether the servo was heard recently.
     pub fn alive(&self) -> bool {
         self.silence().is_some_and(|silence| silence <= StatusReport::SILENCE)
     }
@@ -167,13 +167,13 @@ impl Seen {
         self.status.as_ref().map(|status| status.at.elapsed())
     }
 
-    /// What the servo is doing, in words.
+    /// Returns what the servo is doing, in words.
     pub fn words(&self) -> String {
         let heard = self.report().zip(self.silence());
         explain(&self.servo, heard, self.two_arms)
     }
 
-    /// The arm at `time` \[s\] of its motion, as the page has the samples of a run.
+    /// Returns the state of the arm at `time` \[s\] of its motion, in the page's format of samples.
     pub fn sample(&self, robot: &Robot, time: f64) -> Value {
         let goal = self.report().and_then(|report| report.goal);
         let tool = self.pose.as_ref().map(pose);
@@ -191,8 +191,8 @@ impl Seen {
         })
     }
 
-    /// The frame that shows it. `tool` and all of the arms are in the base frame, `pose` and the goal in the frame of goals, which of
-    /// two arms is that of the left tool, `goal_frame`.
+    /// Returns the frame that shows the state. `tool` and everything of the arms are in the base frame; `pose` and the goal are in the goal
+    /// frame, which for two arms is that of the left tool, `goal_frame`.
     pub fn frame(&self, robot: Option<&Robot>) -> String {
         let pose = self.pose.as_ref().map(pose);
         let tools = self.tools(robot);
@@ -232,7 +232,7 @@ impl Seen {
         }))
     }
 
-    /// What `of` gives of each arm and the angles of its joints; none before all arms were heard.
+    /// Returns the result of `of` for each arm and its joint positions; `None` until all arms were heard.
     fn of_each<R>(
         &self,
         robot: Option<&Robot>,
@@ -242,12 +242,12 @@ impl Seen {
         chains.into_iter().zip(arms).map(|(chain, arm)| of(chain, &arm.positions).ok()).collect()
     }
 
-    /// The tools of the arms.
+    /// Returns the tool poses of the arms.
     fn tools(&self, robot: Option<&Robot>) -> Option<Vec<UnitDualQuaternion>> {
         self.of_each(robot, Chain::forward_kinematics)
     }
 
-    /// Of each arm the origins of base, links and tool \[m\], base first.
+    /// Returns for each arm the origins of base, links and tool \[m\], base first.
     fn links(&self, robot: Option<&Robot>) -> Option<Vec<Vec<[f64; 3]>>> {
         self.of_each(robot, |chain, positions| {
             let (links, tool) = (chain.link_poses(positions)?, chain.forward_kinematics(positions)?);
@@ -256,7 +256,7 @@ impl Seen {
         })
     }
 
-    /// The poses of all links, arm after arm.
+    /// Returns the poses of all links, arm after arm.
     fn frames(&self, robot: Option<&Robot>) -> Option<Vec<PoseNumbers>> {
         let poses = self.of_each(robot, |chain, positions| {
             Ok(chain.link_poses(positions)?.iter().map(pose_numbers).collect::<Vec<_>>())
@@ -265,8 +265,8 @@ impl Seen {
     }
 }
 
-/// Subscribes best effort to the servo's topic `entry` as `topic`: no publisher keeps samples for a viewer that does not read, and any
-/// publisher matches.
+/// Subscribes with best effort to the servo's topic `entry` as `topic`. So no publisher stores samples for a viewer that does not read, and
+/// any publisher matches.
 fn listen<M: Message>(
     kind: ServoKind,
     node: &mut Node,
@@ -278,7 +278,7 @@ fn listen<M: Message>(
     node.subscription_as(contract.topic::<M>(entry, direction)?, topic)
 }
 
-/// The state of the arm with these joints; none where the message is not of this arm.
+/// Returns the state of the arm with these joints; `None` if the message does not belong to this arm.
 fn of_arm(joints: &JointOrder, state: &JointState) -> Option<ArmState> {
     let sorted = |values: &[f64]| {
         let mut into = vec![0.0; joints.names().len()];
@@ -289,11 +289,11 @@ fn of_arm(joints: &JointOrder, state: &JointState) -> Option<ArmState> {
 }
 
 fn replace<T>(known: &mut Option<T>, newer: Option<T>) -> bool {
-    let is_news = newer.is_some();
-    if is_news {
+    let is_new = newer.is_some();
+    if is_new {
         *known = newer;
     }
-    is_news
+    is_new
 }
 
 fn pose(message: &PoseStamped) -> PoseNumbers {
@@ -301,7 +301,7 @@ fn pose(message: &PoseStamped) -> PoseNumbers {
     [x, y, z, i, j, k, w]
 }
 
-/// How far the tool is from the goal \[m, rad\].
+/// Returns the distance of the tool from the goal \[m, rad\].
 fn distance(error: &TwistStamped) -> [f64; 2] {
     let GoalError { position, rotation } = error_distance(error);
     [position, rotation]

@@ -1,7 +1,7 @@
-//! The web server: lets browsers in, gives them the page, and opens a session for each.
+//! The web server: admits browsers, serves the page, and opens a session for each browser.
 
 use super::assets;
-use super::complaints::Complaints;
+use super::complaints::WarningLog;
 use super::guard::{self, Guard, Guest, Refusal};
 use super::session::{self, Session};
 use super::{PageEnd, ViewError};
@@ -25,61 +25,61 @@ use std::time::Duration;
 use tokio::net::{TcpListener, TcpStream, lookup_host};
 use tokio::sync::{Notify, OwnedSemaphorePermit, Semaphore, watch};
 
-/// Connections at once that have not shown the token; that have, and are no session yet; and sessions.
+/// The largest numbers of connections: without the token, with the token but without a session, and sessions.
 const MOST_STRANGERS: usize = 256;
 const MOST_GUESTS: usize = 64;
 const MOST_VIEWERS: usize = 32;
 
-/// Who has not shown the token by then is cut: so those who have it find a place soon, however many others come. A packet that is lost
-/// is sent again within this time.
+/// The time after which a connection without the token is closed, so that browsers with the token soon get a place. A lost packet is
+/// retransmitted within this time.
 const STRANGER_TIME: Duration = Duration::from_secs(2);
 
-/// A browser sends the head of a request within this time \[s\], or is let go.
+/// The time within which a browser must send the head of a request.
 const HEAD_TIME: Duration = Duration::from_secs(5);
 
-/// The largest head of a request \[bytes\], and how many lines it may have.
+/// The largest head of a request \[bytes\], and its largest number of lines.
 const HEAD_BYTES: usize = 16 * 1024;
 const HEAD_LINES: usize = 64;
 
-/// Close code of WebSockets (RFC 6455): try again later.
+/// The close code of WebSockets (RFC 6455) for "try again later".
 const TRY_AGAIN: u16 = 1013;
 
-/// What the server is to be.
+/// The settings of the server.
 pub struct Settings {
-    /// Address and port to listen on; port 0: any that is free.
+    /// The address and port to listen on; port 0 stands for any free port.
     pub listen: String,
-    /// What lets browsers in; none: a random one.
+    /// The token that admits browsers; `None` for a random one.
     pub token: Option<String>,
-    /// Whether browsers may ask, or only watch.
+    /// Whether browsers may send requests, or only watch.
     pub drive: bool,
-    /// Takes warnings.
+    /// Logs warnings.
     pub warn: Box<dyn Fn(&str) + Send + Sync>,
 }
 
-/// A web server that listens.
+/// A listening web server.
 pub struct Server {
     listener: TcpListener,
     address: SocketAddr,
     shared: Arc<Shared>,
 }
 
-/// What every connection needs.
+/// The state that all connections share.
 struct Shared {
     guard: Guard,
     drive: bool,
     page: PageEnd,
     guests: Arc<Semaphore>,
     viewers: Arc<Semaphore>,
-    complaints: Arc<Complaints>,
-    /// Whether any browser has ever been let in.
+    complaints: Arc<WarningLog>,
+    /// Whether a session was ever opened.
     watched: watch::Sender<bool>,
 }
 
 impl Server {
-    /// Listens as `settings` say, to show `page`. Nobody is let in before [`serve`](Self::serve).
+    /// Listens according to `settings`, to show `page`. Nobody is admitted before [`serve`](Self::serve).
     ///
     /// # Errors
-    /// [`ViewError::Listen`], [`ViewError::Taken`], [`ViewError::Token`].
+    /// [`ViewError::Listen`], [`ViewError::Taken`] or [`ViewError::Token`].
     pub async fn bind(settings: Settings, page: PageEnd) -> Result<Self, ViewError> {
         let Settings { listen, token, drive, warn } = settings;
         if !token.as_deref().is_none_or(guard::is_usable) {
@@ -98,18 +98,18 @@ impl Server {
         let guard = Guard::new(name, address, token);
         let [guests, viewers] = [MOST_GUESTS, MOST_VIEWERS].map(|most| Arc::new(Semaphore::new(most)));
         let watched = watch::Sender::new(false);
-        let complaints = Arc::new(Complaints::new(warn));
+        let complaints = Arc::new(WarningLog::new(warn));
         let shared = Arc::new(Shared { guard, drive, page, guests, viewers, complaints, watched });
         Ok(Self { listener, address, shared })
     }
 
-    /// The link that opens the page, with the token.
+    /// Returns the link that opens the page, with the token.
     pub fn link(&self) -> String {
         let host = SocketAddr::new(reachable(self.address.ip()), self.address.port());
         format!("http://{host}/?token={}", self.shared.guard.token())
     }
 
-    /// Whether a browser has begun to watch.
+    /// Returns whether a browser has begun to watch.
     pub fn watched(&self) -> watch::Receiver<bool> {
         self.shared.watched.subscribe()
     }
@@ -117,12 +117,12 @@ impl Server {
     /// Serves browsers until it is dropped.
     pub async fn serve(self) {
         let strangers = Arc::new(Semaphore::new(MOST_STRANGERS));
-        // Who comes meanwhile waits in the operating system's queue.
+        // Further connections wait in the operating system's queue.
         while let Ok(place) = strangers.clone().acquire_owned().await {
             let stream = match self.listener.accept().await {
                 Ok((stream, _)) => stream,
                 Err(why) => {
-                    // Out of descriptors, as a rule: some become free again.
+                    // Usually there are no free file descriptors; some will be closed.
                     self.shared.complaints.add(&format!("no connection can be taken: {why}"));
                     tokio::time::sleep(Duration::from_millis(100)).await;
                     continue;
@@ -133,12 +133,12 @@ impl Server {
     }
 }
 
-/// An address of this host under which others reach what listens on `listening`.
+/// Returns an address of this host at which others reach a server that listens on `listening`.
 fn reachable(listening: IpAddr) -> IpAddr {
     if !listening.is_unspecified() {
         return listening;
     }
-    // Nothing is sent: connecting chooses the address from which this documentation address (RFC 5737) would be reached.
+    // Connecting sends nothing: it selects the local address from which this documentation address (RFC 5737) would be reached.
     let outward = UdpSocket::bind((Ipv4Addr::UNSPECIFIED, 0)).and_then(|socket| {
         socket.connect((Ipv4Addr::new(192, 0, 2, 1), 9))?;
         socket.local_addr()
@@ -146,13 +146,13 @@ fn reachable(listening: IpAddr) -> IpAddr {
     outward.map_or(Ipv4Addr::LOCALHOST.into(), |address| address.ip())
 }
 
-/// Answers whoever has connected, who has that stranger's place until the token is shown.
+/// Answers a connection, which occupies `place` until it shows the token.
 async fn receive(stream: TcpStream, shared: Arc<Shared>, place: OwnedSemaphorePermit) {
     let admitted = Arc::new(Notify::new());
     let service = TowerToHyperService::new(router(shared.clone(), admitted.clone()));
     let mut conversation = pin!(converse(stream, service));
     tokio::select! {
-        // Errors are the browser's: it hears of them, or is gone.
+        // The browser is notified of errors, or has gone.
         _ = &mut conversation => return,
         () = tokio::time::sleep(STRANGER_TIME) => return,
         () = admitted.notified() => drop(place),
@@ -164,7 +164,7 @@ async fn receive(stream: TcpStream, shared: Arc<Shared>, place: OwnedSemaphorePe
 }
 
 async fn converse(stream: TcpStream, service: TowerToHyperService<Router>) -> hyper::Result<()> {
-    // What is shown is small and wants to be there at once.
+    // Frames are small and should arrive at once.
     let _ = stream.set_nodelay(true);
     http1::Builder::new()
         .timer(TokioTimer::new())
@@ -176,7 +176,7 @@ async fn converse(stream: TcpStream, service: TowerToHyperService<Router>) -> hy
         .await
 }
 
-/// For one connection, which says so when its browser is let in.
+/// Creates the router of one connection. It notifies `admitted` when the browser is admitted.
 fn router(shared: Arc<Shared>, admitted: Arc<Notify>) -> Router {
     let files = assets::paths().fold(Router::new(), |router, path| {
         router.route(path, get(move || std::future::ready(assets::file(path))))
@@ -188,7 +188,7 @@ fn router(shared: Arc<Shared>, admitted: Arc<Notify>) -> Router {
         .with_state(shared)
 }
 
-/// Lets nobody pass who has no token, or comes by another site.
+/// Refuses requests without a token or from another site.
 async fn check(
     State((shared, admitted)): State<(Arc<Shared>, Arc<Notify>)>,
     request: Request,
@@ -214,7 +214,7 @@ async fn check(
     }
 }
 
-/// What the arm looks like.
+/// Returns the shape of the arm.
 async fn looks(State(shared): State<Arc<Shared>>) -> Bytes {
     Bytes::from_owner(shared.page.looks.borrow().clone())
 }
@@ -236,6 +236,6 @@ async fn open_session(State(shared): State<Arc<Shared>>, upgrade: WebSocketUpgra
 
 async fn refuse(mut socket: WebSocket, code: u16, reason: &'static str) {
     let close = Message::Close(Some(CloseFrame { code, reason: reason.into() }));
-    // Who is gone need not know.
+    // The browser may have gone.
     let _ = tokio::time::timeout(session::PATIENCE, socket.send(close)).await;
 }

@@ -1,7 +1,7 @@
-//! One browser that watches.
+//! The session of one browser.
 
 use super::ask::Request;
-use super::complaints::Complaints;
+use super::complaints::WarningLog;
 use super::{Answer, Asked, PageEnd};
 use axum::extract::ws::{CloseFrame, Message, WebSocket};
 use serde_json::json;
@@ -13,20 +13,20 @@ use tokio::time::{interval, timeout};
 /// The largest message from a browser \[bytes\].
 pub(super) const LARGEST: usize = 16 * 1024;
 
-/// A browser that takes longer for one message is dropped.
+/// A browser that takes longer to receive a message is disconnected.
 pub(super) const PATIENCE: Duration = Duration::from_secs(3);
 
-/// Browsers are asked for a sign of life this often, and dropped after that long without one.
+/// How often browsers must show a sign of life, and after which silence they are disconnected.
 const PING: Duration = Duration::from_secs(2);
 const SILENCE: Duration = Duration::from_secs(10);
 
-/// Requests of one browser that may wait for their answers.
+/// The largest number of requests of one browser that wait for answers.
 const WAITING: usize = 16;
 
 /// Close codes of WebSockets (RFC 6455).
 const PROTOCOL_ERROR: u16 = 1002;
 
-/// Why a session ended.
+/// The session has ended.
 struct Gone;
 
 /// A browser's session.
@@ -34,12 +34,12 @@ pub(super) struct Session {
     socket: WebSocket,
     page: PageEnd,
     drive: bool,
-    complaints: Arc<Complaints>,
+    complaints: Arc<WarningLog>,
     answers: (mpsc::Sender<String>, mpsc::Receiver<String>),
     heard: Instant,
 }
 
-/// What happens next.
+/// The next event.
 enum Event {
     Robot,
     Now,
@@ -52,7 +52,7 @@ enum Event {
 }
 
 impl Session {
-    pub fn new(socket: WebSocket, mut page: PageEnd, drive: bool, complaints: Arc<Complaints>) -> Self {
+    pub fn new(socket: WebSocket, mut page: PageEnd, drive: bool, complaints: Arc<WarningLog>) -> Self {
         page.robot.mark_changed();
         page.now.mark_changed();
         page.markers.mark_changed();
@@ -62,7 +62,7 @@ impl Session {
         Self { socket, page, drive, complaints, answers: mpsc::channel(WAITING), heard: Instant::now() }
     }
 
-    /// Shows the robot until the browser goes, or has to.
+    /// Shows the robot until the browser disconnects or is disconnected.
     pub async fn run(mut self) {
         let hello = json!({ "hello": { "drive": self.drive } }).to_string();
         if self.send(hello).await.is_err() {
@@ -92,7 +92,7 @@ impl Session {
             Event::Now => self.show(|page| &mut page.now).await,
             Event::Race => self.show(|page| &mut page.race).await,
             Event::Markers => self.show(|page| &mut page.markers).await,
-            // The browser fetches them, in its own time.
+            // The browser fetches the data itself.
             Event::Looks => {
                 let size = self.page.looks.borrow_and_update().len();
                 self.send(json!({ "looks": { "size": size } }).to_string()).await
@@ -118,7 +118,7 @@ impl Session {
             Some(Ok(Message::Ping(_) | Message::Pong(_))) => Ok(()),
             Some(Err(why)) => {
                 let reason = "this was no message of the protocol, or too large a one".into();
-                // Who has gone without a word breaks no rule, and cannot be written to.
+                // A browser that has just disconnected breaks no rule, and cannot be written to.
                 self.push(Message::Close(Some(CloseFrame { code: PROTOCOL_ERROR, reason }))).await?;
                 self.complaints.add(&format!("a browser broke the protocol: {why}"));
                 Err(Gone)
@@ -131,7 +131,7 @@ impl Session {
         self.send(Answer::refused(why).frame(None)).await
     }
 
-    /// Passes a request on; its answer comes later.
+    /// Forwards a request. Its answer is sent later.
     async fn request(&mut self, text: &str) -> Result<(), Gone> {
         let Request { id, ask } = match Request::read(text) {
             Ok(request) => request,
@@ -157,7 +157,7 @@ impl Session {
         Ok(())
     }
 
-    /// Sends a text frame; an empty one is none.
+    /// Sends a text frame, unless it is empty.
     async fn send(&mut self, frame: String) -> Result<(), Gone> {
         if frame.is_empty() { Ok(()) } else { self.push(Message::Text(frame.into())).await }
     }

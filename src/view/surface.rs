@@ -1,4 +1,4 @@
-//! Triangles that are drawn together, as the page's stage takes them.
+//! Triangles that are drawn together, in the page's format.
 
 use dq_description::mesh_file;
 use dq_description::{Rgb, Shape};
@@ -14,29 +14,29 @@ pub(super) type Triangle = [Corner; 3];
 /// A corner of a triangle.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Corner {
-    /// \[m\].
+    /// The position \[m\].
     pub place: Point3<f64>,
     pub normal: Vector3<f64>,
 }
 
-/// Cylinders and balls have so many sides.
+/// The number of sides of cylinders and balls.
 const SIDES: usize = 32;
 
-/// What corners have in common that look alike: the cell, the normal in quarters, the colour.
-type Alike = ([i32; 3], [i8; 3], [u8; 3]);
+/// The features that equal corners share: the cell, the normal rounded to quarters, and the color.
+type CornerKey = ([i32; 3], [i8; 3], [u8; 3]);
 
-/// Triangles with corners that are shared.
+/// Triangles with shared corners.
 #[derive(Default)]
 pub(super) struct Surface {
-    /// Of each corner place, normal and colour.
+    /// The position, normal and color of each corner.
     pub corners: Vec<[f32; 9]>,
-    /// Three corners each.
+    /// The three corners of each triangle.
     pub triangles: Vec<[u32; 3]>,
-    known: HashMap<Alike, u32>,
+    known: HashMap<CornerKey, u32>,
 }
 
 impl Surface {
-    /// Adds a triangle. Corners in one cell of that size \[m\] that look alike become one; a triangle that is smaller than a cell is left out.
+    /// Adds a triangle. Equal corners in one cell of this size \[m\] are merged. Triangles smaller than a cell are left out.
     pub fn add(&mut self, triangle: &Triangle, color: Rgb, cell: f64) {
         let indices = triangle.map(|corner| self.corner(&corner, color, cell));
         let [a, b, c] = indices;
@@ -61,7 +61,7 @@ impl Surface {
     }
 }
 
-/// The triangles of a shape that is no mesh, about its own origin.
+/// Returns the triangles of a shape other than a mesh, about its own origin.
 pub(super) fn triangles(shape: &Shape) -> Vec<Triangle> {
     match *shape {
         Shape::Mesh { .. } => Vec::new(),
@@ -84,7 +84,7 @@ pub(super) fn triangles(shape: &Shape) -> Vec<Triangle> {
     }
 }
 
-/// A ball whose halves are so far apart along z, with a cylinder between them.
+/// Returns the triangles of a capsule along z whose core has this length; of a ball for length 0.
 fn ball(radius: f64, length: f64) -> Vec<Triangle> {
     let at = |step: usize, middle: f64| {
         let (sin, cos) = (TAU * (step as f64 / SIDES as f64 - 0.25)).sin_cos();
@@ -95,11 +95,11 @@ fn ball(radius: f64, length: f64) -> Vec<Triangle> {
     turned(&lower.chain(upper).collect::<Vec<_>>())
 }
 
-/// The triangles of the mesh `file`, as it is, and their colours where it has some. `description` is the robot description's own file,
-/// if it came from one.
+/// Returns the triangles of the mesh `file` without scaling, and their colors if it has some. `description` is the file of the robot
+/// description, if it came from a file.
 ///
 /// # Errors
-/// Why there are none.
+/// Why the mesh cannot be read.
 pub(super) fn mesh(file: &str, description: Option<&Path>) -> Result<Vec<(Triangle, Option<Rgb>)>, String> {
     let scene = mesh_file::load(file, description)?;
     let color = |at: usize| scene.materials.get(at).and_then(|material| material.color.diffuse);
@@ -110,7 +110,7 @@ pub(super) fn mesh(file: &str, description: Option<&Path>) -> Result<Vec<(Triang
     Ok(triangles.collect())
 }
 
-/// None of a face that has no such corners, or no area.
+/// Returns a triangle; `None` if the face has invalid corners or no area.
 fn triangle(mesh: &Mesh, face: [u32; 3]) -> Option<Triangle> {
     let [a, b, c] =
         face.map(|at| mesh.vertices.get(at as usize).map(|place| Point3::from(place.map(f64::from))));
@@ -126,10 +126,10 @@ fn triangle(mesh: &Mesh, face: [u32; 3]) -> Option<Triangle> {
     triangle.iter().all(is_finite).then_some(triangle)
 }
 
-/// A point on a meridian: along z and away from it \[m\], with the normal's parts.
+/// A point of a profile: its distance along z and from z \[m\], and the components of the normal.
 type Meridian = (f64, f64, (f64, f64));
 
-/// What a profile sweeps that is turned about z.
+/// Returns the surface of revolution of a profile about z.
 fn turned(profile: &[Meridian]) -> Vec<Triangle> {
     let corner = |&(along, away, (forward, out)): &Meridian, side: usize| {
         let (sin, cos) = (TAU * side as f64 / SIDES as f64).sin_cos();
@@ -166,7 +166,7 @@ fn boxed(edges: Vector3<f64>) -> Vec<Triangle> {
     (0..3).flat_map(|axis| [-1.0, 1.0].into_iter().flat_map(move |sign| side(axis, sign))).collect()
 }
 
-/// The triangle elsewhere.
+/// Transforms a triangle.
 pub(super) fn moved(triangle: &Triangle, to: &Isometry3<f64>) -> Triangle {
     triangle.map(|Corner { place, normal }| Corner { place: to * place, normal: to * normal })
 }
@@ -202,7 +202,7 @@ mod tests {
         let all = triangles(&Shape::Box(Vector3::repeat(1.0)));
         all.iter().for_each(|triangle| surface.add(triangle, [1.0; 3], 1e-3));
         assert_eq!((surface.corners.len(), surface.triangles.len()), (24, 12));
-        // What is smaller than a cell is not seen.
+        // Details smaller than a cell are left out.
         all.iter().for_each(|triangle| surface.add(triangle, [0.5; 3], 10.0));
         assert_eq!(surface.triangles.len(), 12);
     }

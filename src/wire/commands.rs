@@ -1,13 +1,13 @@
-//! Commands to an arm as messages: their topic and type follow from what its controller takes.
+//! Commands to an arm as messages. Their topic and type depend on what the arm's controller takes.
 
 use dq_core::servo::Interface;
 use dq_messages::messages::*;
 use std::time::Duration;
 
-/// What a guard's commands are marked with, by which guards and servos know them from a servo's.
+/// The mark of a guard's commands, by which guards and servos distinguish them from a servo's.
 const GUARD: &str = "guard";
 
-/// The topic of the commands to an arm whose controller takes these: the default name of ros2_control's controller for it.
+/// Returns the topic of the commands to an arm with this interface: the default name of ros2_control's controller for it.
 pub fn command_topic(interface: Interface) -> &'static str {
     match interface {
         Interface::Velocity => "forward_velocity_controller/commands",
@@ -16,20 +16,20 @@ pub fn command_topic(interface: Interface) -> &'static str {
     }
 }
 
-/// Velocities [rad/s] or positions \[rad\], one a joint.
+/// Creates a command of velocities [rad/s] or positions \[rad\], one per joint.
 pub fn command_array(numbers: Vec<f64>) -> Float64MultiArray {
     Float64MultiArray { layout: MultiArrayLayout::default(), data: numbers }
 }
 
-/// A trajectory of one point: `joints` are at `positions` \[rad\] after `time`.
+/// Creates a trajectory of one point: `joints` are at `positions` \[rad\] after `time`.
 pub fn command_trajectory(joints: Vec<String>, positions: Vec<f64>, time: Duration) -> JointTrajectory {
     let point = JointTrajectoryPoint { positions, time_from_start: time.into(), ..Default::default() };
     JointTrajectory { header: Header::default(), joint_names: joints, points: vec![point] }
 }
 
-/// A command that is written into the one before, without allocating.
+/// A command that can be overwritten without allocating.
 pub trait Rewrite {
-    /// Becomes the command of these `numbers`, as many as before.
+    /// Overwrites the numbers; there must be as many as before.
     fn rewrite(&mut self, numbers: &[f64]);
 }
 
@@ -47,16 +47,16 @@ impl Rewrite for JointTrajectory {
 
 /// A command to an arm.
 pub trait Command: Message {
-    /// Velocities [rad/s] or positions \[rad\], in the order of the servo's joints.
+    /// Returns the velocities [rad/s] or positions \[rad\] in the order of the servo's joints.
     fn numbers(self) -> Vec<f64>;
 
-    /// The same in the order of `joints`, where the command names them; none where it has other ones.
+    /// Returns the numbers in the order of `joints` if the command names its joints; none if it names other joints.
     fn in_order(&self, joints: &[String]) -> Vec<f64>;
 
-    /// Whether a guard has sent it.
+    /// Returns whether a guard has sent it.
     fn is_of_guard(&self) -> bool;
 
-    /// The same as a guard sends it.
+    /// Marks it as a guard's.
     #[must_use]
     fn of_guard(self) -> Self;
 }
@@ -90,7 +90,7 @@ impl Command for JointTrajectory {
         self.target(joints).map(|(positions, _)| positions).unwrap_or_default()
     }
 
-    /// Controllers do not look at the header's frame.
+    /// Controllers ignore the header's frame.
     fn is_of_guard(&self) -> bool {
         self.header.frame_id == GUARD
     }
@@ -137,8 +137,7 @@ mod tests {
         assert_eq!(Duration::from(&negative), Duration::ZERO);
     }
 
-    /// Of a command with six joints over the wire, 48 bytes are the speeds, and the rest is what CDR makes of their number and of an
-    /// empty layout.
+    /// With six joints, 48 bytes of the encoded command are the speeds. The rest is the encoding of their number and of an empty layout.
     #[test]
     fn commands_carry_their_numbers_and_nothing_else() {
         let mut command = command_array(vec![0.0; 6]);

@@ -1,9 +1,9 @@
-//! The wire contract: `msg_config/topics.yaml`, which the nodes create their topics from.
+//! The wire contract `msg_config/topics.yaml`, from which the nodes create their topics.
 
 use dq_messages::{NodeContract, WireError};
 use serde::Deserialize;
 
-/// The whole contract.
+/// The complete contract.
 #[derive(Clone, Debug, Deserialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct Contract {
@@ -15,12 +15,12 @@ pub struct Contract {
     pub plant: NodeContract,
     /// The guard's topics.
     pub guard: NodeContract,
-    /// What either servo has besides for those who look on. Recordings leave it out: it can be made from the rest.
+    /// The additional topics of each servo for viewers. Recordings leave them out, because they can be computed from the others.
     pub pictures: NodeContract,
 }
 
 impl Contract {
-    /// The contract that is built in.
+    /// Returns the built-in contract.
     ///
     /// # Errors
     /// [`WireError::ContractFile`].
@@ -29,7 +29,7 @@ impl Contract {
             .map_err(|why| WireError::ContractFile(why.to_string()))
     }
 
-    /// Every node's topics but the pictures.
+    /// Returns the topics of every node, without the pictures.
     pub fn nodes(&self) -> impl Iterator<Item = &NodeContract> {
         [&self.servo, &self.dual, &self.plant, &self.guard].into_iter()
     }

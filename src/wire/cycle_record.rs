@@ -1,8 +1,8 @@
-//! The record for replay on `~/events`: what came to the servo, in the order in which it took it, and what it sent.
+//! The record for replay on `~/events`: what the servo received, in the order of processing, and what it sent.
 //!
-//! A message has some cycles, one after the other. A cycle is a sequence of values in the encoding of the crate `postcard`: its number and
-//! time \[ns\], each [`Recorded`] as a `Some`, a `None`, and what was sent. So the cycle writes each thing as it comes, without knowing
-//! how many there will be.
+//! A message has some consecutive cycles. A cycle is a sequence of values in the encoding of the crate `postcard`: its number and time
+//! \[ns\], each [`Recorded`] as a `Some`, a `None`, and the output. So the cycle can write each event at once, without knowing how many
+//! will follow.
 
 use super::servo_kind::ServoKind;
 use dq_common::text::MOST;
@@ -14,7 +14,8 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::borrow::Cow;
 use std::time::Duration;
 
-/// The longest message that is read \[bytes\], eight times one of all parameters: in memory it takes up to fifty times as much.
+/// The longest message that is read \[bytes\]: eight times a message with all parameters. Decoded, it takes up to fifty times as much
+/// memory.
 const LONGEST: usize = 4 << 20;
 
 /// One cycle of a servo.
@@ -22,25 +23,24 @@ const LONGEST: usize = 4 << 20;
 pub struct CycleRecord<'a> {
     /// The number of the cycle. Consecutive cycles have consecutive numbers.
     pub number: u64,
-    /// The cycle's time.
+    /// The time of the cycle.
     pub now: Duration,
-    /// What the servo took, in this order.
+    /// The events in the order of processing.
     pub events: Vec<Recorded<'a>>,
-    /// What it then had to send, arm after arm: velocities [rad/s, prismatic: m/s] or positions \[rad, prismatic: m\]; none where it sends
-    /// nothing.
+    /// The servo's output, arm after arm: velocities [rad/s, prismatic: m/s] or positions \[rad, prismatic: m\]; `None` if it sent nothing.
     pub output: Option<Vec<f64>>,
 }
 
-/// Parameters that were set, by their names.
+/// Parameters that were set.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct RecordedParameters {
-    /// Names and values.
+    /// The names and values.
     pub values: Vec<(String, Value)>,
-    /// The keep-outs that were drawn, all of them, a text each.
+    /// All drawn keep-outs, as texts.
     pub drawn: Vec<String>,
 }
 
-/// The state of a servo, encoded: what [`Servo::saved`] gives.
+/// The encoded state of a servo: that of [`Servo::saved`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Saved<'a>(pub Cow<'a, [u8]>);
 
@@ -69,10 +69,10 @@ impl Saved<'_> {
     }
 }
 
-/// What came to a servo. It is [`Event`] with what owns its lists when it is read, and with parameters in place of settings.
+/// An event of a servo: an [`Event`] that owns its lists after reading, with parameters in place of settings.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Recorded<'a> {
-    /// The kind of the servo and all its parameters. A replay can begin with this cycle, from the state in [`Saved`](Self::Saved), the next
+    /// The kind of the servo and all its parameters. A replay can begin at this cycle, from the state in [`Saved`](Self::Saved), the next
     /// event.
     Begin(ServoKind, RecordedParameters),
     /// The state of the servo before the cycle.
@@ -81,14 +81,14 @@ pub enum Recorded<'a> {
     Parameters(RecordedParameters),
     /// [`Event::Pause`].
     Pause {
-        /// Whether to pause, or to go on.
+        /// Whether to pause or to go on.
         paused: bool,
-        /// How long it was under way.
+        /// The time since it was sent.
         ago: Duration,
     },
     /// [`Event::Stop`].
     Stop,
-    /// [`Event::Reconfigure`]: how long it was under way.
+    /// [`Event::Reconfigure`], with the time since it was sent.
     Reconfigure(Duration),
     /// [`Event::Found`]: the time of the cycle that asked, the starts, and the positions.
     Found(Duration, u32, Option<Cow<'a, [f64]>>),
@@ -96,15 +96,15 @@ pub enum Recorded<'a> {
     JointState {
         /// The number of the arm.
         arm: usize,
-        /// The joints' names; none for the arm's own in their order.
+        /// The joints' names; `None` for the arm's own in their order.
         names: Option<Cow<'a, [String]>>,
         /// Their positions \[rad, prismatic: m\].
         positions: Cow<'a, [f64]>,
         /// Their velocities [rad/s, prismatic: m/s].
         velocities: Cow<'a, [f64]>,
-        /// Who published it.
+        /// The number of the publisher.
         source: u32,
-        /// How old it is.
+        /// The age of the state.
         stamp_age: Option<Duration>,
     },
     /// [`Event::Listeners`].
@@ -125,8 +125,8 @@ pub enum Recorded<'a> {
 }
 
 impl<'a> Recorded<'a> {
-    /// What the record has of an event of a servo with these joints. It has none of settings, which are recorded as
-    /// [`Parameters`](Self::Parameters), and of what cannot be used, which changes nothing.
+    /// Converts an event of a servo with these joints for the record. Returns `None` for settings, which are recorded as
+    /// [`Parameters`](Self::Parameters), and for unusable messages, which change nothing.
     pub fn of(event: &Event<'a>, joints: &[JointOrder]) -> Option<Self> {
         Some(match *event {
             Event::Pause { paused, ago } => Self::Pause { paused, ago },
@@ -156,7 +156,7 @@ impl<'a> Recorded<'a> {
         })
     }
 
-    /// The event, for a servo with these joints; none where it is of parameters, or of an arm that the servo does not have.
+    /// Returns the event for a servo with these joints. Returns `None` for parameters, and for an arm that the servo does not have.
     pub fn event(&self, joints: &'a [JointOrder]) -> Option<Event<'_>> {
         let has = |arm: &usize| *arm < joints.len();
         Some(match self {
@@ -190,13 +190,13 @@ impl<'a> Recorded<'a> {
         })
     }
 
-    /// Adds it to the record of a cycle.
+    /// Appends the event to the record of a cycle.
     pub fn write(&self, record: &mut Vec<u8>) {
         put(&Some(self), record);
     }
 }
 
-/// No time of a cycle, and none that anything was under way, is longer: what a record says of itself must not overflow.
+/// Limits a time to what a cycle can have, so that a corrupt record cannot cause an overflow.
 fn bounded(time: Duration) -> Duration {
     time.min(Duration::from_nanos(u64::MAX))
 }
@@ -207,7 +207,7 @@ fn bounded_goal(goal: GoalReading<'_>) -> GoalReading<'_> {
 }
 
 fn put(value: &impl Serialize, record: &mut Vec<u8>) {
-    // Writing into a vector does not fail, and nothing here has a length that is not known.
+    // Writing into a vector cannot fail, and every length is known.
     let _ = postcard::to_io(value, record);
 }
 
@@ -218,12 +218,12 @@ fn take<'a, V: Deserialize<'a>>(record: &mut &'a [u8]) -> Option<V> {
 }
 
 impl<'a> CycleRecord<'a> {
-    /// Begins the record of a cycle, after those that are in `record`.
+    /// Begins the record of a cycle, after those in `record`.
     pub fn begin(number: u64, now: Duration, record: &mut Vec<u8>) {
         put(&(number, u64::try_from(now.as_nanos()).unwrap_or(u64::MAX)), record);
     }
 
-    /// Ends it with what is sent.
+    /// Ends the record with what is sent.
     pub fn end(output: Option<&[f64]>, record: &mut Vec<u8>) {
         put(&(None::<()>, output), record);
     }

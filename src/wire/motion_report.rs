@@ -1,4 +1,4 @@
-//! A motion as a message, and back: `~/motions`.
+//! A motion as a message on `~/motions`, and back.
 
 use super::poses::pose_numbers;
 use super::servo_kind::{LawNames, law_and_aim};
@@ -10,89 +10,89 @@ use dq_messages::PoseNumbers;
 use dq_messages::messages::{DiagnosticStatus, KeyValue, Time};
 use std::collections::BTreeMap;
 
-/// No arm has more joints: what is read of a message is bounded.
+/// The largest number of joints that is read from a message.
 const MOST_JOINTS: usize = 64;
 
 named! {
-    /// What has become of a motion, or of a goal.
+    /// The outcome of a motion or a goal.
     "outcome" Outcome {
         /// The motion goes on.
         Underway = "underway",
         /// The arm has settled at the goal.
         Arrived = "arrived",
-        /// The arm gets no nearer; the motion goes on where something changes.
+        /// The arm gets no nearer. The motion goes on if something changes.
         Stalled = "stalled",
-        /// Another goal was taken before it came to an end.
+        /// Another goal replaced this one before the motion ended.
         Replaced = "replaced",
-        /// The consent to move was revoked before it came to an end.
+        /// Consent was revoked before the motion ended.
         Revoked = "revoked",
-        /// The goal was rejected: there is no motion.
+        /// The goal was rejected, so that no motion began.
         Rejected = "rejected",
     }
 }
 
-/// What `~/motions` says of a motion, or of a goal that was rejected.
+/// The report of a motion, or of a rejected goal, on `~/motions`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MotionReport {
-    /// Which motion it is since the servo's start, from 1; 0 for a goal that was rejected.
+    /// The number of the motion since the servo's start, from 1; 0 for a rejected goal.
     pub number: u64,
-    /// What has become of it.
+    /// The outcome so far.
     pub outcome: Outcome,
-    /// Why, where the outcome alone does not say.
+    /// The reason, if the outcome alone does not tell.
     pub why: Option<String>,
-    /// The goal in the servo's own frame: x y z \[m\], then qx qy qz qw; none of one that was rejected.
+    /// The goal in the servo's own frame: x y z \[m\], then qx qy qz qw; `None` if it was rejected.
     pub goal: Option<PoseNumbers>,
-    /// The frame of the message that gave it; empty of one that was rejected.
+    /// The frame of the goal's message; empty if the goal was rejected.
     pub goal_frame: String,
-    /// The stamp of that message.
+    /// The stamp of the goal's message.
     pub goal_stamp: String,
-    /// Who asked for it, where that is known.
+    /// The publisher of the goal, if known.
     pub asked_by: Option<String>,
-    /// The law.
+    /// The name of the law.
     pub law: String,
-    /// What of the pose is controlled: the primitive of two arms, the task of one that is not asked for all of it.
+    /// The controlled part of the pose: the primitive of two arms, or the task of one arm unless it is the whole pose.
     pub aim: Option<String>,
-    /// The gains of the law, as a text.
+    /// The gains of the law, as text.
     pub gains: String,
-    /// The controlled pose when it began.
+    /// The controlled pose at the start of the motion.
     pub start: Option<PoseNumbers>,
     /// The tool, in the tool frame of the arm.
     pub tool: Option<PoseNumbers>,
-    /// When it began, by the servo's host.
+    /// When the motion began, by the servo's host \[ns since 1970\].
     pub began: Option<i64>,
-    /// What is known of another configuration in which the goal can be reached, in a word; empty in bags of earlier versions.
+    /// The state of the search for another configuration that reaches the goal; empty in bags of earlier versions.
     pub reconfiguration: String,
-    /// Whether the arm has set out to another configuration on its way.
+    /// Whether the arm has moved to another configuration on its way.
     pub reconfigured: bool,
-    /// What it was like so far.
+    /// The figures of the motion so far.
     pub figures: Figures,
-    /// Of each joint its largest commanded speed as a part of its limit.
+    /// The largest commanded speed of each joint, as a fraction of its limit.
     pub peak_speeds: Vec<f64>,
-    /// Lateness of the cycle during the motion.
+    /// The lateness of the cycle during the motion.
     pub cycle_jitter: CycleJitter,
 }
 
-/// What a report of a motion is made from besides the motion.
+/// The context of a motion from which its report is built.
 #[derive(Default)]
 pub struct MotionContext<'a> {
-    /// Its law.
+    /// The law of the motion.
     pub law: LawNames,
-    /// The gains of the law.
+    /// The gains of the law, as text.
     pub gains: String,
-    /// Why the motion has that outcome.
+    /// The reason of the outcome.
     pub why: Option<String>,
     /// The frame in which the goal was given.
     pub goal_frame: &'a str,
-    /// Who asked, if that was a message.
+    /// The publisher of the request, if it was a message.
     pub asked_by: Option<&'a str>,
-    /// When the motion began, where that is known.
+    /// When the motion began, if known.
     pub began: Option<&'a Time>,
-    /// Lateness of the cycle.
+    /// The lateness of the cycle.
     pub cycle_jitter: CycleJitter,
 }
 
 impl MotionReport {
-    /// The report of a motion.
+    /// Creates the report of a motion.
     pub fn new(motion: &Motion, context: MotionContext) -> Self {
         Self {
             number: motion.number,
@@ -116,7 +116,7 @@ impl MotionReport {
         }
     }
 
-    /// Of a goal stamped `stamp` that was rejected.
+    /// Creates the report of a rejected goal with the time stamp `stamp`.
     pub fn rejected(stamp: &Time, asked_by: Option<String>, why: String) -> Self {
         Self {
             number: 0,
@@ -140,17 +140,17 @@ impl MotionReport {
         }
     }
 
-    /// The law, and for two arms what it controls.
+    /// Returns the law, and for two arms what it controls.
     pub fn law_and_aim(&self) -> String {
         law_and_aim(&self.law, self.aim.as_deref())
     }
 
-    /// Whether the arm has stalled, and goes on in another configuration where somebody asks for that.
+    /// Returns whether the arm has stalled, but can go on in another configuration on request.
     pub fn may_be_reconfigured(&self) -> bool {
         self.outcome == Outcome::Stalled && self.reconfiguration == Reconfiguration::FOUND
     }
 
-    /// What has become of it, in a sentence.
+    /// Returns the outcome as a sentence.
     pub fn sentence(&self) -> String {
         let Figures { elapsed, arrival_time, path_length, .. } = self.figures;
         let why = self.why.as_ref().map_or_else(String::new, |why| format!(": {why}"));
@@ -166,7 +166,7 @@ impl MotionReport {
         }
     }
 
-    /// The message that the servo `node` publishes.
+    /// Returns the message that the servo `node` publishes.
     pub fn message(&self, node: &str) -> DiagnosticStatus {
         let mut values = KeyValues::default();
         if self.number > 0 {
@@ -200,7 +200,7 @@ impl MotionReport {
         self.cycle_jitter.add_to(values);
     }
 
-    /// Reads such a message; none where it is no servo's.
+    /// Reads such a message; `None` if it is not from a servo.
     pub fn from_message(message: &DiagnosticStatus) -> Option<Self> {
         let values: BTreeMap<_, _> =
             message.values.iter().map(|KeyValue { key, value }| (key.as_str(), value.as_str())).collect();
@@ -247,7 +247,7 @@ impl From<&servo::Outcome> for Outcome {
     }
 }
 
-/// Numbers with a space between.
+/// Formats numbers separated by spaces.
 fn spaced(numbers: &[f64]) -> String {
     numbers.iter().map(f64::to_string).collect::<Vec<_>>().join(" ")
 }

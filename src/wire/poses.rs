@@ -1,27 +1,27 @@
-//! Poses as messages.
+//! Conversions of poses to messages.
 
 use dq_algebra::UnitDualQuaternion;
 use dq_messages::PoseNumbers;
 use dq_messages::messages::{Point, Pose, Transform, Vector3};
 
-/// The numbers of a pose.
+/// Returns the numbers of a pose.
 pub fn pose_numbers(pose: &UnitDualQuaternion) -> PoseNumbers {
     let (t, r) = (pose.translation(), pose.rotation());
     [t.x, t.y, t.z, r.i, r.j, r.k, r.w]
 }
 
-/// A pose as a message.
+/// Converts a pose to a message.
 pub fn pose_message(pose: &UnitDualQuaternion) -> Pose {
     pose_numbers(pose).into()
 }
 
-/// A pose as the message of a transform.
+/// Converts a pose to a transform message.
 pub fn transform_message(pose: &UnitDualQuaternion) -> Transform {
     let Pose { position: Point { x, y, z }, orientation } = pose_message(pose);
     Transform { translation: Vector3 { x, y, z }, rotation: orientation }
 }
 
-/// A point as a message.
+/// Converts a point to a message.
 pub fn point_message(point: &nalgebra::Vector3<f64>) -> Point {
     Point { x: point.x, y: point.y, z: point.z }
 }

@@ -1,4 +1,4 @@
-//! Messages as the servo takes them.
+//! Conversions of messages to the servo's inputs.
 
 use dq_algebra::UnitDualQuaternion;
 use dq_core::servo::{GoalError, GoalReading, JointReading, Sent, TwistReading, stamp_age};
@@ -7,7 +7,7 @@ use dq_space::frames;
 use nalgebra::Vector6;
 use std::time::Duration;
 
-/// A goal as the servo takes it.
+/// Converts a goal.
 pub fn goal_reading(goal: &PoseStamped) -> GoalReading<'_> {
     let (p, o) = (&goal.pose.position, &goal.pose.orientation);
     GoalReading {
@@ -20,7 +20,7 @@ pub fn goal_reading(goal: &PoseStamped) -> GoalReading<'_> {
     }
 }
 
-/// A twist as the servo takes it.
+/// Converts a twist.
 pub fn twist_reading(twist: &TwistStamped) -> TwistReading<'_> {
     let numbers = |v: &Vector3| [v.x, v.y, v.z];
     TwistReading {
@@ -31,14 +31,14 @@ pub fn twist_reading(twist: &TwistStamped) -> TwistReading<'_> {
     }
 }
 
-/// How far the pose is from the goal whose error's screw log this is, as `~/pose_error` has it.
+/// Returns the distance to the goal from the screw log of the error, which `~/pose_error` has.
 pub fn error_distance(screw_log: &TwistStamped) -> GoalError {
     let (a, l) = (&screw_log.twist.angular, &screw_log.twist.linear);
     let error = UnitDualQuaternion::screw_exp(&Vector6::new(a.x, a.y, a.z, l.x, l.y, l.z));
     GoalError { position: error.translation().norm(), rotation: nalgebra::Vector3::new(a.x, a.y, a.z).norm() }
 }
 
-/// A transform as the tree of frames takes it.
+/// Converts a transform for the tree of frames.
 pub fn transform_reading(message: &TransformStamped) -> frames::Transform<'_> {
     let Transform { translation: t, rotation: r } = &message.transform;
     frames::Transform {
@@ -50,8 +50,7 @@ pub fn transform_reading(message: &TransformStamped) -> frames::Transform<'_> {
     }
 }
 
-/// A joint state as the servo takes it, from the publisher of number `source`, at the time `clock` \[ns\] of this host's clock; without
-/// one its stamp says nothing.
+/// Converts a joint state from publisher number `source`. `clock` \[ns\] is the time of this host's clock; without it the stamp is ignored.
 pub fn joint_reading(state: &JointState, source: u32, clock: Option<i64>) -> JointReading<'_> {
     JointReading {
         names: &state.name,

@@ -1,4 +1,4 @@
-//! What a servo node for one arm and one for two have of their own: names, topics, parameters.
+//! The differences between a servo for one arm and one for two: names, topics, parameters.
 
 use super::contract::Contract;
 use dq_config::{DualParameters, NodeParameters, ServoParameters};
@@ -13,18 +13,18 @@ use serde::{Deserialize, Serialize};
 pub enum ServoKind {
     /// For one arm.
     OneArm,
-    /// For two, of which one tool is controlled as seen from the other.
+    /// For two arms: it controls one tool relative to the other.
     TwoArms,
 }
 
-/// The names of a law in force.
+/// The names of the law in force.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LawNames {
-    /// That of the law, or of two arms' Jacobian map.
+    /// The name of the law, or of two arms' Jacobian map.
     pub law: &'static str,
-    /// What of the pose is controlled; none where one arm's law controls all of it.
+    /// The controlled part of the pose; `None` if one arm's law controls the whole pose.
     pub aim: Option<&'static str>,
-    /// The key under which the status has the aim.
+    /// The key of `aim` in the status.
     pub aim_key: &'static str,
 }
 
@@ -34,21 +34,21 @@ impl std::fmt::Display for LawNames {
     }
 }
 
-/// A law, and what it controls where that is said.
+/// Joins a law and what it controls, if that is given.
 pub(super) fn law_and_aim(law: &str, aim: Option<&str>) -> String {
     aim.map_or_else(|| law.to_owned(), |aim| format!("{law} {aim}"))
 }
 
 impl ServoKind {
-    /// Both.
+    /// Both kinds.
     pub const ALL: [Self; 2] = [Self::OneArm, Self::TwoArms];
 
-    /// That of the servo for these arms.
+    /// Returns the kind of the servo for these arms.
     pub fn of(arms: &Arms) -> Self {
         if arms.chains().count() > 1 { Self::TwoArms } else { Self::OneArm }
     }
 
-    /// The node's default name.
+    /// Returns the node's default name.
     pub fn node_name(self) -> &'static str {
         match self {
             Self::OneArm => ServoParameters::NODE_NAME,
@@ -56,7 +56,7 @@ impl ServoKind {
         }
     }
 
-    /// The goal's topic.
+    /// Returns the topic of goals.
     pub fn goal_topic(self) -> &'static str {
         match self {
             Self::OneArm => "goal_pose",
@@ -64,12 +64,12 @@ impl ServoKind {
         }
     }
 
-    /// Whether goals may be in any frame of TF: a relative goal has no frame but the tool that it is seen from.
+    /// Returns whether goals may be in any frame of TF. A relative goal is always in the frame of the other tool.
     pub fn takes_frames(self) -> bool {
         self == Self::OneArm
     }
 
-    /// A parameter by which the node is known: no other of ours has it.
+    /// Returns a parameter that none of our other nodes has, to identify the node.
     pub fn own_parameter(self) -> &'static str {
         match self {
             Self::OneArm => "gains.diffc",
@@ -77,7 +77,7 @@ impl ServoKind {
         }
     }
 
-    /// What stands before the topics of each arm.
+    /// Returns the prefix of each arm's topics.
     pub fn arms(self) -> &'static [&'static str] {
         match self {
             Self::OneArm => &[""],
@@ -85,7 +85,7 @@ impl ServoKind {
         }
     }
 
-    /// The node's part of the wire contract.
+    /// Returns the node's part of the wire contract.
     pub fn contract(self, contract: Contract) -> NodeContract {
         match self {
             Self::OneArm => contract.servo,
@@ -93,10 +93,10 @@ impl ServoKind {
         }
     }
 
-    /// The parameters at their defaults.
+    /// Returns the parameters at their defaults.
     ///
     /// # Errors
-    /// As [`NodeParameters::store`].
+    /// The errors of [`NodeParameters::store`].
     pub fn store(self) -> Result<ParameterStore, ParameterError> {
         match self {
             Self::OneArm => ServoParameters::store(),
@@ -104,10 +104,10 @@ impl ServoKind {
         }
     }
 
-    /// The typed parameters of `store`.
+    /// Returns the typed parameters of `store`.
     ///
     /// # Errors
-    /// As [`NodeParameters::from_store`].
+    /// The errors of [`NodeParameters::from_store`].
     pub fn from_store(self, store: &ParameterStore) -> Result<ServoParameters, ParameterError> {
         match self {
             Self::OneArm => ServoParameters::from_store(store),
@@ -115,7 +115,7 @@ impl ServoKind {
         }
     }
 
-    /// The law in force as the status reports it.
+    /// Returns the law in force as the status reports it.
     pub fn law(self, controller: &Controller) -> LawNames {
         let Controller { law, aim, .. } = controller;
         match self {
@@ -130,7 +130,7 @@ impl ServoKind {
         }
     }
 
-    /// The gains of the law in force, as a text.
+    /// Returns the gains of the law in force, as text.
     pub fn gains(self, controller: &Controller) -> String {
         match self {
             Self::OneArm => controller.describe_gains(),
@@ -138,7 +138,7 @@ impl ServoKind {
         }
     }
 
-    /// The joints of all arms in the servo's order, each with what stands before its arm's topics.
+    /// Returns the joints of all arms in the servo's order, each with the prefix of its arm.
     pub fn joint_names(self, joints: &[JointOrder]) -> Vec<String> {
         let names = |(prefix, arm): (&&str, &JointOrder)| {
             arm.names().iter().map(|joint| format!("{prefix}{joint}")).collect::<Vec<_>>()

@@ -1,4 +1,4 @@
-//! The servo's status as a message, and back: `~/status`.
+//! The servo's status as a message on `~/status`, and back.
 
 use super::poses::pose_numbers;
 use super::servo_kind::{LawNames, law_and_aim};
@@ -11,45 +11,45 @@ use serde_json::Value;
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-/// What `~/status` reports, as its readers need it.
+/// The content of `~/status` that its readers need.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StatusReport {
     /// The state.
     pub state: State,
     /// The law in force.
     pub law: String,
-    /// What of the pose is controlled: the primitive of two arms, the task of one that is not asked for all of it.
+    /// The controlled part of the pose: the primitive of two arms, or the task of one arm unless it is the whole pose.
     pub aim: Option<String>,
-    /// Which input rules; none in bags of earlier versions.
+    /// The input that controls the arm; `None` in bags of earlier versions.
     pub input: Option<Input>,
     /// The goal in force: x y z \[m\], then qx qy qz qw.
     pub goal: Option<PoseNumbers>,
     /// Whether the goal is beyond reach.
     pub goal_beyond_reach: bool,
-    /// How many goals have begun a motion since the servo's start.
+    /// The number of goals that have begun a motion since the servo's start.
     pub goal_count: u64,
-    /// The stamp of the message that last gave the goal in force.
+    /// The stamp of the last message with the goal in force.
     pub goal_stamp: Option<String>,
-    /// Why the arm does not arrive, and what to try, where the state alone does not say enough.
+    /// Why the arm does not arrive and what to try, if the state alone does not tell.
     pub reason: Option<String>,
     /// The joint that its position limit holds back.
     pub joint_at_limit: Option<String>,
-    /// How far the two parts that are nearest to each other are apart \[m\], where constraints are on and some are near.
+    /// The distance between the two nearest parts \[m\], if constraints are on and some are near.
     pub clearance: Option<f64>,
-    /// What is known of another configuration in which the goal can be reached, in a word; none in bags of earlier versions.
+    /// The state of the search for another configuration that reaches the goal; `None` in bags of earlier versions.
     pub reconfiguration: Option<String>,
-    /// Figures of the motion; none before the arm was ever heard.
+    /// The figures of the motion; `None` until the arm was heard.
     pub figures: Option<Figures>,
-    /// Lateness of the cycle since the goal was taken.
+    /// The lateness of the cycle since the goal was taken.
     pub cycle_jitter: CycleJitter,
 }
 
-/// Lateness of the cycle \[µs\].
+/// The lateness of the cycle \[µs\].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CycleJitter {
-    /// Of 99 % of the cycles.
+    /// The bound of 99 % of the cycles.
     pub p99: f64,
-    /// Of all.
+    /// The largest value.
     pub max: f64,
 }
 
@@ -65,14 +65,14 @@ impl CycleJitter {
         values.add("cycle_jitter_max_us", self.max);
     }
 
-    /// From the number of each key.
+    /// Reads it from the numbers of its keys.
     pub(crate) fn from_named(number: impl Fn(&str) -> Option<f64>) -> Self {
         let amount = |key| number(key).unwrap_or_default();
         Self { p99: amount("cycle_jitter_p99_us"), max: amount("cycle_jitter_max_us") }
     }
 }
 
-/// What a servo says of itself, and what it needs for that besides its [`Status`].
+/// What a servo reports about itself: its [`Status`], and what is needed in addition.
 pub struct ServoReport<'a> {
     /// The law in force.
     pub law: LawNames,
@@ -80,23 +80,23 @@ pub struct ServoReport<'a> {
     pub joint_at_limit: Option<&'a str>,
     /// Why the arm does not arrive, and what to try.
     pub reason: Option<String>,
-    /// How many keep-outs and keep-ins are obeyed, where constraints are on.
+    /// The number of keep-outs and keep-ins that are obeyed, if constraints are on.
     pub keep_outs: Option<usize>,
     /// The smallest singular value of the Jacobian of what is controlled.
     pub smallest_singular_value: f64,
     /// The time of the last cycle.
     pub now: Duration,
-    /// Who sent what asks for motion, if that was a message.
+    /// The publisher of the last request, if it was a message.
     pub asker: Option<String>,
-    /// What the last cycle did.
+    /// The status of the last cycle.
     pub status: &'a Status,
     /// Whether every arm was heard.
     pub heard: bool,
-    /// Messages rejected.
+    /// The messages that were rejected.
     pub rejections: &'a RejectionCounts,
 }
 
-/// What a status is made from.
+/// Everything from which a status message is built.
 pub struct Reported<'a> {
     /// The node's name.
     pub node: &'a str,
@@ -104,14 +104,14 @@ pub struct Reported<'a> {
     pub guard: GuardState,
     /// Which keep-outs and keep-ins are not obeyed, and why.
     pub not_obeyed: Option<String>,
-    /// What the servo says.
+    /// The servo's report.
     pub servo: ServoReport<'a>,
-    /// The cycle's lateness.
+    /// The timing of the cycle.
     pub timing: TimingFigures,
 }
 
 impl Reported<'_> {
-    /// The message for a status.
+    /// Returns the status message.
     pub fn message(&self) -> DiagnosticStatus {
         let Self { servo, timing, .. } = self;
         let mut values = KeyValues::default();
@@ -126,7 +126,7 @@ impl Reported<'_> {
     }
 }
 
-/// A value as messages have it.
+/// Formats a value for messages.
 fn text(value: Value) -> String {
     match value {
         Value::String(text) => text,
@@ -137,7 +137,7 @@ fn text(value: Value) -> String {
 }
 
 impl ServoReport<'_> {
-    /// What `~/status` has of the servo, in this order, each with its key.
+    /// Returns the keys and values of the servo in `~/status`, in this order.
     pub fn values(&self) -> Vec<(&'static str, Value)> {
         let Self { status, rejections, .. } = self;
         let LawNames { law, aim, aim_key } = self.law;
@@ -175,7 +175,7 @@ impl ServoReport<'_> {
         values
     }
 
-    /// Who asked for motion and what revoked that last, each with how long ago \[s\].
+    /// Returns who asked for motion and what last revoked it, each with the time since \[s\].
     fn consent(&self) -> Vec<(&'static str, Value)> {
         let consent = &self.status.consent;
         let ago =
@@ -197,18 +197,18 @@ impl ServoReport<'_> {
     }
 }
 
-/// What to say where more than one publish commands for one arm.
+/// Returns a warning about several publishers of commands for one arm.
 pub fn rivalry(topic: &str, publishers: usize) -> String {
     format!("{publishers} publishers on {topic}: only one may command the arm")
 }
 
-/// A diagnostic status in the making.
+/// The key-value pairs of a diagnostic status.
 #[derive(Default)]
 pub struct KeyValues {
     list: Vec<KeyValue>,
 }
 
-/// Seconds in milliseconds, to the microsecond: an estimate that fades away has hundreds of digits.
+/// Converts seconds to milliseconds, rounded to microseconds. An estimate that decays would otherwise have hundreds of digits.
 pub fn milliseconds(seconds: f64) -> f64 {
     (seconds * 1e6).round() / 1e3
 }
@@ -219,14 +219,14 @@ impl KeyValues {
         self.list.push(KeyValue { key: key.to_owned(), value: value.to_string() });
     }
 
-    /// Adds `value` if there is one.
+    /// Adds `value` if it is `Some`.
     pub fn add_some(&mut self, key: &str, value: Option<impl ToString>) {
         if let Some(value) = value {
             self.add(key, value);
         }
     }
 
-    /// The status that `name` is in, by what its `message` says and these values.
+    /// Returns the status of `name` with this `message` and these values.
     pub fn status(self, warns: bool, name: &str, message: String) -> DiagnosticStatus {
         let (level, hardware_id) = (u8::from(warns), String::new());
         DiagnosticStatus { level, name: name.to_owned(), message, hardware_id, values: self.list }
@@ -234,10 +234,10 @@ impl KeyValues {
 }
 
 impl StatusReport {
-    /// A servo that reports nothing for so long is gone.
+    /// A servo that is silent for longer than this has gone.
     pub const SILENCE: Duration = Duration::from_secs(2);
 
-    /// Reads a status message; none where it is not from a servo.
+    /// Reads a status message; `None` if it is not from a servo.
     pub fn from_message(message: &DiagnosticStatus) -> Option<Self> {
         let values: BTreeMap<_, _> =
             message.values.iter().map(|pair| (pair.key.as_str(), pair.value.as_str())).collect();
@@ -263,17 +263,17 @@ impl StatusReport {
 }
 
 impl StatusReport {
-    /// The law, and for two arms what it controls.
+    /// Returns the law, and for two arms what it controls.
     pub fn law_and_aim(&self) -> String {
         law_and_aim(&self.law, self.aim.as_deref())
     }
 
-    /// Whether the arm has stalled, and goes on in another configuration where somebody asks for that.
+    /// Returns whether the arm has stalled, but can go on in another configuration on request.
     pub fn may_be_reconfigured(&self) -> bool {
         self.state == State::Stalled && self.reconfiguration.as_deref() == Some(Reconfiguration::FOUND)
     }
 
-    /// What the servo is doing, why the arm does not arrive, and how far the goal is, as far as they are known.
+    /// Returns a sentence with what the servo is doing, why the arm does not arrive, and how far the goal is, as far as known.
     pub fn sentence(&self) -> String {
         if let (State::Settled, Some(Figures { arrival_time: Some(time), path_length, .. })) =
             (self.state, self.figures)
@@ -303,7 +303,7 @@ impl StatusReport {
     }
 }
 
-/// How far the goal is.
+/// Formats the distance to the goal.
 pub fn distance(figures: &Figures) -> String {
     let (position, rotation) = (1e3 * figures.position_error, figures.rotation_error.to_degrees());
     format!("{position:.1} mm and {rotation:.2}° from the goal")
@@ -327,7 +327,7 @@ mod tests {
         assert_eq!(texts, ["0", "2.75", "120"]);
     }
 
-    /// What programs of others read out of `~/status`.
+    /// Other programs read these names in `~/status`.
     #[test]
     fn figures_keep_their_names() {
         let names: Vec<_> = Figures::default().named().map(|(name, _)| name).collect();

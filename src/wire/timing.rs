@@ -1,8 +1,8 @@
-//! How late the cycle woke, and how long it worked.
+//! Measures how late the cycle woke, and how long it worked.
 
 use std::time::Duration;
 
-/// Lateness of the cycle's wake-ups against their deadlines, how long the cycles worked, and the cycles that were missed.
+/// The lateness of the cycle's wake-ups, how long the cycles worked, and the number of skipped cycles.
 #[derive(Clone, Debug, Default)]
 pub struct CycleTiming {
     lateness: Spread,
@@ -10,49 +10,49 @@ pub struct CycleTiming {
     overruns: u64,
 }
 
-/// How times are spread.
+/// The distribution of times.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SpreadFigures {
-    /// Half of them are no longer; this one and the next two are at most 1 % too long.
+    /// The median. It and the next two are at most 1 % too long.
     pub median: Duration,
-    /// 99 % of them are no longer.
+    /// The 99 % quantile.
     pub p99: Duration,
-    /// 99.9 % of them are no longer.
+    /// The 99.9 % quantile.
     pub p999: Duration,
-    /// The longest.
+    /// The longest time.
     pub max: Duration,
 }
 
 /// The figures of a [`CycleTiming`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct TimingFigures {
-    /// How late the wake-ups were.
+    /// The lateness of the wake-ups.
     pub lateness: SpreadFigures,
-    /// How long the cycles worked, from wake-up to the end of all that they do.
+    /// How long the cycles worked, from wake-up to end.
     pub work: SpreadFigures,
-    /// Deadlines skipped since the start.
+    /// The number of deadlines skipped since the start.
     pub overruns: u64,
 }
 
 impl CycleTiming {
-    /// Adds a wake-up that came `lateness` after its deadline, with `missed` deadlines skipped since the one before.
+    /// Adds a wake-up that came `lateness` after its deadline, with `missed` deadlines skipped since the previous one.
     pub fn add(&mut self, lateness: Duration, missed: u64) {
         self.lateness.add(lateness);
         self.overruns += missed;
     }
 
-    /// Adds a cycle that worked for so long.
+    /// Adds the working time of a cycle.
     pub fn add_work(&mut self, time: Duration) {
         self.work.add(time);
     }
 
-    /// Forgets all so far, as at the start of a motion; overruns are counted on.
+    /// Clears the distributions, for example at the start of a motion. Overruns continue to count.
     pub fn restart(&mut self) {
         self.lateness.clear();
         self.work.clear();
     }
 
-    /// All of it in figures.
+    /// Returns the figures.
     pub fn figures(&self) -> TimingFigures {
         TimingFigures {
             lateness: self.lateness.figures(),
@@ -62,7 +62,7 @@ impl CycleTiming {
     }
 }
 
-/// Times in bins that each end 1 % later than the one before.
+/// A histogram of times, whose bins each end 1 % later than the previous one.
 #[derive(Clone, Debug)]
 struct Spread {
     bins: Vec<u32>,
@@ -70,13 +70,13 @@ struct Spread {
     max: Duration,
 }
 
-/// Each bin ends at this multiple of the one before; the first ends at [`FIRST`].
+/// The ratio of the ends of successive bins; the first bin ends at [`FIRST`].
 const RATIO: f64 = 1.01;
 
 /// The end of the first bin [s].
 const FIRST: f64 = 1e-7;
 
-/// Enough for an hour.
+/// The number of bins: enough for an hour.
 const BINS: usize = 2444;
 
 impl Default for Spread {
@@ -104,7 +104,7 @@ impl Spread {
         SpreadFigures { median, p99, p999, max: self.max }
     }
 
-    /// The times that these parts of all, in rising order, are no longer than.
+    /// Returns the quantiles of these fractions, which must be in rising order.
     fn quantiles<const N: usize>(&self, parts: [f64; N]) -> [Duration; N] {
         let (mut seen, mut bins) = (0, self.bins.iter().enumerate());
         let mut end = Duration::ZERO;

@@ -35,9 +35,9 @@ from dqrobotics.solvers import DQ_QuadprogSolver
 from jparse_robotics import JParseCore
 
 PERIOD, HORIZON, DWELL, GAIN = 0.005, 10.0, 0.5, 2.0
-# On so many tasks of an arm a gain is chosen, in so many steps.
+# The number of tasks of an arm on which a gain is chosen, and the number of steps of the search.
 PILOTS, STEPS = 100, 4
-# Where the least singular value of the Jacobian is below this, an arm passes a singularity.
+# An arm passes a singularity if the smallest singular value of the Jacobian is below this.
 THRESHOLD = 0.05
 TOLERANCE = {"position": 0.001, "rotation": 0.01}
 CONFIG = pathlib.Path(__file__).parents[2] / "msg_config"
@@ -118,7 +118,7 @@ def dq_robotics(arm, goal, limits, gain):
     controller = DQ_ClassicQPController(arm.dq, solver) if limits else DQ_PseudoinverseController(arm.dq)
     controller.set_control_objective(ControlObjective.Pose)
     controller.set_gain(gain)
-    # The quadratic program adds it to the matrix, the pseudoinverse its square.
+    # The quadratic program adds the damping to the matrix, the pseudoinverse its square.
     controller.set_damping(0.05**2 if limits else 0.05)
     quaternion = pinocchio.Quaternion(goal.rotation)
     r = DQ([quaternion.w, quaternion.x, quaternion.y, quaternion.z])
@@ -154,7 +154,7 @@ def pink_frame_task(arm, goal, limits, gain):
     bounds = [pink.limits.VelocityLimit(arm.model), pink.limits.ConfigurationLimit(arm.model), acceleration] if limits else []
 
     def velocity(theta, before):
-        # Braking may end a little beyond a limit, where pink's bounds are no numbers.
+        # Braking may end slightly beyond a limit, where pink's bounds are NaN.
         theta = numpy.clip(theta, arm.lower, arm.upper) if limits else theta
         configuration = pink.Configuration(arm.model, arm.data, theta)
         acceleration.set_last_integration(before, PERIOD)
@@ -201,7 +201,7 @@ def run(arm, goal, start, velocity):
         jolt = max(jolt, numpy.abs(command - before).max() / PERIOD) if cycle else 0.0
         least = min(least, least_singular_value(arm.jacobian(theta)))
         theta = theta + PERIOD * command
-        # What stands stays where it is.
+        # An arm at rest stays there.
         if not inside and numpy.all(numpy.abs(command) < 1e-9):
             break
     straight = numpy.linalg.norm(point - first)
@@ -221,7 +221,7 @@ def six_digits(value):
 
 
 DAMPED, JPARSE = "logc_by_pinocchio", "logc_by_jparse"
-# Pinocchio by itself has no limits.
+# Pinocchio alone has no limits.
 PEERS = [
     (DAMPED, False, functools.partial(logc, damped)),
     (JPARSE, False, functools.partial(logc, jparse)),
@@ -301,7 +301,7 @@ def main():
     every = [json.loads(line) for line in (folder / "tasks.jsonl").open()]
     tasks = [task for task in every if task["task"] < count]
     pilots = [task for task in every if count <= task["task"] < count + PILOTS]
-    # Without limits pink says in each cycle that an arm is beyond them.
+    # Without limits pink warns in each cycle that an arm is beyond them.
     logging.disable(logging.WARNING)
     with multiprocessing.Pool() as pool:
         gains = choose(pool, pilots)

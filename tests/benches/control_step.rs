@@ -1,6 +1,6 @@
-//! What a control step takes, beside the same step as its formulas are written: `cargo bench --bench control_step`.
+//! Measures a control step against the same step written as plain formulas: `cargo bench --bench control_step`.
 //!
-//! Each call takes the next of 1024 random configurations of the PUMA 560, with its goal at another.
+//! Each call takes the next of 1024 random configurations of the PUMA 560, with another one as the goal.
 
 #[path = "../../src/kinematics/tests/plain.rs"]
 mod plain;
@@ -29,7 +29,7 @@ fn built_in() -> ServoParameters {
     ServoParameters::from_store(&store).unwrap()
 }
 
-/// Joint angles in [−π, π], the same each time: multiples of the golden ratio and its like are spread evenly.
+/// Returns joint angles in [−π, π], the same in every run. Multiples of numbers like the golden ratio are spread evenly.
 fn angles(number: usize) -> [f64; 6] {
     std::array::from_fn(|joint| {
         let step = [0.618_034, 0.414_214, 0.732_051, 0.236_068, 0.645_751, 0.316_625][joint];
@@ -37,7 +37,7 @@ fn angles(number: usize) -> [f64; 6] {
     })
 }
 
-/// The PUMA 560, as in msg_config/puma560.yaml.
+/// Returns the PUMA 560 of msg_config/puma560.yaml.
 fn plain_puma() -> PlainArm {
     let row = |i: usize| DhRow {
         alpha: [0.0, -FRAC_PI_2, 0.0, -FRAC_PI_2, FRAC_PI_2, -FRAC_PI_2][i],
@@ -62,7 +62,7 @@ impl Bench {
         (&self.thetas[next], &self.goals[next])
     }
 
-    /// `ours` and `plain` on the same inputs, one after the other.
+    /// Measures `ours` and `plain` on the same inputs, one after the other.
     fn compare(
         &self,
         criterion: &mut Criterion,

@@ -1,6 +1,6 @@
-//! How punctual the servo's cycle is, beside a bare loop that does nothing but wait for the same deadlines at the same time:
-//! `cargo bench --bench cycle [-- SECONDS]` for each rate and load, 20 unless given. A servo without and one with a priority, and such loops,
-//! run at the same time, as what else the machine does meets all of them; those with a priority need root.
+//! Measures how punctual the servo's cycle is, compared with a bare loop that only waits for the same deadlines: `cargo bench --bench cycle
+//! [-- SECONDS]`, for each rate and load, 20 s by default. Servos without and with a priority, and such loops, run at the same time, so
+//! that other work of the machine affects all of them. Priorities need root.
 
 #[path = "../dds/host.rs"]
 mod host;
@@ -19,13 +19,13 @@ use thread_priority::{
     thread_native_id,
 };
 
-/// The hosts' peer, which has no part here.
+/// The hosts' peer, which is not used here.
 const PEER: &str = "";
 
 /// A goal that takes the arm across its space [m; quaternion x y z w].
 const GOAL: [&str; 7] = ["-0.125", "0.2", "0.2", "0", "0", "0", "1"];
 
-/// Of those rows that have one.
+/// The priority of rows that have one.
 const PRIORITY: u8 = 40;
 
 fn main() {
@@ -47,7 +47,7 @@ fn load() -> String {
     std::fs::read_to_string("/proc/loadavg").unwrap().trim_end().to_owned()
 }
 
-/// The rows of this rate \[Hz\], beside others or not, measured for so long.
+/// Prints the rows of this rate \[Hz\], with or without other load, measured for `time`.
 fn rows(rate: u32, busy: bool, time: Duration) {
     let mut hosts: Vec<_> = [(0, Some(Host::new())), (PRIORITY, Host::of_root())]
         .into_iter()
@@ -62,7 +62,7 @@ fn rows(rate: u32, busy: bool, time: Duration) {
     for (_, host) in &mut hosts {
         assert_success(&host.run(&[&["goal"], &GOAL[..]].concat()));
     }
-    // The servos' figures are since their goals, some seconds longer.
+    // The servos' figures count from their goals, some seconds earlier.
     let period = Duration::from_secs(1) / rate;
     let loops: Vec<_> = hosts
         .iter()
@@ -80,7 +80,7 @@ fn rows(rate: u32, busy: bool, time: Duration) {
     }
 }
 
-/// Starts arm, servo and a recorder of the servo's figures.
+/// Starts the arm, the servo and a recorder of the servo's figures.
 fn start(host: &mut Host, rate: u32, priority: u8, bag: &std::path::Path) {
     let (rate, priority) = (format!("update_rate:={rate}"), format!("realtime_priority:={priority}"));
     let arguments = ["--ros-args", "-p", &rate];
@@ -90,7 +90,7 @@ fn start(host: &mut Host, rate: u32, priority: u8, bag: &std::path::Path) {
     host.start("recorder", &["record", "--out", bag.to_str().unwrap(), "--topics", "/diagnostics"]);
 }
 
-/// Processes that take all that they get, one a core.
+/// Processes that use all available time, one per core.
 struct Load(Vec<Child>);
 
 impl Load {
@@ -110,7 +110,7 @@ impl Drop for Load {
     }
 }
 
-/// A loop that waits for its deadlines and does nothing else, with that priority for so long.
+/// Runs a loop that only waits for its deadlines, with this priority, for `time`.
 fn bare(period: Duration, priority: u8, time: Duration) -> TimingFigures {
     if priority > 0 {
         let fifo = ThreadSchedulePolicy::Realtime(RealtimeThreadSchedulePolicy::Fifo);
@@ -154,7 +154,7 @@ fn shown(figures: &TimingFigures) -> String {
     format!("{late} | {work} | {}", figures.overruns)
 }
 
-/// What the servo reported last, and the cycles that it missed since it reported first.
+/// Returns the servo's last report, and the number of cycles that it missed since its first report.
 fn reported(bag: &std::path::Path) -> String {
     let mut reports: Vec<BTreeMap<String, String>> = Vec::new();
     for message in Bag::open(bag).unwrap() {

@@ -1,4 +1,4 @@
-//! What one more arm costs: servo and simulated arm, 1 to 32 times on one host, as processes and all in one process.
+//! Measures the cost of one more arm: 1 to 32 pairs of a servo and a simulated arm on one host, as processes and all in one process.
 //! `cargo bench --bench fleet [-- RATE [MOST]]` \[Hz\]: each servo moves between two goals while it is measured.
 
 #[path = "../dds/host.rs"]
@@ -17,14 +17,14 @@ use node::{GOALS, goal, join};
 use std::io::{BufRead, BufReader};
 use std::time::{Duration, Instant};
 
-/// The hosts' peer, which has no part here.
+/// The hosts' peer, which is not used here.
 const PEER: &str = "";
 
 /// How long a fleet is measured.
 const WINDOW: Duration = Duration::from_secs(15);
-/// How long it may take until all have found each other.
+/// How long all nodes may take to find each other.
 const PATIENCE: Duration = Duration::from_secs(120);
-/// The next goal comes after this time.
+/// The time between two goals.
 const MOTION: Duration = Duration::from_secs(3);
 
 fn main() {
@@ -110,18 +110,18 @@ fn ros_arguments(number: usize, rate: &str) -> Vec<String> {
     ["--ros-args", "-r", &namespace, "-p", &rate, "--log-level", "error"].map(str::to_owned).to_vec()
 }
 
-/// Time on all cores that these processes have taken [s].
+/// Returns the CPU time that these processes have used [s].
 fn cpu(pids: &[u32]) -> f64 {
     let of = |pid: &u32| {
         let stat = std::fs::read_to_string(format!("/proc/{pid}/stat")).unwrap();
-        // The name before may have spaces; user and system time are fields 14 and 15, in hundredths of a second.
+        // The preceding name may have spaces. User and system time are fields 14 and 15, in hundredths of a second.
         let fields = stat.rsplit_once(')').unwrap().1.split_whitespace().skip(11).take(2);
         fields.map(|ticks| ticks.parse::<f64>().unwrap()).sum::<f64>() / 100.0
     };
     pids.iter().map(of).sum()
 }
 
-/// So many pairs in this process, as one participant, until it is ended.
+/// Runs this many pairs in this process, as one participant, until it is killed.
 async fn together(count: usize, rate: &str) {
     let session = Session::open(&Environment::from_process(&RosArgs::default()).unwrap()).unwrap();
     let mut nodes = Vec::new();
@@ -134,7 +134,7 @@ async fn together(count: usize, rate: &str) {
     std::future::pending::<()>().await;
 }
 
-/// A servo as it is watched.
+/// A servo that is observed.
 struct Watched {
     statuses: Subscription<DiagnosticStatus>,
     goals: Publisher<PoseStamped>,
@@ -150,25 +150,25 @@ impl Watched {
         }
     }
 
-    /// Waits until the servo hears its arm, and would hear a goal.
+    /// Waits until the servo receives from its arm, and would receive a goal.
     async fn is_found(&self) {
         self.is_heard().await;
         self.hears().await;
     }
 
-    /// Waits until the servo is heard to hear its arm.
+    /// Waits until the servo reports that it receives from its arm.
     async fn is_heard(&self) {
         while StatusReport::from_message(&self.statuses.next().await)
             .is_none_or(|it| it.state == State::WaitingForState)
         {}
     }
 
-    /// Waits until the servo would hear a goal.
+    /// Waits until the servo would receive a goal.
     async fn hears(&self) {
         self.goals.wait_for_readers(PATIENCE).await.unwrap();
     }
 
-    /// What of that is missing now, in words.
+    /// Returns what is missing now, in words.
     async fn missing(&self) -> Option<&'static str> {
         let moment = Duration::from_millis(500);
         let heard = tokio::time::timeout(moment, self.is_heard()).await.is_ok();
@@ -181,7 +181,7 @@ impl Watched {
         }
     }
 
-    /// The median of the latency that the servo reports [ms], and its last jitter [µs].
+    /// Returns the median of the latency that the servo reports [ms], and its last jitter [µs].
     async fn figures(&self, end: Instant) -> (f64, f64) {
         let (mut latencies, mut jitter, mut number) = (Vec::new(), 0.0, 0);
         let mut next = Instant::now();
@@ -201,7 +201,7 @@ impl Watched {
     }
 }
 
-/// Says when all servos hear their arms, then sends goals to each, and what they reported meanwhile.
+/// Prints when all servos receive from their arms. Then sends goals to each, and prints what they reported meanwhile.
 async fn watch(count: usize) {
     let (mut node, _session) = join("watch");
     let servos: Vec<_> = (0..count).map(|number| Watched::new(&mut node, number)).collect();

@@ -21,7 +21,7 @@ for command in "ip link set lo up", "ip link set lo multicast on", "ip route add
     subprocess.run(command.split(), check=True)
 os.environ["ROS_DOMAIN_ID"] = "54"
 
-# In the domain that was just set.
+# Import this in the domain that was just set.
 from watch import FOLLOWED, STATUS, States, run, wait
 
 

@@ -1,4 +1,4 @@
-//! The other side of a servo: a node of a bench's own process, which hears its commands and sends it goals.
+//! The counterpart of a servo: a node in the bench's process that receives commands and sends goals.
 
 use dq_core::servo::Interface;
 use dq_messages::messages::{Float64MultiArray, Header, PoseStamped};
@@ -14,7 +14,7 @@ pub const GOALS: [PoseNumbers; 2] = [
     [0.1, 0.4, -0.1, 0.0, 0.382_683_432_365_09, 0.0, 0.923_879_532_511_29],
 ];
 
-/// A node of that name in the domain of the environment.
+/// Joins the domain of the environment with a node of this name.
 pub fn join(name: &str) -> (Node, Session) {
     let ros_args = RosArgs::default();
     let session = Session::open(&Environment::from_process(&ros_args).unwrap()).unwrap();
@@ -22,24 +22,24 @@ pub fn join(name: &str) -> (Node, Session) {
     (session.node(names, Logging::new(&ros_args, LogLevel::Error)).unwrap(), session)
 }
 
-/// The topics of a servo of one arm.
+/// Returns the topics of a servo of one arm.
 pub fn servo() -> NodeContract {
     ServoKind::OneArm.contract(Contract::builtin().unwrap())
 }
 
-/// Goals for the servo in that namespace, which ends in a slash.
+/// Creates the publisher of goals for the servo in this namespace, which ends in a slash.
 pub fn goals(node: &mut Node, namespace: &str) -> Publisher<PoseStamped> {
     let servo = servo();
     let entry = servo.topic::<PoseStamped>(ServoKind::OneArm.goal_topic(), Direction::In).unwrap();
     node.publisher_as(entry, &format!("{namespace}{}", ServoKind::OneArm.goal_topic())).unwrap()
 }
 
-/// The goal in the base frame, of now.
+/// Returns a goal in the base frame with the present time.
 pub fn goal(pose: PoseNumbers) -> PoseStamped {
     PoseStamped { header: Header::now(""), pose: pose.into() }
 }
 
-/// The velocities that the servo commands.
+/// Subscribes to the velocities that the servo commands.
 #[allow(dead_code, reason = "the fleet is judged by its statuses")]
 pub fn commands(node: &mut Node) -> Subscription<Float64MultiArray> {
     let (servo, topic) = (servo(), command_topic(Interface::Velocity));

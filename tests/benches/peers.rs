@@ -1,5 +1,5 @@
-//! This program's control step, or nalgebra's own dual quaternions, as one of the peers that `tests/benches/peers.sh` measures: answers
-//! on stdout what `peers/measure.py` asks on stdin.
+//! This program's control step, or nalgebra's own dual quaternions, as one of the peers that `tests/benches/peers.sh` measures. Answers the
+//! requests of `peers/measure.py` on stdin and stdout.
 
 use dq_algebra::{UnitDualQuaternion, Vector8};
 use dq_config::{NodeParameters, ServoParameters};
@@ -13,7 +13,7 @@ use std::io::BufRead;
 use std::ops::Range;
 use std::time::Instant;
 
-/// Start and goal of each configuration \[rad\].
+/// The start and the goal of each configuration \[rad\].
 type Inputs = Vec<([f64; 6], [f64; 6])>;
 
 /// Runs a task over these of the configurations.
@@ -21,7 +21,7 @@ type Task<'a> = Box<dyn FnMut(Range<usize>) + 'a>;
 
 struct Peer<'a> {
     tasks: BTreeMap<&'static str, Task<'a>>,
-    /// Poses and Jacobians of all configurations, once for each form that they have.
+    /// The poses and Jacobians of all configurations, once per form.
     check: Vec<f64>,
 }
 
@@ -59,7 +59,7 @@ fn answer(mut peer: Peer) {
     }
 }
 
-/// Nanoseconds for each configuration; each slice by its shortest time, so that being interrupted does not count.
+/// Returns the nanoseconds per configuration. Each slice counts by its shortest time, so that interruptions do not count.
 fn measure(task: &mut Task) -> f64 {
     let slices = (0..COUNT).step_by(SLICE).map(|first| {
         let times = (0..ROUNDS).map(|_| {
@@ -72,10 +72,10 @@ fn measure(task: &mut Task) -> f64 {
     slices.sum::<f64>() / COUNT as f64
 }
 
-/// Configurations, as measure.py makes them.
+/// The number of configurations, the same as in measure.py.
 const COUNT: usize = 1024;
 
-/// So many are measured at once.
+/// The number of configurations that are measured at once.
 const SLICE: usize = 64;
 
 fn state(chain: &Chain, theta: &[f64]) -> ArmState {
@@ -126,7 +126,7 @@ fn ours<'a>(inputs: &'a Inputs, chain: &'a Chain, settings: &Controller) -> Peer
     Peer { tasks, check: check.collect() }
 }
 
-/// Position, rotation matrix by rows and twist Jacobian by rows, as those have them who know no dual quaternions.
+/// Returns position, rotation matrix and twist Jacobian by rows, the form of the peers without dual quaternions.
 fn ours_as_twists<'a>(inputs: &Inputs, chain: &Chain) -> Peer<'a> {
     let check = inputs.iter().flat_map(|(start, _)| {
         let state = state(chain, start);
@@ -138,7 +138,7 @@ fn ours_as_twists<'a>(inputs: &Inputs, chain: &Chain) -> Peer<'a> {
     Peer { tasks: BTreeMap::new(), check: check.collect() }
 }
 
-/// The arm by products of nalgebra's dual quaternions, and its Jacobian by what comes before and after each joint.
+/// Computes the arm with products of nalgebra's dual quaternions, and its Jacobian from the products before and after each joint.
 fn products(inputs: &Inputs) -> Peer<'_> {
     const ALPHA: [f64; 6] = [0.0, -FRAC_PI_2, 0.0, -FRAC_PI_2, FRAC_PI_2, -FRAC_PI_2];
     const A: [f64; 6] = [0.0, 0.0, 0.4318, 0.019, 0.0, 0.0];

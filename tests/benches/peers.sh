@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
-# The control step beside its peers': tests/benches/peers.sh --json FILE
+# Compares the control step with that of other libraries: tests/benches/peers.sh --json FILE
 #
-# Installs the peers below target/peers (Orocos KDL from Debian; CasADi, Pinocchio and DQ Robotics from PyPI), builds them with the
-# compiler's -O3 for any x86-64, checks that all give the same poses and Jacobians, and measures them interleaved. `--install` stops
-# after the Python packages, which compare_peers.py needs too.
+# Installs the other libraries below target/peers (Orocos KDL from Debian; CasADi, Pinocchio and DQ Robotics from PyPI), builds them with
+# -O3 for any x86-64, checks that all give the same poses and Jacobians, and measures them interleaved. `--install` stops after the Python
+# packages, which compare_peers.py needs too.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 case "${1-} ${2-}" in

@@ -65,7 +65,7 @@ def dqrobotics():
     from dqrobotics.robot_control import ControlObjective, DQ_PseudoinverseController
     from dqrobotics.robot_modeling import DQ_SerialManipulatorDH
 
-    # The UR5's rows, as its vendor has them: not the description's to the last digit, but as many numbers.
+    # The UR5's rows from its vendor: they differ from the description in the last digits, but are as many numbers.
     table = np.array([
         [0, 0, 0, 0, 0, 0],
         [0.089159, 0, 0, 0.10915, 0.09465, 0.0823],

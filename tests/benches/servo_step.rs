@@ -1,4 +1,4 @@
-//! What a cycle of the servo takes in each state, for one arm and for two: `cargo bench --bench servo_step`.
+//! Measures a cycle of the servo in each state, for one arm and for two: `cargo bench --bench servo_step`.
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use dq_config::{DualParameters, NodeParameters, ServoParameters};
@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 
 const PERIOD: Duration = Duration::from_millis(2);
 
-/// A servo with its arms, which do at once what they are commanded.
+/// A servo with ideal arms.
 struct Loop {
     servo: Servo,
     names: Vec<Vec<String>>,
@@ -45,7 +45,7 @@ impl Loop {
         }
     }
 
-    /// Towards one of two goals and, when it has settled, the other.
+    /// Moves towards one of two goals and, when it has settled, towards the other.
     fn there_and_back(&mut self, goals: &[Goal; 2]) {
         if !matches!(self.servo.status().state, State::Tracking | State::JointLimit | State::Constrained) {
             self.next = 1 - self.next;
@@ -61,7 +61,7 @@ impl Loop {
     }
 }
 
-/// Gains and limits as the built-in arm has them; no stall ends what is measured.
+/// Creates a loop with the gains and limits of the built-in arm, without stalls.
 fn new_loop(parameters: ServoParameters, law: Law) -> Loop {
     let names = parameters.joints.iter().map(|arm| arm.names().to_vec()).collect();
     let parameters = parameters.with_period(PERIOD).with(|settings| {
@@ -71,13 +71,13 @@ fn new_loop(parameters: ServoParameters, law: Law) -> Loop {
     Loop::new(parameters.build().unwrap(), names)
 }
 
-/// The parameters of a node to which nothing is given.
+/// Returns the default parameters of a node.
 fn builtin<P: NodeParameters>() -> P {
     let (store, _) = P::start("/servo", Vec::new()).unwrap();
     P::from_store(&store).unwrap()
 }
 
-/// Twenty things of all shapes around the arm, and a table.
+/// Returns twenty keep-outs of all shapes around the arm, and a table.
 fn things() -> Vec<String> {
     let thing = |i: usize| {
         let (sin, cos) = (0.7 * i as f64).sin_cos();
@@ -89,7 +89,7 @@ fn things() -> Vec<String> {
     (0..19).map(thing).chain(["table half_space 0 0 1 -0.5".to_owned()]).collect()
 }
 
-/// Sixty hulls of a hundred points each on a circle of that radius \[m\], each as large as a fist.
+/// Returns sixty hulls of a hundred points each, on a circle with this radius \[m\]; each is about 0.1 m large.
 fn hulls(away: f64) -> Vec<String> {
     let hull = |i: usize| {
         let (sin, cos) = (0.7 * i as f64).sin_cos();
@@ -104,7 +104,7 @@ fn hulls(away: f64) -> Vec<String> {
     (0..60).map(hull).collect()
 }
 
-/// The built-in arm with twelve capsules on its links among these things that it must keep out of.
+/// Returns the parameters of the built-in arm with twelve capsules on its links, among these keep-outs.
 fn among_keep_outs(things: Vec<String>) -> ServoParameters {
     let capsule = |i: usize| {
         let (joint, from) = (["joint2", "joint3"][i % 2], 0.07 * (i / 2) as f64);
@@ -124,12 +124,12 @@ fn among_keep_outs(things: Vec<String>) -> ServoParameters {
     ServoParameters::from_store(&store).unwrap()
 }
 
-/// Prints what so many cycles take, and the worst ones. The way there and back is the same each time, so that of each of its cycles the
-/// fastest says what the servo takes by itself, and the others what else the machine did.
+/// Prints how long this many cycles take, and the worst ones. The motion there and back is the same each time. So for each of its cycles,
+/// the fastest run shows the time of the servo, and the others include other work of the machine.
 fn spread(name: &str, arm: &mut Loop) {
     const CYCLES: usize = 1_000_000;
     let (mut times, mut starts) = (Vec::with_capacity(CYCLES), Vec::new());
-    // The first way begins elsewhere.
+    // The first motion begins at another pose.
     (0..10_000).for_each(|_| arm.there_and_back(&GOALS));
     for cycle in 0..CYCLES {
         let (began, next) = (Instant::now(), arm.next);
@@ -155,7 +155,7 @@ fn spread(name: &str, arm: &mut Loop) {
     );
 }
 
-/// The paper's start, its goal, and the two tools' poses seen from each other, one of which is a little further away.
+/// The paper's start and goal, and two poses of one tool relative to the other, the second slightly farther away.
 const START: [f64; 6] = [0.7, 1.0, 2.3, 0.5, -0.7, 2.0];
 const GOALS: [Goal; 2] =
     [([-0.125, 0.2, 0.2], [0.0, 0.0, 0.0, 1.0]), ([-0.2, 0.3, 0.1], [0.0, 0.0, 0.0, 1.0])];

@@ -1,5 +1,5 @@
-//! Servo, arm and recorder at 1 kHz with goals and laws that change, for ten minutes or as many seconds as the argument says:
-//! `cargo bench --bench soak [-- SECONDS]`. Fails where memory, threads or descriptors grow, or a command does not replay.
+//! Runs servo, arm and recorder at 1 kHz with changing goals and laws, for ten minutes or for the number of seconds in the argument: `cargo
+//! bench --bench soak [-- SECONDS]`. Fails if memory, threads or descriptors grow, or if a command does not replay.
 
 #[path = "../dds/host.rs"]
 mod host;
@@ -13,11 +13,11 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 use usage::Usage;
 
-/// The hosts' peer, which has no part here.
+/// The hosts' peer, which is not used here.
 const PEER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/dds/peer.py");
 
-/// The processes, and what their memory may wander by [MB]: RustDDS's buffers fill and empty, and a recorder's hold 10 000
-/// samples of each topic, which are full after a quarter of an hour.
+/// The processes, and the allowed variation of their memory [MB]. RustDDS's buffers fill and empty; those of a recorder hold 10 000 samples
+/// of each topic, which are full after a quarter of an hour.
 const PROCESSES: [(&str, f64); 3] = [("servo", 3.0), ("plant", 3.0), ("recorder", 25.0)];
 
 /// Goals that the arm reaches from each other: position [m] and quaternion (x, y, z, w).
@@ -30,7 +30,7 @@ const GOALS: [[&str; 7]; 3] = [
 const LAWS: [&str; 3] = ["logc", "diffc", "double_geodesic"];
 
 fn main() {
-    // Cargo adds an argument of its own.
+    // Cargo adds its own argument.
     let seconds = std::env::args().find_map(|argument| argument.parse().ok()).unwrap_or(600);
     let directory = tempfile::tempdir().unwrap();
     let bag = directory.path().join("bag");
@@ -59,7 +59,7 @@ fn start(bag: &Path) -> Host {
     host
 }
 
-/// Sends goal after goal. How many arrived, and what the processes held each tenth part of the time.
+/// Sends goal after goal. Returns the number of arrivals, and the usage of the processes in each tenth of the time.
 fn drive(host: &Host, duration: Duration) -> (usize, Vec<(f64, Vec<Usage>)>) {
     let begin = Instant::now();
     let mut rows = Vec::new();
@@ -81,7 +81,7 @@ fn drive(host: &Host, duration: Duration) -> (usize, Vec<(f64, Vec<Usage>)>) {
     (goals, rows)
 }
 
-/// What has grown by more than noise.
+/// Returns what has grown by more than noise.
 fn grown(first: &[Usage], last: &[Usage]) -> Vec<String> {
     let pairs = PROCESSES.iter().zip(first.iter().zip(last));
     pairs
@@ -90,14 +90,14 @@ fn grown(first: &[Usage], last: &[Usage]) -> Vec<String> {
         .collect()
 }
 
-/// Replays every recorded command; how many there were.
+/// Replays every recorded command, and returns their number.
 fn judge(bag: &Path) -> u64 {
     let servos = replay(&mut Bag::open(bag).unwrap()).unwrap();
     assert_eq!(servos[0].different, 0);
     servos[0].commands
 }
 
-/// Of the servo and the plant, as they reported last.
+/// Returns the last reported overruns of the servo and the plant.
 fn overruns(bag: &Path) -> String {
     let mut reported = std::collections::BTreeMap::new();
     for message in Bag::open(bag).unwrap() {

@@ -1,5 +1,5 @@
-//! From the start of the servo's process to its first command at a peer, with an arm that is there and a goal that is sent every 10 ms:
-//! `cargo bench --bench start [-- TIMES]`.
+//! Measures the time from the start of the servo's process to its first command, with a running arm and a goal every 10 ms: `cargo bench
+//! --bench start [-- TIMES]`.
 
 #[path = "../dds/host.rs"]
 mod host;
@@ -11,10 +11,10 @@ use std::io::{BufRead, BufReader};
 use std::process::Stdio;
 use std::time::{Duration, Instant};
 
-/// The hosts' peer, which has no part here.
+/// The hosts' peer, which is not used here.
 const PEER: &str = "";
 
-/// The next goal comes after this time.
+/// The time between two goals.
 const INTERVAL: Duration = Duration::from_millis(10);
 
 fn main() {
@@ -50,7 +50,7 @@ fn main() {
     );
 }
 
-/// Sends goals, and says when commands begin and when they have ceased.
+/// Sends goals, and prints when commands begin and when they have ceased.
 async fn peer() {
     let (mut node, _session) = join("peer");
     let (commands, goals) = (commands(&mut node), goals(&mut node, "/"));

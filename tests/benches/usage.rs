@@ -1,8 +1,8 @@
-//! What a process holds.
+//! The resources that a process uses.
 
 use std::fmt;
 
-/// What a process holds, by `/proc`.
+/// The resources that a process uses, from `/proc`.
 #[derive(Clone, Copy, Debug)]
 pub struct Usage {
     /// Resident memory [MB].
@@ -12,7 +12,7 @@ pub struct Usage {
 }
 
 impl Usage {
-    /// Of the process with that id.
+    /// Returns the usage of the process with this id.
     pub fn of(pid: u32) -> Self {
         let status = std::fs::read_to_string(format!("/proc/{pid}/status")).unwrap();
         let value = |key: &str| {
@@ -26,7 +26,7 @@ impl Usage {
         }
     }
 
-    /// Whether this is more than the other, of memory by more than `noise` [MB].
+    /// Returns whether this usage is larger than the other, by more than `noise` [MB] of memory.
     pub fn has_outgrown(&self, other: &Self, noise: f64) -> bool {
         self.memory > other.memory + noise
             || self.threads > other.threads

@@ -47,7 +47,7 @@ class Viewer:
             threading.Thread(target=self.read, daemon=True).start()
 
     def read(self):
-        # No answer to pings is needed for so short a time.
+        # For such a short time pings need no answer.
         while data := self.socket.recv(65536):
             self.bytes += len(data)
 

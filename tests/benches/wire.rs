@@ -1,6 +1,7 @@
-//! How long the wire takes, at a peer of the servo: from a joint state to the command that was made from it, and from a goal to the first
-//! command that knows it. Beside them, sent in turn with them: the same joint state echoed by Eclipse Cyclone DDS in C, and by a UDP
-//! socket. `cargo bench --bench wire [-- TIMES [PRIORITY]]`; the echo takes Debian's cyclonedds-dev, cyclonedds-tools and a C compiler.
+//! Measures the latency over DDS at a peer of the servo: from a joint state to the command that was computed from it, and from a goal to
+//! the first command that takes it into account. For comparison, the same joint state is echoed in turn by Eclipse Cyclone DDS in C, and by
+//! a UDP socket. Run `cargo bench --bench wire [-- TIMES [PRIORITY]]`; the echo needs Debian's cyclonedds-dev, cyclonedds-tools and a C
+//! compiler.
 
 #[path = "../dds/host.rs"]
 mod host;
@@ -18,12 +19,12 @@ use std::path::Path;
 use std::process::Command;
 use std::time::Duration;
 
-/// The hosts' peer, which has no part here.
+/// The hosts' peer, which is not used here.
 const PEER: &str = "";
 
 const RATE: f64 = 500.0;
 
-/// Where the echo of datagrams is.
+/// The address of the echo of datagrams.
 const ECHO: &str = "127.0.0.1:40123";
 
 fn main() {
@@ -59,7 +60,7 @@ fn measure(times: usize, priority: usize) {
     println!("\nload of the machine after: {}", load());
 }
 
-/// Builds the echo in C in that folder.
+/// Builds the echo in C in this folder.
 fn cyclone(folder: &Path) -> String {
     let sources = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/benches/wire");
     let script = format!(
@@ -84,11 +85,11 @@ fn now() -> Duration {
     Duration::new(time.tv_sec.unsigned_abs(), u32::try_from(time.tv_nsec).unwrap())
 }
 
-/// The robot's part, and who sends goals.
+/// The robot, and the publisher of goals.
 struct Peer {
     states: Publisher<JointState>,
     commands: Subscription<Float64MultiArray>,
-    /// What the servo knew in each cycle.
+    /// The inputs of the servo in each cycle.
     events: Subscription<UInt8MultiArray>,
     goals: Publisher<PoseStamped>,
     ping: Publisher<JointState>,
@@ -99,10 +100,10 @@ struct Peer {
 }
 
 impl Peer {
-    /// Waits up to 8 ms, so that nothing keeps step with the servo's cycle; on the way the arm moves and its state is stamped.
+    /// Waits up to 8 ms, so that nothing synchronizes with the servo's cycle. The arm moves meanwhile, and its state is stamped.
     fn pause(&mut self) {
         self.random = self.random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
-        // Tokio's sleep goes by milliseconds, and would keep step.
+        // Tokio's sleep has a resolution of a millisecond, and would synchronize.
         std::thread::sleep(Duration::from_micros(2000 + (self.random >> 33) % 6000));
         if let Some(command) = self.commands.newest().message {
             self.state.velocity = command.data;
@@ -114,7 +115,7 @@ impl Peer {
         self.state.header.stamp = Time::now();
     }
 
-    /// The cycle in which the servo `knew` what was sent: how long its wake-up was after `sent`, and its command after that.
+    /// Returns the time from `sent` to the wake-up of the first cycle whose record satisfies `knew`, and from there to its command.
     async fn command(&self, sent: Duration, knew: impl Fn(&Recorded) -> bool) -> (Duration, Duration) {
         let mut commands = Vec::new();
         loop {
@@ -125,7 +126,7 @@ impl Peer {
                     let mut cycles = cycles.iter();
                     let knows = |record: &&CycleRecord| record.output.is_some() && record.events.iter().any(&knew);
                     if let Some(record) = cycles.find(knows) {
-                        // The command goes out just after its cycle, the record later.
+                        // The command is sent just after its cycle, the record later.
                         let came = commands.iter().find(|came| **came > record.now).copied();
                         let came = match came {
                             Some(came) => came,
@@ -171,7 +172,7 @@ fn peer_of(joints: usize) -> (Peer, Session) {
         moved: now(),
         random: 1,
     };
-    // The node is as long as the process.
+    // The node lives as long as the process.
     std::mem::forget(node);
     (peer, session)
 }
@@ -223,7 +224,7 @@ async fn peer(times: usize) {
     print("round trip of a datagram of 320 bytes", datagrams);
 }
 
-/// Latencies in their parts.
+/// Latencies, split into their parts.
 #[derive(Default)]
 struct Split {
     whole: Vec<Duration>,

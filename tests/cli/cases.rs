@@ -1,11 +1,11 @@
-//! Robot descriptions, meshes and bags as people have them, in `tests/data/cases` with what is right for each.
+//! Robot descriptions, meshes and bags from practice, in `tests/data/cases` with the expected result for each.
 
 use crate::run;
 use std::ffi::OsString;
 use std::path::Path;
 use std::process::Stdio;
 
-/// Runs it with the file between two of its links: the code, stdout and stderr.
+/// Runs `pose` with the file between two of its links. Returns the code, stdout and stderr.
 fn pose(file: &str, [base, tool]: [&str; 2], joints: usize) -> (Option<i32>, String, String) {
     let file = format!("robot_file:={file}");
     let (base, tool) = (format!("base_frame:={base}"), format!("tool_frame:={tool}"));
@@ -24,12 +24,12 @@ fn place(pose: &str) -> Vec<f64> {
     pose["position"].as_array().unwrap().iter().map(|number| number.as_f64().unwrap()).collect()
 }
 
-/// The tool of the made-up arm with all joints at 0, as PyPI's pin has it.
+/// The tool of the made-up arm with all joints at 0, according to PyPI's `pin`.
 const TOOL: [f64; 3] = [0.4, 0.0, 0.5];
 
 #[test]
 fn each_description_is_read_as_urdfdom_reads_it() {
-    // What is no XML is named with its line, once.
+    // Invalid XML is reported with its line, once.
     let odd = [
         ("blank_line_before_decl", 2),
         ("spaces_before_decl", 1),
@@ -62,7 +62,7 @@ fn each_description_is_read_as_urdfdom_reads_it() {
     );
     let (code, _, stderr) = pose("tests/data/cases/urdf/empty_robot.urdf", ["base_link", "tool0"], 3);
     assert!(code == Some(2) && stderr.contains("defines no link: is it a macro file"), "{stderr}");
-    // By pin, to seven digits as the file has it.
+    // The expected values are those of `pin`, to the seven digits of the file.
     let (code, stdout, stderr) = pose("tests/data/cases/urdf/urdf_1_2.urdf", ["base", "l6"], 6);
     assert!(code == Some(0) && stderr.is_empty(), "{stderr}");
     let off: f64 = place(&stdout).iter().zip([1.0, 0.0, 0.5]).map(|(one, other)| (one - other).abs()).sum();

@@ -1,4 +1,4 @@
-//! The examples of the library, run as they are.
+//! Runs the examples of the library.
 
 #[path = "../examples/circle.rs"]
 mod circle;

@@ -1,9 +1,9 @@
-//! Crates import in the order of the README, and no files of a crate import each other in a circle.
+//! Tests that crates import in the order of the README, and that no files of a crate import each other in a circle.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-/// A module by its names from the crate's root on.
+/// A module, as the names from the crate's root on.
 type Module = Vec<String>;
 
 /// The modules of a crate, each a file.
@@ -14,9 +14,9 @@ struct Crate {
 
 struct File {
     path: PathBuf,
-    /// Without comments, tests and re-exports.
+    /// The code without comments, tests and re-exports.
     code: String,
-    /// The statements `use`, without their visibility.
+    /// The `use` statements, without their visibility.
     uses: Vec<String>,
     children: BTreeSet<String>,
 }
@@ -64,7 +64,7 @@ impl Crate {
         self.files.insert(module, file);
     }
 
-    /// The module that `path` leads to, as seen in `from`; none for what is of another crate.
+    /// Returns the module to which `path` leads from `from`; `None` if it belongs to another crate.
     fn target(&self, from: &Module, path: &[String], depth: usize) -> Option<Module> {
         let mut at = match path.first()?.as_str() {
             "crate" => Vec::new(),
@@ -86,7 +86,7 @@ impl Crate {
             rest = after;
         }
         let Some(name) = rest.first().filter(|_| depth < 8) else { return Some(at) };
-        // What a module has from another is the other's.
+        // An item that a module imports belongs to the other module.
         let imported =
             self.files[&at].uses.iter().flat_map(|tree| paths(tree)).find(|(_, as_name)| as_name == name);
         match imported {
@@ -95,7 +95,7 @@ impl Crate {
         }
     }
 
-    /// The modules that `module` imports from, with what is named in the midst of its code.
+    /// Returns the modules from which `module` imports, including paths in the middle of its code.
     fn imports(&self, module: &Module) -> BTreeSet<Module> {
         let file = &self.files[module];
         let roots = ["crate", "super", "self"].into_iter().chain(file.children.iter().map(String::as_str));
@@ -116,12 +116,12 @@ impl Crate {
         found
     }
 
-    /// Files each of which imports the next, the last one the first.
+    /// Returns files each of which imports the next, the last one the first.
     fn circle(&self) -> Option<Vec<&Path>> {
         let imports: BTreeMap<_, _> =
             self.files.keys().map(|module| (module, self.imports(module))).collect();
         let mut left = imports.clone();
-        // What imports nothing that is left is in no circle.
+        // A file that imports none of the remaining files is not in a circle.
         loop {
             let free: BTreeSet<Module> = left
                 .iter()
@@ -145,7 +145,7 @@ impl Crate {
     }
 }
 
-/// The paths of a tree as `use` has it at the beginning of `text`, each with the name that it gives.
+/// Returns the paths of a `use` tree at the beginning of `text`, with the names that they get.
 fn paths(text: &str) -> Vec<(Vec<String>, String)> {
     let end = text.find(|c: char| !c.is_alphanumeric() && !"_:".contains(c)).unwrap_or(text.len());
     let (plain, rest) = text.split_at(end);
@@ -203,7 +203,7 @@ fn each_crate_imports_only_crates_above_it_in_the_readme() {
     let readme = std::fs::read_to_string(root.join("README.md")).unwrap();
     let (_, map) = readme.split_once("## Map").unwrap();
     let named = map.split("](src/").skip(1).filter_map(|rest| rest.split_once(')'));
-    // What all share stands last, for people.
+    // The crate that all share is listed last.
     let mut above = vec!["common"];
     above.extend(named.map(|(name, _)| name).filter(|name| *name != "common"));
     for entry in std::fs::read_dir(root.join("src")).unwrap() {

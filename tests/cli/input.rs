@@ -1,4 +1,4 @@
-//! Bad input and a bad environment: a code and one line that names it.
+//! Tests that bad input and a bad environment lead to an exit code and one line that names the cause.
 
 use crate::{dq_servo, run};
 use assert_cmd::Command;
@@ -8,7 +8,7 @@ use std::os::unix::ffi::OsStrExt;
 use std::process::Stdio;
 use std::time::Duration;
 
-/// The one line that it says, with code 2 and no results.
+/// Returns the one line of an error with code 2 and no results.
 #[track_caller]
 fn refused(command: &mut Command) -> String {
     let output = command.assert().code(2).get_output().clone();
@@ -17,7 +17,7 @@ fn refused(command: &mut Command) -> String {
     message
 }
 
-/// Each line of the file is a command, and a part of what is said to it.
+/// Each line of the file is a command and a part of its error message.
 #[test]
 fn bad_input_gets_code_2_and_one_line_that_names_it() {
     for case in include_str!("bad_input.txt").lines() {

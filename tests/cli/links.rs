@@ -1,4 +1,4 @@
-//! The links of the README and of the guide lead somewhere.
+//! Tests that the links of the README and of the guide lead somewhere.
 
 use std::path::{Path, PathBuf};
 
@@ -9,25 +9,25 @@ fn pages() -> Vec<PathBuf> {
     guide.chain([root.join("README.md")]).collect()
 }
 
-/// The targets of the links that have them in place, `[text](target)`.
+/// Returns the targets of inline links, `[text](target)`.
 fn inline(text: &str) -> impl Iterator<Item = &str> {
     text.split("](").skip(1).filter_map(|rest| rest.split(')').next())
 }
 
-/// The labels of the links that have their targets elsewhere: `[text][label]`, or a label in quotes by itself.
+/// Returns the labels of reference links: `[text][label]`, or a quoted label alone.
 fn labels(text: &str) -> impl Iterator<Item = &str> {
     let after = text.split("][").skip(1);
     let alone = text.match_indices("[`").map(|(at, _)| &text[at + 1..]);
     after.chain(alone).filter_map(|rest| rest.split(']').next())
 }
 
-/// Where `[label]: target` leads a label.
+/// Returns the target of a label, from `[label]: target`.
 fn target<'a>(text: &'a str, label: &str) -> Option<&'a str> {
     let start = format!("[{label}]: ");
     text.lines().find_map(|line| line.strip_prefix(&start))
 }
 
-/// The anchors of a page's headings, as a forge names them.
+/// Returns whether a heading of the page has this anchor, as in a forge.
 fn has_anchor(page: &str, anchor: &str) -> bool {
     let headings = page.lines().filter(|line| line.starts_with('#'));
     let mut anchors = headings.map(|line| {
@@ -37,7 +37,7 @@ fn has_anchor(page: &str, anchor: &str) -> bool {
     anchors.any(|one| one == anchor)
 }
 
-/// Fails where a link of `page` to a file leads nowhere.
+/// Fails if a link of `page` to a file leads nowhere.
 fn check_file(page: &Path, target: &str) {
     let (path, anchor) = target.split_once('#').map_or((target, None), |(path, anchor)| (path, Some(anchor)));
     let file = if path.is_empty() { page.to_owned() } else { page.with_file_name(path) };

@@ -1,4 +1,4 @@
-//! The command line without DDS: what it prints, and how it answers bad input.
+//! Tests the command line without DDS: its output, and its answers to bad input.
 
 mod cases;
 mod examples;
@@ -15,14 +15,14 @@ use assert_cmd::Command;
 use std::ffi::OsStr;
 use std::process::Stdio;
 
-/// The program with these arguments, in no domain of its caller's.
+/// Returns the program with these arguments, without the caller's ROS domain.
 pub fn dq_servo(arguments: &str) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_dq_servo"));
     command.args(arguments.split_whitespace()).env_remove("ROS_DOMAIN_ID");
     command
 }
 
-/// The code, and what came on stderr if that can be read.
+/// Returns the code, and stderr if it is valid text.
 pub fn run(
     arguments: &[&OsStr],
     stdout: impl Into<Stdio>,
@@ -34,7 +34,7 @@ pub fn run(
     (output.status.code(), String::from_utf8(output.stderr).unwrap())
 }
 
-/// The words of a line, as arguments.
+/// Returns the words of a line as arguments.
 pub fn words(line: &str) -> Vec<&OsStr> {
     line.split_whitespace().map(OsStr::new).collect()
 }

@@ -1,4 +1,4 @@
-//! What it prints of poses, and its help.
+//! Tests the output of poses, and the help.
 
 use crate::dq_servo;
 use serde_json::Value;
@@ -38,7 +38,7 @@ fn pose_prints_lines_for_goal_and_for_ros2_topic_pub() {
 fn help_and_version_are_no_errors() {
     dq_servo("--version").assert().success();
     for (arguments, said) in [
-        // Who is no person at a terminal: a script that forgot the subcommand.
+        // Not a user at a terminal: a script without the subcommand.
         ("", "Run the servo node"),
         ("--help", "-r __ns:=/left"),
         ("help", "resume"),

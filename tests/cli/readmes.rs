@@ -1,4 +1,4 @@
-//! The examples in the READMEs of the library crates compile in projects that depend on what the README names, and on nothing else.
+//! Tests that the examples in the READMEs of the library crates compile in projects that depend only on what the README names.
 
 use std::fmt::Write;
 use std::path::Path;
@@ -10,14 +10,14 @@ fn file(path: &str) -> String {
     std::fs::read_to_string(Path::new(ROOT).join(path)).unwrap()
 }
 
-/// The code blocks of a page in this language.
+/// Returns the code blocks of a page in this language.
 fn blocks<'a>(page: &'a str, language: &str) -> Vec<&'a str> {
     let start = format!("\n```{language}");
     let after = page.split(&start).skip(1);
     after.map(|rest| rest.split_once('\n').unwrap().1.split("```").next().unwrap()).collect()
 }
 
-/// What a reader pastes into `main.rs`.
+/// Returns the content of `main.rs` for an example.
 fn program(example: &str) -> String {
     match example.contains("fn main()") {
         true => example.to_owned(),
@@ -25,7 +25,8 @@ fn program(example: &str) -> String {
     }
 }
 
-/// The workspace's crates in place of those that are not on crates.io, and its profile, so that what both depend on is compiled once.
+/// Returns a workspace in which the crates of this repository replace those that are not on crates.io. It has the same profile, so that
+/// common dependencies are compiled once.
 fn workspace(members: &[&str]) -> String {
     let ours = file("Cargo.toml");
     let crates = ours.lines().filter(|line| line.starts_with("dq_") && line.contains("path = \"src/"));

@@ -1,4 +1,4 @@
-//! What `reproduce` writes.
+//! Tests the output of `reproduce`.
 
 use crate::dq_servo;
 use serde_json::Value;

@@ -1,4 +1,4 @@
-//! The launch files and scripts.
+//! Tests the launch files and scripts.
 
 use assert_cmd::Command;
 use std::os::unix::fs::PermissionsExt;
@@ -19,7 +19,7 @@ fn what_ros2_launch_needs_compiles_and_the_scripts_say_what_they_miss() {
     }
 }
 
-/// Stands in for the package `launch`, which no registry has: an action is what it was made with.
+/// A substitute for the package `launch`, which no registry has: an action just stores its arguments.
 const LAUNCH: &str = r#"
 import sys, types
 
@@ -86,12 +86,12 @@ fn the_scripts_have_their_own_help_and_end_with_the_code_of_the_part_that_failed
     for name in ["dq_servo", "dq_dual_servo"] {
         let help = Command::new(script(name)).arg("--help").assert().success().get_output().stdout.clone();
         assert!(String::from_utf8(help).unwrap().starts_with("Starts "));
-        // The part that fails is the first to start, then the last.
+        // The failing part is once the first to start, and once the last.
         for failing in ["puma560", "servo|dual"] {
             let folder = tempfile::tempdir().unwrap();
             let program = folder.path().join("dq_servo");
             let ended = folder.path().join("ended");
-            // It fails once the others can be asked to end.
+            // It fails once the others are able to end on request.
             let parts = format!(
                 "#!/bin/sh\ncase \"$*\" in *--help) exit 0 ;; esac\ntrap 'kill $!; echo $1 >>{}; exit 0' TERM\nsleep 10 &\ncase $1 in {failing}) sleep 0.3; kill $!; exit 7 ;; esac\nwait\n",
                 ended.display()

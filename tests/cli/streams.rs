@@ -1,11 +1,11 @@
-//! Streams that are full, broken or closed, and a system without threads.
+//! Tests full, broken and closed streams, and a system without threads.
 
 use crate::{dq_servo, run, words};
 use assert_cmd::Command;
 use std::fs::File;
 use std::process::Stdio;
 
-/// What prints, each in its own way.
+/// Commands that print in different ways.
 const PRINTING: [&str; 5] =
     ["pose 1 2 3 4 5 6", "pose --json 1 2 3 4 5 6", "--help", "goal --help", "--version"];
 
@@ -22,7 +22,7 @@ fn a_full_disk_fails_with_one_line() {
     assert_eq!(run(&words("pose 1"), Stdio::null(), File::create("/dev/full").unwrap()).0, Some(2));
 }
 
-/// A limit of nothing on the size of files stands in for a disk that is full: writes fail in the same way.
+/// A file size limit of zero replaces a full disk: writes fail in the same way.
 #[test]
 fn a_full_disk_ends_a_comparison_as_a_failure_and_no_wrong_request() {
     let folder = tempfile::tempdir().unwrap();
@@ -31,7 +31,7 @@ fn a_full_disk_ends_a_comparison_as_a_failure_and_no_wrong_request() {
     let output =
         Command::new("sh").args(["-c", &format!("{compare} {}", folder.path().display())]).assert().code(1);
     let message = String::from_utf8(output.get_output().stderr.clone()).unwrap();
-    // Before it there may be lines of progress.
+    // Lines of progress may precede it.
     let last = message.lines().last().unwrap();
     assert!(last.starts_with("error: ") && last.contains("gains.json: File too large"), "{message}");
 }
@@ -57,7 +57,7 @@ fn closed_streams_change_no_code() {
 fn where_no_thread_can_be_had_one_line_says_so() {
     let compare = concat!("compare --out ", env!("CARGO_TARGET_TMPDIR"), "/compared");
     for arguments in ["servo", "puma560", "param list", "goal 0 0 0 0 0 0 1", compare] {
-        // As `ulimit -u` does it, for root too: no thread gets a stack of that size.
+        // Like `ulimit -u`, but also for root: no thread can get a stack of this size.
         let output = dq_servo(arguments)
             .env("RUST_MIN_STACK", "100000000000000")
             .assert()

@@ -1,4 +1,4 @@
-//! The arms that are built in.
+//! Tests the built-in arms.
 
 use crate::arm;
 use dq_kinematics::control::SignMemory;
@@ -7,7 +7,8 @@ use std::path::Path;
 
 #[test]
 fn the_arms_reach_where_their_makers_say() {
-    // The tool stretched out or upright, in metres: UR5e's zero pose; Panda's, iiwa's upright; xArm's zero pose (207, 112 mm).
+    // The tool with the arm stretched out or upright, in meters: UR5e's zero pose; Panda's and iiwa's upright poses; xArm's zero pose (207,
+    // 112 mm).
     let cases: [(&str, &[f64], [f64; 3]); 4] = [
         ("ur5e", &[0.0; 6], [-0.8172, -0.2329, 0.0628]),
         ("panda", &[0.0; 7], [0.088, 0.0, 0.333 + 0.316 + 0.384 - 0.107]),
@@ -17,12 +18,12 @@ fn the_arms_reach_where_their_makers_say() {
     for (name, theta, expected) in cases {
         let pose = arm(name).parameters.arms.chain().forward_kinematics(theta).unwrap();
         let off = (pose.translation() - nalgebra::Vector3::from(expected)).norm();
-        // The makers round to a hundredth of a millimetre.
+        // The manufacturers round to a hundredth of a millimeter.
         assert!(off < 2e-5, "{name}: {}", pose.translation());
     }
 }
 
-/// From joint 2 to joint 3 the xArm 6 goes 53.5 mm and 284.5 mm.
+/// The distances of the xArm 6 from joint 2 to joint 3 are 53.5 mm and 284.5 mm.
 #[test]
 fn the_xarm_s_second_row_is_a_hypotenuse() {
     let text = include_str!("../../msg_config/arms/xarm6.yaml");

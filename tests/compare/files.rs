@@ -1,4 +1,4 @@
-//! The file of runs: the same bytes on any number of cores, in parts, and after a kill.
+//! Tests the file of runs: it has the same bytes on any number of cores, in parts, and after a kill.
 
 use crate::{CONDITIONS, arm, committed, study};
 use dq_kinematics::control::Law;
@@ -22,7 +22,7 @@ fn write(study: &Study, file: &Path, part: u64, parts: u64) {
     study.write(file, format!("{part}/{parts}").parse().unwrap(), |_| {}).unwrap();
 }
 
-/// With all its runs in a file.
+/// Writes a study with all its runs to a file.
 fn written(study: Study) -> (Study, Folder, PathBuf) {
     let folder = Folder::new();
     let file = folder.file("compare.jsonl");
@@ -44,7 +44,7 @@ fn parts_put_together_are_the_same_bytes_as_one_run_on_one_core() {
     }
     assert_eq!(fs::read(&whole).unwrap(), together);
     let cells = Summary::read(&study, &whole).unwrap().cells(1.96);
-    // Each cell, and each of all arms together.
+    // Each cell, and each cell of all arms together.
     assert_eq!(cells.len(), 2 * Law::ALL.len() * CONDITIONS);
     assert_eq!(cells.iter().map(|cell| cell.runs as u64).sum::<u64>(), 2 * study.run_count());
 }
@@ -68,7 +68,7 @@ fn parts_are_checked_and_put_together() {
     assert_eq!(fs::read(&whole).unwrap(), fs::read(&merged).unwrap());
 }
 
-/// An older program's runs, or another machine's that computes otherwise: one digit of one task.
+/// Runs of an older program, or of a machine with other rounding: one digit of one task differs.
 #[test]
 fn runs_that_this_program_would_not_make_are_not_gone_on_with() {
     let (study, _folder, file) = written(study(1, 3));
@@ -118,7 +118,7 @@ fn a_file_of_another_study_is_not_gone_on_with() {
     assert!(summary(&[&before[..], &before[last..]].concat()).contains("line 169 is of another run"));
 }
 
-/// What disks do: told by its line before any work is done, with what helps.
+/// Damage by disks is reported with its line and a remedy before any work is done.
 #[test]
 fn damaged_lines_are_told() {
     let (study, _folder, file) = written(study(1, 3));
@@ -133,13 +133,13 @@ fn damaged_lines_are_told() {
         assert!(why.contains("compare.jsonl: line 4 is damaged: delete it"), "{bad:?}: {why}");
         assert_eq!(fs::read_to_string(&file).unwrap(), text);
     }
-    // As was told.
+    // Follow the advice of the message.
     fs::write(&file, lines[..3].concat()).unwrap();
     write(&study, &file, 1, 1);
     assert_eq!(fs::read_to_string(&file).unwrap(), whole);
 }
 
-/// Of all that a line says of its run, one thing is another in each: both ends are as they should be.
+/// Each value that a line stores about its run is changed in turn; both ends of the run stay correct.
 #[test]
 fn lines_that_are_not_where_they_belong_are_told() {
     let (study, _folder, file) = written(study(2, 3));
@@ -163,7 +163,7 @@ fn two_arms_with_one_name_are_refused() {
     assert!(why.to_string().contains("\"ur5e\""));
 }
 
-/// The committed gains: of these arms in this order, and of this program.
+/// The committed gains: for these arms in this order, and of this program.
 #[test]
 fn gains_that_were_chosen_are_kept_and_those_of_another_program_refused() {
     let (folder, chosen) = (Folder::new(), committed().gains);

@@ -1,18 +1,19 @@
-//! The gains of the built-in arms.
+//! Tests the gains of the built-in arms.
 
 use dq_config::ARMS;
 use dq_kinematics::control::Law;
 use dq_studies::compare::{Arm, ClosedLoop, Outcome, PLANTS, Task, sign_test};
 use std::path::Path;
 
-/// On so many tasks a gain is chosen, of a seed that the comparison does not use.
+/// The number of tasks on which a gain is chosen, and their seed, which the comparison does not use.
 const TASKS: u32 = 50;
 const SEED: u64 = 0x6761_696e;
 
-/// What may be chosen [1/s]. With 8 half of the motions of some arms pass their goal by more than its tolerance, and none settles sooner by a quarter.
+/// The candidates [1/s]. With 8, half of the motions of some arms overshoot by more than the tolerance, and no arm settles faster by a
+/// quarter.
 const GAINS: [f64; 3] = [1.0, 2.0, 4.0];
 
-/// What the laws make of an arm's tasks under its limits, at one age of the joint states.
+/// The results of the laws on an arm's tasks under its limits, at one age of the joint states.
 struct Runs {
     settled: Vec<bool>,
     times: Vec<f64>,
@@ -36,7 +37,7 @@ impl Runs {
         Self { settled, times, overshoots }
     }
 
-    /// Whether of the same tasks significantly fewer settle than of `other`.
+    /// Returns whether significantly fewer of the same tasks settle than of `other`.
     fn is_worse_than(&self, other: &Self) -> bool {
         let pairs = || self.settled.iter().zip(&other.settled);
         let (lost, won) =
@@ -49,8 +50,8 @@ fn median(sorted: &[f64]) -> f64 {
     sorted[sorted.len() / 2]
 }
 
-/// The largest gain of logc at which, under the arm's limits and with joint states of age 0 and 20 ms, significantly fewer tasks settle than at
-/// none of the smaller ones, and half of the motions go no farther past the goal than its tolerance.
+/// Returns the gain of logc. It is the largest one at which not significantly fewer tasks settle than at any smaller one, and half of the
+/// motions overshoot by at most the tolerance. Both hold under the arm's limits, with joint states of age 0 and 20 ms.
 fn choice(arm: &Arm) -> f64 {
     let tasks: Vec<_> = (0..TASKS).map(|number| arm.task(SEED, number).unwrap()).collect();
     let tolerance = arm.parameters.settings.goal_tolerance.linear;
@@ -78,7 +79,7 @@ fn choice(arm: &Arm) -> f64 {
 
 #[test]
 fn each_built_in_arm_has_the_gains_that_its_tasks_choose() {
-    // The PUMA 560 has the reference work's.
+    // The PUMA 560 has the gain of the reference work.
     let chosen = ARMS.into_iter().filter(|(name, _)| *name != "puma560").map(|(name, _)| {
         let arm = Arm::named(Path::new(name)).unwrap();
         let gains = arm.parameters.settings.controller.gains(Law::Logc);

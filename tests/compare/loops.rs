@@ -1,4 +1,4 @@
-//! One closed loop.
+//! Tests a single closed loop.
 
 use crate::arm;
 use dq_kinematics::control::{Aim, Law, PoseError};
@@ -32,7 +32,7 @@ fn a_law_whose_gain_times_the_age_of_states_is_too_large_does_not_settle() {
         let plant = Plant { name: "latency", latency, noise: 0.0 };
         ClosedLoop { plant, ..closed_loop(&arm, Law::Logc, gain) }.run(&task, 0).unwrap()
     };
-    // ẋ(t) = −k x(t − T) is stable for kT < ½π: a fact of the literature that the loop must show.
+    // ẋ(t) = −k x(t − T) is stable for kT < ½π, which the loop must confirm.
     assert_eq!(ended(4, 20.0).outcome, Outcome::Settled);
     assert_ne!(ended(4, 160.0).outcome, Outcome::Settled);
     assert!(ended(4, 60.0).figures.overshoot > ended(0, 60.0).figures.overshoot + 1e-3);
@@ -64,14 +64,14 @@ fn intervals_are_those_of_the_textbooks() {
     let share = Interval::share(8, 10, 1.96);
     assert!((share.low - 49.0).abs() < 0.1 && (share.high - 94.3).abs() < 0.1, "{share:?}");
     assert_eq!(Interval::share(0, 10, 1.96).low, 0.0);
-    // Of 100 values the binomial distribution gives the 41st and the 61st for the median.
+    // For the median of 100 values the binomial distribution gives the 41st and the 61st value.
     let values: Vec<_> = (1..=100).map(f64::from).collect();
     let median = Interval::median(&values, 1.96).unwrap();
     assert_eq!((median.low, median.value, median.high), (41.0, 51.0, 61.0));
     assert_eq!(Interval::median(&[], 1.96), None);
 }
 
-/// As the page says: two laws with derived gains are two others, at twice the gain for the translation.
+/// The page says that two laws with derived gains equal two others with twice the gain for the translation.
 #[test]
 fn lq_and_h_infinity_are_laws_with_twice_the_gain_for_the_translation() {
     let arm = arm("puma560");

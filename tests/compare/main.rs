@@ -1,4 +1,4 @@
-//! The comparison of the laws: its loops, its files, its page.
+//! Tests the comparison of the laws: its loops, its files, its page.
 
 mod arms;
 mod files;
@@ -12,20 +12,20 @@ mod switch;
 use dq_kinematics::control::Law;
 use dq_studies::compare::{Arm, Findings, Gain, Matched, Study};
 
-/// Four plants without and with limits, and fresh joint states with gains for equal peak speed, without and with limits.
+/// Four plants without and with limits, and ideal plants with gains for equal peak speed, without and with limits.
 const CONDITIONS: usize = 2 * 6 + 2;
 
-/// What the committed page was written from: the `compare.json` of its run.
+/// Returns the `compare.json` from which the committed page was written.
 pub fn committed() -> Findings {
     serde_json::from_str(include_str!("../data/compare.json")).unwrap()
 }
 
-/// The built-in arm of that name.
+/// Returns the built-in arm with this name.
 pub fn arm(name: &str) -> Arm {
     Arm::builtin().unwrap().into_iter().find(|arm| arm.name == name).unwrap()
 }
 
-/// A study of the PUMA 560 with gains that nobody has chosen.
+/// Returns a study of the PUMA 560 with arbitrary gains.
 pub fn study(tasks: u32, seed: u64) -> Study {
     let gain = |matched: Matched, law: Law| Gain {
         matched,

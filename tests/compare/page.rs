@@ -1,4 +1,4 @@
-//! The page "What the laws do".
+//! Tests the page "What the laws do".
 
 use crate::{CONDITIONS, committed};
 use dq_kinematics::control::Law;
@@ -11,12 +11,12 @@ fn the_committed_page_is_what_the_command_wrote() {
     assert_eq!(page(&committed()), include_str!("../../src/studies/compare/what_the_laws_do.md"));
 }
 
-/// The committed run's study.
+/// Returns the study of the committed run.
 fn study(tasks: u32, seed: u64) -> Study {
     Study { arms: Arm::builtin().unwrap(), tasks, seed, gains: committed().gains }
 }
 
-/// One task of each law on each arm under each condition, to the last digit: the page is what this program computes, and not an older one.
+/// Checks one task of each law on each arm under each condition to the last digit, so that the page is what this program computes.
 #[test]
 fn the_committed_tasks_end_as_they_did() {
     let committed = committed();
@@ -28,13 +28,13 @@ fn the_committed_tasks_end_as_they_did() {
     }
 }
 
-/// Far enough out that of a thousand numbers none is there by chance.
+/// The number of standard deviations that a thousand values do not exceed by chance.
 const FAR: f64 = 4.5;
 
 #[test]
 fn a_small_run_says_the_same_as_the_committed_one() {
     let committed = committed();
-    // Other tasks than the committed run's.
+    // Use other tasks than the committed run.
     let study = study(3, committed.seed + 1);
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("compare.jsonl");
@@ -46,7 +46,7 @@ fn a_small_run_says_the_same_as_the_committed_one() {
         assert!(overlap(&small.settled_percent, &large.settled_percent), "{small:?} {large:?}");
         let times = [small.settling_s, large.settling_s].map(Option::unwrap);
         assert!(overlap(&times[0], &times[1]), "{small:?} {large:?}");
-        // On tasks that all laws settle; a few have no interval worth its name.
+        // On tasks that all laws settle. With few tasks the interval is meaningless.
         if small.common.is_none_or(|common| common < 6) {
             continue;
         }
@@ -65,16 +65,17 @@ fn a_small_run_says_the_same_as_the_committed_one() {
 }
 
 fn overlap(one: &Interval, other: &Interval) -> bool {
-    // A sample of 15 has no value beyond its extremes: a little room for medians that all agree.
+    // A sample of 15 has no value beyond its extremes, so medians that all agree need a margin.
     let room = 0.1 * one.value.abs() + 0.5;
     one.low - room <= other.high && other.low <= one.high + room
 }
 
-/// Judged on other tasks than the gains were chosen on: medians of a thousand settling times are steady, those of peak speeds less so.
+/// Judged on other tasks than those on which the gains were chosen. Medians of a thousand settling times are steady, those of peak speeds
+/// less so.
 #[test]
 fn chosen_gains_reach_what_they_were_chosen_for() {
     for gain in committed().gains {
-        // A transposed Jacobian goes unstable at this cycle before it is as fast as the others.
+        // With this cycle, a transposed Jacobian becomes unstable before it is as fast as the others.
         let transposed = gain.law == "diffc" || gain.law.ends_with("_transpose");
         let off = gain.reached.map(|reached| (reached / gain.target - 1.0).abs());
         match gain.matched {
@@ -85,7 +86,7 @@ fn chosen_gains_reach_what_they_were_chosen_for() {
     }
 }
 
-/// Ages are of all tasks that settle with fresh joint states, and lie between their bounds; what the plants show is what the cells have.
+/// Ages refer to all tasks that settle with fresh joint states, and lie between their bounds. The plants' results are those of the cells.
 #[test]
 fn ages_are_of_all_tasks_and_as_the_plants_show() {
     let committed = committed();
@@ -114,11 +115,11 @@ fn no_path_is_shorter_than_straight() {
     }
 }
 
-/// Of a few tasks the page says that they are too few, and not which law is best.
+/// For a few tasks the page says that they are too few, instead of which law is best.
 #[test]
 fn a_few_tasks_are_too_few_to_tell() {
     let mut study = study(2, 1);
-    // Why gains are off has nothing to do with it, and takes long.
+    // The reasons of deviating gains are irrelevant here, and take long to compute.
     study.gains.iter_mut().for_each(|gain| gain.reached = Some(gain.target));
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("compare.jsonl");

@@ -1,4 +1,4 @@
-//! Other programs beside the laws: what they have run is compared pair by pair, and only if it is the same tasks.
+//! Tests the comparison with other programs: their results are compared pair by pair, and only on the same tasks.
 
 use crate::study;
 use dq_kinematics::control::Law;
@@ -8,7 +8,7 @@ use dq_studies::compare::{
 use std::fs;
 use std::path::Path;
 
-/// The law's lines of these tasks under settling_time and fresh joint states, as if another program had written them.
+/// Returns the law's lines of these tasks under settling_time and fresh joint states, as if another program had written them.
 fn as_another_program(lines: &str, name: &str, tasks: u32) -> String {
     let is_meant = |line: &&str| {
         let has = |part: &str| line.contains(part);
@@ -34,7 +34,7 @@ fn other_programs_are_paired_with_the_law_on_their_tasks() {
     let runs = folder.path().join("compare.jsonl");
     study.write(&runs, Part::WHOLE, |_| {}).unwrap();
     let same = as_another_program(&fs::read_to_string(&runs).unwrap(), "again", 3);
-    // A twin that is slower by a second in each task, and settles one less.
+    // A copy that is slower by a second in each task, and settles one task less.
     let mut other: Vec<serde_json::Value> =
         same.replace("again", "slower").lines().map(|line| serde_json::from_str(line).unwrap()).collect();
     other.iter_mut().filter(|run| run["settling_s"].is_number()).for_each(|run| {
@@ -62,7 +62,7 @@ fn other_programs_are_paired_with_the_law_on_their_tasks() {
     for part in ["## Other programs", "\n| again | 4.00 |", "\n| slower | 4.00 |", "The first 3 tasks"] {
         assert!(page.contains(part), "{part}: {page}");
     }
-    // As many comparisons as on the page, of which Holm counts each.
+    // The number of comparisons is that of the page, and Holm's method counts each of them.
     let alone = read(&study, folder.path(), "").unwrap();
     assert_eq!(findings.comparisons.len(), alone.comparisons.len() + 2 * 2 * 6);
     assert!(alone.peers.is_empty() && !dq_studies::compare::page(&alone).contains("Other programs"));

@@ -1,4 +1,4 @@
-//! A parameter of the servo at two of its values, on the same tasks.
+//! Tests the comparison of two values of a servo parameter on the same tasks.
 
 use crate::arm;
 use dq_kinematics::control::Law;
@@ -6,7 +6,7 @@ use dq_studies::compare::{CompareError, End, Gain, Matched, Paired, PeerRuns, RE
 use std::fs;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// A study of one arm with gains that nobody has chosen.
+/// Returns a study of one arm with arbitrary gains.
 fn study(name: &str, tasks: u32) -> Study {
     let gain = |law: Law| Gain {
         matched: Matched::SettlingTime,
@@ -31,7 +31,7 @@ fn logc(rows: &[Paired]) -> &Paired {
     rows.iter().find(|row| row.law == Law::Logc.name()).unwrap()
 }
 
-/// What the arm may go round it does, and it loses nothing by it.
+/// With permission to reconfigure, more tasks settle and none fewer.
 #[test]
 fn tasks_that_stall_at_a_limit_settle_where_the_arm_may_go_round() {
     let rows = switched(&study("panda", 8), Switch::Reconfigure);
@@ -47,7 +47,8 @@ fn tasks_that_stall_at_a_limit_settle_where_the_arm_may_go_round() {
     assert!(table.contains("| logc | panda | 8 | "), "{table}");
 }
 
-/// An arm of seven joints settles more with constraints, and none of its ways leads through itself; what does not settle has a reason.
+/// An arm of seven joints settles more tasks with constraints, and none of its paths leads through itself. A task that does not settle has
+/// a reason.
 #[test]
 fn constraints_are_compared_on_the_same_tasks() {
     let rows = switched(&study("iiwa14", 24), Switch::Constraints);
@@ -86,7 +87,7 @@ fn a_way_through_the_arm_itself_may_be_left_out() {
     assert!(table.ends_with(row), "{table}");
 }
 
-/// A line of `peers.jsonl`.
+/// Returns a line of `peers.jsonl`.
 fn line(program: &str, limits: bool, task: u32, settled: Option<f64>) -> String {
     let settled = settled.map_or("null".to_owned(), |time| time.to_string());
     format!(
@@ -110,7 +111,7 @@ fn other_programs_are_beside_the_second_way_on_the_tasks_that_both_have_run() {
             .map(|both| both.map(|settled| end(settled, false)))
             .into(),
     };
-    // Those without limits are none of ours; the fourth task it has not run.
+    // Results without limits do not count here. The program has not run the fourth task.
     let peers = [(false, 0, None), (true, 0, None), (true, 1, None), (true, 2, Some(2.5))];
     let peers: String = peers.map(|(limits, task, settled)| line("pink", limits, task, settled)).concat();
     study.write_tasks(&folder.path().join("tasks.jsonl")).unwrap();

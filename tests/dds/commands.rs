@@ -1,4 +1,4 @@
-//! What an operator without ROS has: goals with an outcome of their own, and a way to stop, to look and to keep parameters.
+//! Tests the commands for an operator without ROS: goals with their own outcome, stopping, status, and parameters.
 
 use crate::host::{FAR, Host, assert_success, wait_for_line};
 use dq_bags::Bag;
@@ -9,7 +9,7 @@ pub fn err(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
-/// The servo's status, figure by figure.
+/// Returns the servo's status with all figures.
 #[track_caller]
 pub fn status(host: &Host) -> serde_json::Value {
     let list: serde_json::Value = serde_json::from_str(&host.output(&["status", "--json"])).unwrap();
@@ -21,12 +21,12 @@ fn a_goal_has_a_fate_of_its_own() {
     let host = Host::with_both_nodes();
     let there = host.output(&FAR);
     assert!(there.starts_with("arrived with logc after") && !there.contains("path 0.00"), "{there}");
-    // The arm is at this very pose, by the goal before; this one is rejected all the same.
+    // The arm is already at this pose; the goal is rejected nevertheless.
     let rejected = host.run(&[&FAR[..], &["--frame", "nope"]].concat());
     assert_eq!(rejected.status.code(), Some(1), "{}", err(&rejected));
     assert!(err(&rejected).contains("the goal was rejected: frame_id is \"nope\""), "{}", err(&rejected));
     assert!(!err(&rejected).contains("withdrawn"), "the goal in force is another's");
-    // Sent again, it has no path: the arm is there.
+    // Sent again, the goal has no path, because the arm is there.
     let again = host.output(&FAR);
     assert!(again.contains("after 0.00 s: path 0.0000 m"), "{again}");
     assert_eq!(status(&host)["state"], "settled");
@@ -51,7 +51,7 @@ fn who_gives_up_withdraws_the_goal_or_says_that_the_arm_goes_on() {
     let kept = host.run(&[&FAR[..], &["--timeout", "0.5", "--keep-going"]].concat());
     assert!(err(&kept).contains("the arm goes on"), "{}", err(&kept));
     assert!(status(&host).get("goal").is_some());
-    // Another's goal is not taken away.
+    // Another publisher's goal is not withdrawn.
     let beside = host.run(&["goal", "0", "0", "0.2", "0", "0", "0", "1", "--frame", "nope"]);
     assert_eq!(beside.status.code(), Some(1));
     assert!(status(&host).get("goal").is_some());
@@ -102,7 +102,7 @@ fn the_servo_is_stopped_paused_resumed_and_looked_at_without_ros() {
             "is the node running, in this domain? There is /dq_servo, /puma560",
         ),
     ];
-    // Each waits for 5 s, so they do at the same time.
+    // Each takes 5 s, so they run at the same time.
     std::thread::scope(|scope| {
         for (arguments, reason) in &unknown {
             let host = &host;
@@ -155,7 +155,7 @@ fn parameters_are_dumped_and_loaded_and_start_a_node() {
         host.start("another", &["servo", "--ros-args", "-r", "__ns:=/left", "--params-file", &elsewhere]);
     wait_for_line(servo, "waiting for joint states");
     assert_eq!(host.output(&["param", "get", "/left/dq_servo", "gains.diffc"]), "77.0\n");
-    // What is for all is passed over where it does not fit, as at a node's start.
+    // Parameters for all nodes are ignored if they do not exist, as at a node's start.
     let shared = host.file("shared.yaml", "/**: {ros__parameters: {nope: 1, gains: {diffc: 55.0}}}");
     assert!(err(&host.run(&["param", "load", &shared])).contains("no parameter \"nope\": ignored"));
     assert_eq!(host.parameter("gains.diffc"), "55.0");
@@ -241,7 +241,7 @@ fn a_goal_that_stalls_at_a_limit_is_reached_in_another_configuration_where_someb
     let replayed = replay(&mut Bag::open(&bag).unwrap()).unwrap();
     let motions = &replayed[0].motions;
     assert!(motions.len() == 1 && motions[0].outcome == "arrived" && motions[0].reconfigured, "{motions:?}");
-    // Where it always may the arm goes on by itself.
+    // With `always` the arm goes on without a request.
     host.output(&["reset"]);
     host.output(&["param", "set", "reconfigure", "always"]);
     host.output(&["stop"]);
@@ -249,7 +249,7 @@ fn a_goal_that_stalls_at_a_limit_is_reached_in_another_configuration_where_someb
     assert!(arrived.starts_with("arrived with logc in another configuration after"), "{arrived}");
 }
 
-/// 25 hulls of 50 corners are more than a reply of a service has room for.
+/// 25 hulls of 50 corners do not fit into a reply of a service.
 #[test]
 fn values_that_are_too_long_for_a_reply_are_listed_dumped_and_loaded() {
     // Corners on a ball.

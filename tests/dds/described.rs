@@ -1,4 +1,4 @@
-//! A robot that describes itself: the servo takes its arm from the topic.
+//! Tests a robot that publishes its description: the servo takes its arm from the topic.
 
 use crate::host::{Host, assert_success, wait_until};
 use crate::replay::{assert_replays, place};
@@ -15,7 +15,7 @@ fn of_tiago<'a>(command: &'a str, more: &[&'a str]) -> Vec<&'a str> {
     [&[command][..], &FRAMES, more].concat()
 }
 
-/// Where the plant starts.
+/// Returns the start of the plant.
 fn start() -> Vec<f64> {
     let values = TIAGO
         .split_once(":=")
@@ -32,7 +32,7 @@ pub fn wait_for_text(file: &str, text: &str) {
     wait_until(30.0, || std::fs::read_to_string(file).unwrap().contains(text).then_some(()));
 }
 
-/// Goes to where `pose` says that the tool is, and records that.
+/// Moves to the tool pose that `pose` prints, and records the motion.
 fn go_and_record(host: &Host, pose: &[&str], bag: &Path) {
     let pose: serde_json::Value = serde_json::from_str(&host.output(pose)).unwrap();
     let numbers = ["position", "orientation_xyzw"].map(|key| pose[key].as_array().unwrap().clone()).concat();
@@ -69,7 +69,7 @@ fn the_demo_of_a_described_arm_names_it_by_what_it_is_and_its_joints_by_their_un
     let stderr = String::from_utf8_lossy(&demo.stderr);
     assert!(stderr.contains("[arm]: simulating 4 joints") && !stderr.contains("puma560"), "{stderr}");
     assert!(stderr.contains("\"quill\" at -0.4 m, below -0.3 m"), "{stderr}");
-    // The way back ends at the limit.
+    // The return motion ends at the limit.
     assert!(stderr.contains("quill is at its position limit"), "{stderr}");
     let plot = host.run(&["plot", bag, "--out", &format!("{bag}_plots")]);
     assert_success(&plot);
@@ -97,13 +97,13 @@ fn the_servo_waits_for_the_description_and_moves_the_arm_that_it_has() {
     go_and_record(&host, &[&["pose", "--json"][..], &FRAMES, &["-p", TIAGO, "--"], &theta].concat(), &bag);
     assert!(assert_replays(&bag) > 100, "by the joints of the description that the bag has");
 
-    // Another robot's description, and what is none, change nothing.
+    // Another robot's description, and an invalid one, change nothing.
     let ur5 = concat!("robot_file:=", env!("CARGO_MANIFEST_DIR"), "/tests/data/urdf/ur5.urdf");
     let other = ["arm", "--ros-args", "-r", "__node:=other", "-r", "joint_states:=other", "-p", ur5];
     let frames = ["-p", "base_frame:=base_link", "-p", "tool_frame:=tool0"];
     host.start("other", &[&other[..], &frames].concat());
     logged("the description on /robot_description is not taken");
-    // Nor is who asks for a parameter kept waiting by one of 4 MB of ampersands.
+    // A text of 4 MB of ampersands does not delay requests for parameters either.
     host.peer(&["odd_description"]);
     let began = Instant::now();
     assert_eq!(host.parameter("controller"), "logc");
@@ -111,7 +111,7 @@ fn the_servo_waits_for_the_description_and_moves_the_arm_that_it_has() {
     assert!(host.parameter("joints").contains("torso"));
 }
 
-/// Names with quotes, blanks, slashes, commas and characters that are not ASCII, of links and of joints.
+/// Names of links and joints with quotes, blanks, slashes, commas and characters that are not ASCII.
 const NAMES: [&str; 8] = [
     "base \"link\", 0",
     "joint 1",
@@ -169,7 +169,7 @@ fn names_of_any_characters_are_names_over_dds_in_bags_and_in_figures() {
     let joints = [NAMES[1], NAMES[3], NAMES[5]];
     assert_eq!(param("joints"), Value::StringArray(joints.map(str::to_owned).to_vec()));
     let Value::StringArray(body) = param("body") else { panic!() };
-    // A shape on each link of the arm, none of whose joints is called base.
+    // There is a shape on each link of the arm, none of whose joints is called base.
     for name in joints.into_iter().chain(["base"]) {
         assert!(body.iter().any(|text| text.starts_with(&format!("{name} "))), "{name:?} in {body:?}");
     }

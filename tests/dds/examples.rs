@@ -1,11 +1,11 @@
-//! The example that meets a simulated arm over DDS, run as it is.
+//! Runs the example that controls a simulated arm over DDS.
 
 use crate::host::Host;
 
 #[path = "../examples/drive_over_dds.rs"]
 mod drive_over_dds;
 
-/// Says to this program, started once more, that it is in a network namespace.
+/// Tells this program, when started again, that it is in a network namespace.
 const INSIDE: &str = "DQ_SERVO_INSIDE";
 
 #[test]

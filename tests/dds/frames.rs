@@ -1,4 +1,4 @@
-//! Goals in frames of TF, as another vendor's nodes send them; and their replay, which needs no TF.
+//! Tests goals in frames of TF from another vendor's nodes, and their replay, which needs no TF.
 
 use crate::commands::{err, status};
 use crate::host::{FAR, FAST, Host};
@@ -43,7 +43,8 @@ fn what_is_drawn_on_keep_out_is_kept_out_of_whatever_parameters_are_set() {
     assert!(!log.contains("there are 0"), "{log}");
 }
 
-/// An arm whose servo lets a goal wait for 2 s until its frame is known, and a peer that says so long after a goal where its frame is.
+/// Starts an arm whose servo lets a goal wait up to 2 s for its frame, and a peer that publishes the frame this many milliseconds after a
+/// goal.
 fn with_a_table_after(milliseconds: &str) -> Host {
     let mut host = Host::with_nodes(&[], &["--ros-args", "-p", "tf_timeout:=2.0"]);
     host.start_peer(&["late_table", milliseconds]);
@@ -55,7 +56,7 @@ fn go_by_the_table(host: &Host, timeout: &str) -> Output {
     host.run(&["goal", "0.3", "0.2", "0.2", "0", "0", "0", "1", "--frame", "table", "--timeout", timeout])
 }
 
-/// Longer than any goal waits.
+/// Waits longer than any goal waits for its frame.
 fn wait_for_what_may_come() {
     std::thread::sleep(Duration::from_secs(4));
 }
@@ -68,7 +69,7 @@ fn a_goal_that_waits_for_its_frame_is_withdrawn_by_who_gives_up() {
     assert!(err(&gave_up).contains("the goal is withdrawn"), "{}", err(&gave_up));
     wait_for_what_may_come();
     assert_eq!(status(&host)["goal_count"], 0, "nothing has moved");
-    // Where another's goal is in force it stays so until this one is found.
+    // Another publisher's goal stays in force until the frame of this one is found.
     host.run(&[&FAR[..], &["--timeout", "0.5", "--keep-going"]].concat());
     let gave_up = go_by_the_table(&host, "0.2");
     assert!(err(&gave_up).contains("the goal is withdrawn"), "{}", err(&gave_up));

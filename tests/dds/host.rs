@@ -1,4 +1,4 @@
-//! A host of its own for a test: a network namespace with loopback only, and what runs there. For `dds` and for `faults`.
+//! A separate host for a test: a network namespace with loopback only, and its processes. For `dds` and for `faults`.
 #![allow(dead_code, reason = "each of the two uses a part of it")]
 
 use std::collections::BTreeMap;
@@ -7,31 +7,31 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
-/// No process of a test runs longer than this many seconds.
+/// The longest time of a process in a test [s].
 const LIMIT: &str = "120";
 
-/// For a servo whose law is not what a test is about: its motions take a second or two, and whoever listens gets what came to it.
+/// Arguments of a servo for tests that are not about its law: its motions take a second or two, and the recorder gets all inputs.
 pub const FAST: [&str; 3] = ["--ros-args", "-p", "gains.logc:=[4.0, 4.0]"];
 
-/// A goal half a metre away from where the arm begins.
+/// A goal half a meter away from the start of the arm.
 pub const FAR: [&str; 8] = ["goal", "-0.125", "0.2", "0.2", "0", "0", "0", "1"];
 
-/// A network namespace, held by a process, with the processes that a test started in it. All end with it.
+/// A network namespace, which a process keeps alive, and the processes that a test started in it. All end with this value.
 pub struct Host {
     holder: Child,
     children: BTreeMap<String, Child>,
     files: Vec<PathBuf>,
-    /// Whether its root is this machine's: who has rights there has them here.
+    /// Whether root in this host is root of the machine.
     of_root: bool,
 }
 
 impl Host {
-    /// A host with loopback.
+    /// Creates a host with loopback.
     pub fn new() -> Self {
         Self::hold("ip link set lo up && ip link set lo multicast on && ip route add 224.0.0.0/4 dev lo")
     }
 
-    /// The same for whoever is root on this machine, and stays so there; none for others.
+    /// Creates such a host in which root keeps the rights of the machine's root; `None` if the user is not root.
     pub fn of_root() -> Option<Self> {
         let id = Command::new("id").arg("-u").output().unwrap();
         let set_up = "ip link set lo up && ip link set lo multicast on && ip route add 224.0.0.0/4 dev lo";
@@ -42,24 +42,24 @@ impl Host {
         })
     }
 
-    /// A host whose only interface is down.
+    /// Creates a host whose only interface is down.
     pub fn without_network() -> Self {
         Self::hold("true")
     }
 
-    /// A host with a servo that waits for joint states.
+    /// Creates a host with a servo that waits for joint states.
     pub fn with_servo() -> Self {
         let mut host = Self::new();
         wait_for_line(host.start("servo", &[&["servo"], &FAST[..]].concat()), "waiting for joint states");
         host
     }
 
-    /// A host with servo and plant, the servo with its first joint state.
+    /// Creates a host with servo and plant; the servo has received its first joint state.
     pub fn with_both_nodes() -> Self {
         Self::with_nodes(&[], &FAST)
     }
 
-    /// The same with these arguments for each.
+    /// Creates such a host with these arguments for each node.
     pub fn with_nodes(plant: &[&str], servo: &[&str]) -> Self {
         let mut host = Self::new();
         host.start("plant", &[&["puma560"], plant].concat());
@@ -67,7 +67,7 @@ impl Host {
         host
     }
 
-    /// Starts a servo, remembered as `name`, and waits for its first joint state.
+    /// Starts a servo called `name`, and waits for its first joint state.
     pub fn start_servo(&mut self, name: &str, arguments: &[&str]) {
         wait_for_line(self.start(name, &[&["servo"], arguments].concat()), "waiting_for_state -> holding");
     }
@@ -78,7 +78,7 @@ impl Host {
         Self::hold_by(command, set_up)
     }
 
-    /// Another host that this one's root may connect to this one.
+    /// Creates another host that this host's root may connect to this one.
     pub fn beside(&self) -> Self {
         let mut command = Command::new("nsenter");
         let holder = self.holder.id().to_string();
@@ -99,7 +99,7 @@ impl Host {
         Self { holder, children: BTreeMap::new(), files: Vec::new(), of_root: false }
     }
 
-    /// A command that runs in this host's namespace, with a domain of its own.
+    /// Returns a command that runs in this host's namespace, with its own ROS domain.
     pub fn command(&self, program: &str) -> Command {
         let mut command = Command::new("nsenter");
         let holder = self.holder.id().to_string();
@@ -107,7 +107,7 @@ impl Host {
         if !self.of_root {
             command.args(["--user", "--preserve-credentials"]);
         }
-        // Whoever runs the tests may ignore signals, as `nohup` does.
+        // The caller may ignore signals, like `nohup`.
         command.args(["env", "--default-signal=HUP,INT,QUIT,TERM"]).arg(program);
         command
             .env("ROS_DOMAIN_ID", "77")
@@ -116,19 +116,19 @@ impl Host {
         command
     }
 
-    /// Starts `dq_servo` with `arguments`, and remembers it as `name`.
+    /// Starts `dq_servo` with `arguments` as `name`.
     pub fn start(&mut self, name: &str, arguments: &[&str]) -> &mut Child {
         self.start_with(name, arguments, &[])
     }
 
-    /// The same with these environment variables.
+    /// Starts it with these environment variables.
     pub fn start_with(&mut self, name: &str, arguments: &[&str], variables: &[(&str, &str)]) -> &mut Child {
         let mut command = self.command(env!("CARGO_BIN_EXE_dq_servo"));
         command.args(arguments).envs(variables.iter().copied()).stderr(Stdio::piped());
         self.spawn(name, command)
     }
 
-    /// Starts `dq_servo` with `arguments` without these capabilities, and remembers it as `name`.
+    /// Starts `dq_servo` with `arguments`, without these capabilities, as `name`.
     pub fn start_without(&mut self, name: &str, capabilities: &str, arguments: &[&str]) -> &mut Child {
         let mut command = self.command("setpriv");
         command.args(["--inh-caps", capabilities, "--bounding-set", capabilities]);
@@ -136,7 +136,7 @@ impl Host {
         self.spawn(name, command)
     }
 
-    /// The same with its log going to `log`.
+    /// Starts it with its log going to `log`.
     pub fn start_logging_to(&mut self, name: &str, arguments: &[&str], log: impl Into<Stdio>) -> &mut Child {
         let mut command = self.command(env!("CARGO_BIN_EXE_dq_servo"));
         command.args(arguments).stderr(log);
@@ -163,7 +163,7 @@ impl Host {
         self.children.get_mut(name).unwrap()
     }
 
-    /// Starts a launch script of this checkout with this build of the program, and remembers it as "script".
+    /// Starts a launch script of this checkout with this build of the program, as "script".
     pub fn start_script(&mut self, script: &str, arguments: &[&str]) {
         let mut command = self.command(&format!("{}/{script}", env!("CARGO_MANIFEST_DIR")));
         command.args(arguments).env("DQ_SERVO", env!("CARGO_BIN_EXE_dq_servo")).stderr(Stdio::null());
@@ -176,7 +176,7 @@ impl Host {
         command.args([LIMIT, env!("CARGO_BIN_EXE_dq_servo")]).args(arguments).output().unwrap()
     }
 
-    /// The same, which must succeed; what it printed.
+    /// Runs it, which must succeed, and returns what it printed.
     #[track_caller]
     pub fn output(&self, arguments: &[&str]) -> String {
         let output = self.run(arguments);
@@ -184,13 +184,13 @@ impl Host {
         String::from_utf8(output.stdout).unwrap()
     }
 
-    /// The value of a parameter of the servo.
+    /// Returns the value of a parameter of the servo.
     #[track_caller]
     pub fn parameter(&self, name: &str) -> String {
         self.output(&["param", "get", name]).trim_end().to_owned()
     }
 
-    /// Records all its topics, as "recorder".
+    /// Records all topics, as "recorder".
     pub fn record(&mut self, bag: &Path) {
         self.start("recorder", &["record", "--out", bag.to_str().unwrap()]);
     }
@@ -200,36 +200,36 @@ impl Host {
         assert_success(&self.command("sh").args(["-c", script]).output().unwrap());
     }
 
-    /// The process that holds the namespace.
+    /// Returns the process that keeps the namespace alive.
     pub fn namespace_pid(&self) -> u32 {
         self.holder.id()
     }
 
-    /// Starts a case of the peer, which goes on until the host ends.
+    /// Starts a case of the peer, which runs until the host ends.
     pub fn start_peer(&mut self, case: &[&str]) {
         let child = self.command(PYTHON).arg(crate::PEER).args(case).spawn().unwrap();
         self.children.insert("peer".to_owned(), child);
     }
 
-    /// Runs a case of the peer, with the DDS of another vendor.
+    /// Runs a case of the peer, with another vendor's DDS.
     pub fn peer(&self, case: &[&str]) {
         self.peer_with(&[], case);
     }
 
-    /// The same, in a changed environment.
+    /// Runs it in a changed environment.
     pub fn peer_with(&self, environment: &[(&str, &str)], case: &[&str]) {
         let mut peer = self.command("timeout");
         peer.args([LIMIT, PYTHON, crate::PEER]).args(case).envs(environment.iter().copied());
         assert_success(&peer.output().unwrap());
     }
 
-    /// The process id of what was started as `name`: nsenter becomes the program that it runs.
+    /// Returns the process id of `name`: nsenter becomes the program that it runs.
     pub fn pid(&self, name: &str) -> u32 {
         self.children[name].id()
     }
 
-    /// The process that runs `dq_servo` with this subcommand for what was started as `name`, once it is there; not one that only checks
-    /// the arguments.
+    /// Returns the process that runs `dq_servo` with this subcommand as a child of `name`, once it exists. A process that only checks the
+    /// arguments does not count.
     pub fn child_of(&self, name: &str, subcommand: &str) -> u32 {
         let children = format!("/proc/{0}/task/{0}/children", self.pid(name));
         let runs = |child: &u32| {
@@ -243,26 +243,26 @@ impl Host {
         })
     }
 
-    /// Waits for the end of what was started as `name`; its exit code.
+    /// Waits for the end of `name`, and returns its exit code.
     #[track_caller]
     pub fn wait(&mut self, name: &str) -> Option<i32> {
         let child = self.children.get_mut(name).unwrap();
         wait_until(10.0, || child.try_wait().unwrap()).code()
     }
 
-    /// What was started as `name`.
+    /// Returns the process `name`.
     pub fn child(&mut self, name: &str) -> &mut Child {
         self.children.get_mut(name).unwrap()
     }
 
-    /// What is left to read of the log of what was started as `name` and has ended.
+    /// Returns the rest of the log of `name`, which has ended.
     pub fn errors(&mut self, name: &str) -> String {
         let mut log = String::new();
         self.children.get_mut(name).unwrap().stderr.as_mut().unwrap().read_to_string(&mut log).unwrap();
         log
     }
 
-    /// Interrupts what was started as `name`, as ctrl-C does; its exit code and what it printed.
+    /// Interrupts `name`, like ctrl-C. Returns its exit code and what it printed.
     pub fn interrupt(&mut self, name: &str) -> (Option<i32>, String) {
         self.signal(name, "INT");
         let code = self.wait(name);
@@ -272,27 +272,27 @@ impl Host {
         (code, printed)
     }
 
-    /// Sends a signal to what was started as `name`.
+    /// Sends a signal to `name`.
     pub fn signal(&self, name: &str, signal: &str) {
         let (option, pid) = (format!("-{signal}"), self.pid(name).to_string());
         assert_success(&Command::new("kill").args([&option, &pid]).output().unwrap());
     }
 
-    /// Kills what was started as `name`; it has no moment to clean up.
+    /// Kills `name`, which cannot clean up.
     pub fn kill(&mut self, name: &str) {
         let child = self.children.get_mut(name).unwrap();
         child.kill().unwrap();
         child.wait().unwrap();
     }
 
-    /// The memory in use by what was started as `name` [MB].
+    /// Returns the memory that `name` uses [MB].
     pub fn memory(&self, name: &str) -> f64 {
         let status = std::fs::read_to_string(format!("/proc/{}/status", self.pid(name))).unwrap();
         let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:")).expect("it runs");
         line.trim().trim_end_matches(" kB").parse::<f64>().unwrap() / 1e3
     }
 
-    /// Runs `dq_servo` with `arguments` to its end, its files limited to some 50 or 100 kB.
+    /// Runs `dq_servo` with `arguments` to its end, with its files limited to some 50 or 100 kB.
     pub fn run_with_file_limit(&self, arguments: &[&str]) -> Output {
         let mut command = self.command("timeout");
         let limited = "ulimit -f 100; exec \"$0\" \"$@\"";
@@ -303,7 +303,7 @@ impl Host {
             .unwrap()
     }
 
-    /// A file with this content, gone with the host.
+    /// Creates a file with this content, which is deleted with the host.
     pub fn file(&mut self, name: &str, content: &str) -> String {
         let path = std::env::temp_dir().join(format!("dq_servo_{}_{name}", self.holder.id()));
         std::fs::write(&path, content).unwrap();
@@ -314,7 +314,7 @@ impl Host {
 
 impl Drop for Host {
     fn drop(&mut self) {
-        // A script's own children end with it only if it is asked.
+        // A script's children end with it only if it is asked to end.
         if let Some(script) = self.children.remove("script") {
             end_kindly(script);
         }
@@ -336,7 +336,7 @@ fn end_kindly(mut child: Child) {
     let _ = child.wait();
 }
 
-/// Waits until there is what is looked for, so many seconds at most.
+/// Waits up to `seconds` until `found` returns something, and returns that.
 #[track_caller]
 pub fn wait_until<T>(seconds: f64, mut found: impl FnMut() -> Option<T>) -> T {
     let end = Instant::now() + Duration::from_secs_f64(seconds);
@@ -349,7 +349,7 @@ pub fn wait_until<T>(seconds: f64, mut found: impl FnMut() -> Option<T>) -> T {
     }
 }
 
-/// Reads the child's log until `text` comes, and goes on reading so that the child never blocks.
+/// Reads the child's log until `text` appears, and continues reading, so that the child never blocks.
 pub fn wait_for_line(child: &mut Child, text: &str) {
     let log = BufReader::new(child.stderr.take().unwrap());
     let (sender, lines) = std::sync::mpsc::channel();
@@ -369,5 +369,5 @@ pub fn assert_success(output: &Output) {
     assert!(output.status.success(), "{}\n{out}\n{err}", output.status);
 }
 
-/// Python in the environment that tests/install.sh makes.
+/// Python in the environment of tests/install.sh.
 pub const PYTHON: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/target/venv/bin/python");

@@ -1,4 +1,4 @@
-//! Arms that take positions or trajectories: driven, recorded and replayed.
+//! Tests arms that take positions or trajectories: driven, recorded and replayed.
 
 use crate::described::wait_for_text;
 use crate::host::{FAR, FAST, Host, assert_success};
@@ -8,7 +8,7 @@ use dq_runs::{plot, recorded};
 use std::fs::File;
 use std::path::Path;
 
-/// A motion there, of an arm that takes such commands: how many of them are replayed to the bit.
+/// Runs a motion of an arm with this interface. Returns the number of commands that replay to the bit.
 fn there(interface: &str) -> u64 {
     let interface = format!("interface:={interface}");
     let interface = ["--ros-args", "-p", &interface];
@@ -23,11 +23,11 @@ fn there(interface: &str) -> u64 {
     assert_replays(&bag)
 }
 
-/// Where the arm was sent is drawn over where it was, and leads it by little.
+/// Checks that commanded positions are drawn over the measured ones, with a small lead.
 fn assert_are_drawn(bag: &Path) {
     let runs = recorded(bag, "bag", &built_in()).unwrap().runs;
     let [run] = runs.as_slice() else { panic!("{} runs", runs.len()) };
-    // Where they begin there is a gap in the curve.
+    // The curve has a gap where they begin.
     let positions = &run.commands[0].positions;
     let sent = positions.iter().filter(|(_, sent)| sent.iter().all(|angle| angle.is_finite())).count();
     assert!(sent > 200 && !run.jitter.is_empty());
@@ -48,7 +48,7 @@ fn an_arm_that_takes_positions_arrives_and_its_bag_replays_to_the_bit() {
     assert!(there("position") > 1000);
 }
 
-/// A robot that answers after 50 ms, under a law whose rate is far beyond what that allows: 140 1/s where 31 are stable.
+/// A robot that responds after 50 ms, with a law whose rate is far beyond the stable one: 140 1/s instead of 31 1/s.
 #[test]
 fn a_gain_that_the_robots_delay_does_not_allow_is_warned_of_when_the_robot_is_heard() {
     let mut host = Host::new();
@@ -65,7 +65,7 @@ fn an_arm_that_takes_trajectories_arrives_and_its_bag_replays_to_the_bit() {
     assert!(there("trajectory") > 200);
 }
 
-/// Whenever the arm was taken elsewhere the servo sends nothing until the next goal; what it heard meanwhile has no command.
+/// Whenever the arm was moved by others, the servo sends nothing until the next goal. Cycles in between have no command.
 #[test]
 fn positions_that_begin_anew_after_a_silence_replay_to_the_bit() {
     let position = ["--ros-args", "-p", "interface:=position"];

@@ -1,4 +1,4 @@
-//! Real processes over real DDS, each test in a network namespace of its own with loopback only.
+//! Tests with real processes over real DDS, each in its own network namespace with loopback only.
 
 mod commands;
 mod described;
@@ -18,7 +18,7 @@ mod terminal;
 use host::{FAR, FAST, Host, assert_success, wait_for_line};
 use serde_json::Value;
 
-/// The peer with the DDS of another vendor.
+/// The peer with another vendor's DDS.
 const PEER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/dds/peer.py");
 
 #[test]
@@ -112,7 +112,7 @@ fn a_servo_started_by_nohup_stays_when_the_terminal_goes() {
     assert_eq!(host.wait("servo"), Some(0));
 }
 
-/// Two demos at once, in the domain of a robot that is up with its servo.
+/// Two demos at the same time, in the domain of a running robot and its servo.
 #[test]
 fn a_demo_meets_neither_a_robot_that_is_up_nor_another_demo() {
     let mut host = Host::new();
@@ -234,9 +234,9 @@ fn who_was_heard_and_comes_back_after_its_lease_ends_the_servo_and_only_who_hear
     let errors = host.errors("servo");
     let error = errors.lines().find(|line| line.contains("is there again")).expect(&errors);
     assert!(error.starts_with("error: ") && error.contains("/goal_pose"), "{error}");
-    // The plant heard nothing from there.
+    // The plant received nothing from there.
     assert_eq!(host.child("plant").try_wait().unwrap(), None, "the plant has ended");
-    // The servo that a supervisor starts again obeys nothing from before, and whoever is new.
+    // A servo that a supervisor restarts ignores earlier goals, and obeys new ones.
     host.start_servo("servo", &FAST);
     host.output(&FAR);
 }

@@ -1,15 +1,15 @@
-//! What is sent to a servo leaves nothing behind.
+//! Tests that messages to a servo leave no memory allocated.
 
 use crate::host::Host;
 
-/// Sends so many goals in a frame whose name has so many bytes: by how much the servo has grown [MB].
+/// Sends `count` goals in a frame whose name has `length` bytes. Returns by how much the servo has grown [MB].
 fn growth(host: &Host, count: u32, length: u32) -> f64 {
     let before = host.memory("servo");
     host.peer(&["bulk_goals", &count.to_string(), &length.to_string()]);
     host.memory("servo") - before
 }
 
-/// The first ones find room in what RustDDS keeps.
+/// The first messages fill RustDDS's buffers.
 #[test]
 fn thousands_of_goals_and_goals_in_frames_of_100_kb_leave_nothing_behind() {
     let host = Host::with_both_nodes();

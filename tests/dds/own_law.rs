@@ -1,4 +1,5 @@
-//! Programs of one's own: one with its law, by which the arm moves and which is compared, drawn and replayed as the others are; and a node.
+//! Tests programs of users: one with its own law, by which the arm moves and which is compared, drawn and replayed like the others; and a
+//! node.
 
 use crate::host::{Host, assert_success};
 use crate::replay::place;
@@ -8,10 +9,10 @@ use std::path::{Path, PathBuf};
 use std::process::Output;
 
 const LAW: &str = "boundary_layer";
-/// The first colour that is no built-in law's, as SVG has it.
+/// The first color that is not a built-in law's, in SVG format.
 const COLOR: &str = "#CC3C8C";
 
-/// The program of that example.
+/// Returns the program of this example.
 fn example(name: &str) -> PathBuf {
     Path::new(env!("CARGO_BIN_EXE_dq_servo")).with_file_name("examples").join(name)
 }
@@ -45,7 +46,7 @@ fn a_registered_law_drives_the_arm_and_its_run_is_drawn_in_its_colour_and_replay
     assert_success(&replay);
     let told = String::from_utf8(replay.stdout).unwrap();
     assert!(told.contains(" 0 differ"), "{told}");
-    // A program that does not know the law repeats nothing of it.
+    // A program that does not know the law cannot replay it.
     assert!(!host.run(&["replay", text]).status.success());
 }
 
@@ -54,7 +55,7 @@ fn a_registered_law_is_compared_with_the_others() {
     let (host, directory) = (Host::new(), tempfile::tempdir().unwrap());
     let committed: Findings = serde_json::from_str(include_str!("../data/compare.json")).unwrap();
     let mut gains: Vec<Gain> = committed.gains.into_iter().filter(|gain| gain.arm == "puma560").collect();
-    // Its own after those of the built-in laws, for equal settling time and for equal peak speed.
+    // Its own gains follow those of the built-in laws, for equal settling time and for equal peak speed.
     for place in [12, 25] {
         let own = Gain { law: LAW.to_owned(), gain: 0.5, ..gains[place - 1].clone() };
         gains.insert(place, own);

@@ -22,10 +22,10 @@ LATCHED = Qos(
 )
 PARTICIPANT = DomainParticipant(int(os.environ["ROS_DOMAIN_ID"]))
 
-# So many read what is published here: the servo, and maybe a recorder, which is found first at times.
+# The number of readers of what is published here: the servo, and possibly a recorder, which is sometimes found first.
 READERS = int(os.environ.get("READERS", 1))
 
-# The orientation of theta_desired in the reference work, at a point within easy reach.
+# The orientation of theta_desired in the reference work, at a point that is easy to reach.
 GOAL = ros.PoseStamped(
     ros.Header(frame_id="base_link"),
     ros.Pose(
@@ -277,17 +277,17 @@ def case_framed_goals():
     wait("the pose there", lambda: (p := last(poses)) and distance(p) < 1.1e-3)
     arrived = wait("its motion", lambda: next((s for s in take(motions) if values(s)["outcome"] == "arrived"), None))
     assert arrived.message.startswith("arrived in ") and values(arrived)["goal_frame"] == "table", arrived
-    # A goal of 0.15 s from now waits for its transform, and is where the camera was halfway between two.
+    # A goal 0.15 s from now waits for its transform. Its pose follows from the camera's pose halfway between two transforms.
     now = time.time_ns()
     tf.write(transform("camera", 0.0, 0.0, 0.5, as_time(now)))
     goals.write(goal_seen_from("camera", 0.05, 0.0, 0.55, as_time(now + 150_000_000)))
     time.sleep(0.1)
     tf.write(transform("camera", 0.0, 0.1, 0.5, as_time(now + 300_000_000)))
-    # The camera was at (0, 0.05, 0.5) then: the goal is 0.05 m in x and z before GOAL, and 0.05 m beyond it in y.
+    # The camera was at (0, 0.05, 0.5) then: the goal is 0.05 m before GOAL in x and z, and 0.05 m beyond it in y.
     g = GOAL.pose.position
     there = ros.Point(g.x - 0.05, g.y + 0.05, g.z - 0.05)
     wait("the goal by the camera", lambda: (p := last(poses)) and apart(p.pose.position, there) < 1.1e-3, 40)
-    # A goal in the base frame does away with one that waits.
+    # A goal in the base frame replaces one that waits.
     goals.write(goal_seen_from("camera", 0.0, 0.0, 0.5, as_time(now + 600_000_000)))
     goals.write(GOAL)
     tf.write(transform("camera", 0.0, 0.0, 0.5, as_time(now + 900_000_000)))
@@ -303,7 +303,7 @@ def case_late_table(milliseconds):
     while True:
         goal = wait("a goal", lambda: next((g for g in take(goals) if g.header.frame_id == "table"), None), 60.0)
         time.sleep(milliseconds / 1e3)
-        # Around the goal's stamp, and once more for who looks later.
+        # Around the goal's stamp, and once more for later lookups.
         at = goal.header.stamp.sec * 10**9 + goal.header.stamp.nanosec
         for moment in at - 10**9, at + 10**9, time.time_ns() + 10**9:
             tf.write(transform("table", 0.3, 0.1, -0.2, as_time(moment)))
@@ -338,7 +338,7 @@ def case_followed_goal():
         pose = last(poses)
         if pose and passed > 4.0:
             lags.append(0.05 * (time.monotonic() - began) - (pose.pose.position.y - g.y))
-    # By the law alone at 1 1/s it would lag by 50 mm then.
+    # The law alone at 1 1/s would lag by 50 mm then.
     assert lags and abs(sum(lags) / len(lags)) < 0.015, lags
     assert last(statuses).message == "tracking"
     lost = wait("the loss", lambda: next((s for s in take(statuses) if s.message == "stale_goal"), None), 3.0)
@@ -378,7 +378,7 @@ def case_waiting_goals():
         goals.write(goal_seen_from(frame, 0.0, 0.0, 0.5))
         time.sleep(0.1)
         by()
-        # A frame that came before the news would make it the goal in force, which is revoked and not rejected.
+        # If the frame arrived before the revocation, the goal would be in force, and revoked instead of rejected.
         wait("the revocation", lambda: (s := last(statuses)) and values(s).get("revoked_by") == name, 3.0)
         tf.write(transform(frame, 0.0, 0.0, 0.5, as_time(time.time_ns())))
         wait("the rejection", lambda: rejected(motions, why), 3.0)
@@ -390,7 +390,7 @@ def case_waiting_goals():
     goals.write(goal_seen_from("cup", 0.0, 0.0, 0.5))
     follows(0.05)
     overtaken("rack", lambda: trigger("puma560", "reset"), "robot_jumped", "came back elsewhere")
-    # Under a stream that was revoked ~/pause (false) is refused, and a goal whose frame is lost streams on.
+    # If a stream was revoked, ~/pause (false) is refused. A goal whose frame is lost continues to stream.
     until = time.time() + 1.6
     while time.time() < until:
         tf.write(transform("cup", 0.0, 0.05, 0.5, as_time(time.time_ns())))
@@ -468,7 +468,7 @@ def case_simulated_time():
     time.sleep(0.3)
     goals = send_goal()
     moving(states)
-    # On from there at half the speed of ours, far ahead, standing still, back at the start.
+    # The clock goes on from there at half speed, jumps ahead, stands still, and jumps back to the start.
     for begin, speed in ((1000.0, 0.5), (90000.0, 1.0), (90001.0, 0.0), (10.0, 2.0)):
         since = time.monotonic()
         while (passed := time.monotonic() - since) < 0.7:
@@ -480,7 +480,7 @@ def case_simulated_time():
             assert abs(stamp.sec + 1e-9 * stamp.nanosec - now) < 0.5, (stamp, now)
         assert wait("a status", lambda: last(statuses)).message in ("tracking", "settled")
     wait("settled", lambda: (s := last(statuses)) and s.message == "settled", 40)
-    # The simulation begins anew five seconds earlier: where the camera was in its life before is not where it is.
+    # The simulation restarts five seconds earlier. The camera's poses from before the restart do not count.
     tf = writer("tf", ros.TFMessage)
     wait_matched(tf)
     for begin, y in ((20.0, 0.1), (15.0, 0.0)):
@@ -668,7 +668,7 @@ def case_keep_out():
     wait_obeyed("the hand elsewhere", [(1, 0.9, 0.0, 0.0, 0.4), (2, 0.9, 0.6, 0.5, 0.2)])
     not_obeyed = lambda: (s := last(statuses)) and values(s).get("keep_outs_not_obeyed", "")
     wait("a silent hand", lambda: "frame \"hand\"" in (not_obeyed() or ""))
-    # Whoever sets all parameters takes away nothing that is drawn.
+    # Setting all parameters does not remove drawn keep-outs.
     set_parameter("dq_servo", "controller", "logc")
     corners = [ros.Point(*c) for c in [(0.0, 0.0, 0.0), (0.2, 0.0, 0.0), (0.0, 0.2, 0.0), (0.0, 0.0, 0.2)]]
     faces = [corners[i] for i in (0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3)]
@@ -687,7 +687,7 @@ def case_keep_out():
     wait_obeyed("its end", [(2, 0.9, 0.6, 0.5, 0.2)])
     one.write(ros.MarkerArray([solid("many", i, 2, 0.9, 0.01 * i, 0.0, (0.1, 0.1, 0.1)) for i in range(5000)]))
     wait("as many as may be", lambda: (now := obeyed()) and len(now) == 64)
-    # The goal is in a ball.
+    # The goal is inside a ball.
     p = GOAL.pose.position
     one.write(ros.MarkerArray([ros.Marker(action=3), solid("ball", 1, 2, p.x, p.y, p.z, (0.1, 0.1, 0.1))]))
     wait_obeyed("the ball", [(2, round(p.x, 3), round(p.y, 3), round(p.z, 3), 0.1)])
@@ -773,10 +773,10 @@ def case_as_rclcpp():
     for qos in of("rt/rosout"):
         assert qos[Policy.Durability] == Policy.Durability.TransientLocal and qos[Policy.Lifespan].lifespan == duration(seconds=10), qos
     assert [len(of("rt/parameter_events")), len(of("rt/rosout"))] == [4, 2], publications
-    # A subscription of each node would match each with each other, for what none of them reads.
+    # If each node subscribed, all nodes would be matched with each other, for messages that none of them reads.
     subscribed = {s.topic_name: s.qos for s in subscriptions.take(1000)}
     assert "rt/goal_pose" in subscribed and "rt/parameter_events" not in subscribed, subscribed
-    # Every servo hears every arm's /tf: acknowledging that overloaded a host with 16 of them.
+    # Every servo receives every arm's /tf: acknowledging it overloaded a host with 16 of them.
     assert subscribed["rt/tf"][Policy.Reliability] == Policy.Reliability.BestEffort, subscribed["rt/tf"]
     assert subscribed["rt/tf_static"][Policy.Reliability] != Policy.Reliability.BestEffort, subscribed["rt/tf_static"]
     assert set_controller("diffc", True).successful
@@ -841,7 +841,7 @@ def case_bulk_goals(count, length):
         point = ros.Point(-0.125, 0.2 + 1e-6 * (number % 1000), 0.2)
         header = ros.Header(frame_id="x" * length if length else "base_link")
         goals.write(ros.PoseStamped(header, ros.Pose(point, GOAL.pose.orientation)))
-        # The servo takes a thousand a cycle; what is long comes in many packets.
+        # The servo takes at most a thousand messages per cycle; long ones arrive in many packets.
         if number % 20 == 0 or length:
             time.sleep(0.002)
     time.sleep(1.0)

@@ -1,4 +1,4 @@
-//! `dq_servo record` over DDS.
+//! Tests `dq_servo record` over DDS.
 
 use crate::host::{FAR, Host, assert_success, wait_until};
 use crate::replay::place;
@@ -10,14 +10,14 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use tempfile::TempDir;
 
-/// Records `host`, with these arguments more; the bag, and the folder with which it goes.
+/// Records `host`, with these additional arguments. Returns the bag, and the folder that is deleted with the test.
 fn recording(host: &mut Host, more: &[&str]) -> (TempDir, PathBuf) {
     let (directory, bag) = place();
     host.start("recorder", &[&["record", "--out", bag.to_str().unwrap()], more].concat());
     (directory, bag)
 }
 
-/// Waits until a bag that is being written holds messages of the topic for `seconds`.
+/// Waits until a bag that is being written has messages of the topic for `seconds`.
 #[track_caller]
 pub fn wait_for(bag: &Path, topic: &str, seconds: f64) {
     wait_until(60.0, || (bag.exists() && span(&messages(bag, topic)) >= seconds).then_some(()));
@@ -28,14 +28,14 @@ fn messages(bag: &Path, topic: &str) -> Vec<BagMessage> {
     bag.filter(|message| &*message.topic == topic).collect()
 }
 
-/// The topics of a bag, and what was lost of it.
+/// Returns the topics of a bag, and its losses.
 pub fn summary(path: &Path) -> (Vec<Topic>, Vec<String>) {
     let mut bag = Bag::open(path).unwrap();
     bag.by_ref().for_each(drop);
     (bag.topics(), bag.losses().lines().collect())
 }
 
-/// From the first to the last message \[s\].
+/// Returns the time from the first to the last message \[s\].
 fn span(messages: &[BagMessage]) -> f64 {
     let (Some(first), Some(last)) = (messages.first(), messages.last()) else { return -1.0 };
     Duration::from_nanos((last.log_time - first.log_time).unsigned_abs()).as_secs_f64()
@@ -45,7 +45,7 @@ fn span(messages: &[BagMessage]) -> f64 {
 fn a_run_of_servo_and_plant_is_recorded_with_all_its_topics() {
     let mut host = Host::with_both_nodes();
     let (_directory, path) = recording(&mut host, &[]);
-    // What is latched comes to those who are late.
+    // Latched messages reach late joiners.
     wait_for(&path, "/joint_states", 0.0);
     assert_success(&host.run(&["param", "set", "controller", "diffc"]));
     host.output(&FAR);
@@ -85,13 +85,13 @@ fn a_run_of_servo_and_plant_is_recorded_with_all_its_topics() {
     let states = messages(&path, "/joint_states");
     let stamps: Vec<_> = states.iter().map(|state| state.cdr[4..12].to_vec()).collect();
     assert!(stamps.windows(2).all(|pair| pair[0] != pair[1]), "each once");
-    // Poses and errors can be matched with the joint states that they were made from; the first ones were there before the bag.
+    // Poses and errors have the stamps of the joint states from which they were computed. The first ones are older than the bag.
     for topic in ["/dq_servo/current_pose", "/dq_servo/pose_error"] {
         let of = messages(&path, topic);
         let matched = of.iter().filter(|pose| stamps.contains(&pose.cdr[4..12].to_vec())).count();
         assert!(matched + 5 >= of.len() && matched > 20, "{topic}: {matched} of {}", of.len());
     }
-    // None was dropped, however often a machine with little time to give lets the arm report; each is logged when it came.
+    // No message was dropped, however often the arm reports on a busy machine. Each is logged with its time of arrival.
     for state in &states {
         let stamp = state.decode::<JointState>().unwrap().header.stamp.nanoseconds();
         let late = Duration::from_nanos((state.log_time - stamp).try_into().unwrap());
@@ -129,7 +129,7 @@ fn named_topics_alone_are_recorded_from_any_namespace_into_as_many_files_as_aske
     let topics = ["--topics", "states", "/tf_static", "/dq_servo/no_such_topic"];
     let (_directory, path) = recording(&mut host, &[&topics[..], &more].concat());
     wait_for(&path, "/joint_states", 1.2);
-    // As `timeout` does: two signals at once are one.
+    // `timeout` also sends two signals at once, which count as one.
     let recorder = host.pid("recorder");
     host.shell(&format!("kill -TERM {recorder}; kill -INT {recorder}"));
     assert_eq!(host.wait("recorder"), Some(0));
@@ -155,7 +155,7 @@ fn best_effort_and_unknown_topics_of_another_vendor() {
     let unknown = "/strange: type geometry_msgs/msg/Strange has no definition";
     crate::host::wait_for_line(host.child("recorder"), unknown);
     wait_for(&path, "/lossy", 1.0);
-    // A datagram of best effort may be lost.
+    // A best-effort datagram may be lost.
     assert!(matches!(host.interrupt("recorder").0, Some(0 | 3)));
     let latched = messages(&path, "/latched");
     assert_eq!(latched.len(), 1);
@@ -184,7 +184,7 @@ fn where_nothing_can_be_written_the_error_says_so() {
 fn a_full_disk_ends_the_recording_with_an_error_and_what_was_written_is_read() {
     let host = Host::with_both_nodes();
     let (_directory, path) = place();
-    // A limit on the size of files stands in for a disk that is full: writes fail in the same way.
+    // A file size limit replaces a full disk: writes fail in the same way.
     let output = host.run_with_file_limit(&["record", "--out", path.to_str().unwrap()]);
     let message = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(1), "{message}");
@@ -240,7 +240,7 @@ fn large_messages_take_bounded_memory() {
     host.peer(&["large"]);
     let memory = host.memory("recorder");
     let (code, printed) = host.interrupt("recorder");
-    // What the publisher could not send in time is counted.
+    // Messages that the publisher could not send in time are counted.
     assert_eq!(code, Some(if printed.contains("dropped: 0)") { 0 } else { 3 }), "{printed}");
     let numbers: Vec<u64> =
         printed.split(|c: char| !c.is_ascii_digit()).filter_map(|it| it.parse().ok()).collect();
@@ -261,7 +261,7 @@ fn a_topic_that_comes_back_with_another_type_is_not_mixed_up() {
     assert!(!all.is_empty() && all.iter().all(|message| &*message.message == "std_msgs/msg/String"));
 }
 
-/// The last command in the bag.
+/// Returns the last command in the bag.
 fn last_command(bag: &Path) -> Vec<f64> {
     let commands = messages(bag, "/forward_velocity_controller/commands");
     let command: Float64MultiArray = decode(&commands.last().unwrap().cdr).unwrap();

@@ -1,4 +1,4 @@
-//! What was recorded over DDS, replayed without it: the same commands to the last bit. And the plots of it.
+//! Tests that runs recorded over DDS replay without it to the last bit, and their plots.
 
 use crate::commands::err;
 use crate::host::{FAR, FAST, Host, assert_success};
@@ -10,14 +10,14 @@ use dq_runs::{Replayed, recorded, replay};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
-/// A place for a bag, gone with the test.
+/// Returns a path for a bag, which is deleted with the test.
 pub fn place() -> (tempfile::TempDir, PathBuf) {
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("run");
     (directory, path)
 }
 
-/// Replays a bag: how many commands were the same, of the only servo in it.
+/// Replays a bag with one servo. Returns the number of equal commands.
 #[track_caller]
 pub fn assert_replays(bag: &Path) -> u64 {
     let servo = replayed(bag);
@@ -25,7 +25,7 @@ pub fn assert_replays(bag: &Path) -> u64 {
     servo.commands
 }
 
-/// The only servo in a bag, replayed.
+/// Replays the only servo in a bag.
 #[track_caller]
 fn replayed(bag: &Path) -> Replayed {
     let replayed = replay(&mut Bag::open(bag).unwrap()).unwrap();
@@ -33,7 +33,8 @@ fn replayed(bag: &Path) -> Replayed {
     servo.clone()
 }
 
-/// Records both nodes while another vendor's peer plays these cases: the bag, and how many of its commands are replayed to the bit.
+/// Records both nodes while another vendor's peer plays these cases. Returns the bag, and the number of its commands that replay to the
+/// bit.
 #[track_caller]
 pub fn recorded_and_replayed(cases: &[&str]) -> (tempfile::TempDir, PathBuf, u64) {
     let mut host = Host::with_both_nodes();
@@ -46,7 +47,7 @@ pub fn recorded_and_replayed(cases: &[&str]) -> (tempfile::TempDir, PathBuf, u64
     (directory, bag, commands)
 }
 
-/// Records the demo; what it printed, and what `plot` prints of its bag.
+/// Records the demo. Returns what it printed, and what `plot` prints for its bag.
 fn demo_and_plot(arguments: &[&str], bag: &Path, figures: usize) -> (Vec<Value>, Vec<Value>) {
     let host = Host::new();
     let text = bag.to_str().unwrap();
@@ -57,7 +58,7 @@ fn demo_and_plot(arguments: &[&str], bag: &Path, figures: usize) -> (Vec<Value>,
     (serde_json::from_str(&demo).unwrap(), serde_json::from_str(&plot).unwrap())
 }
 
-/// Both repeat what the servo said.
+/// Both repeat the servo's report.
 #[track_caller]
 fn assert_alike(told: &Value, plotted: &Value) {
     for key in [
@@ -97,7 +98,7 @@ fn the_demo_moves_there_and_back_under_two_laws_replays_to_the_bit_and_is_plotte
     assert!((told[0]["settling_time_2_percent_s"].as_f64().unwrap() - 4.2).abs() < 0.5, "{told:?}");
 }
 
-/// The wall is where the arm would go.
+/// The wall is in the path of the arm.
 #[test]
 fn a_demo_among_keep_outs_replays_to_the_bit_and_how_near_it_came_is_drawn() {
     let (_directory, bag) = place();
@@ -112,8 +113,8 @@ fn a_demo_among_keep_outs_replays_to_the_bit_and_how_near_it_came_is_drawn() {
     assert!(run.inside.is_none() && (0.0095..0.02).contains(&least), "{least} {:?}", run.inside);
 }
 
-/// What an arm is commanded that takes positions is how fast they go on, not what the arm made of them: more slowly where cycles were
-/// missed. Without a clock all that it stamps has the same stamp.
+/// The commands of an arm that takes positions are the speeds of these positions, not the motion of the arm; they are lower where cycles
+/// were missed. Without a clock all stamps are equal.
 #[test]
 fn the_demo_of_an_arm_that_takes_positions_in_simulated_time_too() {
     let (_directory, bag) = place();
@@ -136,7 +137,7 @@ fn the_demo_of_two_arms_in_both_forms_too() {
     assert_eq!(of("law"), ["transpose", "damped_inverse"]);
     assert_eq!(of("primitive"), ["relative_position", "relative_pose"]);
     for motion in &told {
-        // From |t_r| to twice as far, and back; at the switch to the whole pose the arms begin to turn back already.
+        // From |t_r| to twice as far, and back. When the whole pose is selected, the arms already begin to turn back.
         assert!((motion["straight_line_m"].as_f64().unwrap() - 0.5587).abs() < 0.03, "{motion}");
         assert!(motion["position_error_m"].as_f64().unwrap() <= 1e-3, "{motion}");
     }
@@ -156,10 +157,10 @@ fn a_goal_is_recorded_from_the_start_with_the_parameters_of_before() {
     assert!(assert_replays(&bag) > 100);
     let runs = recorded(&bag, "run", &built_in()).unwrap().runs;
     let [run] = runs.as_slice() else { panic!("{} runs", runs.len()) };
-    // RustDDS keeps more of a latched topic than its depth says, so that laws from before the bag may be in it too.
+    // RustDDS keeps more of a latched topic than its depth, so laws from before the bag may be in it.
     let law = run.laws.last().map(|(_, law)| law.as_str());
     assert_eq!((run.parameters_known, law), (true, Some("diffc")));
-    // The next one is recorded while the arm is held where it has arrived.
+    // The next motion is recorded while the arm is held at its goal.
     let bag = directory.path().join("next");
     let goal = ["goal", "0.1", "0.3", "0.1", "0", "0", "0", "1", "--record"];
     assert_success(&host.run(&[goal.as_slice(), &[bag.to_str().unwrap()]].concat()));
@@ -174,7 +175,7 @@ fn a_goal_is_recorded_from_the_start_with_the_parameters_of_before() {
     );
 }
 
-/// As people record: the arm is up and holds a goal that it reached before, is paused on its way, or has stalled.
+/// Typical recordings: the arm holds an earlier goal, is paused on its way, or has stalled.
 #[test]
 fn what_is_recorded_while_the_arm_stands_replays_from_there_on() {
     let mut host = Host::with_nodes(
@@ -224,7 +225,7 @@ fn what_is_recorded_while_the_arm_stands_replays_from_there_on() {
         let servo = replayed(&bag);
         let judged = (servo.different, servo.inputs_missing, servo.not_judged, servo.judged_s.len());
         assert_eq!(judged, (0, 0, 0, 1), "{case:?} {servo:?}");
-        // The goal that was in force when the record began goes on, and ends by the next one.
+        // The goal that was in force at the start of the record goes on until the next one.
         let motions = match case {
             Case::Settled => 2,
             Case::Paused => 4,
@@ -234,13 +235,13 @@ fn what_is_recorded_while_the_arm_stands_replays_from_there_on() {
     }
 }
 
-/// What the servo does and the goal that it has.
+/// Returns the state of the servo, and its goal.
 fn state(host: &Host) -> (String, Value) {
     let list: Value = serde_json::from_str(&host.output(&["status", "--json"])).unwrap();
     (list[0]["state"].as_str().unwrap().to_owned(), list[0]["goal"].clone())
 }
 
-/// Recorders that come, end and are killed: the arm stays at its goal, and nobody else's bag lacks anything.
+/// Recorders start, end and are killed. The arm stays at its goal, and the other bags are complete.
 #[test]
 fn recorders_change_nothing_for_the_arm_and_nothing_for_each_other() {
     let mut host = Host::with_both_nodes();
@@ -274,13 +275,13 @@ fn recorders_change_nothing_for_the_arm_and_nothing_for_each_other() {
             (0, 0, 1),
             "{name} {servo:?}"
         );
-        // The message in progress when it came may have no beginning for it.
+        // The message in progress when it joined may lack a beginning for it.
         assert!(servo.not_judged <= 100, "{name} {servo:?}");
         assert!(servo.motions.len() >= motions && servo.commands > 300, "{name} {servo:?}");
     }
 }
 
-/// A record begins in motion too.
+/// A record may also begin during a motion.
 #[test]
 fn a_record_that_begins_in_motion_replays_from_there_on() {
     let mut host = Host::with_both_nodes();
@@ -300,7 +301,7 @@ fn a_record_that_begins_in_motion_replays_from_there_on() {
     assert_eq!(outcomes, ["arrived"; 2]);
 }
 
-/// The arms that are presumed where a bag does not say.
+/// Returns the arms that are presumed for a bag without parameters.
 pub fn built_in() -> ServoParameters {
     Prepared::<ServoParameters>::new(&RosArgs::default()).unwrap().parameters().clone()
 }
@@ -312,7 +313,7 @@ fn what_a_robot_says_of_its_speed_is_heard_and_replays_to_the_bit() {
 
 #[test]
 fn what_another_vendor_asks_for_is_done_and_replays_to_the_bit() {
-    // A stop, the robot back at its start, and a law switched in motion; nothing is sent before the first goal.
+    // The cases are a stop, a reset of the robot, and a change of the law during a motion. Nothing is sent before the first goal.
     let (_directory, bag, replayed) = recorded_and_replayed(&["services", "switch"]);
     assert!(replayed > 500, "{replayed}");
     let runs = recorded(&bag, "run", &built_in()).unwrap().runs;

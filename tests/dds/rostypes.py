@@ -405,7 +405,7 @@ class InteractiveMarkerFeedback(IdlStruct, typename="visualization_msgs.msg.dds_
     mouse_point_valid: bool = False
 
 
-# The number of updates is called sequence_number there, as a part of the header already is here; names do not go over the wire.
+# The number of updates is called sequence_number there, which is already a field of the header here. Names are not sent over the wire.
 GET_INTERACTIVE_MARKERS = service(
     "visualization_msgs",
     "GetInteractiveMarkers",

@@ -1,4 +1,4 @@
-//! `/clock`: stamps follow it, nothing else does.
+//! Tests that only stamps follow `/clock`.
 
 use crate::host::Host;
 

@@ -1,4 +1,4 @@
-//! What a person at a terminal is asked.
+//! Tests the questions to a user at a terminal.
 
 use crate::host::Host;
 use std::io::{BufRead, BufReader, Read, Write};

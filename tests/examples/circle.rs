@@ -1,4 +1,4 @@
-//! A UR5e moves its tool along a circle, once in ten seconds, with joints that do what they are told.
+//! Moves the tool of a UR5e with ideal joints along a circle, once in ten seconds.
 use dq_algebra::UnitDualQuaternion;
 use dq_config::ForArm;
 use dq_core::servo::{Measured, Servo};

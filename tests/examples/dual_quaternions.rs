@@ -1,4 +1,4 @@
-//! The reference work's algebra: its functions of appendix A one after the other, and by which names they are here.
+//! The functions of the reference work's appendix A in order, and their names here.
 
 use dq_algebra::*;
 use nalgebra::Vector3;
@@ -13,19 +13,20 @@ pub(crate) fn main() -> Result<(), Box<dyn Error>> {
         UnitDualQuaternion::from_translation_angle_axis(0.3 * Vector3::x(), FRAC_PI_2, &Vector3::z_axis());
     assert_eq!(&DualQuaternion::from_vector8(&pose.to_vector8()), pose.as_dual_quaternion());
     println!("unitdq: {:.4?}", pose.to_vector8().as_slice());
-    // dqmult, cdualq: one pose after another, and the way back.
+    // dqmult, cdualq: the composition of two poses, and the inverse.
     let twice = pose * pose;
     println!("dqmult: {:.4?}\ncdualq: {:.4?}", twice.translation(), twice.inverse().translation());
-    // dHp, dHn: the same product as a matrix, of the left factor and of the right one (eq. 9–11).
+    // dHp, dHn: the same product as a matrix of the left factor and of the right one (eq. 9–11).
     let (plus, minus) =
         (dual_hamilton_plus(pose.as_dual_quaternion()), dual_hamilton_minus(pose.as_dual_quaternion()));
     assert!((plus * pose.to_vector8() - twice.to_vector8()).amax() < 1e-15);
     assert!((minus * pose.to_vector8() - twice.to_vector8()).amax() < 1e-15);
-    // logdq, explogdq: half the rotation vector and half the translation (eq. 32), and back; R62dual: the six numbers as a pure one.
+    // logdq, explogdq: half the rotation vector and half the translation (eq. 32), and back; R62dual: the six numbers as a pure dual
+    // quaternion.
     let log = twice.half_log();
     assert!((UnitDualQuaternion::half_exp(&log).to_vector8() - twice.to_vector8()).amax() < 1e-15);
     println!("logdq: {:.4?}", DualQuaternion::from_vector6(&log).to_vector8().as_slice());
-    // Not in the appendix: the logarithm of SE(3), by which one screw leads there.
+    // Not in the appendix: the logarithm of SE(3), the screw that leads there.
     println!("screw: {:.4?}", twice.screw_log().as_slice());
     Ok(())
 }

@@ -1,4 +1,4 @@
-//! `dq_servo` with a law of one's own, that of the example `your_law`: every subcommand knows it.
+//! `dq_servo` with your own law, that of the example `your_law`: every subcommand knows it.
 
 #[allow(dead_code)]
 mod your_law;

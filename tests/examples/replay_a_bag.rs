@@ -1,4 +1,4 @@
-//! What a bag of a run says of itself, and the same run once more through the servo's cycle, without DDS.
+//! Prints the motions in a bag, and replays its run through the servo's cycle, without DDS.
 
 use dq_bags::Bag;
 use dq_config::{ForArm, ServoParameters};

@@ -1,4 +1,4 @@
-//! Two UR5e beside each other move one tool as the other one sees it, as if both held one thing: the two are one arm to every law.
+//! Two UR5e side by side move one tool relative to the other, as if both held one object. For every law, the two are one arm.
 
 use dq_algebra::UnitDualQuaternion;
 use dq_config::ServoParameters;
@@ -23,7 +23,7 @@ pub(crate) fn main() -> Result<(), Box<dyn Error>> {
         angles.iter_mut().zip(&speeds).for_each(|(angle, speed)| *angle += PERIOD.as_secs_f64() * speed);
         let left_from_right = servo.pose().ok_or("no joint state yet")?;
         if cycle == 1 {
-            // The right tool comes 0.2 m nearer to the left one.
+            // The right tool moves 0.2 m nearer to the left one.
             let point = 0.75 * left_from_right.translation();
             servo.set_goal(UnitDualQuaternion::from_parts(left_from_right.rotation(), point));
         } else if servo.status().state == State::Settled {

@@ -1,4 +1,5 @@
-//! A control law of one's own drives a Panda, with every safety rule of the servo: it is registered, then named like the built-in ones.
+//! Drives a Panda with your own control law and all safety rules of the servo. The law is registered, and then named like the built-in
+//! ones.
 
 use dq_config::{ForArm, ServoParameters};
 use dq_core::servo::{Measured, State};
@@ -7,8 +8,8 @@ use dq_kinematics::control::{AngularLinear, ControlLaw, PoseError, register};
 use std::error::Error;
 use std::time::Duration;
 
-/// Sliding along the logarithm at a speed that does not fade with the distance: `ξ = k X/√(|X|² + ε²)`, ε = 0.1.
-/// Of second order: the velocity is kept from cycle to cycle and goes there at 20 1/s, so that no motion begins with a step.
+/// Slides along the logarithm at a speed that does not vanish with the distance: `ξ = k X/√(|X|² + ε²)`, ε = 0.1. The law is of second
+/// order: the velocity approaches this value at 20 1/s, so that no motion begins with a step.
 pub(crate) struct BoundaryLayer;
 
 impl ControlLaw for BoundaryLayer {

@@ -112,7 +112,7 @@ def case_goal_flood():
         poll()
         time.sleep(0.0005)
     assert count >= 2900, count
-    # Back to the start first: from where the flood has left the arm a law may well not arrive.
+    # First back to the start, because a law may not arrive from where the flood has left the arm.
     assert peer.call("puma560", "reset", ros.TRIGGER, False, structure_needs_at_least_one_member=0).success
     again(goals)
     settled()
@@ -125,7 +125,7 @@ def case_position_limit():
     FOLLOWED.append(states)
     goals = writer("goal_pose", ros.PoseStamped)
     wait_matched(goals)
-    # The paper's goal, theta_desired, which takes joint 3 from 2.36 to 1.05 rad.
+    # The paper's goal, theta_desired, which moves joint 3 from 2.36 to 1.05 rad.
     point = ros.Point(-0.125, -0.11686881069747415, -0.2118714713315546)
     goals.write(ros.PoseStamped(ros.Header(), ros.Pose(point, GOAL.pose.orientation)))
     wait("joint_limit", lambda: STATUS.is_("joint_limit"), 10.0)

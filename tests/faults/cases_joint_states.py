@@ -22,7 +22,7 @@ def case_stale(spoil, reason=""):
     wait("stale_state", lambda: STATUS.is_("stale_state"), 1.0)
     standing()
     assert time.monotonic() - begin < 0.6, "state_timeout 0.1 s, deceleration 0.1 s, and a machine that others use too"
-    # Soon, as after a longer absence the goal would have to be sent again.
+    # Soon, because after a longer absence the goal would have to be sent again.
     robot.spoil = spoilt.honest
     settled()
     if reason:
@@ -84,7 +84,7 @@ def case_two_robots():
     wait("holding", lambda: STATUS.is_("holding") and "two publishers" in STATUS.values().get("reason", ""), 3.0)
     standing()
     reason = STATUS.values()["reason"]
-    # These participants are no ROS 2 nodes: their GUIDs name them.
+    # These participants are not ROS 2 nodes, so only their GUIDs name them.
     assert reason.count("an unknown node (") == 2 and "/joint_states" in reason and STATUS.newest.level == 1, reason
     wait("the diagnostics", lambda: "two publishers" in DIAGNOSTICS.message(SERVO), 3.0)
     FOLLOWED.remove(other)
@@ -104,7 +104,7 @@ class Still:
 def case_million():
     """A state of 10⁶ joints, the arm's among them: refused as malformed; the next goal is arrived at."""
     robot, goals = robot_in_motion()
-    # By a writer of its own: the robot's keeps ten states only, fewer than it sends until this one is through.
+    # With another writer: the robot's keeps only ten states, fewer than it sends until this one has arrived.
     stranger = writer("joint_states", ros.JointState)
     wait_matched(stranger)
     names = [f"j{i}" for i in range(10**6)] + spoilt.JOINTS
@@ -112,7 +112,7 @@ def case_million():
     wait("the count", lambda: DIAGNOSTICS.number(SERVO, "rejected.malformed") == 1, 10.0)
     wait("the reason", lambda: "more than 100000" in STATUS.values().get("last_rejection", ""), 3.0)
     del stranger
-    # Meanwhile the robot was away: it takes seconds here to write that state.
+    # Meanwhile the robot was absent: writing this state takes seconds here.
     again(goals)
     settled()
     del goals

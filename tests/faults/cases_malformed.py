@@ -26,7 +26,7 @@ def spoilt_bytes(good, lengths):
 
 
 MALFORMED = {
-    # Topic, a good sample, and where in its bytes lengths are, behind the encapsulation header and the stamp.
+    # The topic, a valid sample, and the positions of lengths in its bytes after the encapsulation header and the stamp.
     "goal": ("rt/goal_pose", GOAL, [12]),
     "joint_state": ("rt/joint_states", ros.JointState(ros.Header(), ["a"], [1.0], [2.0]), [12, 20, 24, 32]),
     "command": (f"rt/{COMMANDS}", ros.Float64MultiArray(data=[0.0] * 6), [4, 12]),
@@ -53,7 +53,7 @@ def send_malformed(kind):
     """From another writer."""
     topic, sample, lengths = MALFORMED[kind]
     stranger = DomainParticipant(int(os.environ["ROS_DOMAIN_ID"]))
-    # Cyclone looks through what it writes, so it is told of one byte only, under the name of the type.
+    # Cyclone inspects what it writes, so the sample is declared as one byte, under the name of the type.
     byte = ros.make_idl_struct("Byte", type(sample).__idl_typename__, {"x": ros.uint8})
     out = DataWriter(stranger, Topic(stranger, topic, byte), qos=RELIABLE)
     wait_matched(out)

@@ -52,7 +52,7 @@ def case_clock_back(file):
     arrays = reader("diagnostics", ros.DiagnosticArray)
     goals = send_goal()
     moving()
-    # Poses carry the robot's time; the diagnostics are stamped by the servo itself.
+    # Poses have the robot's time; the servo itself stamps the diagnostics.
     own = lambda: [array for array in take(arrays) if array.status[0].name == SERVO]
     stamp = lambda: (mine := own()) and mine[-1].header.stamp.sec - time.time() or None
     wait("the right time", lambda: (offset := stamp()) is not None and abs(offset) < 5)

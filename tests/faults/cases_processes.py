@@ -54,7 +54,7 @@ def case_left_over(servo, recorder):
     goals.write(GOAL)
     settled()
     os.kill(int(servo), signal.SIGTERM)
-    # The one that was killed counts until its lease ends.
+    # A killed participant counts until its lease ends.
     wait("the servo's end", lambda: matched(goals) == 1)
     STATUS.newest = None
     wait("another servo", lambda: matched(goals) == 2 and STATUS.is_("holding"))
@@ -153,7 +153,7 @@ def case_guarded_kill(servo):
     killed = time.time_ns()
     os.kill(int(servo), signal.SIGKILL)
     wait("a standstill", lambda: states.speed() == 0.0, 2.0)
-    # By the robot's clock: when it had the guard's command, not when that is seen here.
+    # The robot's clock counts: when the robot received the guard's command, not when that is observed here.
     took = (states.stood - killed) * 1e-9
     assert 0.05 < took < GUARDED, took
     before = states.newest.position
@@ -166,7 +166,7 @@ def case_guarded_kill(servo):
     del goals
 
 
-# 0.15 s, and what other processes may take of the cores meanwhile [s]; tests/benches/guard.py measures how long it takes.
+# 0.15 s, plus what other processes may take of the cores meanwhile [s]; tests/benches/guard.py measures the actual time.
 GUARDED = 0.3
 
 
@@ -201,7 +201,7 @@ def case_guarded_reset():
     for _ in range(20):
         run(0.1)
         assert PLACES.states.newest.position == start, (PLACES.states.newest.position, start)
-    # The servo's commands cease in motion too: an arm that somebody has moved is held where it is, if at all.
+    # The servo's commands cease in motion too. The guard holds an arm that was moved by others at its present position, or does nothing.
     assert all(command == list(start) for command in PLACES.of_guards()), PLACES.of_guards()
     goals.write(GOAL)
     settled()

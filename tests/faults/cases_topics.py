@@ -59,7 +59,7 @@ def case_two_plants():
     """Two plants that give joint states of the same joints: a goal moves neither, and both are named."""
     wait("both named", lambda: all(f"/{name} (" in STATUS.values().get("reason", "") for name in ("puma560", "forgotten")), 10.0)
     goals = send_goal()
-    # The servo refuses it, or takes it between two looks at who publishes, and holds.
+    # The servo refuses the goal, or takes it between two checks for other publishers, and holds.
     wait("the goal heard", lambda: STATUS.number("goal_count") + STATUS.number("rejected") > 0)
     run(1.0)
     assert STATUS.is_("holding") and STATUS.newest.level == 1, STATUS.told()
@@ -95,7 +95,7 @@ def case_never_read():
         time.sleep(1.0)
 
 
-# A writer of RustDDS has room for so many samples that a reader has not acknowledged, unless it is given more.
+# The number of unacknowledged samples for which a writer of RustDDS has room by default.
 ROOM = 8192
 
 

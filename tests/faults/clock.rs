@@ -1,13 +1,14 @@
-//! The wall clock.
+//! Tests faults of the wall clock.
 
 use crate::host::{FAR, FAST, Host, wait_for_line, wait_until};
 use crate::outcome::run;
 use std::time::Duration;
 
-/// Debian's libfaketime; the loader puts the machine's own directory for `$LIB`.
+/// Debian's libfaketime. The loader replaces `$LIB` by the machine's library directory.
 const FAKETIME: &str = "/usr/$LIB/faketime/libfaketime.so.1";
 
-/// Who appears while the servo is there cannot have sent anything before; who appears with it may have, for which it takes 5 s.
+/// A publisher that appears while the servo runs cannot have sent anything before. One that appears together with the servo may have, so it
+/// is obeyed after 5 s.
 #[test]
 fn a_sender_whose_clock_is_a_minute_behind_is_obeyed() {
     let mut host = Host::with_both_nodes();
@@ -21,7 +22,7 @@ fn a_sender_whose_clock_is_a_minute_behind_is_obeyed() {
 fn a_servo_whose_wall_clock_is_set_back_in_motion_arrives() {
     let mut host = Host::new();
     host.start("plant", &["puma560"]);
-    // The servo's own clock alone: the machine's would be set back for everybody.
+    // Only the servo's clock: setting the machine's clock would affect everything.
     let offset = host.file("clock", "+0\n");
     let variables = [
         ("LD_PRELOAD", FAKETIME),

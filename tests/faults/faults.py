@@ -16,7 +16,7 @@ ROOMS = (cases_goals, cases_joint_states, cases_malformed, cases_network, cases_
 
 if __name__ == "__main__":
     [case] = [vars(room)[f"case_{sys.argv[1]}"] for room in ROOMS if f"case_{sys.argv[1]}" in vars(room)]
-    # The record begins with a servo that is new, as soon as it is heard; a script's servo has none.
+    # The record begins with a new servo, as soon as the record has a subscriber; a servo started by a script has no record.
     SENT.wait_for_record(2.0)
     case(*sys.argv[3:])
     SENT.write(sys.argv[2])

@@ -1,4 +1,4 @@
-//! Goals that are bad, out of reach, or too many; and messages that are none.
+//! Tests goals that are invalid, out of reach, or too many, and messages that are not goals.
 
 use crate::host::Host;
 use crate::outcome::{cases, run, run_with_both_nodes};
@@ -14,7 +14,7 @@ cases! {
     a_thousand_goals_a_second_break_no_limit_and_the_last_is_arrived_at => "goal_flood" [];
 }
 
-/// Servo, with these parameters, and plant.
+/// Runs a case with servo and plant; the servo has these parameters.
 fn run_with_parameters(parameters: &[&str], case: &str) {
     run(&Host::with_nodes(&[], &[&["--ros-args"], parameters].concat()), case, &[]);
 }

@@ -1,5 +1,6 @@
-//! Faults over real DDS: real processes, each test on hosts of its own (network namespaces), another vendor's DDS as the one who
-//! brings the fault. The name of a test says the outcome; the case of that name (cases_*.py) states it. Every command that the servo sent
+//! Tests faults over real DDS with real processes, each on its own hosts (network namespaces). Another vendor's DDS causes the fault. The
+//! name of a test tells the outcome, and the case of this name (cases_*.py) describes it. Every command of the servo in the meantime is
+//! checked against the invariants.
 //! meanwhile is held against the invariants.
 
 #[path = "../dds/host.rs"]
@@ -15,5 +16,5 @@ mod processes;
 mod realtime;
 mod topics;
 
-/// The peer with the DDS of another vendor.
+/// The peer with another vendor's DDS.
 const PEER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/faults/faults.py");

@@ -1,4 +1,4 @@
-//! Two hosts and a bad network between them.
+//! Two hosts with an impaired network between them.
 
 use crate::host::{Host, PYTHON};
 use std::io::{BufRead, BufReader};
@@ -6,21 +6,21 @@ use std::process::{Child, Stdio};
 
 const RELAY: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/faults/relay.py");
 
-/// What the network does to frames, each way.
+/// The impairment of frames in each direction.
 #[derive(Default)]
 pub struct Impairment {
-    /// Share of frames that are lost.
+    /// The fraction of frames that are lost.
     pub loss: f64,
-    /// How long they take \[s\].
+    /// The delay \[s\].
     pub delay: f64,
-    /// By how much that varies, so that frames overtake each other \[s\].
+    /// The variation of the delay, which reorders frames \[s\].
     pub jitter: f64,
-    /// Share of frames that come twice.
+    /// The fraction of frames that are duplicated.
     pub duplicate: f64,
 }
 
-/// Two hosts, each a network namespace of its own, and the relay between them. This kernel has no `netem`, and another may have
-/// none either, so the relay is a program of ours (relay.py) in a third namespace.
+/// Two hosts, each in its own network namespace, and the relay between them. This kernel has no `netem`, and others may lack it too. So the
+/// relay is our own program (relay.py) in a third namespace.
 pub struct Network {
     relay: Child,
     pub servo_side: Host,
@@ -29,7 +29,7 @@ pub struct Network {
 }
 
 impl Network {
-    /// Two hosts that reach each other only through the relay.
+    /// Creates two hosts that reach each other only through the relay.
     pub fn new(impairment: &Impairment) -> Self {
         let between = Host::without_network();
         let [servo_side, plant_side] = ["to_a", "to_b"].map(|name| {
@@ -57,7 +57,7 @@ impl Network {
         Self { relay, servo_side, plant_side, _between: between }
     }
 
-    /// The relay's process id: SIGUSR1 cuts and mends the network.
+    /// Returns the relay's process id. SIGUSR1 cuts and restores the network.
     pub fn relay_pid(&self) -> String {
         self.relay.id().to_string()
     }

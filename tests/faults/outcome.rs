@@ -8,7 +8,7 @@ use dq_params::Value;
 use dq_wire::{CycleRecord, Recorded};
 use std::time::Duration;
 
-/// A test for each case: its name says the outcome, and the function runs the case with these arguments.
+/// Declares a test for each case. Its name tells the outcome, and the function runs the case with these arguments.
 macro_rules! cases {
     ($run:ident: $($name:ident => $case:literal $arguments:expr;)*) => {
         $(
@@ -21,15 +21,15 @@ macro_rules! cases {
 }
 pub(crate) use cases;
 
-/// No node takes more memory than this [MB], whatever is sent to it.
+/// The largest memory of a node [MB], whatever is sent to it.
 const MEMORY: f64 = 100.0;
 
-/// Runs a case (cases_*.py) on `host`, and holds what the servo sent, as its record has it, against the invariants.
+/// Runs a case (cases_*.py) on `host`, and checks the recorded commands of the servo against the invariants.
 pub fn run(host: &Host, case: &str, arguments: &[&str]) {
     run_at(500, host, case, arguments);
 }
 
-/// The same with a servo whose cycle runs at `rate` [Hz].
+/// Runs a case with a servo whose cycle runs at `rate` [Hz].
 pub fn run_at(rate: u32, host: &Host, case: &str, arguments: &[&str]) {
     let commands = tempfile::NamedTempFile::new().unwrap();
     let path = commands.path().to_str().unwrap();
@@ -38,14 +38,14 @@ pub fn run_at(rate: u32, host: &Host, case: &str, arguments: &[&str]) {
     assert!(count > 0 || WITHOUT_COMMANDS.contains(&case), "no commands were seen");
 }
 
-/// The same with servo and plant on this host, which must not have grown.
+/// Runs a case with servo and plant on this host, which must not grow.
 pub fn run_with_both_nodes(case: &str, arguments: &[&str]) {
     let host = Host::with_both_nodes();
     run(&host, case, arguments);
     check_memory(&host, &["servo", "plant"]);
 }
 
-/// That these processes still run and have not grown.
+/// Checks that these processes still run and have not grown.
 pub fn check_memory(host: &Host, names: &[&str]) {
     for name in names {
         let memory = host.memory(name);
@@ -53,7 +53,7 @@ pub fn check_memory(host: &Host, names: &[&str]) {
     }
 }
 
-/// Cases in which nobody has reason to drive the arm by velocities, or the servo is of a script that does not record.
+/// Cases in which the arm is not driven by velocities, or whose servo is started by a script without a recorder.
 const WITHOUT_COMMANDS: [&str; 5] =
     ["two_plants", "rival", "guarded_positions", "guarded_reset", "guarded_kill"];
 
@@ -81,14 +81,14 @@ fn check_commands(lines: &str, period: Duration) -> usize {
     count
 }
 
-/// A robot that was silent for so long has come: the default of state_timeout.
+/// A robot that was silent for longer than this counts as new: the default of state_timeout.
 const SILENCE: Duration = Duration::from_millis(100);
 
-/// What the servo knew.
+/// The inputs of the servo.
 struct Seen {
     invariants: Invariants,
     paused: bool,
-    /// Stopped, and no goal has come since.
+    /// Whether the servo was stopped, and no goal has arrived since.
     stopped: bool,
     heard: Duration,
     /// Whether velocities are sent.

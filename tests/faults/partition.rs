@@ -1,10 +1,10 @@
-//! Servo and plant on two hosts with a bad network between them.
+//! Tests servo and plant on two hosts with an impaired network between them.
 
 use crate::host::FAST;
 use crate::network::{Impairment, Network};
 use crate::outcome::{check_memory, run};
 
-/// Servo here, plant there, as soon as they have found each other.
+/// Starts the servo here and the plant there, and waits until they have found each other.
 fn with_nodes(impairment: &Impairment) -> Network {
     let mut network = Network::new(impairment);
     network.plant_side.start("plant", &["puma560"]);

@@ -1,4 +1,4 @@
-//! Servo and plant killed, frozen, restarted, stopped.
+//! Tests servo and plant that are killed, frozen, restarted or stopped.
 
 use crate::host::{FAST, Host, wait_for_line};
 use crate::outcome::{run, run_with_both_nodes};
@@ -32,7 +32,7 @@ fn a_goal_of_before_moves_no_arm_when_the_servo_is_started_again() {
     assert_eq!(host.wait("peer"), Some(0));
 }
 
-/// RustDDS does not outlive a stop of its process (see ros/network_threads.rs).
+/// RustDDS does not survive a stop of its process (see dds/ended_threads.rs).
 const ENDED: &str = "DDS has ended in this process";
 
 #[test]
@@ -62,10 +62,10 @@ fn a_plant_reset_in_motion_is_followed_from_its_start() {
     run_with_both_nodes("reset_in_motion", &[]);
 }
 
-/// What a pipe holds that nobody reads (pipe(7)) [bytes].
+/// The capacity of a pipe (pipe(7)) [bytes].
 const PIPE: usize = 65_536;
 
-/// A servo whose log goes into this pipe; it must work all the same, and end when asked.
+/// Runs a servo whose log goes into this pipe. It must work nevertheless, and end on request.
 fn with_log(log: PipeWriter) {
     let mut host = Host::new();
     host.start("plant", &["puma560"]);
@@ -88,7 +88,7 @@ fn a_servo_whose_log_nobody_reads_any_more_moves_stops_and_ends() {
     with_log(writer);
 }
 
-/// A plant that goes on at its last velocity for 10 s, as real controllers do for ever, with a servo and these guards.
+/// Starts a plant that continues at its last velocity for 10 s, like real controllers do forever, with a servo and these guards.
 fn guarded(guards: &[&str], interface: &str) -> Host {
     let mut host = Host::new();
     let interface = format!("interface:={interface}");
@@ -113,7 +113,7 @@ fn an_arm_that_takes_positions_and_jumps_is_not_called_back_by_its_guard() {
     run(&guarded(&["guard"], "position"), "guarded_reset", &[]);
 }
 
-/// A process that does nothing but work, on the first core.
+/// A process that keeps the first core busy.
 struct Busy(std::process::Child);
 
 impl Busy {
@@ -133,7 +133,7 @@ impl Drop for Busy {
 #[test]
 fn a_guard_that_gets_no_time_sends_nothing_while_the_servo_lives() {
     let host = guarded(&["guard"], "velocity");
-    // It is left what nobody else wants of the first core.
+    // It gets only the time that nobody else needs on the first core.
     let guard = host.pid("guard");
     host.shell(&format!("taskset --all-tasks --cpu-list --pid 0 {guard}"));
     host.shell(&format!("chrt --all-tasks --idle --pid 0 {guard}"));
@@ -155,7 +155,7 @@ fn two_guards_stop_the_arm_of_a_killed_servo_together_and_leave_the_next_one_alo
     run(&host, "arrive", &[]);
 }
 
-/// The script ends the guard as soon as the servo is gone; with the code of that.
+/// The script ends the guard as soon as the servo is gone, and returns the guard's code.
 #[test]
 fn a_servo_of_the_launch_script_killed_in_motion_is_stopped_by_its_guard() {
     let mut host = Host::new();

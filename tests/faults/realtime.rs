@@ -1,4 +1,4 @@
-//! `realtime_priority`: what the system allows is had, what it does not allow is refused before anything moves.
+//! Tests `realtime_priority`: an allowed priority is used, and a forbidden one is refused before anything moves.
 
 use crate::host::{Host, wait_for_line, wait_until};
 
@@ -7,14 +7,14 @@ const NODES: [(&str, &str); 3] =
 
 const PRIORITY: [&str; 3] = ["--ros-args", "-p", "realtime_priority:=40"];
 
-/// The threads with a policy of their own: their names, as far as the kernel keeps them, their policies and priorities (proc_pid_stat(5)).
+/// Returns the threads with a real-time policy: their names (cut by the kernel), policies and priorities (proc_pid_stat(5)).
 fn scheduling(pid: u32) -> Vec<(String, u32, u32)> {
     let mut found = Vec::new();
     for task in std::fs::read_dir(format!("/proc/{pid}/task")).unwrap().flatten() {
         let stat = std::fs::read_to_string(task.path().join("stat")).unwrap();
         let (before, after) = stat.rsplit_once(") ").unwrap();
         let (_, name) = before.split_once('(').unwrap();
-        // The first of them is field 3; 40 is the priority in real time, 41 the policy.
+        // The first of these is field 3; field 40 is the real-time priority, 41 the policy.
         let fields: Vec<_> = after.split(' ').collect();
         let (priority, policy) = (fields[37].parse().unwrap(), fields[38].parse().unwrap());
         if policy != 0 {
@@ -31,7 +31,7 @@ fn locked_memory(pid: u32) -> u64 {
     line.trim().trim_end_matches(" kB").parse().unwrap()
 }
 
-/// Whether a process without these capabilities may still have real time, by its limits.
+/// Returns whether a process without these capabilities may still use real-time priorities, because of its limits.
 fn is_allowed_anyway(limit: &str) -> bool {
     let shown =
         std::process::Command::new("prlimit").args(["--raw", "--noheadings", "-o", "SOFT", limit]).output();
@@ -42,11 +42,11 @@ fn is_allowed_anyway(limit: &str) -> bool {
 #[test]
 fn a_cycle_that_may_have_real_time_has_it_and_its_memory_is_locked() {
     for (node, ready) in NODES {
-        // Others than root would need limits that nobody has by default.
+        // Users other than root would need limits that nobody has by default.
         let Some(mut host) = Host::of_root() else { return };
         wait_for_line(host.start(node, &[&[node], &PRIORITY[..]].concat()), ready);
         let (pid, thread) = (host.pid(node), if node == "puma560" { "plant" } else { node });
-        // Some nodes log before their thread has begun.
+        // Some nodes log before their thread has started.
         wait_until(10.0, || (locked_memory(pid) > 0).then_some(()));
         const FIFO: u32 = 1;
         let expected = [("RustDDS Partici", 39), ("RustDDS discove", 39), (thread, 40)];

@@ -15,7 +15,7 @@ SOL_PACKET, PACKET_VNET_HDR, PACKET_IGNORE_OUTGOING = 263, 15, 23
 
 def port(name):
     end = socket.socket(socket.AF_PACKET, socket.SOCK_RAW, 0)
-    # Each frame with a header that says whether its checksum is still to be made: the kernel leaves that to the "hardware".
+    # Each frame has a header that tells whether its checksum is still to be computed: the kernel leaves that to the "hardware".
     end.setsockopt(SOL_PACKET, PACKET_VNET_HDR, 1)
     end.setsockopt(SOL_PACKET, PACKET_IGNORE_OUTGOING, 1)
     end.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4 << 20)

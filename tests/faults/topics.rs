@@ -1,4 +1,4 @@
-//! Others on the servo's topics.
+//! Tests other publishers and subscribers on the servo's topics.
 
 use crate::host::{FAR, FAST, Host, wait_for_line};
 use crate::outcome::{check_memory, run, run_at, run_with_both_nodes};
@@ -8,7 +8,7 @@ fn two_publishers_of_commands_are_reported_by_servo_and_plant() {
     run_with_both_nodes("rival", &[]);
 }
 
-/// With a servo as fast as it can be: a frozen process counts as gone after 10 s, and until then it must have missed enough.
+/// The servo runs as fast as possible: a frozen process counts as gone after 10 s, and must miss enough samples before.
 #[test]
 fn a_frozen_subscriber_of_commands_and_one_that_never_reads_hold_up_nobody() {
     let host = Host::with_nodes(&[], &[&FAST[..], &["-p", "update_rate:=2000"]].concat());

@@ -4,7 +4,7 @@ import time
 import peer
 from peer import PARTICIPANT, RELIABLE
 
-# Some of these are for the cases, which take all from here.
+# The cases import some of these from here.
 from peer import GOAL, last, reader, ros, send_goal, take, wait_matched, writer
 from robot import Commands
 

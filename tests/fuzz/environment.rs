@@ -1,4 +1,4 @@
-//! Environment variables, those of security among them.
+//! Tests environment variables, including those of security.
 
 use crate::{assert_one_line, cases};
 use dq_ros::ros::{Environment, RosArgs};

@@ -1,7 +1,7 @@
-//! Input gone wrong: what answers it answers whatever it is, without a panic, with one line, and in bounded memory.
+//! Tests damaged input: every reader answers without a panic, with one line, and in bounded memory.
 //!
-//! Starts from a corpus (tests/data/fuzz, the files of msg_config, messages of a real ROS 2) and damages it at random. CI takes
-//! some seconds of it; `FUZZ_FACTOR=1000 cargo test --test fuzz` takes as many times more cases.
+//! Starts from a corpus (tests/data/fuzz, the files of msg_config, messages of a real ROS 2) and damages it at random. CI runs some seconds
+//! of it; `FUZZ_FACTOR=1000 cargo test --test fuzz` runs that many times as many cases.
 
 #[path = "../record/damage.rs"]
 mod damage;
@@ -17,20 +17,20 @@ use memory::measured;
 use proptest::prelude::ProptestConfig;
 use std::fmt::Display;
 
-/// As many cases as CI has time for, times `FUZZ_FACTOR`; after the seeds of what has failed before (tests/proptest-regressions).
+/// Returns the number of cases for CI times `FUZZ_FACTOR`. They follow the seeds of earlier failures (tests/proptest-regressions).
 fn cases(in_ci: u32) -> ProptestConfig {
     let factor =
         std::env::var("FUZZ_FACTOR").map_or(1, |text| text.parse().expect("FUZZ_FACTOR is a number"));
     ProptestConfig { cases: in_ci.saturating_mul(factor), ..ProptestConfig::default() }
 }
 
-/// Fails unless the message is one line that says something.
+/// Fails unless the message is one nonempty line.
 fn assert_one_line(message: &dyn Display) {
     let text = message.to_string();
     assert!(!text.is_empty() && text.lines().count() == 1, "{text:?}");
 }
 
-/// The lines of a corpus file, without its comments.
+/// Returns the lines of a corpus file, without its comments.
 fn corpus(text: &'static str) -> Vec<&'static str> {
     text.lines().filter(|line| !line.is_empty() && !line.starts_with('#')).collect()
 }

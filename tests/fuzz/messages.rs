@@ -1,4 +1,4 @@
-//! Bytes that are to be messages.
+//! Tests bytes in place of messages.
 
 use crate::damage::{Damage, apply, damage};
 use crate::{assert_one_line, cases, measured};
@@ -18,10 +18,10 @@ static ORIGINALS: LazyLock<Vec<Vec<u8>>> = LazyLock::new(|| {
     all.iter().map(|case| hex::decode(case["cdr"].as_str().unwrap()).unwrap()).collect()
 });
 
-/// More than a decoder may take ahead of the data, whatever length they claim: serde stops at 1 MiB a sequence. It also covers
-/// what the tests that run beside take meanwhile \[bytes\].
+/// The largest memory that a decoder may allocate before it has the data, whatever length they claim: serde stops at 1 MiB per sequence. It
+/// also covers parallel tests \[bytes\].
 const AHEAD: usize = 8 << 20;
-/// More than a decoded value takes for each byte of its encoding: an empty string of four bytes is one of 24 here.
+/// The largest ratio of a decoded value to its encoding: an empty string of four bytes takes 24 bytes here.
 const FACTOR: usize = 32;
 
 fn encode<M: Message>(message: &M) -> Vec<u8> {
@@ -30,7 +30,7 @@ fn encode<M: Message>(message: &M) -> Vec<u8> {
     bytes
 }
 
-/// Decodes the bytes; whether they are a message.
+/// Decodes the bytes. Returns whether they are a message.
 fn check<M: Message>(bytes: &[u8]) -> bool {
     let (decoded, memory) = measured(|| decode::<M>(bytes));
     assert!(memory <= AHEAD + FACTOR * bytes.len(), "{}: {memory} bytes for {}", M::TYPE, bytes.len());
@@ -41,14 +41,15 @@ fn check<M: Message>(bytes: &[u8]) -> bool {
             return false;
         }
     };
-    // The bytes need not come back: padding may be anything, and so may the byte order and the end of an empty string. But
+    // Encoding need not give the same bytes: padding, byte order and the end of an empty string may differ. But the second encoding equals
+    // the first.
     // they do from then on.
     let encoded = encode(&message);
     assert_eq!(encode(&decode::<M>(&encoded).unwrap()), encoded, "{}", M::TYPE);
     true
 }
 
-/// Tries the bytes as each type that a node of ours, a tool or the reader of bags decodes; how many they are.
+/// Decodes the bytes as each type that our nodes, tools or bag readers decode. Returns the number of successes.
 fn check_all(bytes: &[u8]) -> usize {
     let found = [
         check::<JointState>(bytes),
@@ -74,7 +75,7 @@ fn the_originals_are_messages() {
 
 #[test]
 fn claimed_lengths_take_no_memory() {
-    // Each word of each message in turn claims to be the length of all there could be.
+    // Each word of each message in turn claims to be the largest possible length.
     for original in ORIGINALS.iter() {
         for at in (4..original.len()).step_by(4) {
             for length in [u32::MAX, 1 << 31, 1 << 28, 1 << 20] {
@@ -98,7 +99,7 @@ fn a_large_message_takes_no_more_than_its_size_says() {
     assert!(check::<JointState>(&encode(&names)));
 }
 
-/// A message with some damage done to it.
+/// Returns a message with some damage.
 fn damaged() -> impl Strategy<Value = (Index, Vec<Damage>)> {
     (any::<Index>(), prop::collection::vec(damage(), 1..6))
 }

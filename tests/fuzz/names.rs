@@ -1,4 +1,4 @@
-//! Command lines: `--ros-args` with its remapping rules, and the names that come of them.
+//! Tests command lines: `--ros-args` with remapping rules, and the resulting names.
 
 use crate::damage::{apply, damage};
 use crate::{assert_one_line, cases, corpus};
@@ -8,14 +8,14 @@ use proptest::prelude::*;
 use proptest::sample::{Index, select};
 use std::sync::LazyLock;
 
-/// Command lines, a line each.
+/// Command lines, one per line.
 static LINES: LazyLock<Vec<&str>> = LazyLock::new(|| corpus(include_str!("../data/fuzz/args.txt")));
 
-/// Names as nodes use them.
+/// Typical names of nodes' topics.
 const NAMES: [&str; 8] =
     ["goal_pose", "~/status", "/tf", "left/joint_states", "{node}/x", "{ns}/y", "~", "rostopic://goal_pose"];
 
-/// Takes the arguments and resolves names by them; whether that made a node.
+/// Parses the arguments and resolves names with them. Returns whether that gave a node.
 fn check(line: Vec<String>) -> bool {
     let total = line.len();
     let (ours, ros) = match args::split(line) {
@@ -29,7 +29,7 @@ fn check(line: Vec<String>) -> bool {
     let Ok(resolver) = Resolver::new("dq_servo", &ros).inspect_err(|why| assert_one_line(why)) else {
         return false;
     };
-    // What resolves is a name that resolves to itself where no rule meddles.
+    // A resolved name resolves to itself without rules.
     assert_eq!(NodeName::parse(&resolver.node().fully_qualified()).as_ref(), Ok(resolver.node()));
     let plain = Resolver::new("plain", &args::RosArgs::default()).unwrap();
     for name in NAMES {

@@ -1,4 +1,4 @@
-//! Texts that are to be parameter files, robots' among them, and values of parameters.
+//! Tests texts in place of parameter files, including robot descriptions, and values of parameters.
 
 use crate::damage::{apply, damage};
 use crate::{assert_one_line, cases, corpus, measured};
@@ -10,7 +10,7 @@ use std::sync::LazyLock;
 
 const DUAL: &str = include_str!("../../msg_config/dual.yaml");
 
-/// Files that are as they should be, and files that found bugs or might have.
+/// Valid files, and files that found bugs or might have.
 static ORIGINALS: LazyLock<Vec<&str>> = LazyLock::new(|| {
     let spoilt = include_str!("../data/fuzz/parameters.yaml").split("\n---\n");
     [BUILTIN_FILE, DUAL].into_iter().chain(spoilt).collect()
@@ -19,10 +19,10 @@ static ORIGINALS: LazyLock<Vec<&str>> = LazyLock::new(|| {
 /// Values for `-p name:=value`.
 static VALUES: LazyLock<Vec<&str>> = LazyLock::new(|| corpus(include_str!("../data/fuzz/values.txt")));
 
-/// More than the parser may take, whatever a file of some kilobytes says \[bytes\].
+/// The largest memory of the parser, whatever a file of some kilobytes contains \[bytes\].
 const MEMORY: usize = 64 << 20;
 
-/// Sets up a node by the file as its start does; whether it could run.
+/// Sets up a node from the file. Returns whether it could run.
 fn check<P: NodeParameters>(text: &str, node: &str) -> bool {
     let found = match parameters_for(text, "file.yaml", node) {
         Ok(found) => found,
@@ -93,7 +93,7 @@ fn nesting_without_end_is_refused() {
     }
 }
 
-/// Pieces that mean something to a parameter file.
+/// Returns a piece of a parameter file.
 fn piece() -> impl Strategy<Value = &'static str> {
     select(concat!(
         "/**¦/*¦**¦*¦dq_servo¦puma560¦:¦: ¦\n¦\n  ¦\n    ¦ros__parameters:¦arm¦.a¦joints¦[¦]¦{¦}¦, ¦1.0¦-1¦",
@@ -118,7 +118,7 @@ proptest! {
             bytes.extend(pieces.concat().as_bytes());
             bytes.extend(tail);
         }
-        // A file that is no UTF-8 is refused before it comes so far.
+        // Files that are not UTF-8 are refused earlier.
         check_all(&String::from_utf8_lossy(&bytes));
     }
 

@@ -1,4 +1,4 @@
-//! The figures as drawn.
+//! Tests the drawn figures.
 
 use crate::reproduction;
 use dq_figures::{Width, frameplotter, png};
@@ -12,7 +12,7 @@ fn frameplotter_draws_the_frame_of_the_paper_s_logarithm() {
     assert!(frame.rotation.angle_to(&expected) < 1e-12);
 }
 
-/// Coordinates of every polyline, in the figure's pixels.
+/// Returns the coordinates of every polyline, in the figure's pixels.
 fn polylines(svg: &str) -> Vec<Vec<(f64, f64)>> {
     let points = |text: &str| {
         let pair = |pair: &str| {

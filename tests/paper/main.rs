@@ -1,4 +1,4 @@
-//! The reference work repeated: its numbers met, its claims judged.
+//! Tests the reproduction of the reference work: its numbers and its claims.
 
 mod figures;
 #[path = "../../src/algebra/tests/reference.rs"]
@@ -17,7 +17,7 @@ fn number(value: &Value) -> f64 {
     value.as_f64().unwrap_or_else(|| panic!("{value}"))
 }
 
-/// The paper's.
+/// Returns the paper's setup.
 fn laboratory() -> Laboratory {
     let (store, _) = ServoParameters::start("/any", Vec::new()).unwrap();
     let parameters = ServoParameters::from_store(&store).unwrap();
@@ -25,7 +25,7 @@ fn laboratory() -> Laboratory {
     Laboratory { chain: parameters.arms.chain().clone(), settings: parameters.settings, experiment }
 }
 
-/// Everything, once for all tests.
+/// Returns the complete reproduction, computed once for all tests.
 fn reproduction() -> &'static Reproduction {
     static DONE: OnceLock<Reproduction> = OnceLock::new();
     DONE.get_or_init(|| reproduce(&laboratory()).unwrap())
@@ -50,7 +50,7 @@ fn diffc_meets_the_computed_figures_of_the_reference_work() {
     };
     close_mm(&diffc["position_error_m"], &computed["position_error_mm_at_10s"], 1e-5);
     close(&diffc["distance_m"], &computed["straight_line"], 1e-12);
-    // The length of a polygon: both are sampled.
+    // Both are lengths of polygons, because both are sampled.
     close(&diffc["path_length_m"], &computed["path_length_first_10s"], 1e-4);
     close_mm(
         &row("diffc", 1.0)["position_error_m"],
@@ -66,8 +66,8 @@ fn claim<'a>(reproduction: &'a Reproduction, needle: &str) -> &'a Claim {
 #[test]
 fn what_the_paper_claims_is_judged() {
     let holds: Vec<_> = reproduction().claims.iter().map(|claim| claim.holds).collect();
-    // Not the wrist's settling within 10 s, nor that of both laws alike; not the translation first through the joints; not that an 8×8 matrix of
-    // rank 6 is positive definite; not equations 31 and 32.
+    // The refuted claims are: that the wrist settles within 10 s, and both laws alike; that the translation comes first in the joints; that
+    // an 8×8 matrix of rank 6 is positive definite; equations 31 and 32.
     let (yes, no) = (true, false);
     assert_eq!(holds, [no, no, yes, yes, yes, no, yes, yes, yes, no, no, no, yes]);
     let alike = &claim(reproduction(), "settle alike, in 10 s").evidence;
@@ -87,7 +87,7 @@ fn what_the_paper_claims_is_judged() {
     assert!(row("diffc", 1.0)["settling_time_2_percent_position_s"].is_null());
 }
 
-/// Other constants, other words: nothing of the verdicts is written beforehand.
+/// With other constants the verdicts differ, so they are not fixed beforehand.
 #[test]
 fn claims_follow_the_experiment() {
     let mut lab = laboratory();
@@ -118,7 +118,7 @@ fn a_crossed_singularity_is_called_crossed() {
             (Some(true), Some(0.0))
         );
     }
-    // A motion that stays on its side of the elbow.
+    // A motion that stays on its side of the elbow singularity.
     let mut lab = laboratory();
     lab.experiment.theta_desired.clone_from(&lab.experiment.theta_initial);
     lab.experiment.theta_desired[0] += 0.3;
@@ -130,8 +130,8 @@ fn a_crossed_singularity_is_called_crossed() {
     );
 }
 
-/// The elbow's factor of the determinant: how the distance from shoulder to wrist changes with θ₃. The shoulder's is the wrist's distance from the
-/// first joint's axis.
+/// The elbow's factor of the determinant is the derivative by θ₃ of the distance from shoulder to wrist. The shoulder's factor is the
+/// wrist's distance from the first joint's axis.
 #[test]
 fn which_singularity_is_crossed() {
     let lab = laboratory();
@@ -158,7 +158,7 @@ fn which_singularity_is_crossed() {
     assert!(crossed.len() == 1 && (crossed[0] - 1.461).abs() < 2e-3, "{crossed:?}");
 }
 
-/// `r exp(ε ½ t)` is `r + ε ½ r t`: it moves by R t; and the exponential of ½ θ k + ε ½ t moves by another way again.
+/// `r exp(ε ½ t)` is `r + ε ½ r t`, which moves by R t. The exponential of ½ θ k + ε ½ t moves by yet another translation.
 #[test]
 fn equations_31_and_32_are_not_the_pose_of_equation_13() {
     let pose = laboratory().chain.forward_kinematics(&laboratory().experiment.theta_initial).unwrap();
@@ -168,7 +168,7 @@ fn equations_31_and_32_are_not_the_pose_of_equation_13() {
     assert!(number(&sides["logarithm_off_m"]) > 0.1);
 }
 
-/// With k times the gain the same way is gone k times as fast.
+/// With k times the gain the same path is traversed k times as fast.
 #[test]
 fn the_gain_changes_the_speed_and_not_the_path() {
     let rows = reproduction().results["gain_sweep"].as_array().unwrap();
@@ -204,7 +204,7 @@ fn figure_4_is_the_reference_work_s() {
     }
 }
 
-/// As the paper's notebooks have it: `ψ̇ = −k_ω ψ`, `ẋ = −(k_ω + k_v R_ψ A_ψ⁻¹) x`.
+/// The rates of the paper's notebooks: `ψ̇ = −k_ω ψ`, `ẋ = −(k_ω + k_v R_ψ A_ψ⁻¹) x`.
 #[test]
 fn the_half_log_s_rate_is_that_of_the_notebooks() {
     let gains = [0.7, 1.9];

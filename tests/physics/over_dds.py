@@ -25,7 +25,7 @@ class ServoOverDds:
     def __init__(self, arm, parameters):
         servo = dq.Servo(arm, parameters)
         self.joints, self.parameters = servo.joints, servo.parameters
-        # As joint_state_broadcaster does it: in alphabetical order.
+        # In alphabetical order, like joint_state_broadcaster.
         self.order = sorted(range(len(self.joints)), key=self.joints.__getitem__)
         given = [word for name, value in parameters.items() for word in ("-p", f"{name}:={value}")]
         program = [ROOT / "target/debug/dq_servo", "servo", "--arm", arm, "--ros-args", *given]

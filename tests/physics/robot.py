@@ -16,8 +16,8 @@ STARTS = {
     "ur5e": np.array([0.0, -1.2, 1.6, -1.9, -1.57, 0.3]),
     "panda": np.array([0.0, -0.5, 0.0, -2.1, 0.0, 1.6, 0.8]),
 }
-# A velocity that is wrong by so much [rad/s] takes a servo's whole torque; where it integrates, its spring brings a position error down at
-# this rate [1/s]: the ratio kp/kv.
+# A velocity error of this size [rad/s] uses a servo's whole torque. In an integrating servo, a position error decays at this rate [1/s],
+# the ratio kp/kv.
 SATURATION, RATE = 0.2, 10.0
 
 
@@ -154,7 +154,7 @@ class Robot:
     def step(self):
         self.data.ctrl[:] = 0.0 if self.stopped else self.plant.slider * self.command
         if self.stopped:
-            # Brakes: the joints stand, and a servo that integrates begins where they do.
+            # Brakes: the joints stand still, and an integrating servo begins at their positions.
             self.data.qvel[:] = 0.0
             if self.plant.integrates:
                 self.data.act[:] = self.data.qpos

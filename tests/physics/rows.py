@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from robot import PERIOD, Plant, Robot
 
-# An arm that has settled is watched for so long [s]; a motion may take so long [s].
+# How long an arm that has settled is watched [s], and the longest time of a motion [s].
 WATCHED, LONGEST = 2.0, 20.0
 
 

@@ -9,9 +9,9 @@ from pathlib import Path
 import rows
 from test_physics import check
 
-# A network of its own, with loopback only.
+# A separate network with loopback only.
 NETWORK = "ip link set lo up && ip link set lo multicast on && ip route add 224.0.0.0/4 dev lo"
-# On a machine that is busy with something else it is run again.
+# The number of attempts, for a busy machine.
 ATTEMPTS = 3
 
 

@@ -88,7 +88,7 @@ class Faults(unittest.TestCase):
                 seen = robot.run(3.0)
                 self.assertLess(np.max(np.abs(robot.data.qpos - before)), 2e-3, (integrates, parameters))
                 self.assertLess(np.max(np.abs(seen.array("velocities"))), 0.05)
-                # Who asks again gets what is asked for.
+                # A new request makes the arm go on.
                 robot.servo.pause(False)
                 robot.run(10.0, until="settled")
                 self.assertEqual(robot.servo.state, "settled")

@@ -109,7 +109,7 @@ class Kinematics(unittest.TestCase):
             np.testing.assert_array_equal(chain.forward_kinematics(theta).dual_quaternion, poses[i])
             goal = dq.Pose.from_dual_quaternion(goals[i])
             np.testing.assert_allclose(law.step(chain, theta, goal), speeds[i], rtol=1e-9, atol=1e-12)
-        # Neither their order in memory nor their type matters.
+        # Neither the memory order nor the type matters.
         np.testing.assert_array_equal(chain.jacobian_batch(np.asfortranarray(thetas)), jacobians)
         whole = chain.forward_kinematics([0, -1, 1, -1, -1, 0]).matrix()
         np.testing.assert_array_equal(chain.forward_kinematics(np.array([0, -1, 1, -1, -1, 0])).matrix(), whole)
@@ -248,7 +248,7 @@ class TheServo(unittest.TestCase):
         in_file = ["joints", "arm.alpha", "gains.logc", "limits.joint_velocity", "limits.joint_position_upper"]
         live = ["controller", "constraints", "keep_out", "limits.jerk", "reconfigure", "latency", "posture.gain"]
         self.assertLessEqual({*in_file, *live}, set(servo.parameters))
-        # What a servo says it has, another one takes.
+        # Another servo accepts the parameters of a servo.
         self.assertEqual(dq.Servo(None, servo.parameters).parameters, servo.parameters)
 
     def test_constraints_keep_the_arm_out_and_the_status_says_so(self):
@@ -297,7 +297,7 @@ class TheServo(unittest.TestCase):
         late, theta = [START] * 11, START
         for cycle in range(1, 2000):
             now = 0.002 * cycle
-            # At 125 Hz, each 20 ms old.
+            # At 125 Hz, each state 20 ms old.
             state = {"positions": late[-11], "stamp": now - 0.02} if cycle % 4 == 0 else {}
             output = servo.cycle(now, **state)
             theta = theta + 0.002 * (output if output is not None else 0)
@@ -347,7 +347,7 @@ class Bags(unittest.TestCase):
         self.assertEqual(commands.shape, (len(sent_at), 6))
         self.assertEqual(run.errors[1].shape[1], 2)
         self.assertEqual(run.velocities[1].shape, positions.shape)
-        # The bag says where the tool was; so does the chain.
+        # The bag has the tool's poses, and the chain computes the same.
         chain = dq.Chain.builtin("puma560")
         there = chain.forward_kinematics_batch(positions)
         poses = run.poses[1]

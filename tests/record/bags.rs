@@ -1,4 +1,4 @@
-//! Bags to test with.
+//! Bags for the tests.
 
 use dq_bags::{Bag, BagError, BagMessage, BagWriter, Topic, TopicRecord, WriterOptions};
 use dq_messages::messages::{Message, UInt8MultiArray};
@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Duration;
 
-/// A message before it is in a bag.
+/// A message that is not yet in a bag.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sample {
     pub topic: String,
@@ -32,7 +32,7 @@ impl From<BagMessage> for Sample {
     }
 }
 
-/// Messages that a real ROS 2 Jazzy encoded, all of them that can be recorded, `rounds` times over, a millisecond apart.
+/// Returns all recordable messages that a real ROS 2 Jazzy encoded, `rounds` times, a millisecond apart.
 pub fn samples(rounds: usize) -> Vec<Sample> {
     let all: Vec<Value> = serde_json::from_str(include_str!("../data/cdr_jazzy.json")).unwrap();
     let text = |case: &Value, key: &str| case[key].as_str().unwrap().to_owned();
@@ -47,7 +47,7 @@ pub fn samples(rounds: usize) -> Vec<Sample> {
     known.iter().cycle().take(rounds * known.len()).enumerate().map(sample).collect()
 }
 
-/// What a latched, reliable publisher offers.
+/// Returns the QoS of a latched, reliable publisher.
 pub fn latched() -> OfferedQos {
     OfferedQos {
         reliability: ReliabilityKind::Reliable,
@@ -74,7 +74,7 @@ pub fn write(directory: &Path, options: WriterOptions, samples: &[Sample]) -> dq
     bag.finish().unwrap()
 }
 
-/// All messages of a bag that is whole.
+/// Returns all messages of an undamaged bag.
 #[track_caller]
 pub fn read(path: &Path) -> Vec<Sample> {
     let (samples, _, losses) = read_through(path).unwrap();
@@ -82,23 +82,23 @@ pub fn read(path: &Path) -> Vec<Sample> {
     samples
 }
 
-/// Messages, topics, and what was lost.
+/// Messages, topics, and losses.
 type Contents = (Vec<Sample>, Vec<Topic>, Vec<String>);
 
-/// Everything in a bag.
+/// Returns everything in a bag.
 pub fn read_through(path: &Path) -> Result<Contents, BagError> {
     let mut bag = Bag::open(path)?;
     let samples = bag.by_ref().map(Sample::from).collect();
     Ok((samples, bag.topics(), bag.losses().lines().collect()))
 }
 
-/// The topics of a bag with the number of their messages.
+/// Returns the topics of a bag with their numbers of messages.
 pub fn topics(path: &Path) -> Vec<(String, u64)> {
     let (_, topics, _) = read_through(path).unwrap();
     topics.into_iter().map(|topic| (topic.name, topic.count)).collect()
 }
 
-/// The bag of a real `ros2 bag record`, unpacked into `into`: its directory.
+/// Unpacks the bag of a real `ros2 bag record` into `into`, and returns its directory.
 pub fn jazzy(into: &Path, storage: &str) -> PathBuf {
     let packed =
         Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data")).join(format!("bag_jazzy_{storage}"));
@@ -116,7 +116,7 @@ pub fn jazzy(into: &Path, storage: &str) -> PathBuf {
     directory
 }
 
-/// The bag's first data file.
+/// Returns the bag's first data file.
 pub fn data_file(directory: &Path) -> PathBuf {
     let mut files: Vec<_> = directory.read_dir().unwrap().map(|entry| entry.unwrap().path()).collect();
     let endings = ["mcap", "db3", "zstd"];
@@ -127,21 +127,21 @@ pub fn data_file(directory: &Path) -> PathBuf {
     files.swap_remove(0)
 }
 
-/// Encodes a message as one comes over the wire.
+/// Encodes a message as it is on the wire.
 pub fn encode(message: &impl Message) -> Vec<u8> {
     let mut bytes = vec![0, 1, 0, 0];
     to_writer_with_rep_id(&mut bytes, message, RepresentationIdentifier::CDR_LE).unwrap();
     bytes
 }
 
-/// Alters what is in the sample.
+/// Changes the message in the sample.
 pub fn alter<M: Message>(sample: &mut Sample, alter: impl FnOnce(&mut M)) {
     let mut message: M = decode(&sample.cdr).unwrap();
     alter(&mut message);
     sample.cdr = encode(&message);
 }
 
-/// Alters the cycles that are in the sample.
+/// Changes the cycles in the sample.
 pub fn alter_cycles(sample: &mut Sample, alter_them: impl FnOnce(&mut Vec<CycleRecord>)) {
     alter(sample, |message: &mut UInt8MultiArray| {
         let bytes = std::mem::take(&mut message.data);
@@ -155,14 +155,14 @@ pub fn alter_cycles(sample: &mut Sample, alter_them: impl FnOnce(&mut Vec<CycleR
     });
 }
 
-/// The cycles of a record in these samples.
+/// Returns the number of recorded cycles in these samples.
 pub fn cycles_of(samples: &[Sample]) -> usize {
     let records = samples.iter().filter(|sample| sample.topic == EVENTS);
     let messages = records.map(|sample| decode::<UInt8MultiArray>(&sample.cdr).unwrap());
     messages.map(|message| CycleRecord::read_all(&message.data).unwrap().len()).sum()
 }
 
-/// A file of a folder that goes with the test.
+/// Returns a path in a folder that is deleted with the test.
 pub fn place(name: &str) -> (tempfile::TempDir, PathBuf) {
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join(name);
@@ -172,21 +172,21 @@ pub fn place(name: &str) -> (tempfile::TempDir, PathBuf) {
 /// The bag of the demo.
 pub const DEMO: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/bag_demo");
 
-/// Where its servo's record is.
+/// The topic of its servo's record.
 pub const EVENTS: &str = "/dq_servo/events";
 
 pub fn demo() -> Vec<Sample> {
     read(Path::new(DEMO))
 }
 
-/// The demo's bag with its messages changed.
+/// Writes the demo's bag with changed messages.
 pub fn demo_with(path: &Path, change: impl FnOnce(&mut Vec<Sample>)) {
     let mut samples = demo();
     change(&mut samples);
     write(path, WriterOptions::default(), &samples);
 }
 
-/// The demo's bag with its messages of that type altered.
+/// Writes the demo's bag with changes to its messages of this type.
 pub fn altered<M: Message>(path: &Path, mut change: impl FnMut(&mut M)) {
     demo_with(path, |samples| {
         let of_type = samples.iter_mut().filter(|sample| sample.message == M::TYPE);
@@ -194,7 +194,7 @@ pub fn altered<M: Message>(path: &Path, mut change: impl FnMut(&mut M)) {
     });
 }
 
-/// The demo's bag with its records altered.
+/// Writes the demo's bag with changes to its records.
 pub fn altered_records(path: &Path, mut change: impl FnMut(&mut CycleRecord)) {
     demo_with(path, |samples| {
         let records = samples.iter_mut().filter(|sample| sample.topic == EVENTS);
@@ -202,12 +202,12 @@ pub fn altered_records(path: &Path, mut change: impl FnMut(&mut CycleRecord)) {
     });
 }
 
-/// The demo's bag without some of its messages, as `ros2 bag record -a` makes it: it subscribes late.
+/// Writes the demo's bag without some of its messages, like `ros2 bag record -a`, which subscribes late.
 pub fn demo_without(path: &Path, mut is_missing: impl FnMut(&Sample) -> bool) {
     demo_with(path, |samples| samples.retain(|sample| !is_missing(sample)));
 }
 
-/// Runs the program: its code, and what it says on stdout and on stderr.
+/// Runs the program. Returns its code, stdout and stderr.
 pub fn dq_servo(arguments: &[&dyn AsRef<OsStr>]) -> (Option<i32>, String, String) {
     let mut command = Command::new(env!("CARGO_BIN_EXE_dq_servo"));
     let output = command.args(arguments.iter().map(|argument| argument.as_ref())).output().unwrap();

@@ -1,20 +1,20 @@
-//! Ways in which bytes go wrong.
+//! Damages to bytes.
 
 use proptest::prelude::*;
 use proptest::sample::Index;
 
-/// One thing that goes wrong.
+/// A single damage.
 #[derive(Clone, Debug)]
 pub enum Damage {
     Byte(Index, u8),
-    /// A length or an offset, most likely.
+    /// Replaces a number, most likely a length or an offset.
     Number(Index, u64),
     Cut(Index),
     Insert(Index, Vec<u8>),
     Repeat(Index, Index),
 }
 
-/// Any one of them.
+/// Returns a random damage.
 pub fn damage() -> impl Strategy<Value = Damage> {
     let number = prop_oneof![any::<u64>(), 0..64u64, (0..64u32).prop_map(|shift| (1u64 << shift) - 1)];
     prop_oneof![
@@ -26,9 +26,9 @@ pub fn damage() -> impl Strategy<Value = Damage> {
     ]
 }
 
-/// Does it.
+/// Applies the damage.
 pub fn apply(damage: &Damage, bytes: &mut Vec<u8>) {
-    // Half of the damage is done to the beginning, where headers, schemas and SQLite's first page are.
+    // Half of the damages affect the beginning, where headers, schemas and SQLite's first page are.
     let at = |index: &Index, length: usize| match index.index(2) {
         0 => index.index(length),
         _ => index.index(length.min(2000)),

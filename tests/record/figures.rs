@@ -1,4 +1,4 @@
-//! The figures of recorded runs.
+//! Tests the figures of recorded runs.
 
 use crate::bags::{DEMO, Sample, alter, demo, dq_servo, jazzy, place, write};
 use crate::runs::{only_run, puma560};
@@ -10,7 +10,7 @@ use dq_runs::{RecordedRun, plot, recorded};
 use std::ffi::OsStr;
 use std::path::Path;
 
-/// What a reader looks for in the figures of a run there and back under two laws.
+/// A run there and back under two laws: goals, laws and threshold are shown.
 #[test]
 fn figures_show_goals_laws_and_the_threshold_of_damping() {
     let run = only_run(Path::new(DEMO));
@@ -28,7 +28,7 @@ fn figures_show_goals_laws_and_the_threshold_of_damping() {
     assert_eq!(threshold["points"][0][1], 0.05, "damping.threshold");
 }
 
-/// As of two arms whose law and primitive are set one after the other before a goal.
+/// The case of two arms whose law and primitive are set one after the other before a goal.
 #[test]
 fn a_law_under_which_nothing_moved_has_no_curve_of_its_own() {
     let run = only_run(Path::new(DEMO));
@@ -51,7 +51,7 @@ fn a_law_under_which_nothing_moved_has_no_curve_of_its_own() {
     assert_eq!(legend(&set_between), legend(&run));
 }
 
-/// A message stamped 0, one a year ahead, and a run of another day: the axis has the rest, and what is not on it is named.
+/// A message with stamp 0, one a year ahead, and a run of another day. The axis shows the rest, and what is left out is named.
 #[test]
 fn what_is_far_from_the_rest_of_a_run_is_left_out_of_its_figures_and_named() {
     const DAY: i64 = 86_400_000_000_000;
@@ -94,7 +94,7 @@ fn what_is_far_from_the_rest_of_a_run_is_left_out_of_its_figures_and_named() {
     }
 }
 
-/// A limit is drawn as it was at each time, one of position where the joint comes near to it.
+/// A limit is drawn with its value at each time. A position limit is drawn if the joint comes near it.
 #[test]
 fn figures_show_limits_that_were_in_force() {
     let mut run = only_run(Path::new(DEMO));
@@ -119,8 +119,8 @@ fn figures_show_limits_that_were_in_force() {
     assert_eq!((drawn("joint_positions", 0).len(), drawn("joint_positions", 1).len()), (1, 0));
 }
 
-/// Of several runs one line says the limit where it is the same for all, else each has one by its name and in its colour; the same of
-/// position limits and of the damping's threshold.
+/// Several runs share one line if their limits are equal. Otherwise each has its own line with its name and color. The same holds for
+/// position limits and the threshold of damping.
 #[test]
 fn figures_show_the_limits_of_each_run() {
     let one = only_run(Path::new(DEMO));
@@ -143,7 +143,7 @@ fn figures_show_the_limits_of_each_run() {
     let speed = one.limits[0].1.joint_velocity[0];
     let (bounds, _) = drawn(&[&one, &other], "joint_velocities");
     assert_eq!(bounds, named(&[("limit", speed), ("limit", -speed)]));
-    // What is not of joints' speeds is no other limit of them.
+    // A limit of something else than joint velocities does not count here.
     other.limits[0].1.joint_acceleration[0] += 1.0;
     assert_eq!(drawn(&[&one, &other], "joint_velocities").0, bounds);
     let lowest = one.samples.iter().map(|sample| sample.positions[0]).fold(f64::INFINITY, f64::min);
@@ -227,7 +227,7 @@ fn plot_writes_its_figures_and_a_table_or_json() {
     }
 }
 
-/// Labels have 8 pt where the figure is as wide as it says, all is on the sheet, and that is no higher than a page.
+/// Labels have 8 pt at the stated width. Everything is on the sheet, whose height is at most that of a page.
 #[test]
 fn figures_for_a_paper_are_as_wide_as_its_columns() {
     let directory = tempfile::tempdir().unwrap();
@@ -261,7 +261,7 @@ fn figures_for_a_paper_are_as_wide_as_its_columns() {
     }
 }
 
-/// As on a full disk: no file may grow beyond 10 kB.
+/// Like a full disk: no file may grow beyond 10 kB.
 #[test]
 fn figures_that_cannot_be_written_whole_leave_those_before_as_they_were() {
     let directory = tempfile::tempdir().unwrap();

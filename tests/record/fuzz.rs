@@ -1,4 +1,4 @@
-//! Bytes gone wrong: the reader answers, whatever they are.
+//! Tests damaged bytes: the reader always answers.
 
 use crate::bags::{data_file, jazzy, samples, write};
 use crate::damage::{apply, damage};
@@ -17,7 +17,7 @@ use std::sync::{LazyLock, Mutex};
 
 static PUMA560: LazyLock<ServoParameters> = LazyLock::new(crate::runs::puma560);
 
-/// Whole files to start from, by name: bags of ours and of a real ROS 2, and their metadata.
+/// Complete files by name: bags of ours and of a real ROS 2, and their metadata.
 static ORIGINALS: LazyLock<Vec<(&str, Vec<u8>)>> = LazyLock::new(|| {
     let directory = tempfile::tempdir().unwrap();
     let path = |name: &str| directory.path().join(name);
@@ -37,10 +37,10 @@ static ORIGINALS: LazyLock<Vec<(&str, Vec<u8>)>> = LazyLock::new(|| {
     all
 });
 
-/// What has been explained already: much damage has the same outcome, as a chunk is read as a whole or not at all.
+/// Outcomes that were already processed. Much damage has the same outcome, because a chunk is read completely or not at all.
 static EXPLAINED: LazyLock<Mutex<HashSet<u64>>> = LazyLock::new(Mutex::default);
 
-/// Reads all there is, draws it and replays it. What matters is that it comes back.
+/// Reads, draws and replays everything. It must return.
 fn take_in(bytes: &[u8]) -> usize {
     let directory = tempfile::tempdir().unwrap();
     let path: PathBuf = directory.path().join("file");

@@ -1,4 +1,4 @@
-//! Bags that are damaged, or made to do harm: what is whole is read, what is lost is said, in bounded memory and time.
+//! Tests damaged and malicious bags: undamaged parts are read, and losses are reported, in bounded memory and time.
 
 use crate::bags::{
     EVENTS, Sample, altered, altered_records, data_file, demo, dq_servo, encode, jazzy, place, read,
@@ -27,7 +27,7 @@ fn assert_lines(losses: &[String], path: &Path) {
     assert!(losses.iter().all(is_line), "{losses:?}");
 }
 
-/// Flips one bit in every 23rd byte in turn: what is before it is read, but for the `chunk` that it is in, and what is lost is said.
+/// Flips one bit in every 23rd byte in turn. What precedes it is read, except for its `chunk`, and losses are reported.
 fn flip_each(path: &Path, samples: &[Sample], chunk: usize) {
     let whole = std::fs::read(path).unwrap();
     for at in (8..whole.len() - 8).step_by(23) {
@@ -37,7 +37,7 @@ fn flip_each(path: &Path, samples: &[Sample], chunk: usize) {
         let (read, _, losses) = read_through(path).unwrap();
         assert_lines(&losses, path);
         assert!(read.len() == samples.len() || !losses.is_empty(), "byte {at}: {} read, no loss", read.len());
-        // The index takes the last part of the file.
+        // The index is the last part of the file.
         let before = samples.len() * at / whole.len();
         assert!(read.len() + chunk >= before, "byte {at}: {} read of {before}, {losses:?}", read.len());
     }
@@ -56,7 +56,7 @@ fn one_flipped_bit_ends_the_reading_at_its_chunk_and_is_said() {
     assert_eq!(read, samples[..read.len()]);
 }
 
-/// Times and numbers have no checksum there, and a flipped bit in one of them is not seen; whatever is lost is.
+/// Times and numbers have no checksum there, so a flipped bit in them is not detected. Every loss is reported.
 #[test]
 fn one_flipped_bit_in_a_file_without_chunks_ends_the_reading_there() {
     let (_directory, path) = place("file.mcap");
@@ -101,7 +101,7 @@ fn a_message_whose_data_are_gone_is_reported_and_not_counted() {
     let directory = tempfile::tempdir().unwrap();
     let file = data_file(&jazzy(directory.path(), "sqlite3"));
     let mut bytes = std::fs::read(&file).unwrap();
-    // In the head of a row, the type of its data: a blob, then none.
+    // In the header of a row, the type of its data is changed from a blob to null.
     assert_eq!(std::mem::replace(&mut bytes[153_772], 0), 0x81);
     std::fs::write(&file, bytes).unwrap();
     let (read, topics, losses) = read_through(&file).unwrap();
@@ -167,7 +167,7 @@ fn a_file_that_is_named_twenty_thousand_times_is_read_once() {
     assert_eq!(read(&bag), samples);
 }
 
-/// A file of `count` chunks, each of which unpacks to one message of 120 MB.
+/// Writes a file of `count` chunks, each of which unpacks to one message of 120 MB.
 fn bomb(path: &Path, count: usize) {
     let [sample] = &samples(1)[..1] else { unreachable!() };
     let huge = Sample { cdr: vec![0; 120 << 20], message: JointState::TYPE.to_owned(), ..sample.clone() };
@@ -194,7 +194,7 @@ fn chunks_that_unpack_to_24_gb_end_in_bounded_memory() {
     assert!(losses.len() > 1, "{losses:?}");
 }
 
-/// A bag with one message of so many bytes on the topic of a servo's record: a cycle that was stopped millions of times.
+/// Writes a bag with one message of this many bytes on the topic of a servo's record: a cycle with millions of stops.
 fn record_of_stops(path: &Path, bytes: usize) {
     let stop = postcard_of(&Recorded::Stop);
     let mut record = Vec::new();
@@ -219,7 +219,7 @@ fn a_record_of_27_mb_that_is_no_cycle_s_is_refused_in_bounded_memory() {
     let (refused, memory) = measured(|| replay(&mut Bag::open(&path).unwrap()));
     assert!(refused.unwrap_err().to_string().contains("damaged, or of another version"));
     assert!(memory < 200 << 20, "{memory} bytes");
-    // A shorter one too.
+    // A shorter message is read too.
     let (_directory, path) = place("bag");
     record_of_stops(&path, 4 << 20);
     let (refused, memory) = measured(|| replay(&mut Bag::open(&path).unwrap()));
@@ -289,7 +289,7 @@ fn reading_a_bag_in_wal_mode_changes_nothing_beside_it() {
     let before = around();
     assert_eq!(read(&file).len(), 2401);
     assert_eq!(around(), before);
-    // What a recorder that was killed leaves beside the file is named, also where nothing of it can be read.
+    // Files that a killed recorder left are named, even if nothing in them can be read.
     std::fs::write(format!("{}-wal", file.display()), "something").unwrap();
     let (read, _, losses) = read_through(&file).unwrap();
     assert!(read.len() == 2401 && losses.len() == 1 && losses[0].contains("-wal"), "{losses:?}");
@@ -345,7 +345,7 @@ fn times_and_numbers_of_2_to_the_63_are_taken_as_they_are() {
     }
 }
 
-/// Whatever a bag says that its servo knew.
+/// Whatever the bag says about the servo's inputs.
 #[test]
 fn what_no_servo_can_know_is_passed_over() {
     let (_directory, path) = place("bag");
@@ -436,7 +436,7 @@ fn the_program_says_what_was_lost_and_draws_the_rest() {
     };
     let (code, said) = plot_damaged_at(2000);
     assert!(code == Some(2) && said.contains("damaged or cut off at byte"), "{said}");
-    // Not every byte there is one of messages.
+    // Not every byte there belongs to a message.
     let damages = (0..20).map(|number| plot_damaged_at(whole.len() / 2 + 997 * number));
     let losses = |said: &str| said.lines().filter(|line| line.starts_with("warning: ")).count();
     let (code, said) = damages.into_iter().find(|(_, said)| losses(said) == 2).unwrap();
@@ -444,7 +444,7 @@ fn the_program_says_what_was_lost_and_draws_the_rest() {
     assert!(code == Some(0) && out.join("path.png").exists(), "{said}");
 }
 
-/// Names are the recorder's, which may be damaged or mean ill: a terminal would obey them.
+/// The recorder chooses the names, which may be damaged or malicious. A terminal would interpret control characters.
 #[test]
 fn names_of_topics_stay_in_their_line() {
     let directory = tempfile::tempdir().unwrap();

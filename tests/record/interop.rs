@@ -1,4 +1,4 @@
-//! PyPI `rosbags`, an independent implementation, reads our bags, and we read its.
+//! Tests that PyPI `rosbags`, an independent implementation, reads our bags, and that we read its bags.
 
 use crate::bags::{Sample, data_file, place, read, read_through, samples, topics, write};
 use dq_bags::WriterOptions;
@@ -14,7 +14,7 @@ struct Line {
     cdr: String,
 }
 
-/// Runs `tests/record/rosbags_peer.py` by the Python of tests/install.sh.
+/// Runs `tests/record/rosbags_peer.py` with the Python of tests/install.sh.
 fn peer(arguments: &[&str]) -> Output {
     const PYTHON: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/target/venv/bin/python");
     let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/record/rosbags_peer.py");
@@ -66,8 +66,7 @@ fn bags_of_rosbags_are_read() {
     }
 }
 
-/// Not a wish but a fact of rosbags 0.11.9: it wants the footer that a killed recorder did not
-/// write. `mcap recover` (Foxglove's tool) makes one.
+/// A limitation of rosbags 0.11.9: it needs the footer, which a killed recorder does not write. `mcap recover` (Foxglove's tool) adds one.
 #[test]
 fn rosbags_needs_the_footer_of_a_file() {
     let (_directory, bag) = place("bag");

@@ -1,4 +1,4 @@
-//! Bags, without DDS: what is written is what is read, by us and by others; and no bytes bring the reader down.
+//! Tests bags without DDS: written bags are read by us and by others, and no bytes crash the reader.
 
 mod bags;
 mod damage;

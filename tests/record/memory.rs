@@ -1,4 +1,4 @@
-//! The memory that something takes.
+//! Measures memory.
 
 use peak_alloc::PeakAlloc;
 use std::sync::{Mutex, PoisonError};
@@ -6,9 +6,9 @@ use std::sync::{Mutex, PoisonError};
 #[global_allocator]
 static MEMORY: PeakAlloc = PeakAlloc;
 
-/// What `work` returns, and how much more memory was held at the peak than before, by tests that run beside too \[bytes\].
+/// Returns the result of `work`, and the increase of memory at the peak \[bytes\], including that of parallel tests.
 pub fn measured<T>(work: impl FnOnce() -> T) -> (T, usize) {
-    // One at a time, as the memory is everybody's.
+    // One measurement at a time, because all tests share the memory.
     static ALONE: Mutex<()> = Mutex::new(());
     let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
     let before = MEMORY.current_usage();

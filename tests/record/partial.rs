@@ -1,4 +1,4 @@
-//! Bags that have part of a run: what is not in them is reported, and made up by no figure.
+//! Tests bags with a part of a run: what is missing is reported, and no figure invents it.
 
 use crate::bags::{DEMO, Sample, alter, demo, demo_with, dq_servo, read, write};
 use crate::runs::only_run;
@@ -12,12 +12,12 @@ use std::path::Path;
 
 const SECOND: i64 = 1_000_000_000;
 
-/// When the first goal of the demo came \[ns\].
+/// Returns when the first goal of the demo arrived \[ns\].
 fn first_goal(messages: &[Sample]) -> i64 {
     messages.iter().find(|message| message.topic == "/goal_pose").unwrap().time
 }
 
-/// The demo's bag with its joint states altered.
+/// Writes the demo's bag with changed joint states.
 fn with_joint_states(bag: &Path, mut change: impl FnMut(i64, &mut JointState)) {
     demo_with(bag, |messages| {
         for message in messages.iter_mut().filter(|message| message.topic == "/joint_states") {
@@ -49,7 +49,7 @@ fn figure(run: &RecordedRun, name: &str) -> Figure {
     plot(std::slice::from_ref(run)).into_iter().find(|figure| figure.name == name).unwrap()
 }
 
-/// How many lines in the colours of the demo's laws a figure has.
+/// Returns the number of lines of a figure in the colors of the demo's laws.
 fn lines(run: &RecordedRun, name: &str) -> usize {
     let colored = |line: &&str| line.contains("#D55E00") || line.contains("#0072B2");
     figure(run, name)
@@ -60,7 +60,7 @@ fn lines(run: &RecordedRun, name: &str) -> usize {
         .count()
 }
 
-/// The longest line between two points of the path \[m\].
+/// Returns the longest line between two points of the path \[m\].
 fn longest_step(run: &RecordedRun) -> f64 {
     let data = figure(run, "path").data;
     let steps = data["scenes"][0]["paths"].as_array().unwrap().iter().flat_map(|path| {

@@ -1,4 +1,4 @@
-//! What it takes to draw long runs, and bags of nothing but changes: as much as is drawn.
+//! Tests the memory for drawing long runs, and bags with many changes: it depends on what is drawn.
 
 use crate::bags::{Sample, alter, demo, place, write};
 use crate::measured;
@@ -8,14 +8,14 @@ use dq_figures::Width;
 use dq_messages::messages::{DiagnosticStatus, JointState, KeyValue, Time};
 use dq_runs::{RecordedRun, plot, recorded};
 
-/// With what tests beside these take \[bytes\].
+/// The limit, including parallel tests \[bytes\].
 const LIMIT: usize = 200 << 20;
 
 fn of(topic: &str) -> Sample {
     demo().into_iter().find(|sample| sample.topic == topic).unwrap()
 }
 
-/// The run of these messages, and how much is held at the peak to read and to draw it.
+/// Returns the run of these messages, and the peak memory to read and draw it.
 fn drawn(samples: &[Sample]) -> (RecordedRun, usize) {
     let (_directory, bag) = place("bag");
     write(&bag, WriterOptions::default(), samples);
@@ -34,7 +34,7 @@ fn a_long_run_takes_what_its_figures_show() {
         let mut state = Sample { time, ..state.clone() };
         alter(&mut state, |state: &mut JointState| {
             state.header.stamp = Time::from_nanoseconds(time);
-            // As noisy as sensors are: each point can be told from the one before.
+            // As noisy as sensors, so that each point differs from the previous one.
             state.position[0] = 0.3 * (1e-3 * i as f64).sin() + 1e-3 * (i % 7) as f64;
         });
         [state, Sample { time: time + 1_000_000, ..command.clone() }]

@@ -1,4 +1,4 @@
-//! What the reader makes of other bags, whole and broken.
+//! Tests the reading of other bags, valid and damaged ones.
 
 use crate::bags::{Sample, data_file, jazzy, read, read_through, samples, topics};
 use dq_bags::Bag;
@@ -49,7 +49,7 @@ fn messages_of_a_real_ros_2_are_decoded() {
     assert!(short.decode::<JointState>().is_err());
 }
 
-/// Writes the samples as an MCAP file of that kind.
+/// Writes the samples as an MCAP file of this kind.
 pub fn mcap_file(path: &Path, options: WriteOptions, encoding: &str, samples: &[Sample]) {
     let mut writer = Writer::with_options(std::fs::File::create(path).unwrap(), options).unwrap();
     for sample in samples {
@@ -62,7 +62,7 @@ pub fn mcap_file(path: &Path, options: WriteOptions, encoding: &str, samples: &[
     writer.finish().unwrap();
 }
 
-/// Every way to store messages in an MCAP file, by name.
+/// Returns every way to store messages in an MCAP file, by name.
 pub fn mcap_kinds() -> [(&'static str, WriteOptions); 5] {
     let small = || WriteOptions::new().chunk_size(Some(4096));
     [
@@ -119,7 +119,7 @@ fn a_cut_off_file_gives_every_whole_chunk_before_the_cut() {
         assert!(losses.len() == 1 && losses[0].contains("cut off"), "{length}: {losses:?}");
         assert_eq!(read, samples[..read.len()], "{length}");
         counts.push(read.len());
-        // A file system that had no time to write the rest.
+        // The file system had no time to write the rest.
         std::fs::write(&cut, [&bytes[..length], &[0; 5000]].concat()).unwrap();
         let (then, _, losses) = read_through(&cut).unwrap();
         assert_eq!(then.len(), read.len(), "{length} of {}: {losses:?}", bytes.len());

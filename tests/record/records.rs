@@ -1,4 +1,4 @@
-//! The record of a cycle, as bytes.
+//! Tests the encoded record of a cycle.
 
 use dq_core::servo::{Event, Found, GoalMotion, GoalReading, JointOrder, JointReading, Sent, TwistReading};
 use dq_params::Value;
@@ -58,13 +58,13 @@ fn a_record_reads_back_to_the_last_bit_and_every_part_of_one_is_none() {
     assert_eq!(record.events[0], Recorded::Parameters(set));
     let told: Vec<_> = record.events[1..].iter().map(|event| event.event(&joints).unwrap()).collect();
     assert_eq!(format!("{told:?}"), format!("{events:?}"));
-    // Of its own joints a state does not have the names.
+    // A state of the arm's own joints is recorded without their names.
     let names = |event: &Recorded<'_>| matches!(event, Recorded::JointState { names: Some(_), .. });
     assert_eq!((names(&record.events[6]), names(&record.events[7])), (false, true));
     for length in 1..bytes.len() {
         assert_eq!(CycleRecord::read_all(&bytes[..length]), None, "{length} of {} bytes", bytes.len());
     }
-    // Several follow each other.
+    // Several cycles may follow each other.
     let twice = [bytes.as_slice(), &bytes].concat();
     assert_eq!(CycleRecord::read_all(&twice).unwrap().len(), 2);
 }

@@ -49,7 +49,7 @@ def read(path):
             for store in STORES:
                 value = store.deserialize_cdr(cdr, connection.msgtype)
                 assert unpadded(store.serialize_cdr(value, connection.msgtype)) == unpadded(cdr), connection
-    # By the bag's own definitions.
+    # With the bag's own definitions.
     with AnyReader([Path(path)]) as reader:
         assert len([reader.deserialize(cdr, c.msgtype) for c, _, cdr in reader.messages()]) == len(messages)
     return messages

@@ -1,4 +1,4 @@
-//! Bags explained: the runs in them, and one clear line for what is no run.
+//! Tests the analysis of bags: their runs, and one clear line for bags without a run.
 
 use crate::bags::{
     DEMO, EVENTS, Sample, alter, alter_cycles, altered, cycles_of, demo, demo_with, demo_without, dq_servo,
@@ -30,7 +30,7 @@ fn the_example_explains_and_replays_the_demo() {
 
 const SECOND: i64 = 1_000_000_000;
 
-/// The PUMA 560's parameters, for bags that do not have theirs.
+/// Returns the PUMA 560's parameters, for bags without parameters.
 pub fn puma560() -> ServoParameters {
     Prepared::<ServoParameters>::new(&RosArgs::default()).unwrap().parameters().clone()
 }
@@ -50,7 +50,7 @@ fn runs(bag: &Path) -> Result<Vec<RecordedRun>, RunError> {
     recorded(bag, "bag", &puma560()).map(|recorded| recorded.runs)
 }
 
-/// How far the tool went \[m\].
+/// Returns the length of the tool's path \[m\].
 fn way(run: &RecordedRun) -> f64 {
     let points: Vec<_> = run.samples.iter().map(|sample| sample.pose.translation()).collect();
     points.windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum()
@@ -70,7 +70,7 @@ fn the_run_of_a_real_ros_2_is_explained_from_either_storage() {
         let run = only_run(&jazzy(directory.path(), storage));
         let commands = run.commands[0].velocities.len();
         assert_eq!((run.samples.len(), commands, run.parameters_known), (800, 800, false));
-        // diffc with K = 185, held for 10 ms each: the reference work's motion but for the first steps, which jump.
+        // diffc with K = 185, held for 10 ms each: the reference work's motion, except for the first steps, which jump.
         assert!((way(&run) / 0.7001 - 1.0).abs() < 0.03, "{}", way(&run));
         assert!(run.motions.is_empty(), "it is of a program that says none");
         let figures = plot(&[run]);
@@ -93,17 +93,17 @@ fn a_bag_that_rosbags_wrote_with_topics_of_others_is_explained_alike() {
     }
 }
 
-/// The regression test of the cycle: what it once commanded it commands today. The bag is of `dq_servo demo --record … --ros-args
-/// -p update_rate:=100`; where the cycle is changed on purpose it has to be made anew.
+/// The regression test of the cycle: it still computes the same commands. The bag was made by `dq_servo demo --record … --ros-args -p
+/// update_rate:=100`. It must be replaced if the cycle is changed on purpose.
 #[test]
 fn a_run_of_old_replays() {
     let servo = replay_demo(Path::new(DEMO));
     assert!(servo.commands > 800 && servo.inputs_missing == 0, "{servo:?}");
-    // Sines and cosines of another C library may differ in their last bit.
+    // Sines and cosines of another C library may differ in the last bit.
     assert!(servo.largest_difference < 1e-9, "{servo:?}");
 }
 
-/// The machine stood for 0.4 s when `bag_late` was recorded, and many messages came late. The demo printed 0.633 and 0.701 m.
+/// The machine paused for 0.4 s while `bag_late` was recorded, and many messages arrived late. The demo printed 0.633 and 0.701 m.
 #[test]
 fn messages_that_came_late_are_no_detours() {
     let run = only_run(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/bag_late")));
@@ -128,7 +128,7 @@ fn one_bit_of_one_command_is_a_difference_and_so_is_one_of_what_came() {
         *last = f64::from_bits(last.to_bits() ^ 1);
     });
     assert_eq!(sent.different.abs_diff(original.different), 1, "{sent:?}, {original:?}");
-    // What is measured once is in many commands.
+    // One measurement affects many commands.
     let measured = altered("measured", |record| {
         for event in &mut record.events {
             if let RecordedEvent::JointState { positions, .. } = event {
@@ -140,7 +140,7 @@ fn one_bit_of_one_command_is_a_difference_and_so_is_one_of_what_came() {
     assert!(measured.different > original.different, "{measured:?}");
 }
 
-/// The demo printed the time at which its servo was at the goal.
+/// The demo printed the time at which its servo reached the goal.
 #[test]
 fn the_arrival_is_when_the_servo_said_so() {
     let run = only_run(Path::new(DEMO));
@@ -155,7 +155,7 @@ fn the_arrival_is_when_the_servo_said_so() {
     }
 }
 
-/// Before the second goal the servo is started again, with other parameters.
+/// The servo is restarted with other parameters before the second goal.
 #[test]
 fn each_life_of_a_servo_has_its_own_parameters() {
     let directory = tempfile::tempdir().unwrap();
@@ -200,14 +200,14 @@ fn each_life_of_a_servo_has_its_own_parameters() {
     let jumped: Vec<_> =
         run.samples.iter().filter(|sample| sample.jumped).map(|sample| sample.time).collect();
     assert!(jumped.len() == 1 && (again..again + 0.02).contains(&jumped[0]), "another tool: {jumped:?}");
-    // The commands of speeds that are in the bag are none to a robot that takes positions.
+    // The recorded velocity commands are ignored for a robot that takes positions.
     let run = restarted("positions", &[("interface", text("position"))]);
     let commands = &run.commands[0].velocities;
     let last = commands.last().unwrap().0;
     assert!(last <= run.motions[1].start_s && commands.len() > 300, "{last}: {:?}", run.motions);
 }
 
-/// The demo's bag as if this had been the keep-out, or whatever the parameter is, and the servo had said that of the clearance.
+/// Reads the demo's bag with this keep-out (or another parameter) and this reported clearance.
 fn among_keep_outs(path: &Path, (name, keep_out): (&str, &str), clearance: &str) -> RecordedRun {
     let mut messages = demo();
     for message in messages.iter_mut().filter(|message| message.topic == "/dq_servo/parameters") {
@@ -234,7 +234,7 @@ fn an_arm_that_was_in_what_it_must_keep_out_of_is_named() {
     let directory = tempfile::tempdir().unwrap();
     let whole = only_run(Path::new(DEMO));
     assert!(whole.clearances.is_empty() && whole.inside.is_none());
-    // The tool goes from 0.05 m above the base down to 0.21 m below it.
+    // The tool moves from 0.05 m above the base to 0.21 m below it.
     let bag = |name: &str| directory.path().join(name);
     let above = |name: &str, z: f64| {
         among_keep_outs(&bag(name), ("keep_out", &format!("floor half_space 0 0 1 {z}")), "0.03")
@@ -262,7 +262,7 @@ fn an_arm_that_was_in_what_it_must_keep_out_of_is_named() {
     assert_eq!(ends("keep-outs"), [2; 12], "all edges of the box, of the floor far below none");
 }
 
-/// What the servo said of its motions holds, whatever else the recorder missed, and a gripper on a topic of its own is a warning.
+/// The servo's reports of its motions count, whatever else is missing. A gripper on its own topic causes a warning.
 #[test]
 fn motions_are_what_the_servo_said() {
     let whole = only_run(Path::new(DEMO)).motions;
@@ -285,7 +285,7 @@ fn motions_are_what_the_servo_said() {
     assert!(warnings.len() == 1 && warnings[0].contains("gripper"), "{warnings:?}");
 }
 
-/// A motion that had ended before the recording began is not of it, and one that was under way has its true figures.
+/// A motion that ended before the recording does not count, and one that was under way has its true figures.
 #[test]
 fn a_recording_that_begins_late_has_the_motions_that_it_saw_with_all_their_figures() {
     let directory = tempfile::tempdir().unwrap();
@@ -308,7 +308,7 @@ fn a_recording_that_begins_late_has_the_motions_that_it_saw_with_all_their_figur
     }
 }
 
-/// As one is of an arm that was jogged.
+/// For example a bag of an arm that was jogged.
 #[test]
 fn a_bag_without_goals_is_drawn_and_has_no_motions() {
     let directory = tempfile::tempdir().unwrap();
@@ -331,7 +331,7 @@ fn replay_judges_what_it_has_all_inputs_of_and_says_what_that_is() {
     let whole = replay_demo(Path::new(DEMO));
     assert_eq!((whole.judged_s.len(), whole.not_judged), (1, 0), "{whole:?}");
     let path = |name: &str| directory.path().join(name);
-    // After a message that is missing in the midst of the first motion the comparison goes on at the next beginning.
+    // After a missing message in the middle of the first motion, the comparison continues at the next beginning.
     let mut messages = 0;
     let is_gap = |message: &Sample| {
         messages += i32::from(message.topic == EVENTS);
@@ -347,7 +347,7 @@ fn replay_judges_what_it_has_all_inputs_of_and_says_what_that_is() {
     assert!(code == Some(0) && said.contains("judged: 0.000 to"), "{said}");
     let skipped = format!("{missing} cycles are not in the bag, and {} commands", gap.not_judged);
     assert!(said.contains(&skipped), "{said}");
-    // A message that is damaged is one that is missing.
+    // A damaged message counts as missing.
     let mut messages = demo();
     let mut records = messages.iter_mut().filter(|message| message.topic == EVENTS);
     alter(records.nth(19).unwrap(), |record: &mut UInt8MultiArray| record.data.truncate(20));
@@ -362,7 +362,7 @@ fn replay_judges_what_it_has_all_inputs_of_and_says_what_that_is() {
     assert_eq!((alone.commands, alone.different), (whole.commands, whole.different), "{alone:?}");
 }
 
-/// As of two recordings in one bag, one in the other and one after the other: each cycle counts once.
+/// Two recordings in one bag, interleaved or one after the other: each cycle counts once.
 #[test]
 fn cycles_that_are_in_a_bag_twice_are_compared_once_and_named() {
     let directory = tempfile::tempdir().unwrap();
@@ -385,7 +385,7 @@ fn cycles_that_are_in_a_bag_twice_are_compared_once_and_named() {
     }
 }
 
-/// A servo that was started again counts its cycles anew.
+/// A servo that was restarted counts its cycles from the start again.
 #[test]
 fn a_servo_that_is_another_one_is_compared_again() {
     let (_directory, bag) = place("twice");
@@ -406,7 +406,7 @@ fn a_servo_that_is_another_one_is_compared_again() {
     assert!(twice.commands == 2 * once.commands && twice.motions.len() == 2 * once.motions.len());
 }
 
-/// The demo's bag with the cycles of each message changed.
+/// Writes the demo's bag with changes to the cycles of each message.
 fn with_cycles(path: &Path, mut change: impl FnMut(&mut Vec<CycleRecord>)) {
     demo_with(path, |samples| {
         let records = samples.iter_mut().filter(|sample| sample.topic == EVENTS);
@@ -414,7 +414,7 @@ fn with_cycles(path: &Path, mut change: impl FnMut(&mut Vec<CycleRecord>)) {
     });
 }
 
-/// A comparison of nothing is no success.
+/// A comparison without commands is a failure.
 #[test]
 fn a_bag_of_which_no_command_can_be_compared_says_why_and_fails() {
     let directory = tempfile::tempdir().unwrap();
@@ -425,7 +425,7 @@ fn a_bag_of_which_no_command_can_be_compared_says_why_and_fails() {
         cycles.iter_mut().filter(begins).for_each(|cycle| drop(cycle.events.drain(..2)));
     });
     with_cycles(&path("silent"), |cycles| cycles.retain(|cycle| cycle.output.is_none()));
-    // As of a reader that keeps one message and is too slow.
+    // The recorder keeps one message and is too slow.
     with_cycles(&path("cut"), |cycles| cycles.truncate(1));
     demo_without(&path("blind"), |message| message.topic == EVENTS);
     altered::<UInt8MultiArray>(&path("other"), |record| record.data.truncate(record.data.len() - 1));
@@ -443,8 +443,8 @@ fn a_bag_of_which_no_command_can_be_compared_says_why_and_fails() {
     }
 }
 
-/// The replay makes the motions that the servo said, also of a bag that does not have them; a second servo without a beginning is no
-/// hindrance.
+/// The replay creates the same motions that the servo reported, even if the bag lacks the reports. A second servo without a beginning does
+/// not prevent it.
 #[test]
 fn replay_makes_the_motions_of_a_bag_that_does_not_have_them() {
     let (_directory, bag) = place("bag");

@@ -1,4 +1,4 @@
-//! What the writer writes.
+//! Tests the writer.
 
 use crate::bags::{Sample, data_file, place, read, read_through, samples, topics, write};
 use dq_bags::{Bag, BagError, BagWriter, TopicRecord, WriterOptions};
@@ -82,7 +82,7 @@ fn the_definitions_are_those_that_a_real_ros_2_writes() {
     let bytes = std::fs::read(data_file(&crate::bags::jazzy(directory.path(), "mcap"))).unwrap();
     let summary = mcap::Summary::read(&bytes).unwrap().unwrap();
     assert_eq!(summary.schemas.len(), 3);
-    // Comments and the space around words carry nothing.
+    // Ignore comments and blanks around words.
     let bare = |text: &str| {
         let words = |line: &str| {
             line.split('#').next().unwrap_or_default().split_whitespace().collect::<Vec<_>>().join(" ")
@@ -112,7 +112,7 @@ fn what_was_flushed_is_read_while_the_bag_is_written_and_however_it_ends() {
     bag.flush().unwrap();
     lost.iter().for_each(|sample| bag.write(id, sample.time, sample.time, &sample.cdr).unwrap());
     assert_eq!(read(&path), flushed, "it is whole to any reader");
-    // What a kill leaves.
+    // The files that a kill leaves.
     let killed = directory.path().join("killed");
     std::fs::create_dir(&killed).unwrap();
     std::fs::copy(data_file(&path), killed.join("killed_0.mcap")).unwrap();
@@ -136,7 +136,7 @@ fn places_and_types_that_cannot_be_are_refused() {
     assert!(matches!(bag.add_topic(&record), Err(BagError::UnknownType { .. })));
 }
 
-/// A type of the caller's, one that ROS 2 has and this program has not, and one that is made of others.
+/// A type of the caller, one of ROS 2 that this program does not have, and one that uses others.
 #[test]
 fn types_that_only_the_caller_defines_are_recorded_for_any_reader() {
     let (_directory, path) = place("bag");
@@ -172,7 +172,7 @@ fn types_that_only_the_caller_defines_are_recorded_for_any_reader() {
     assert_eq!(only, samples[1..2]);
 }
 
-/// RIHS01 hashes, as rosbags computes them.
+/// RIHS01 hashes, computed by rosbags.
 const BATTERY: &str = "RIHS01_c6e5a30b5c8abdf1c19c1daa17a2962be71d548a34e28c97aaa3e89b882c6a9a";
 const BOOL: &str = "RIHS01_feb91e995ff9ebd09c0cb3d2aed18b11077585839fb5db80193b62d74528f6c9";
 const IMAGE: &str = "RIHS01_d31d41a9a4c4bc8eae9be757b0beed306564f7526c88ea6a4588fb9582527d47";
@@ -189,7 +189,7 @@ fn a_writer_refuses_the_topic_of_another() {
     assert_eq!(ours.finish().unwrap().messages, 1);
 }
 
-/// A recorder that is killed closes nothing.
+/// A killed recorder closes nothing.
 fn begun(bag: &Path, samples: &[crate::bags::Sample]) -> BagWriter {
     let mut writer = BagWriter::create(bag, WriterOptions::default()).unwrap();
     let mut ids = std::collections::BTreeMap::new();

@@ -1,13 +1,13 @@
-//! ROS 2 nodes on Fast DDS with keys of the same authority (peer.cpp), to our nodes and from them.
+//! Tests ROS 2 nodes on Fast DDS with keys of the same authority (peer.cpp) as counterparts of our nodes.
 
 use crate::host::assert_success;
 use crate::insiders::Site;
 use crate::keystore::{Keystore, Variables};
 use std::process::Output;
 
-/// Runs a case of the peer with the keys of `enclave`; once more where it met nobody. Eleven of 874 starts did not: where a node on
-/// Fast DDS before 3.2 asks first, RustDDS 0.15.1 and it agree on different keys once in 256 times (`compute_shared_secret`), and more
-/// rarely Fast DDS passes over the answer.
+/// Runs a case of the peer with the keys of `enclave`, and runs it again if it found nobody. This happened in 11 of 874 starts. If a node
+/// on Fast DDS before 3.2 sends the first request, it and RustDDS 0.15.1 derive different keys once in 256 times (`compute_shared_secret`).
+/// More rarely, Fast DDS ignores the answer.
 pub fn peer(site: &Site, variables: &Variables, case: &str, enclave: &str) -> Output {
     // Built by tests/install.sh.
     let program = concat!(env!("CARGO_MANIFEST_DIR"), "/target/peers/security");
@@ -34,7 +34,7 @@ fn services_answer_requests_of_every_length() {
 #[test]
 fn a_goal_moves_the_arm_and_the_status_is_heard() {
     let keystore = Keystore::new();
-    // Debian's Fast DDS ends by an assertion of its statistics where a secured writer has a second reader (of goals, the recorder).
+    // Debian's Fast DDS fails an assertion in its statistics if a secured writer has a second reader (of goals, the recorder).
     let site = Site::recording(keystore.variables(), &["--topics", "/dq_servo/status", "/joint_states"]);
     assert_success(&peer(&site, &keystore.variables(), "goal", "/dq_servo_goal"));
     assert!(site.seen().motion() > 0.3);

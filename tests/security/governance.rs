@@ -1,4 +1,4 @@
-//! Governances under which nodes on Fast DDS are not heard are recognized.
+//! Tests that governances under which nodes on Fast DDS cannot be received are detected.
 
 use crate::fastdds::peer;
 use crate::host::{Host, assert_success};
@@ -12,7 +12,7 @@ const ENCRYPT: &str = "<data_protection_kind>ENCRYPT";
 #[test]
 fn a_governance_under_which_calls_hang_is_named_with_a_remedy_that_works() {
     let keystore = Keystore::new();
-    // As sros2 writes it.
+    // Like sros2 writes it.
     keystore.govern(|own| own.replace(NONE, ENCRYPT));
     let warning = |site: &Site| {
         let output = site.run(&["param", "get", "controller"], "/dq_servo_param");
@@ -37,7 +37,7 @@ fn a_governance_under_which_calls_hang_is_named_with_a_remedy_that_works() {
     assert!(stops(&site));
 }
 
-/// The topics of which a servo warns when it starts.
+/// Returns the topics about which a servo warns when it starts.
 fn warned_of(keystore: &Keystore) -> Option<String> {
     let mut host = Host::new();
     let servo = start(&mut host, &keystore.variables(), "servo", &["servo"], "/dq_servo");

@@ -1,4 +1,4 @@
-//! Nodes with keys of one authority: what each may do works, and what it may not do does not.
+//! Tests nodes with keys of one authority: permitted actions work, and others do not.
 
 use crate::host::{FAR, Host, assert_success, wait_for_line, wait_until};
 use crate::keystore::{Keystore, PROGRAM, Variables};
@@ -10,7 +10,7 @@ use std::collections::BTreeSet;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
-/// Servo and plant on a host, and a recorder that sees all that they see.
+/// Servo and plant on a host, and a recorder of everything that they publish.
 pub struct Site {
     pub host: Host,
     variables: Variables,
@@ -18,12 +18,12 @@ pub struct Site {
     _directory: tempfile::TempDir,
 }
 
-/// The arguments that choose an enclave, which is without effect for who runs unsecured.
+/// Returns the arguments that choose an enclave. They have no effect for unsecured processes.
 pub fn arguments<'a>(command: &[&'a str], enclave: &'a str) -> Vec<&'a str> {
     [command, &["--ros-args", "--enclave", enclave]].concat()
 }
 
-/// Starts `command` of dq_servo with the keys of `enclave`, and remembers it as `name`.
+/// Starts `command` of dq_servo with the keys of `enclave`, as `name`.
 pub fn start<'a>(
     host: &'a mut Host,
     variables: &Variables,
@@ -43,12 +43,12 @@ pub fn run(host: &Host, variables: &Variables, command: &[&str], enclave: &str) 
 }
 
 impl Site {
-    /// With these variables for all of it.
+    /// Creates a site whose processes have these variables.
     pub fn new(variables: Variables) -> Self {
         Self::recording(variables, &[])
     }
 
-    /// The same, of which these topics are recorded.
+    /// Creates such a site whose recorder records these topics.
     pub fn recording(variables: Variables, topics: &[&str]) -> Self {
         let directory = tempfile::tempdir().unwrap();
         let bag = directory.path().join("seen");
@@ -67,34 +67,34 @@ impl Site {
         wait_until(30.0, || messages(&self.bag, topic).pop());
     }
 
-    /// Runs a command of who belongs here.
+    /// Runs a command with the keys of `enclave`.
     pub fn run(&self, command: &[&str], enclave: &str) -> Output {
         run(&self.host, &self.variables, command, enclave)
     }
 
-    /// The texts that the recorder heard on a topic until now.
+    /// Returns the texts that the recorder has received on a topic.
     pub fn texts(mut self, topic: &str) -> Vec<String> {
         assert_eq!(self.host.interrupt("recorder").0, Some(0));
         let text = |message: &BagMessage| decode::<StringMessage>(&message.cdr).unwrap().data;
         messages(&self.bag, topic).iter().map(text).collect()
     }
 
-    /// Everything that the recorder heard until now.
+    /// Returns everything that the recorder has received.
     fn messages(mut self) -> Vec<BagMessage> {
         assert_eq!(self.host.interrupt("recorder").0, Some(0));
         Bag::open(&self.bag).unwrap().collect()
     }
 
-    /// What the recorder saw until now.
+    /// Returns a summary of what the recorder has received.
     pub fn seen(mut self) -> Seen {
-        // 3: messages were lost, as whoever forges their numbers makes it seem.
+        // 3: messages were lost, as forged sequence numbers make it seem.
         let code = self.host.interrupt("recorder").0;
         assert!(matches!(code, Some(0 | 3)), "{code:?}");
         Seen::read(&self.bag)
     }
 }
 
-/// What was recorded.
+/// A summary of what was recorded.
 pub struct Seen {
     pub positions: Vec<Vec<f64>>,
     pub states: Vec<String>,
@@ -117,7 +117,7 @@ impl Seen {
         }
     }
 
-    /// How far any joint was from where it was first \[rad\].
+    /// Returns how far any joint moved from its first position \[rad\].
     pub fn motion(&self) -> f64 {
         let first = &self.positions[0];
         let from_first =
@@ -172,7 +172,7 @@ fn the_launch_script_starts_secured_nodes_in_a_namespace() {
     assert_success(&arrived);
 }
 
-/// The topics that these nodes of the contract publish by themselves, on an arm whose controller takes velocities.
+/// Returns the topics that these nodes publish without a request, on an arm whose controller takes velocities.
 fn published(nodes: &[&NodeContract]) -> Vec<String> {
     let is_published = |(name, topic): &(&str, &TopicContract)| {
         let is_command = name.starts_with("forward_position") || name.starts_with("joint_trajectory");

@@ -5,22 +5,22 @@ use std::path::PathBuf;
 use std::process::Command;
 use tempfile::TempDir;
 
-/// The program that the script asks for permissions.
+/// The program that the script calls for permissions.
 pub const PROGRAM: &str = env!("CARGO_BIN_EXE_dq_servo");
 
 /// Environment variables.
 pub type Variables = Vec<(&'static str, String)>;
 
-/// What makes a process unsecured, whatever its surroundings say.
+/// Returns the variables that make a process unsecured, whatever its environment.
 pub fn unsecured() -> Variables {
     vec![("ROS_SECURITY_ENABLE", "false".to_owned())]
 }
 
-/// A keystore, gone with its value.
+/// A keystore, which is deleted when this is dropped.
 pub struct Keystore(TempDir);
 
 impl Keystore {
-    /// With an authority of its own.
+    /// Creates a keystore with its own authority.
     pub fn new() -> Self {
         let directory = tempfile::tempdir().unwrap();
         let script = concat!(env!("CARGO_MANIFEST_DIR"), "/launch_scripts/dq_servo_keystore.sh");
@@ -30,7 +30,7 @@ impl Keystore {
         Self(directory)
     }
 
-    /// Another one with the same authority and keys.
+    /// Copies it, with the same authority and keys.
     pub fn copy(&self) -> Self {
         let directory = tempfile::tempdir().unwrap();
         let copied = Command::new("cp").arg("-a").arg(self.path(".")).arg(directory.path()).output();
@@ -38,7 +38,7 @@ impl Keystore {
         Self(directory)
     }
 
-    /// What makes a process run secured with this keystore.
+    /// Returns the variables that make a process run secured with this keystore.
     pub fn variables(&self) -> Variables {
         vec![
             ("ROS_SECURITY_ENABLE", "true".to_owned()),
@@ -47,7 +47,7 @@ impl Keystore {
         ]
     }
 
-    /// A file or folder in it.
+    /// Returns the path of a file or folder in it.
     pub fn path(&self, name: &str) -> PathBuf {
         self.0.path().join(name)
     }

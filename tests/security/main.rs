@@ -1,5 +1,5 @@
-//! Real processes over secured DDS, each test in a network namespace of its own: who belongs gets through, who does not gets
-//! nothing, and a node that cannot be secured does not run.
+//! Tests real processes over secured DDS, each in its own network namespace: members communicate, others get nothing, and a node that
+//! cannot be secured does not run.
 
 #[path = "../dds/host.rs"]
 mod host;
@@ -13,5 +13,5 @@ mod refusals;
 mod view;
 mod wire;
 
-/// The outsider with the DDS of another vendor.
+/// The outsider with another vendor's DDS.
 const PEER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/security/outsider.py");

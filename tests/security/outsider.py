@@ -11,7 +11,7 @@ from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic
 from peer import EVERY, GOAL, PARTICIPANT, RELIABLE, reader, ros, take, writer
 
-# Not the commands: it sends some itself.
+# Without the commands, because the outsider sends some itself.
 READ = {
     "joint_states": ros.JointState,
     "dq_servo/status": ros.DiagnosticStatus,

@@ -1,4 +1,5 @@
-//! Participants that do not belong: where all is secured they get nothing and change nothing, where nothing is they get all.
+//! Tests participants without keys. If everything is secured, they get nothing and change nothing. If nothing is secured, they get
+//! everything.
 
 use crate::host::{Host, PYTHON, assert_success};
 use crate::insiders::{Site, run, start};
@@ -6,15 +7,15 @@ use crate::keystore::{Keystore, Variables, unsecured};
 use dq_bags::Bag;
 use serde_json::Value;
 
-/// How long an outsider may try \[s\]; the positive controls show that it is enough.
+/// How long an outsider tries \[s\]. The positive controls show that this is enough.
 const SECONDS: u64 = 4;
 
 /// What an outsider got.
 #[derive(Debug, PartialEq)]
 struct Loot {
-    /// Topics of the servo of which it read a message.
+    /// The topics of the servo from which it read a message.
     topics: Vec<String>,
-    /// Whether its call of a service was answered.
+    /// Whether its service call was answered.
     answered: bool,
 }
 
@@ -24,8 +25,8 @@ impl Loot {
     }
 }
 
-/// A participant of our kind with these variables records what there is, publishes joint states of an arm of its own that is
-/// bent otherwise, and sets a parameter.
+/// Runs a participant of our kind with these variables. It records everything, publishes joint states of a differently bent arm, and sets a
+/// parameter.
 fn of_our_kind(host: &mut Host, variables: &Variables) -> Loot {
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("loot");
@@ -35,7 +36,7 @@ fn of_our_kind(host: &mut Host, variables: &Variables) -> Loot {
     let set = run(host, variables, &["param", "set", "controller", "diffc"], "/dq_servo_param");
     std::thread::sleep(std::time::Duration::from_secs(SECONDS));
     assert_eq!(host.interrupt("impostor").0, Some(0), "it could run");
-    // 3: what it could not read is lost to it.
+    // 3: messages that it could not read count as lost.
     let code = host.interrupt("spy").0;
     assert!(matches!(code, Some(0 | 3)), "{code:?}");
     let mut heard: Vec<_> =
@@ -46,10 +47,10 @@ fn of_our_kind(host: &mut Host, variables: &Variables) -> Loot {
     Loot { topics: heard, answered: set.status.success() }
 }
 
-/// What only the servo publishes, whether or not it has a goal.
+/// The topics that only the servo publishes, with or without a goal.
 const SERVO_S: [&str; 3] = ["/dq_servo/current_pose", "/dq_servo/parameters", "/dq_servo/status"];
 
-/// A participant with another vendor's DDS reads, publishes commands and goals, and sets a parameter.
+/// Runs a participant with another vendor's DDS, which reads, publishes commands and goals, and sets a parameter.
 fn of_another_vendor(host: &Host) -> Loot {
     let mut command = host.command("timeout");
     let output = command.args(["60", PYTHON, crate::PEER, &SECONDS.to_string()]).output().unwrap();
@@ -62,7 +63,7 @@ fn of_another_vendor(host: &Host) -> Loot {
     }
 }
 
-/// The law that the servo uses.
+/// Returns the law that the servo uses.
 fn law(site: &Site) -> String {
     let output = site.run(&["param", "get", "controller"], "/dq_servo_param");
     assert_success(&output);
@@ -84,7 +85,7 @@ fn outsiders_read_nothing_change_nothing_and_get_no_answer() {
         (0.0, 0),
         "the arm stood still, and nobody saw another arm or a goal"
     );
-    // A participant that joins may keep the servo without joint states for a moment; it does nothing else.
+    // A joining participant may delay joint states for a moment, but changes nothing else.
     let idle = ["waiting_for_state", "holding", "stale_state"];
     assert!(seen.states.iter().all(|state| idle.contains(&state.as_str())), "{:?}", seen.states);
 }
@@ -105,6 +106,6 @@ fn an_outsider_of_another_vendor_gets_everything_where_nothing_is_secured() {
     assert_eq!((loot.topics.len(), loot.answered), (3, true), "{loot:?}");
     assert_eq!(law(&site), "diffc");
     let seen = site.seen();
-    // The servo holds an arm that another one commands too: each of those commands moves it for one cycle.
+    // The servo holds an arm that another publisher commands too, so each of those commands moves it for one cycle.
     assert!(seen.goals > 0 && seen.motion() > 0.01, "the arm moved {} rad", seen.motion());
 }

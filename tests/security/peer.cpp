@@ -1,4 +1,4 @@
-// Nodes on eProsima Fast DDS with the keys of ROS_SECURITY_ENCLAVE_OVERRIDE, as rmw_fastrtps_cpp makes them. Usage: peer CASE.
+// Nodes on eProsima Fast DDS with the keys of ROS_SECURITY_ENCLAVE_OVERRIDE, like those of rmw_fastrtps_cpp. Usage: peer CASE.
 // Fails with a line on stderr and exit code 1.
 #include "../stock/node.hpp"
 
@@ -18,7 +18,7 @@ Bytes string_list(const std::string& name, const std::string& text) {
     return cdr.put<uint32_t>(1).put(text).bytes;
 }
 
-// parameters: each parameter service, with requests and replies whose lengths leave every remainder.
+// parameters: calls each parameter service, with requests and replies whose lengths have every remainder.
 void parameters() {
     Node node;
     const std::map<std::string, std::string> types = {
@@ -33,7 +33,7 @@ void parameters() {
             must(all.find("gains.predefined_time") != std::string::npos, "the list of all parameters is not whole");
         }
         for (int length = 1; length <= 8; ++length) {
-            // A list of names: of parameters, or, with a depth behind it, of prefixes.
+            // A list of names of parameters, or of prefixes, which a depth follows.
             Bytes request = Cdr().put<uint32_t>(1).put(letters(length)).bytes;
             if (name == "list_parameters") request = Cdr().put<uint32_t>(1).put(letters(length)).put<uint64_t>(0).bytes;
             const bool sets = name.rfind("set_", 0) == 0;
@@ -44,7 +44,7 @@ void parameters() {
     }
 }
 
-// calls: the services of one byte, a boolean or nothing, often.
+// calls: calls services with one byte, a boolean or nothing, many times.
 void calls() {
     Node node;
     Client stop(node, "/dq_servo/stop", STD + "Trigger"), pause(node, "/dq_servo/pause", STD + "SetBool");
@@ -54,13 +54,13 @@ void calls() {
     }
 }
 
-// stop: one call.
+// stop: calls one service.
 void stop() {
     Node node;
     Client(node, "/dq_servo/stop", STD + "Trigger").call(Cdr().put<uint8_t>(0).bytes);
 }
 
-// strings: texts of 0 to 20 letters, to whoever listens.
+// strings: publishes texts of 0 to 20 letters.
 void strings() {
     Node node;
     auto* writer = node.writer("rt/robot_description", "std_msgs::msg::dds_::String_", 100, true, true);
@@ -72,8 +72,8 @@ void strings() {
     wait("the acknowledgment of all texts", [&] { return writer->wait_for_acknowledgments({1, 0}); });
 }
 
-// goal: sends the arm somewhere once a second, and hears from the servo that it has arrived. On a busy machine the first goal comes seconds
-// late, as the servo has its key only then, and is rejected: "send it again".
+// goal: sends the arm somewhere once a second, and waits until the servo reports the arrival. On a busy machine the first goal arrives
+// seconds late, because the servo gets its key only then, and is rejected: "send it again".
 void send_goal() {
     Node node;
     auto* writer = node.writer("rt/goal_pose", POSE);
@@ -93,7 +93,7 @@ void send_goal() {
     });
 }
 
-// rclpy: what rclpy gives a node of the command line may be made, and another node's parameters may not be served.
+// rclpy: the endpoints that rclpy creates for a command-line node are permitted, and serving another node's parameters is not.
 void rclpy() {
     Node node;
     const auto served = [&](const std::string& name, const std::string& type) {

@@ -1,4 +1,4 @@
-//! The page of a secured servo, and of a secured demo.
+//! Tests the page of a secured servo, and of a secured demo.
 
 use crate::host::{Host, assert_success, wait_for_line};
 use crate::insiders::start;
@@ -7,7 +7,7 @@ use std::io::{BufRead, BufReader};
 
 const PLACE: &str = "http://127.0.0.1:8123/?token=";
 
-/// Waits for the link of what was started as `name`, and drives the arm from a browser.
+/// Waits for the link of `name`, and drives the arm from a browser.
 fn drive(host: &mut Host, name: &str) {
     let mut link = String::new();
     BufReader::new(host.child(name).stdout.take().unwrap()).read_line(&mut link).unwrap();
@@ -43,7 +43,7 @@ fn the_secured_demo_shows_its_page() {
     drive(&mut host, "demo");
 }
 
-/// Takes topics out of what an enclave may do, as an earlier version made it.
+/// Removes topics from the permissions of an enclave, as in an earlier version.
 fn without(keystore: &Keystore, enclave: &str, topics: &str) {
     let file = format!("enclaves/{enclave}/permissions");
     keystore.shell(&format!(
@@ -69,7 +69,7 @@ fn an_enclave_of_an_earlier_version_is_made_anew_by_what_one_line_says() {
     drive(&mut host, "view");
 }
 
-/// Pictures are for who looks on: the arm is driven without them.
+/// The arm is driven without pictures, which are only for viewers.
 #[test]
 fn a_servo_whose_enclave_lacks_its_pictures_drives_the_arm_without() {
     let keystore = Keystore::new();

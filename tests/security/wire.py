@@ -12,8 +12,8 @@ import sys
 sys.path.insert(0, os.path.join(os.path.dirname(__file__), "..", "dds"))
 import rostypes as ros
 
-# A joint's name in joint states, a state in the status, a parameter that is asked for, a type in discovery. (Names of
-# topics are no secret: who meets shows its permissions.)
+# A joint's name in joint states, a state in the status, a requested parameter, a type in discovery. (Names of topics are not secret:
+# participants show their permissions when they meet.)
 WORDS = ["joint1", "holding", "base_frame", "PoseStamped_"]
 EVERY_PROTOCOL = 3
 UDP = 17

@@ -1,4 +1,4 @@
-//! What is on the wire between nodes: without a key it can neither be read nor forged.
+//! Tests that nobody without a key can read or forge packets between nodes.
 
 use crate::host::{PYTHON, assert_success};
 use crate::insiders::Site;
@@ -8,7 +8,8 @@ use std::io::{BufRead, BufReader};
 use std::process::Stdio;
 use std::time::Duration;
 
-/// Somebody on the wire of a site: in how many packets there was each word, and how far the arm was seen to be moved \[rad\].
+/// Runs an eavesdropper on the network of a site. Returns the number of packets with each word, and how far the arm was seen to move
+/// \[rad\].
 fn somebody_on_the_wire(variables: Variables) -> (Vec<u64>, f64) {
     let site = Site::new(variables);
     let mut wire = site.host.command("timeout");
@@ -16,14 +17,14 @@ fn somebody_on_the_wire(variables: Variables) -> (Vec<u64>, f64) {
     let mut wire = wire.stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().unwrap();
     let mut output = BufReader::new(wire.stdout.take().unwrap()).lines();
     assert_eq!(output.next().unwrap().unwrap(), "reading");
-    // Discovery and a service are to be seen too.
+    // Discovery and a service should be visible too.
     assert_success(&site.run(&["param", "get", "base_frame"], "/dq_servo_param"));
     drop(wire.stdin.take());
     let read: Value = serde_json::from_str(&output.next().unwrap().unwrap()).unwrap();
     assert!(wire.wait().unwrap().success());
     assert!(read["packets"].as_u64() > Some(100), "{read}");
     let words = read["words"].as_object().unwrap().values().map(|count| count.as_u64().unwrap()).collect();
-    // What was sent is to arrive.
+    // Let the packets arrive.
     std::thread::sleep(Duration::from_millis(500));
     (words, site.seen().motion())
 }

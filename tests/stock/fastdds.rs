@@ -1,4 +1,4 @@
-//! Nodes on Fast DDS (peer.cpp) beside servo and plant.
+//! Tests nodes on Fast DDS (peer.cpp) with servo and plant.
 
 use crate::host::{Host, assert_success, wait_for_line};
 use dq_bags::{Bag, BagMessage};
@@ -25,7 +25,7 @@ fn a_subscriber_that_joins_a_running_publisher_loses_and_doubles_nothing() {
     let folder = tempfile::tempdir().unwrap();
     let bag = folder.path().join("bag");
     let mut stream = host.command("timeout").args(["120", PEER, "stream", "4"]).spawn().unwrap();
-    // Some goals are sent before the recorder comes.
+    // Some goals are sent before the recorder starts.
     std::thread::sleep(Duration::from_secs(1));
     host.start("recorder", &["record", "--out", bag.to_str().unwrap(), "--topics", "/goal_pose"]);
     assert!(stream.wait().unwrap().success());
@@ -45,7 +45,7 @@ fn who_cannot_be_heard_is_named_in_rosout_with_the_remedy() {
     run(&host, &["warned", "-"]);
 }
 
-/// Two hosts with a cable between them.
+/// Returns two hosts with a cable between them.
 fn connected() -> [Host; 2] {
     let servo_side = Host::new();
     let user_side = servo_side.beside();

@@ -1,5 +1,5 @@
-//! What a stock ROS 2 expects, by what of it the registries have: nodes on eProsima Fast DDS as rmw_fastrtps makes them, and
-//! colcon workspaces.
+//! Tests the expectations of a stock ROS 2, as far as its parts are in the registries: nodes on eProsima Fast DDS like those of
+//! rmw_fastrtps, and colcon workspaces.
 
 #[path = "../dds/host.rs"]
 mod host;

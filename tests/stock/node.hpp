@@ -1,4 +1,4 @@
-// A node on eProsima Fast DDS that does on the wire what a ROS 2 node on rmw_fastrtps_cpp does. Messages are their bytes.
+// A node on eProsima Fast DDS with the wire behavior of a ROS 2 node on rmw_fastrtps_cpp. Messages are raw bytes.
 #pragma once
 #include <fastdds/dds/domain/DomainParticipant.hpp>
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
@@ -30,7 +30,7 @@ using std::chrono::milliseconds;
 
 constexpr uint32_t LARGEST = 1 << 16;
 
-// A message as its bytes: encapsulation header and CDR.
+// A message as raw bytes: encapsulation header and CDR.
 class RawType : public TopicDataType {
 public:
     explicit RawType(const std::string& name) { setName(name.c_str()); m_typeSize = LARGEST; m_isGetKeyDefined = false; }
@@ -83,7 +83,7 @@ template <typename Condition> void wait(const std::string& what, Condition condi
     }
 }
 
-// What secures a participant, as rmw_fastrtps sets it by ROS 2's variables; nothing where these do not ask for it.
+// Applies the security settings of ROS 2's variables, like rmw_fastrtps. Does nothing if security is not requested.
 inline void secure(DomainParticipantQos& qos) {
     const auto variable = [](const char* name) { const char* value = std::getenv(name); return std::string(value ? value : ""); };
     if (variable("ROS_SECURITY_ENABLE") != "true") return;
@@ -103,7 +103,7 @@ inline void secure(DomainParticipantQos& qos) {
         qos.properties().properties().emplace_back(std::string("dds.sec.") + name, value);
 }
 
-// A node: one participant, as rmw_fastrtps makes it.
+// A node with one participant, as in rmw_fastrtps.
 class Node {
 public:
     Node() {
@@ -163,7 +163,7 @@ inline int readers(DataWriter* writer) {
 
 inline const std::string RCL = "rcl_interfaces::srv::dds_::";
 
-// A client of a service: its requests name the reader of the replies.
+// A client of a service. Its requests name the reader of the replies.
 class Client {
 public:
     Client(Node& node, const std::string& service, const std::string& type)
@@ -176,7 +176,7 @@ public:
             return readers(requests) > 0 && servers.current_count > 0;
         });
     }
-    // The reply as text, in which strings can be sought.
+    // Returns the reply as text that can be searched for strings.
     std::string call(Bytes request) {
         eprosima::fastrtps::rtps::WriteParams identity;
         identity.related_sample_identity().writer_guid() = replies->guid();
@@ -188,7 +188,7 @@ public:
         }, 5);
         return answers[number].front();
     }
-    // How many replies to requests of this client have come.
+    // Returns the number of replies to requests of this client.
     size_t answered() {
         take();
         size_t all = 0;
@@ -213,7 +213,7 @@ inline const std::string POSE = "geometry_msgs::msg::dds_::PoseStamped_";
 inline const std::string JOINTS = "sensor_msgs::msg::dds_::JointState_";
 inline const std::string LOG = "rcl_interfaces::msg::dds_::Log_";
 
-// A goal within easy reach, which the number distinguishes from others.
+// Returns a goal that is easy to reach; the number distinguishes it from others.
 inline Bytes goal(int number) {
     Cdr cdr;
     cdr.put<int32_t>(number).put<uint32_t>(0).put(std::string("base_link"));

@@ -1,4 +1,4 @@
-// A peer on eProsima Fast DDS that does on the wire what a ROS 2 node on rmw_fastrtps_cpp does. Usage: peer CASE [ARGUMENT ...].
+// A peer on eProsima Fast DDS with the wire behavior of a ROS 2 node on rmw_fastrtps_cpp. Usage: peer CASE [ARGUMENT ...].
 // Fails with a line on stderr and exit code 1.
 #include <algorithm>
 #include "node.hpp"
@@ -6,7 +6,7 @@
 #include <atomic>
 #include <iostream>
 
-// What `ros2 topic pub --once` does: wait for a subscriber, publish, leave 0.1 s later.
+// Does what `ros2 topic pub --once` does: waits for a subscriber, publishes, and leaves 0.1 s later.
 void publish_once(Node& node, int number) {
     auto* writer = node.writer("rt/goal_pose", POSE);
     wait("a subscriber of goal_pose", [&] { return readers(writer) > 0; });
@@ -29,7 +29,7 @@ private:
     std::vector<std::thread> threads;
 };
 
-// Waits until the servo's participant and this one know each other, as those of `ros2 topic pub` do when it publishes.
+// Waits until the servo's participant and this one know each other, as for `ros2 topic pub` when it publishes.
 void meet(Node& node) {
     auto* poses = node.reader("rt/dq_servo/current_pose", POSE);
     wait("a pose", [&] {
@@ -40,7 +40,7 @@ void meet(Node& node) {
     node.subscriber->delete_datareader(poses);
 }
 
-// goals COUNT: so many short-lived publishers, four at a time, on a loaded machine.
+// goals COUNT: runs this many short-lived publishers, four at a time, on a busy machine.
 void goals(int count) {
     Load load;
     std::atomic<int> next{0};
@@ -61,7 +61,7 @@ void goals(int count) {
     must(!failed, "a publisher failed");
 }
 
-// The value of that key in a diagnostic status.
+// Returns the value of a key in a diagnostic status.
 std::string value_of(const Bytes& message, const std::string& key) {
     auto at = std::search(message.begin(), message.end(), key.c_str(), key.c_str() + key.size() + 1);
     if (at == message.end()) return "";
@@ -71,7 +71,7 @@ std::string value_of(const Bytes& message, const std::string& key) {
     return end > message.size() ? "" : std::string(message.begin() + place + 4, message.begin() + end);
 }
 
-// taken COUNT: the servo says in its status that so many goals have begun a motion.
+// taken COUNT: checks that the servo's status reports this many goals that began a motion.
 void taken(int count) {
     Node node;
     auto* statuses = node.reader("rt/dq_servo/status", "diagnostic_msgs::msg::dds_::DiagnosticStatus_");
@@ -89,7 +89,7 @@ void taken(int count) {
     }
 }
 
-// stream SECONDS: numbered goals at 200 Hz, whoever listens.
+// stream SECONDS: publishes numbered goals at 200 Hz.
 void stream(double seconds) {
     Node node;
     auto* writer = node.writer("rt/goal_pose", POSE, 1000);
@@ -102,7 +102,7 @@ void stream(double seconds) {
     wait("the acknowledgment of all goals", [&] { return writer->wait_for_acknowledgments({1, 0}); });
 }
 
-// warned -: the servo warns on /rosout of joint states that it cannot hear.
+// warned -: checks that the servo warns on /rosout of joint states that it cannot receive.
 void warned() {
     Node node;
     auto* log = node.reader("rt/rosout", LOG);
@@ -120,7 +120,7 @@ void warned() {
     });
 }
 
-// The four bytes of a number in CDR, from there on.
+// Returns the number in four bytes of CDR at this position.
 uint32_t number(const std::string& cdr, size_t at) {
     uint32_t number = 0;
     must(cdr.size() >= at + sizeof number, "a reply of " + std::to_string(cdr.size()) + " bytes");
@@ -135,7 +135,7 @@ Bytes of_names(const std::vector<std::string>& names) {
     return cdr.bytes;
 }
 
-// Names of the servo's parameters, as list_parameters replies them.
+// Returns the names in a reply of list_parameters.
 std::vector<std::string> listed(const std::string& reply) {
     std::vector<std::string> names;
     size_t at = 8;
@@ -148,7 +148,7 @@ std::vector<std::string> listed(const std::string& reply) {
     return names;
 }
 
-// replies ROUNDS: the servo's replies of all lengths come whole, each once, to one of two clients.
+// replies ROUNDS: checks that the servo's replies of all lengths arrive complete and once, each at one of two clients.
 void replies(int rounds) {
     Node node, other;
     const std::string get = "/dq_servo/get_parameters";

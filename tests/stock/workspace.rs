@@ -1,9 +1,9 @@
-//! The package in a colcon workspace, found as `ros2 run` and `ros2 launch` find it.
+//! Tests the package in a colcon workspace, where `ros2 run` and `ros2 launch` must find it.
 
 use crate::host::{PYTHON, assert_success};
 use std::process::Command;
 
-/// What `ros2 run dq_servo dq_servo --version` and `ros2 launch dq_servo NAME` look for, by ament's index; with a stand-in for the
+/// Finds what `ros2 run dq_servo dq_servo --version` and `ros2 launch dq_servo NAME` need, by ament's index. Contains a substitute for the
 /// package `launch`, which no registry has.
 const FIND: &str = r#"
 import os, pathlib, subprocess, sys, types, xml.etree.ElementTree as xml
@@ -46,7 +46,7 @@ fn install_and_find(build: &[&str]) {
     let workspace = tempfile::tempdir().unwrap();
     let built = Command::new(COLCON).arg("build").args(build).current_dir(workspace.path()).output();
     assert_success(&built.unwrap());
-    // Twice: what is there is replaced.
+    // Twice, because existing files are replaced.
     for _ in 0..2 {
         let script = concat!(env!("CARGO_MANIFEST_DIR"), "/launch_scripts/install_into_workspace.sh");
         let program = env!("CARGO_BIN_EXE_dq_servo");

@@ -1,4 +1,4 @@
-// The page in a real browser: `node browser.mjs CASE LINK DIRECTORY`. Says on stdout how far it is; screenshots go to the directory.
+// Tests the page in a real browser: `node browser.mjs CASE LINK DIRECTORY`. Prints its progress on stdout; screenshots go to the directory.
 import { strict as assert } from "node:assert";
 import { createRequire } from "node:module";
 
@@ -14,7 +14,7 @@ async function open(browser, options = {}) {
   const context = await browser.newContext({ viewport: { width: 1280, height: 900 }, ...options });
   const page = await context.newPage();
   page.setDefaultTimeout(60_000);
-  // A connection that is lost is no fault of the page, and its picture is read back by this test alone.
+  // A lost connection is not a fault of the page, and only this test reads back its picture.
   page.on("console", (line) => {
     if (["error", "warning"].includes(line.type()) && !/WebSocket connection|ERR_CONNECTION|willReadFrequently|status of 403|GPU stall due to ReadPixels|WebGL is disabled|Error creating WebGL/.test(line.text())) faults.push(line.text());
   });
@@ -27,7 +27,7 @@ async function open(browser, options = {}) {
   return page;
 }
 
-// Opens everything that is folded.
+// Opens all folded sections.
 const unfold = (page) => page.evaluate(() => document.querySelectorAll("details").forEach((details) => (details.open = true)));
 
 const state = (page, pattern) =>
@@ -37,7 +37,7 @@ const message = (page, text) =>
 const ready = (page) => page.waitForFunction(() => document.querySelectorAll("#joint-rows tr").length === 6
   && !document.getElementById("drive").disabled && document.querySelector("#goal [name=x]").value !== "");
 
-// Remembers what the picture shows, and returns how many of its pixels have changed since it was last called.
+// Stores the picture, and returns how many of its pixels have changed since the last call.
 const changed = async (page) => {
   const picture = (await page.locator("#picture").screenshot()).toString("base64");
   return page.evaluate(async (picture) => {
@@ -56,12 +56,12 @@ const changed = async (page) => {
   }, picture);
 };
 
-// How many pixels of the stage have something of the arm on them that is redder than blue by this factor.
+// Returns the number of pixels of the stage that show the arm and whose red exceeds blue by this factor.
 const onStage = (page, redder = 0) => page.evaluate(async (redder) => {
   const stage = document.getElementById("stage");
   const sheet = new OffscreenCanvas(stage.width, stage.height).getContext("2d");
   let most = 0;
-  // What WebGL has drawn can be read in the same picture only.
+  // WebGL's drawing can be read only within the same frame.
   for (let picture = 0; picture < 8; picture++) {
     document.getElementById("scene").dispatchEvent(new KeyboardEvent("keydown", { key: "+" }));
     await new Promise(requestAnimationFrame);
@@ -76,7 +76,7 @@ const onStage = (page, redder = 0) => page.evaluate(async (redder) => {
   return most;
 }, redder);
 
-// How many pixels of the scene have that colour.
+// Returns the number of pixels of the scene with this color.
 const pixels = (page, color) => page.evaluate(([red, green, blue]) => {
   const canvas = document.getElementById("scene");
   const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
@@ -85,7 +85,7 @@ const pixels = (page, color) => page.evaluate(([red, green, blue]) => {
   return count;
 }, color);
 
-// The first frame of each kind that another connection of the page's own gets.
+// Returns the first frame of each kind on another connection of the page.
 const frames = (page) => page.evaluate(() => new Promise((resolve) => {
   const seen = {};
   const socket = new WebSocket(`ws://${location.host}/session`);
@@ -104,7 +104,7 @@ async function sendGoal(page, pose) {
   await message(page, "goal sent");
 }
 
-// Where the goal's handles are on the sheet, by the page's own camera.
+// Returns the positions of the goal's handles on the sheet, computed with the page's camera.
 const handles = (page) => frames(page).then(({ now }) => page.evaluate(async ([goal]) => {
   const { Camera, axes, add, scaled, dot } = await import("./space.js");
   const canvas = document.getElementById("scene");
@@ -119,7 +119,7 @@ const handles = (page) => frames(page).then(({ now }) => page.evaluate(async ([g
   const frame = axes(goal.slice(3));
   return frame.map((axis, i) => {
     const [u, v] = [frame[(i + 1) % 3], frame[(i + 2) % 3]];
-    // The point of the ring that is nearest to the viewer, and where it goes when the ring turns.
+    // The point of the ring that is nearest to the viewer, and its direction of motion when the ring turns.
     const [a, b] = [dot(u, camera.towards), dot(v, camera.towards)];
     const norm = Math.hypot(a, b);
     const nearest = add(scaled(a / norm, u), scaled(b / norm, v));
@@ -192,7 +192,7 @@ const cases = {
     await state(page, /^settled/);
     assert.ok(await page.isHidden("#no-webgl"));
     assert.ok((await onStage(page)) > 5000, "the arm is on the stage");
-    // One screen without scrolling has what is needed most.
+    // The most important parts fit on one screen without scrolling.
     await page.setViewportSize({ width: 1280, height: 720 });
     await page.evaluate(() => document.querySelectorAll("details").forEach((details) => (details.open = false)));
     await page.waitForTimeout(300);
@@ -274,7 +274,7 @@ const cases = {
     assert.ok(!(await page.isVisible("#race-details")) && (await page.isVisible("#aim")));
     const before = (await frames(page)).now;
     assert.equal(before.links.length, 2);
-    // The goal is the right tool in the left tool's frame: typed there, drawn in the base frame.
+    // The goal is the right tool in the left tool's frame: it is typed in that frame, and drawn in the base frame.
     const [x] = before.servo.goal;
     assert.ok(Math.abs((await page.inputValue("#goal [name=x]")) - x) < 1e-3);
     await page.fill("#goal [name=x]", `${(x + 0.03).toFixed(4)}`);
@@ -339,7 +339,7 @@ const cases = {
   async record(browser) {
     const page = await open(browser);
     await ready(page);
-    // A busy machine is slow to draw the arcs of the limits.
+    // A busy machine draws the arcs of the limits slowly.
     while ((await pixels(page, [122, 62, 134])) <= 100) await page.waitForTimeout(300);
     await page.click("#end_recording");
     await message(page, "there is no recording");
@@ -369,22 +369,22 @@ const cases = {
     const [name, place, speed] = await row();
     assert.deepEqual([name, place, speed], ["quill", "-100.0 mm (-300 … 50)", "0.0 mm/s"]);
     assert.ok((await pixels(page, [122, 62, 134])) > 50, "the limits are shown");
-    // The arm is drawn by the shapes of its description: of the base and of each joint.
+    // The arm is drawn with the shapes of its description: those of the base and of each joint.
     await page.waitForFunction(() => document.getElementById("scene").dataset.surfaces === "5");
     assert.ok((await onStage(page, 3)) > 100, "the beams are orange");
-    // The rail of the quill is upright, and as long as its way.
+    // The rail of the quill is vertical, and as long as its travel.
     const { robot, now } = await frames(page);
     const [rail] = await page.evaluate(async ([robot, now]) => (await import("./limits.js")).limitsOf(now.frames, now.positions, robot).slice(3), [robot, now]);
     const [[x, y, low], [u, v, high]] = rail.arc;
     assert.ok(Math.hypot(x - u, y - v) < 1e-9 && Math.abs(Math.abs(high - low) - 0.35) < 1e-9, JSON.stringify(rail));
     const many = { ...robot, joint_lower: [-1e4, -1, -3, -0.3], joint_upper: [1e4, 1, 3, 0.05] };
-    // A joint that may turn round has none.
+    // A joint that can turn all the way round has no arc.
     const lengths = await page.evaluate(async ([robot, now]) => (await import("./limits.js")).limitsOf(now.frames, now.positions, robot).map(({ arc }) => arc.length), [many, now]);
     assert.equal(lengths.length, 3);
     const [part] = lengths;
     assert.ok(part > 10 && part < 100, `${part} points`);
     assert.equal(await page.inputValue("#aim"), "position");
-    // Turned as the arm never can be: it arrives all the same, and no angle is left to go.
+    // An orientation that the arm cannot have: it arrives nevertheless, and no angle remains.
     await sendGoal(page, { x: 0.3, y: 0.35, z: 0.3, roll: 40, pitch: 20, yaw: 90 });
     await state(page, /^settled/);
     await shoot(page, { path: `${directory}/slides.png`, fullPage: true });
@@ -417,13 +417,14 @@ const cases = {
   },
 };
 
-// From the top: the head of the page stays where its reader has scrolled.
+// From the top, because the head of the page stays where its reader has scrolled.
 async function shoot(page, options) {
   await page.evaluate(() => scrollTo(0, 0));
   await page.screenshot(options);
 }
 
-// How evenly pictures come while the arm moves, and what the page's main thread takes of a core, which other processes do not change.
+// Measures how evenly frames come while the arm moves, and the share of a core that the page's main thread uses, independently of other
+// processes.
 async function pictures(page) {
   const client = await page.context().newCDPSession(page);
   await client.send("Performance.enable", { timeDomain: "threadTicks" });
@@ -441,7 +442,7 @@ async function pictures(page) {
   return `${rate.toFixed(1)} pictures a second, from one to the next ${at(0.5)} ms (99 %: ${at(0.99)}), ${(100 * busy).toFixed(0)} % of a core`;
 }
 
-// What was read before its user moved a slider or chose a law, and comes after, does not undo it.
+// An older value that arrives after the user moved a slider or chose a law does not undo the change.
 async function overtaken(page) {
   const id = "parameter-gains.double_geodesic[1]";
   const { robot } = await frames(page);
@@ -462,7 +463,7 @@ async function overtaken(page) {
   await page.selectOption("#law", "logc");
   await page.evaluate((robot) => window.socket.onmessage({ data: JSON.stringify({ robot }) }), robot);
   assert.deepEqual(await shown(), ["3", "logc"]);
-  // Two answers may come in either order within one picture of the page, of which only the last is seen.
+  // Two answers may arrive in any order within one frame of the page, which shows only the last.
   await page.evaluate(() => {
     const element = document.getElementById("message");
     window.told = [];
@@ -507,7 +508,7 @@ async function jogs(page) {
   await state(page, /^holding/);
   const after = (await frames(page)).now.tool;
   assert.ok(after[2] - before[2] > 0.02 && Math.abs(after[0] - before[0]) < 0.02, `R moves it up: ${before} -> ${after}`);
-  // Let go under another key, or not heard to be let go, as on a Mac under Command.
+  // Released under another key, or without an event, as on a Mac under Command.
   for (const other of ["Control", "Alt"]) {
     await page.keyboard.down("f");
     await state(page, /^jogging/);
@@ -540,7 +541,7 @@ async function turn(page) {
   await state(page, /^settled/);
 }
 
-// By the rules of WCAG 2 that can be checked by a program.
+// Checks the rules of WCAG 2 that a program can check.
 async function isAccessible(page, look) {
   await page.evaluate(require("axe-core").source);
   const { violations } = await page.evaluate(() => window.axe.run());
@@ -571,7 +572,7 @@ async function byKeyboard(page) {
   await state(page, /^tracking/);
 }
 
-// Without a sandbox of its own: in the tests it is root in a network namespace of its own.
+// Without its own sandbox: in the tests it runs as root in its own network namespace.
 const browser = await chromium.launch({ executablePath: "/usr/bin/chromium", args: ["--no-sandbox", ...(name === "lines" ? ["--disable-3d-apis"] : [])] });
 try {
   await cases[name](browser);

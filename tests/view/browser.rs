@@ -1,4 +1,4 @@
-//! The page in Debian's Chromium, with real nodes behind it, each test on a host of its own.
+//! Tests the page in Debian's Chromium with real nodes, each on its own host.
 
 use crate::host::{Host, assert_success, wait_for_line};
 use std::io::{BufRead, BufReader, Read};
@@ -8,16 +8,16 @@ use std::time::Duration;
 
 const SCRIPT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/view/browser.mjs");
 
-/// Screenshots go here.
+/// The folder of screenshots.
 const SHOTS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/target/view");
 
-/// What drives the browser, and what checks how accessible the page is: tests/install.sh brings them.
+/// The modules that control the browser and check accessibility, from tests/install.sh.
 const MODULES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/target/node");
 
-/// The page's place on each host.
+/// The address of the page on each host.
 const PLACE: &str = "http://127.0.0.1:8123/?token=";
 
-/// What lets in to a page that is started again, too.
+/// A token that stays the same when the page is restarted.
 const TOKEN: &str = "a-token-for-the-tests-of-the-page";
 
 /// A case of the script, in a browser on `host`.
@@ -40,12 +40,12 @@ impl Browser {
         Self { child, lines }
     }
 
-    /// Waits until the script is as far as `line`.
+    /// Waits until the script has reached `line`.
     fn until(&mut self, line: &str) {
         loop {
             match self.lines.recv_timeout(Duration::from_secs(310)) {
                 Ok(said) if said == line => return,
-                // As how evenly the pictures come.
+                // Other output, for example how evenly the pictures come.
                 Ok(said) => println!("{said}"),
                 Err(_) => {
                     let mut errors = String::new();
@@ -65,7 +65,7 @@ impl Drop for Browser {
     }
 }
 
-/// Opens the page on `host`; the link.
+/// Opens the page on `host`, and returns the link.
 fn view(host: &mut Host, arguments: &[&str]) -> String {
     view_with(host, arguments, TOKEN)
 }
@@ -77,7 +77,7 @@ fn view_with(host: &mut Host, arguments: &[&str], token: &str) -> String {
     link
 }
 
-/// What the program prints first.
+/// Returns the first line that the program prints.
 fn link(program: &mut Child) -> String {
     let mut link = String::new();
     BufReader::new(program.stdout.as_mut().unwrap()).read_line(&mut link).unwrap();
@@ -136,7 +136,7 @@ fn a_lost_server_and_a_lost_servo_are_shown_and_found_again() {
     browser.until("done");
 }
 
-/// Where nobody answers for a second, and then somebody does.
+/// The first second has no answers, then answers arrive.
 #[test]
 fn a_key_that_is_released_over_a_slow_link_leaves_three_twists_on_the_way() {
     let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/view/jog.mjs");
@@ -163,13 +163,13 @@ fn two_arms_are_shown_and_driven() {
 
 #[test]
 fn two_laws_race_side_by_side_from_where_the_last_motion_began() {
-    // Slow enough for a slow browser to see both on their way.
+    // Slow enough for a slow browser to see both in motion.
     let gains = ["gains.logc:=[0.5, 0.5]", "gains.double_geodesic:=[0.5, 0.5]"];
     let gains = gains.into_iter().flat_map(|gain| ["-p", gain]);
     let mut host = Host::with_nodes(&[], &["--ros-args"].into_iter().chain(gains).collect::<Vec<_>>());
     let link = view(&mut host, &[]);
     Browser::start(&host, "race", &link).until("done");
-    // The arm that is watched has nothing to do with it.
+    // The watched arm is not affected.
     assert_eq!(host.parameter("controller"), "logc");
 }
 
@@ -183,7 +183,7 @@ fn joint_limits_are_shown_and_a_recording_is_begun_and_ended() {
         format!("cd {} && exec {} view", directory.path().display(), env!("CARGO_BIN_EXE_dq_servo"));
     let link = link(host.start_program("view", "sh", &["-c", &program]));
     Browser::start(&host, "record", &link).until("done");
-    // The second recording is ended by the end of the view.
+    // The end of the view ends the second recording.
     host.signal("view", "INT");
     assert_eq!(host.wait("view"), Some(0));
     let bags: Vec<_> = directory.path().read_dir().unwrap().map(|entry| entry.unwrap().path()).collect();
@@ -206,7 +206,7 @@ fn an_arm_that_slides_is_shown_in_millimetres_with_its_rail() {
     assert_eq!(host.parameter("task"), "position_and_axis");
 }
 
-/// Each of them would end the program without a word.
+/// Each of these signals would end the program silently by default.
 #[test]
 fn signals_that_nobody_sends_to_end_a_program_do_not_and_a_limit_of_time_does() {
     let mut host = Host::new();
@@ -222,7 +222,7 @@ fn signals_that_nobody_sends_to_end_a_program_do_not_and_a_limit_of_time_does() 
 #[test]
 fn a_demo_without_a_terminal_offers_its_page_and_prints_its_table_all_the_same() {
     let mut host = Host::new();
-    // Slow, so that the browser is there in time.
+    // Slow, so that the browser connects in time.
     let arguments = ["demo", "--ros-args", "-p", "gains.logc:=[0.25, 0.25]"];
     let demo = host.start_with("demo", &arguments, &[("DQ_SERVO_VIEW_TOKEN", TOKEN)]);
     let link = format!("{PLACE}{TOKEN}");
@@ -234,7 +234,7 @@ fn a_demo_without_a_terminal_offers_its_page_and_prints_its_table_all_the_same()
         line.clear();
         assert!(output.read_line(&mut line).unwrap() > 0, "{}", host.errors("demo"));
     }
-    // Somebody watches.
+    // A browser is watching.
     assert_eq!(host.child("demo").try_wait().unwrap(), None);
     host.signal("demo", "INT");
     assert_eq!(host.wait("demo"), Some(0), "{}", host.errors("demo"));

@@ -1,4 +1,4 @@
-// The keys of the page over a slow link, without a browser: `node jog.mjs DIRECTORY_OF_THE_PAGE`.
+// Tests the keys of the page over a slow link, without a browser: `node jog.mjs DIRECTORY_OF_THE_PAGE`.
 
 import assert from "node:assert/strict";
 
@@ -27,22 +27,22 @@ const answered = async (count) => {
 };
 const rest = [0, 0, 0, 0, 0, 0];
 
-// Nothing is answered for a second.
+// The first second has no answers.
 press("keydown");
 for (let i = 0; i < 25; i++) tick();
 assert.deepEqual(sent, Array(3).fill([0.1, 0, 0, 0, 0, 0]));
-// Rest is said at once all the same, as the last word.
+// The stop is sent immediately nevertheless, as the last message.
 press("keyup");
 assert.deepEqual(sent.slice(3), [rest]);
 assert.equal(tick, null);
 
-// Who presses again meanwhile has no more on the way.
+// Pressing again meanwhile sends nothing more.
 press("keydown");
 assert.equal(sent.length, 4);
 press("keyup");
 assert.deepEqual(sent.slice(4), [rest]);
 
-// Answered, the next ones go out.
+// After the answers, the next twists are sent.
 await answered(5);
 press("keydown");
 tick();

@@ -1,4 +1,4 @@
-//! The live page: the server by its frames and headers, and the page in a real browser.
+//! Tests the live page: the server by its frames and headers, and the page in a real browser.
 
 mod browser;
 #[path = "../dds/host.rs"]
@@ -6,5 +6,5 @@ mod host;
 mod page;
 mod server;
 
-/// For the host's peers, of which there are none here.
+/// The hosts' peer, which is not used here.
 const PEER: &str = "";

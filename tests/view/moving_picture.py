@@ -13,7 +13,7 @@ files = sorted((folder / "frames").glob("*.png"))
 times = [int(file.stem) for file in files]
 images = [Image.open(file).convert("RGB") for file in files]
 images = [image.resize((WIDTH, round(image.height * WIDTH / image.width)), Image.LANCZOS) for image in images]
-# One palette, of frames side by side: what does not move is then the same in each frame, and costs nothing.
+# One palette of several frames side by side: static parts then have the same colors in each frame, and cost nothing.
 some = images[:: max(1, len(images) // 6)]
 strip = Image.new("RGB", (WIDTH, sum(image.height for image in some)))
 for number, image in enumerate(some):

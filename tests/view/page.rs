@@ -1,4 +1,4 @@
-//! A page with nobody behind it, for the tests of the server: on a free port of this host.
+//! A page without a robot, for the tests of the server, on a free port of this host.
 
 use dq_view::{Ask, Asked, RobotEnd, Server, Settings, ends};
 use futures::{SinkExt, StreamExt};
@@ -14,13 +14,13 @@ use tokio_tungstenite::WebSocketStream;
 use tokio_tungstenite::tungstenite::client::IntoClientRequest;
 use tokio_tungstenite::tungstenite::{Error, Message};
 
-/// Nothing here takes longer.
+/// The longest wait in these tests.
 const SOON: Duration = Duration::from_secs(15);
 
 pub struct Page {
     pub robot: RobotEnd,
     pub link: String,
-    /// What the link has in common with the cookie.
+    /// The token of the link and the cookie.
     pub token: String,
     pub warnings: Arc<Mutex<Vec<String>>>,
     pub address: SocketAddr,
@@ -53,31 +53,31 @@ impl Page {
         Self { robot, link, token, warnings, address, server: tokio::spawn(server.serve()) }
     }
 
-    /// The response to a request of these lines, `{}` among them being the server's address.
+    /// Returns the response to a request of these lines, in which `{}` stands for the server's address.
     pub async fn request(&self, lines: &[&str]) -> String {
         let head: String = lines
             .iter()
             .map(|line| format!("{}\r\n", line.replace("{}", &self.address.to_string())))
             .collect();
         let mut stream = TcpStream::connect(self.address).await.unwrap();
-        // A server that refuses may close before all is written.
+        // A server that refuses may close before everything is written.
         let _ = stream.write_all(format!("{head}Connection: close\r\n\r\n").as_bytes()).await;
         let mut response = Vec::new();
         let _ = timeout(SOON, stream.read_to_end(&mut response)).await.expect("an answer, or the end");
         String::from_utf8_lossy(&response).into_owned()
     }
 
-    /// The answer to `GET path` of a browser that is here by right.
+    /// Returns the answer to `GET path` of an admitted browser.
     pub async fn get(&self, path: &str) -> String {
         self.request(&[&format!("GET {path} HTTP/1.1"), "Host: {}", &self.cookie()]).await
     }
 
-    /// The header with which a browser comes back that has opened the link.
+    /// Returns the cookie header of a browser that has opened the link.
     pub fn cookie(&self) -> String {
         format!("Cookie: dq_servo_{}={}", self.address.port(), self.token)
     }
 
-    /// A browser on the page.
+    /// Opens a browser session on the page.
     pub async fn browser(&self) -> Browser {
         let url = format!("ws://{}/session", self.address);
         let mut request = url.into_client_request().unwrap();
@@ -89,7 +89,7 @@ impl Page {
         Browser { socket }
     }
 
-    /// What a browser asked.
+    /// Returns the next request of a browser.
     pub async fn asked(&mut self) -> Asked<Ask> {
         timeout(SOON, self.robot.asks.recv()).await.expect("a request").unwrap()
     }
@@ -119,7 +119,7 @@ impl Browser {
         self.socket.send(Message::binary(bytes)).await.unwrap();
     }
 
-    /// The next frame that says something, within a time that pings do not prolong.
+    /// Returns the next nonempty frame, within a time that pings do not extend.
     pub async fn next(&mut self) -> Result<Value, Option<(u16, String)>> {
         timeout(SOON, self.next_text()).await.expect("a frame, or the end")
     }
@@ -140,7 +140,7 @@ impl Browser {
         }
     }
 
-    /// The next frame of that kind.
+    /// Returns the next frame of this kind.
     pub async fn frame(&mut self, kind: &str) -> Value {
         loop {
             let frame = self.next().await.unwrap_or_else(|end| panic!("{kind} was expected, not {end:?}"));

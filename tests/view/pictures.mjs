@@ -1,4 +1,5 @@
-// Takes pictures of the page of a demo: `pictures.mjs NAME [ARGUMENT…]` of `demo --view ARGUMENT…`, without a name frames of a demo in a terminal.
+// Takes pictures of the page of a demo: `pictures.mjs NAME [ARGUMENT…]` runs `demo --view ARGUMENT…`; without a name, takes frames of a
+// demo in a terminal.
 
 import { spawn } from "node:child_process";
 import { mkdir, rm } from "node:fs/promises";
@@ -48,7 +49,7 @@ async function screenshots() {
   await child.ended;
 }
 
-// Frames until the demo has printed its table; each is called by when it was taken [ms].
+// Takes frames until the demo has printed its table. Each is named by its time [ms].
 async function frames() {
   const folder = `${FOLDER}/frames`;
   await rm(folder, { recursive: true, force: true });

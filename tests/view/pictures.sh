@@ -1,7 +1,7 @@
 #!/bin/sh
-# Takes pictures of the live page, of real demos in a network namespace of their own, into a folder (target/pictures by default):
-# each kind of arm on a desktop, on a phone and in the dark, and demo.gif, the README's moving picture.
-# Run tests/install.sh and `cargo build --release` first. An argument after the folder is a robot description to show besides.
+# Takes pictures of the live page, of real demos in their own network namespace, into a folder (target/pictures by default): each kind of
+# arm on a desktop, on a phone and in dark mode, and demo.gif, the animation of the README. Run tests/install.sh and `cargo build --release`
+# first. An argument after the folder is an additional robot description to show.
 set -eu
 cd "$(dirname "$0")/../.."
 folder=$(realpath -m "${1:-target/pictures}")

@@ -1,4 +1,4 @@
-//! Who is let in, what is refused, and that nobody is waited for.
+//! Tests admission, refusals, and that no browser delays others.
 
 use crate::page::Page;
 use dq_view::{Answer, Ask, Server, Settings, ViewError, ends};
@@ -72,7 +72,7 @@ async fn the_page_is_served_with_every_file_it_names_and_no_site_may_use_it() {
     }
 }
 
-/// DNS rebinding: the browser's own host name is all that the page of another site cannot change.
+/// DNS rebinding: the page of another site cannot change the host name that the browser sends.
 #[tokio::test]
 async fn a_foreign_host_and_a_foreign_origin_are_refused_and_logged() {
     let page = Page::new().await;
@@ -121,20 +121,20 @@ async fn here_and_beyond_this_host_only_who_has_the_link_gets_anything() {
         assert!(cookie.ends_with("; Path=/; HttpOnly; SameSite=Strict"), "{cookie}");
         assert_eq!(format!("Cookie: {}", cookie.split(';').next().unwrap()), page.cookie());
         assert_eq!(page.browser().await.frame("hello").await["drive"], true);
-        // Names lead nobody in.
+        // A wrong host name is refused even with the token.
         let by_name = page.request(&["GET / HTTP/1.1", "Host: evil.example", &page.cookie()]).await;
         assert!(by_name.starts_with("HTTP/1.1 403") && !by_name.contains("<html"), "{by_name}");
     }
 }
 
-/// Connects, says `line`, waits for the end, and does it again, for ever.
+/// Connects, sends `line`, waits for the end, and repeats this forever.
 async fn pester(address: std::net::SocketAddr, line: &'static [u8]) {
     loop {
         if let Ok(mut stream) = TcpStream::connect(address).await {
             let _ = stream.write_all(line).await;
             let _ = stream.read_to_end(&mut Vec::new()).await;
         }
-        // Who is refused for want of room is back soon enough.
+        // A connection that is refused for lack of room comes back soon enough.
         tokio::time::sleep(Duration::from_millis(1)).await;
     }
 }
@@ -245,12 +245,11 @@ async fn a_frame_that_is_too_large_ends_its_session_alone() {
     let page = Page::new().await;
     let (mut large, mut other) = (page.browser().await, page.browser().await);
     large.frame("hello").await;
-    // It may be cut off in the middle of it.
+    // The connection may be closed in the middle of it.
     let _ = futures::SinkExt::send(&mut large.socket, "x".repeat(100_000).into()).await;
     large.next().await.expect_err("the session ended");
     page.warned_of("broke the protocol").await;
-    // Who goes without a word is nobody's fault.
-    // One warning a second is logged.
+    // A browser that disconnects without a close message causes no warning. Warnings are logged at most once per second.
     tokio::time::sleep(Duration::from_millis(1100)).await;
     let before = page.warnings.lock().unwrap().len();
     let mut gone = page.browser().await;
@@ -271,7 +270,7 @@ async fn one_browser_may_ask_only_so_much_at_once() {
     }
     let answer = browser.frame("answer").await;
     assert_eq!((&answer["id"], &answer["ok"]), (&json!(16), &json!(false)), "{answer}");
-    // There is room for others, and for this one when it has its answers.
+    // Others have room, and this browser has room again after its answers.
     let mut other = page.browser().await;
     other.send(r#"{"id":99,"ask":"stop"}"#).await;
     for _ in 0..16 {
@@ -313,7 +312,7 @@ async fn a_frozen_browser_is_dropped_and_holds_up_nobody() {
         assert!(started.elapsed() < Duration::from_secs(30), "it is still there");
         number += 1;
         page.robot.now.send_replace(format!(r#"{{"now":{{"number":{number},"pad":"{large}"}}}}"#).into());
-        // It gets each of them, whatever the frozen one does.
+        // It gets each frame, whatever the frozen browser does.
         while other.frame("now").await["number"] != number {}
         tokio::time::sleep(Duration::from_millis(20)).await;
     }

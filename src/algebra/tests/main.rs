@@ -1,4 +1,4 @@
-//! Laws of the algebra, on a grid and at random.
+//! Laws of the algebra, on a grid and for random poses.
 
 mod reference;
 mod tolerance;
@@ -10,14 +10,14 @@ use reference::{distance, json, numbers};
 use std::f64::consts::PI;
 use tolerance::{ALGEBRA, REFERENCE};
 
-/// Logarithms near π, where an angle's digits are lost to the translation's lever.
+/// The tolerance of logarithms near π, where the lever arm of the translation amplifies the rounding of the angle.
 const LOG: f64 = 1e-11;
 
 fn assert_close(a: &[f64], b: &[f64], tolerance: f64) {
     assert!(distance(a, b) <= tolerance, "{a:?}\nis not\n{b:?}");
 }
 
-/// Twists from none to just past a half turn, pure translations among them.
+/// Returns twists from zero to just past a half turn, including pure translations.
 fn twists() -> Vec<Vector6<f64>> {
     let axes = [Vector3::z(), Vector3::new(0.6, 0.0, -0.8), Vector3::new(1.0, -2.0, 2.0) / 3.0];
     let angles =
@@ -41,7 +41,7 @@ fn any_twist() -> impl Strategy<Value = Vector6<f64>> {
     prop::array::uniform6(-1.7..1.7f64).prop_map(Vector6::from)
 }
 
-/// Eight numbers, which are no pose.
+/// Eight arbitrary numbers, which are usually not a pose.
 fn any_numbers() -> impl Strategy<Value = DualQuaternion> {
     prop::array::uniform8(-2.0..2.0f64)
         .prop_map(|numbers| DualQuaternion::from_vector8(&Vector8::from(numbers)))
@@ -131,11 +131,11 @@ fn normalising_gives_the_nearest_pose_or_says_why_not() {
     assert_eq!(nan, Err(DqError::NonFinite(f64::INFINITY)));
 }
 
-/// Whose squares are no numbers, or whose inverse is none.
+/// Real parts whose squares or inverses are not representable.
 #[test]
 fn normalising_takes_real_parts_of_any_size() {
     let pose = UnitDualQuaternion::screw_exp(&Vector6::new(0.3, -0.2, 0.7, 0.1, 0.2, -0.1));
-    // Numbers that are not normal have few digits left.
+    // Subnormal numbers have few digits.
     for (size, tolerance) in
         [(1e300, ALGEBRA), (1e155, ALGEBRA), (1e-162, ALGEBRA), (1e-200, ALGEBRA), (1e-310, 1e-12)]
     {
@@ -190,7 +190,7 @@ fn poses_come_from_and_go_to_nalgebra() {
     assert_eq!((turned.rotation(), turned.translation()), (rotation, Vector3::zeros()));
 }
 
-/// From each start, screws of every angle and their `other` in both signs.
+/// For each start, checks screws of every angle, with both signs of `other`.
 #[test]
 fn sclerp_follows_the_shorter_screw() {
     let starts = [Vector6::zeros(), Vector6::new(0.3, -0.2, 0.7, 0.1, 0.2, -0.1)]
@@ -198,7 +198,7 @@ fn sclerp_follows_the_shorter_screw() {
     for (twist, start) in twists().into_iter().flat_map(|twist| starts.map(|start| (twist, start))) {
         let angle = twist.fixed_rows::<3>(0).norm();
         let end = start * UnitDualQuaternion::screw_exp(&twist);
-        // At a half turn rounding decides which way is the shorter.
+        // At a half turn, rounding decides which screw is shorter.
         if (angle - PI).abs() < 1e-9 {
             continue;
         }
@@ -226,7 +226,7 @@ fn at_a_half_turn_sclerp_ends_at_the_other_pose() {
     }
 }
 
-/// The reasons that the README gives for a type of its own.
+/// The reasons in the README for a type other than nalgebra's.
 #[test]
 fn nalgebra_lacks_what_the_readme_says() {
     use nalgebra::UnitDualQuaternion as Theirs;
@@ -319,7 +319,7 @@ proptest! {
         prop_assert!((moved.to_vector8() - conjugated.to_vector8()).norm() < LOG);
     }
 
-    /// `Hp`, `Hn`, `dHp` and `dHn` of appendix A, of any numbers (eq. 9–11).
+    /// `Hp`, `Hn`, `dHp` and `dHn` of appendix A, for arbitrary numbers (eq. 9–11).
     #[test]
     fn hamilton_operators_of_any_numbers_are_products((p, q) in (any_numbers(), any_numbers())) {
         let product = (p * q).to_vector8();
@@ -330,14 +330,14 @@ proptest! {
         prop_assert!((a * b - b * a).norm() < ALGEBRA * 10.0);
     }
 
-    /// `cdualq`: the conjugate of a product is that of the conjugates the other way round.
+    /// `cdualq`: the conjugate of a product is the product of the conjugates in reverse order.
     #[test]
     fn conjugates_turn_products_round((p, q) in (any_numbers(), any_numbers())) {
         let (left, right) = ((p * q).conjugate(), q.conjugate() * p.conjugate());
         prop_assert!((left.to_vector8() - right.to_vector8()).norm() < ALGEBRA * 10.0);
     }
 
-    /// `logdq` and `explogdq` undo each other (eq. 32), and so do the logarithm and the exponential of SE(3).
+    /// `logdq` and `explogdq` are inverses (eq. 32), and so are the logarithm and the exponential of SE(3).
     #[test]
     fn logarithms_of_any_pose_lead_back_to_it(pose in any_pose()) {
         for back in [
@@ -346,11 +346,11 @@ proptest! {
         ] {
             prop_assert!((back.to_vector8() - pose.to_vector8()).norm() < LOG);
         }
-        // The way back is the same screw the other way.
+        // The inverse is the reversed screw.
         prop_assert!((pose.inverse().screw_log() + pose.screw_log()).norm() < LOG);
     }
 
-    /// The tool moves along one screw: half of the logarithm leads half of the way.
+    /// The tool moves along one screw: half of the logarithm leads to the middle.
     #[test]
     fn two_halves_of_a_screw_are_the_whole(twist in any_twist()) {
         let half = UnitDualQuaternion::screw_exp(&(0.5 * twist));

@@ -1,6 +1,6 @@
-//! How near is equal, of algebra and kinematics.
+//! The tolerances of comparisons in algebra and kinematics.
 
-/// Printed and computed values of the reference work.
+/// For printed and computed values of the reference work.
 pub const REFERENCE: f64 = 1e-12;
-/// Identities of the algebra, after a handful of products.
+/// For identities of the algebra, after a few products.
 pub const ALGEBRA: f64 = 1e-13;

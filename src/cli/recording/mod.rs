@@ -12,24 +12,24 @@ use dq_bags::BagError;
 use dq_ros::ros::{NetworkEnd, RosError};
 use thiserror::Error;
 
-/// Why nothing more is recorded.
+/// Why the recording has ended.
 #[derive(Debug, Error)]
 pub enum RecordingError {
-    /// The bag.
+    /// The bag cannot be written.
     #[error(transparent)]
     Bag(#[from] BagError),
-    /// The thread that writes ended by itself, or could not start.
+    /// The writing thread ended early, or could not start.
     #[error("the thread that writes the bag {0}")]
     Thread(String),
-    /// The network of this process has ended.
+    /// This process has lost the network.
     #[error("{why}: the bag has the {messages} messages of before")]
     Deaf {
-        /// Messages in the bag, which is whole.
+        /// The number of messages in the bag, which is complete up to then.
         messages: u64,
-        /// How it ended.
+        /// How the network was lost.
         why: NetworkEnd,
     },
-    /// The recorder's place in the graph.
+    /// The recorder cannot take part in the graph.
     #[error(transparent)]
     Ros(#[from] RosError),
 }

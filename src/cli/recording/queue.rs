@@ -1,4 +1,4 @@
-//! The thread that writes a bag, and the bounded queue before it: a slow disk never holds up who receives.
+//! The thread that writes a bag, with a bounded queue, so that a slow disk never blocks the receivers.
 
 use super::RecordingError;
 use dq_bags::{BagError, BagWriter, TopicId, TopicRecord, WrittenBag};
@@ -10,40 +10,40 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 use tokio::sync::watch;
 
-/// Items that wait for the writer at most: six seconds of ten topics at 1 kHz.
+/// The largest number of items in the queue: six seconds of ten topics at 1 kHz.
 const CAPACITY: usize = 65_536;
 
-/// What they may have together \[bytes\]; one alone may have more.
+/// The largest size of the messages in the queue \[bytes\]; a single message may be larger.
 const ROOM: usize = 64 << 20;
 
-/// How often everything goes to disk.
+/// How often the bag is flushed to the disk.
 const FLUSH: Duration = Duration::from_millis(500);
 
-/// One thing for the writer.
+/// An item for the writer.
 enum Item {
     Topic(Arc<TopicRecord>),
     Message { topic: Arc<TopicRecord>, log_time: i64, publish_time: i64, cdr: Vec<u8> },
 }
 
-/// What both ends of the queue count.
+/// Counters shared by both ends of the queue.
 #[derive(Default)]
 struct Counts {
     written: AtomicU64,
     dropped: AtomicU64,
-    /// Bytes that wait for the writer.
+    /// The bytes that wait for the writer.
     waiting: AtomicUsize,
 }
 
-/// How many messages were written so far, and how many dropped.
+/// The numbers of messages written and dropped so far.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Progress {
-    /// In the bag.
+    /// Messages in the bag.
     pub written: u64,
-    /// Lost.
+    /// Messages lost.
     pub dropped: u64,
 }
 
-/// The end of the queue that receivers hold. Never blocks.
+/// The receivers' end of the queue. Never blocks.
 #[derive(Clone)]
 pub(super) struct Queue {
     items: SyncSender<Item>,
@@ -51,13 +51,13 @@ pub(super) struct Queue {
 }
 
 impl Queue {
-    /// Announces a topic, so that the bag has it even if no message comes.
+    /// Announces a topic, so that it is in the bag even without messages.
     pub fn topic(&self, topic: &Arc<TopicRecord>) {
-        // A full queue is full of messages: theirs, or the next ones, bring the topic too.
+        // If the queue is full, the topic will be added with its first message.
         let _ = self.items.try_send(Item::Topic(topic.clone()));
     }
 
-    /// Hands a message over, or counts it as dropped.
+    /// Queues a message, or counts it as dropped.
     pub fn message(&self, topic: &Arc<TopicRecord>, log_time: i64, publish_time: i64, cdr: Vec<u8>) {
         let size = cdr.len();
         let before = self.counts.waiting.fetch_add(size, Ordering::Relaxed);
@@ -69,12 +69,12 @@ impl Queue {
         }
     }
 
-    /// Counts messages that were published and did not come.
+    /// Counts messages that were published but not received.
     pub fn lost(&self, count: u64) {
         self.counts.dropped.fetch_add(count, Ordering::Relaxed);
     }
 
-    /// How far the recording is.
+    /// Returns the progress of the recording.
     pub fn progress(&self) -> Progress {
         let [written, dropped] =
             [&self.counts.written, &self.counts.dropped].map(|count| count.load(Ordering::Relaxed));
@@ -82,11 +82,11 @@ impl Queue {
     }
 }
 
-/// The thread that writes. It ends once every [`Queue`] is gone and what they sent is written.
+/// The writing thread. It ends once every [`Queue`] has been dropped and all items are written.
 pub(super) struct WritingThread {
     handle: JoinHandle<Result<WrittenBag, RecordingError>>,
     counts: Arc<Counts>,
-    /// Why it has ended by itself, once it has; its sender is gone with the thread.
+    /// The error that ended the thread, once it has; the sender is dropped with the thread.
     failure: watch::Receiver<Option<String>>,
 }
 
@@ -101,7 +101,7 @@ impl WritingThread {
         let (tell, failure) = watch::channel(None);
         let sink = Sink { bag, topics: HashMap::new(), counts: counts.clone() };
         let run = move || {
-            // Told last, when nothing is received any more.
+            // Report the error last, after receiving has ended.
             sink.run(receiver)
                 .inspect_err(|why| drop(tell.send_replace(Some(why.to_string()))))
                 .map_err(RecordingError::from)
@@ -113,7 +113,7 @@ impl WritingThread {
         Ok((Queue { items, counts: counts.clone() }, Self { handle, counts, failure }))
     }
 
-    /// Waits until the thread has ended by itself, which it does at an error: why.
+    /// Waits until the thread has ended by an error, and returns the error.
     pub fn failed(&self) -> impl Future<Output = String> + Send + use<> {
         let mut failure = self.failure.clone();
         async move {
@@ -122,10 +122,10 @@ impl WritingThread {
         }
     }
 
-    /// Waits for the rest to be written. Every [`Queue`] must be gone.
+    /// Waits until all items are written. Every [`Queue`] must have been dropped.
     ///
     /// # Errors
-    /// What went wrong while writing.
+    /// The error of writing.
     pub fn join(self) -> Result<WrittenBag, RecordingError> {
         let written = self.handle.join().map_err(|_| RecordingError::Thread("panicked".to_owned()))?;
         let dropped = self.counts.dropped.load(Ordering::Relaxed);
@@ -133,10 +133,10 @@ impl WritingThread {
     }
 }
 
-/// The other end of the queue.
+/// The writer's end of the queue.
 struct Sink {
     bag: BagWriter,
-    /// By name, as a topic may be announced again with other publishers.
+    /// The topics by name, because a topic may be announced again with other publishers.
     topics: HashMap<String, TopicId>,
     counts: Arc<Counts>,
 }
@@ -201,9 +201,9 @@ mod tests {
         for number in 0..MESSAGES {
             let mut cdr = vec![0; 120];
             cdr[..8].copy_from_slice(&number.to_le_bytes());
-            // Numbers that change as a moving arm's do.
+            // Numbers that change like those of a moving arm.
             cdr[112..].copy_from_slice(&(number as f64 * 1e-3).sin().to_le_bytes());
-            // As fast as the writer takes them: a full queue would drop.
+            // Not faster than the writer: a full queue would drop messages.
             while number - queue.progress().written > 50_000 {
                 std::thread::yield_now();
             }
@@ -230,7 +230,7 @@ mod tests {
         let (items, receiver) = sync_channel(CAPACITY);
         let counts = Arc::new(Counts::default());
         let queue = Queue { items, counts: counts.clone() };
-        // Nobody writes yet.
+        // No thread writes yet.
         (0..CAPACITY + 10).for_each(|_| queue.message(&topic(), 0, 0, vec![0; 8]));
         assert_eq!(queue.progress(), Progress { written: 0, dropped: 10 });
         drop(queue);

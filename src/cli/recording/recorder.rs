@@ -13,8 +13,7 @@ use std::time::Duration;
 use tokio::sync::watch;
 use tokio::task::{JoinHandle, JoinSet};
 
-/// Records what other participants publish, from its start until [`Recorder::finish`]. Topics that appear later are
-/// recorded from then on.
+/// Records what other participants publish, from its start until [`Recorder::finish`]. Later topics are recorded from their appearance on.
 pub struct Recorder {
     thread: WritingThread,
     queue: Queue,
@@ -24,11 +23,11 @@ pub struct Recorder {
 }
 
 impl Recorder {
-    /// Begins a bag in `directory`, which must not exist yet. `node` should be of a session of its own: what other
-    /// nodes of the same session publish is not seen. Must be called within a tokio runtime.
+    /// Begins a bag in `directory`, which must not exist yet. `node` should have its own session, because topics of the same session are
+    /// not recorded. Must be called within a tokio runtime.
     ///
     /// # Errors
-    /// [`RecordingError`].
+    /// [`RecordingError`] if the bag or the writing thread cannot be created.
     pub fn start(
         node: Node,
         directory: &Path,
@@ -51,39 +50,39 @@ impl Recorder {
         Ok(Self { thread, queue, watcher, recorded, heard })
     }
 
-    /// How far it is.
+    /// Returns the progress.
     pub fn progress(&self) -> Progress {
         self.queue.progress()
     }
 
-    /// The recorded topics so far: those that somebody publishes.
+    /// Returns the topics that are recorded so far: those with a publisher.
     pub fn topics(&self) -> BTreeSet<String> {
         self.recorded.borrow().clone()
     }
 
-    /// Waits until all these topics are recorded, for `patience` at most; whether they are. A publisher may still
-    /// take some milliseconds to see the recorder: to lose nothing it waits for its readers.
+    /// Waits up to `patience` until all these topics are recorded, and returns whether they are. A publisher may still take some
+    /// milliseconds to discover the recorder; to lose nothing it must wait for its readers.
     pub async fn wait_for(&self, topics: &[&str], patience: Duration) -> bool {
         contains(&self.recorded, topics, patience).await
     }
 
-    /// Waits until something has come of all these topics, for `patience` at most; whether it has.
+    /// Waits up to `patience` until all these topics have received a message, and returns whether they have.
     pub async fn wait_for_messages(&self, topics: &[&str], patience: Duration) -> bool {
         contains(&self.heard.subscribe(), topics, patience).await
     }
 
-    /// The same of what comes from now on.
+    /// Like [`wait_for_messages`](Self::wait_for_messages), but counts only messages from now on.
     pub async fn wait_for_next_messages(&self, topics: &[&str], patience: Duration) -> bool {
         self.heard.send_modify(|heard| heard.retain(|topic| !topics.contains(&topic.as_str())));
         self.wait_for_messages(topics, patience).await
     }
 
-    /// Waits until writing has failed: why. [`Recorder::finish`] then fails with the same.
+    /// Waits until writing fails, and returns why. [`Recorder::finish`] then returns the same error.
     pub fn write_failure(&self) -> impl Future<Output = String> + Send + use<> {
         self.thread.failed()
     }
 
-    /// Waits until writing has failed, or this process hears nothing any more; [`Recorder::finish`] then returns why.
+    /// Waits until writing fails or this process loses the network. [`Recorder::finish`] then returns why.
     pub async fn failed(&self) {
         tokio::select! {
             _ = self.write_failure() => {}
@@ -91,17 +90,17 @@ impl Recorder {
         }
     }
 
-    /// Stops receiving, writes what has been received, closes the bag.
+    /// Stops receiving, writes what has been received, and closes the bag.
     ///
     /// # Errors
-    /// What went wrong while writing; [`RecordingError::Deaf`] where the bag is whole, but has not what came last.
+    /// The error of writing; [`RecordingError::Deaf`] if the bag is valid but lacks the last messages.
     pub async fn finish(self) -> Result<WrittenBag, RecordingError> {
         let Self { thread, queue, watcher, .. } = self;
         let heard = NetworkWatch::default().check();
-        // What has arrived is still to be taken.
+        // Let the receivers take what has arrived.
         tokio::time::sleep(LAST_TAKE).await;
         watcher.abort();
-        // Aborted, as it was asked for; with it go its subscriptions and their ends of the queue.
+        // The task ends as aborted. Its subscriptions and their ends of the queue are dropped with it.
         let _ = watcher.await;
         drop(queue);
         let joined = tokio::task::spawn_blocking(|| thread.join()).await;
@@ -113,10 +112,10 @@ impl Recorder {
     }
 }
 
-/// How long at the end messages that have arrived are still taken.
+/// How long to take arrived messages at the end.
 const LAST_TAKE: Duration = Duration::from_millis(100);
 
-/// How a topic is subscribed to.
+/// The QoS of a subscription.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Delivery {
     reliable: bool,
@@ -124,10 +123,10 @@ struct Delivery {
 }
 
 impl Delivery {
-    /// For topics that nobody publishes yet: what a publisher of ROS 2 offers by default.
+    /// For topics without a publisher: the default of ROS 2's publishers.
     const PRESUMED: Self = Self { reliable: true, transient_local: false };
 
-    /// The most that all publishers offer; `None` without a publisher.
+    /// Returns the strictest QoS that all publishers offer; `None` without a publisher.
     fn of(offered: &[OfferedQos]) -> Option<Self> {
         let all = |test: fn(&OfferedQos) -> bool| offered.iter().all(test);
         (!offered.is_empty()).then(|| Self {
@@ -136,7 +135,7 @@ impl Delivery {
         })
     }
 
-    /// What both can have.
+    /// Returns what both have in common.
     fn and(self, other: Self) -> Self {
         Self {
             reliable: self.reliable && other.reliable,
@@ -145,22 +144,22 @@ impl Delivery {
     }
 }
 
-/// A topic's subscription with the task that empties it; both end with it.
+/// A topic's subscription, and the task that reads it. Both end when this is dropped.
 struct Receiving {
-    /// `None` while only presumed.
+    /// `None` until a publisher appears.
     delivery: Option<Delivery>,
     message: String,
     sequences: Sequences,
     _task: JoinSet<()>,
 }
 
-/// Follows the graph and subscribes to what appears.
+/// Follows the graph and subscribes to new topics.
 struct Watcher {
     node: Node,
     selection: Selection,
     queue: Queue,
     receiving: BTreeMap<String, Receiving>,
-    /// Topics that cannot be recorded, each logged once.
+    /// Reasons why topics cannot be recorded; each is logged once.
     refused: BTreeSet<String>,
     report: watch::Sender<BTreeSet<String>>,
     tell_heard: watch::Sender<BTreeSet<String>>,
@@ -178,8 +177,8 @@ impl Watcher {
         }
     }
 
-    /// Subscribes to the topic, or anew with less if a publisher has come that offers less. Never with more for a
-    /// publisher that has gone: the others would send their latched messages again.
+    /// Subscribes to the topic, or subscribes again with weaker QoS if a new publisher offers less. It never subscribes again with stricter
+    /// QoS after a publisher has gone, because the others would send their latched messages again.
     fn follow(&mut self, name: &str, topic: &GraphTopic) {
         if let Some(before) = self.receiving.get(name).map(|receiving| &receiving.message)
             && *before != topic.message
@@ -202,7 +201,7 @@ impl Watcher {
         }
     }
 
-    /// The topic that nobody had published is now published as presumed.
+    /// Handles the first publisher of the topic, whose QoS is the presumed one.
     fn publishers_came(&mut self, name: &str, topic: &GraphTopic) {
         if let Some(receiving) = self.receiving.get_mut(name) {
             receiving.delivery = Some(Delivery::PRESUMED);
@@ -215,7 +214,7 @@ impl Watcher {
             let message = topic.message.clone();
             return self.warn(BagError::UnknownType { topic: name.to_owned(), message }.to_string());
         }
-        // The old subscription ends before the new one begins; what comes meanwhile is missed, and counted.
+        // The old subscription ends before the new one begins. Messages in between are missed, and counted.
         let sequences = self.receiving.remove(name).map(|old| old.sequences.clone()).unwrap_or_default();
         let Delivery { reliable, transient_local } = delivery.unwrap_or(Delivery::PRESUMED);
         let subscription = self.node.raw_subscription(name, &topic.message, reliable, transient_local);
@@ -257,18 +256,18 @@ fn record(name: &str, topic: &GraphTopic) -> TopicRecord {
     TopicRecord { offered: topic.offered.clone(), ..TopicRecord::new(name, &*topic.message) }
 }
 
-/// The last message of each publisher of a topic, by its number.
+/// The last sequence number of each publisher of a topic.
 #[derive(Clone, Default)]
 struct Sequences(Arc<Mutex<HashMap<[u8; 16], i64>>>);
 
 impl Sequences {
-    /// Whether the message is one that has not come yet, and how many of its publisher's before it have not.
+    /// Returns how many earlier messages of the publisher were missed, or `None` if the message is a repetition.
     fn take(&self, publisher: [u8; 16], sequence: i64) -> Option<u64> {
         let mut last = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let missed = match last.get(&publisher) {
             Some(last) if sequence <= *last => return None,
             Some(last) => sequence.abs_diff(*last) - 1,
-            // Nothing is known of what a publisher has sent before it was met.
+            // The number of messages before the first one received is unknown.
             None => 0,
         };
         last.insert(publisher, sequence);
@@ -276,7 +275,7 @@ impl Sequences {
     }
 }
 
-/// Empties a subscription into the queue.
+/// Reads a subscription into the queue.
 struct Receiver {
     topic: Arc<TopicRecord>,
     queue: Queue,
@@ -288,7 +287,7 @@ struct Receiver {
 impl Receiver {
     async fn run(self, mut subscription: RawSubscription) {
         while let Some(message) = subscription.next().await {
-            // A latched message comes again with another subscription.
+            // Another subscription receives latched messages again.
             let Some(missed) = self.sequences.take(message.publisher, message.sequence) else { continue };
             self.queue.lost(missed);
             self.queue.message(&self.topic, message.received, message.sent, message.cdr);
@@ -303,7 +302,7 @@ impl Receiver {
     }
 }
 
-/// Waits until all these are in the set, for `patience` at most.
+/// Waits up to `patience` until all these topics are in the set.
 async fn contains(set: &watch::Receiver<BTreeSet<String>>, topics: &[&str], patience: Duration) -> bool {
     let mut set = set.clone();
     let all = set.wait_for(|set| topics.iter().all(|topic| set.contains(*topic)));

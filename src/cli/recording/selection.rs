@@ -1,15 +1,15 @@
-//! Which topics are recorded.
+//! The selection of topics to record.
 
 use dq_config::{DualParameters, GuardParameters, NodeParameters, PlantParameters, ServoParameters};
 use dq_ros::ros::{Resolver, RosArgs, RosError};
 use dq_wire::Contract;
 use std::collections::BTreeSet;
 
-/// Topics that every ROS 2 node has, and bags should.
+/// The topics that every ROS 2 node has, and that bags should have.
 const EVERY_NODE: [(&str, &str); 2] =
     [("/parameter_events", "rcl_interfaces/msg/ParameterEvent"), ("/rosout", "rcl_interfaces/msg/Log")];
 
-/// Which topics are recorded.
+/// The selection of topics to record.
 #[derive(Clone, Debug)]
 pub struct Selection(Rule);
 
@@ -17,13 +17,13 @@ pub struct Selection(Rule);
 enum Rule {
     /// These fully qualified names.
     Names(BTreeSet<String>),
-    /// These names with their types: absolute, or below any namespace.
+    /// These names with their types: absolute names, or names below any namespace.
     Contract(Vec<(String, String)>),
 }
 
 impl Selection {
-    /// The topics of `msg_config/topics.yaml` in every namespace, by name and type, with `/parameter_events` and
-    /// `/rosout`; and where nodes of these ROS arguments would have them.
+    /// Selects the topics of `msg_config/topics.yaml` in every namespace, by name and type, with `/parameter_events` and `/rosout`. Topics
+    /// that these ROS arguments remap are selected under their new names too.
     ///
     /// # Errors
     /// [`RosError::Wire`], [`RosError::Name`].
@@ -36,12 +36,12 @@ impl Selection {
         Ok(Self(Rule::Contract(ours.chain(every_node).chain(remapped).collect())))
     }
 
-    /// The topics with these fully qualified names.
+    /// Selects the topics with these fully qualified names.
     pub fn names(names: impl IntoIterator<Item = String>) -> Self {
         Self(Rule::Names(names.into_iter().collect()))
     }
 
-    /// Whether the topic of that name and type is one of them.
+    /// Returns whether the topic with this name and type is selected.
     pub(super) fn has(&self, name: &str, message: &str) -> bool {
         match &self.0 {
             Rule::Names(names) => names.contains(name),
@@ -53,7 +53,7 @@ impl Selection {
     }
 }
 
-/// Where the topics of the nodes are after the remaps: in the nodes' own namespace, and relative names in every one.
+/// Returns the remapped topics of the nodes: in the nodes' own namespace, and relative names in every namespace.
 fn remapped(contract: &Contract, ros_args: &RosArgs) -> Result<Vec<(String, String)>, RosError> {
     let nodes = [
         (&contract.servo, ServoParameters::NODE_NAME),

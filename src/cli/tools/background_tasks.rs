@@ -1,6 +1,6 @@
-//! What the page asks of the program that serves it, rather than of the robot: races and recordings.
+//! Requests of the page to this program, not to the robot: races and recordings.
 
-use super::race::Lanes;
+use super::race::RaceNodes;
 use super::recording::Recording;
 use dq_common::text::cut;
 use dq_ros::ros::{Environment, RosArgs};
@@ -11,27 +11,27 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use tokio::sync::watch;
 use tokio::task::JoinSet;
 
-/// Does tasks until nobody asks for any more.
+/// Performs tasks until the page is closed.
 pub(super) struct Runner {
     environment: Environment,
     ros_args: RosArgs,
     show: watch::Sender<Arc<str>>,
-    /// The number of the last race. They go on from the time of the start \[ms\]: a page that was open before knows a later race by it.
+    /// The number of the last race. It starts at the time of the start \[ms\], so that a page that was open before recognizes a new race.
     races: u64,
-    /// The one that runs, if one does.
+    /// The race that is running, if any.
     race: JoinSet<()>,
     recording: Option<(Recording, PathBuf)>,
 }
 
 impl Runner {
-    /// Shows races by `show`.
+    /// Creates the runner, which publishes races on `show`.
     pub fn new(environment: &Environment, ros_args: &RosArgs, show: watch::Sender<Arc<str>>) -> Self {
         let (environment, ros_args) = (environment.clone(), ros_args.clone());
         let races = u64::try_from(since_1970().as_millis()).unwrap_or_default();
         Self { environment, ros_args, show, races, race: JoinSet::new(), recording: None }
     }
 
-    /// Does what is asked, and ends what is going on when nobody is left who could ask.
+    /// Performs the requests. Ends what is running when no one can send requests any more.
     pub async fn run(mut self, mut tasks: BackgroundTasks) {
         loop {
             let failed = async {
@@ -44,7 +44,7 @@ impl Runner {
                 asked = tasks.recv() => asked,
                 () = failed => {
                     let told = self.end_recording().await.unwrap_or_else(|why| refused(&why));
-                    self.show.send_replace(told.news().into());
+                    self.show.send_replace(told.broadcast().into());
                     continue;
                 }
             };
@@ -54,7 +54,7 @@ impl Runner {
                 BackgroundTask::Record => self.record(),
                 BackgroundTask::EndRecording => self.end_recording().await,
             };
-            // Who has gone does not hear it.
+            // The requester may have gone.
             let _ = answer.send(given.unwrap_or_else(|why| refused(&why)));
         }
         if self.recording.is_some() {
@@ -67,9 +67,9 @@ impl Runner {
         if !self.race.is_empty() {
             return Ok(Answer::refused("one comparison at a time"));
         }
-        let lanes = Lanes::start(&self.environment, &race)?;
+        let nodes = RaceNodes::start(&self.environment, &race)?;
         self.races += 1;
-        self.race.spawn(lanes.run(race.goal, self.races, self.show.clone()));
+        self.race.spawn(nodes.run(race.goal, self.races, self.show.clone()));
         let [one, other] = &race.laws;
         Ok(Answer::done(format!("{one} and {other} from where the last motion began")))
     }

@@ -18,22 +18,22 @@ pub(in crate::cli) struct Compare {
     /// Tasks for each arm
     #[arg(long, value_name = "N", default_value_t = 2000, allow_negative_numbers = true, value_parser = count::<u32>(1..=10_000_000))]
     tasks: u32,
-    /// Which tasks
+    /// Seed of the random tasks
     #[arg(long, value_name = "N", default_value_t = 1, allow_negative_numbers = true, value_parser = count::<u64>(0..=u64::MAX))]
     seed: u64,
-    /// Built-in arms by their names, or parameter files of arms, in place of the PUMA 560, UR5e, Panda, iiwa 14 and xArm 6
+    /// Names of built-in arms, or parameter files of arms, instead of the PUMA 560, UR5e, Panda, iiwa 14 and xArm 6
     #[arg(long, value_name = "NAME|FILE", num_args = 1..)]
     arm: Vec<PathBuf>,
     /// Only part K of N, to compare-K-of-N.jsonl, on one of several machines
     #[arg(long, value_name = "K/N")]
     part: Option<Part>,
-    /// Check the N parts in the folder and put them together as compare.jsonl, then go on as without parts
+    /// Check the N parts in the folder, join them as compare.jsonl, and continue as without parts
     #[arg(long, value_name = "N", conflicts_with = "part", value_parser = count::<u64>(1..=Part::MOST))]
     merge: Option<u64>,
-    /// Only how many tasks settle under the servo's limits with the parameter `reconfigure` at `always` and at `never`, to reconfigure.md
+    /// Only compare how many tasks settle under the servo's limits with `reconfigure` at `always` and `never`, in reconfigure.md
     #[arg(long, conflicts_with_all = ["part", "merge"])]
     reconfigure: bool,
-    /// The same of `constraints` at `false` and at `true`, to constraints.md; with the programs in peers.jsonl
+    /// Only compare `constraints` at `false` and `true`, and the programs in peers.jsonl, in constraints.md
     #[arg(long, conflicts_with_all = ["part", "merge", "reconfigure"])]
     constraints: bool,
 }
@@ -52,7 +52,7 @@ impl Compare {
         if let Some(switch) = self.switch() {
             return self.switched(&study, switch);
         }
-        // Other programs may run them meanwhile.
+        // Other programs may run them at the same time.
         study.write_tasks(&self.out.join("tasks.jsonl"))?;
         let part = self.part.unwrap_or(Part::WHOLE);
         let name = self.part.map_or("compare.jsonl".to_owned(), |part| part.file_name());
@@ -79,7 +79,7 @@ impl Compare {
     }
 
     fn switched(&self, study: &Study, switch: Switch) -> anyhow::Result<()> {
-        // Other programs have had no longer than this.
+        // Other programs were run with this horizon.
         let peers = match switch.horizon() == HORIZON {
             true => PeerRuns::read(study, &self.out)?,
             false => PeerRuns::default(),

@@ -1,4 +1,4 @@
-//! `dq_servo demo`: the nodes on this host, the paper's motions there and back.
+//! `dq_servo demo`: runs the nodes on this host, and moves the arm there and back as in the paper.
 
 use super::enter;
 use super::node_set::{Interrupted, NodeSet, Setting};
@@ -33,7 +33,7 @@ pub(in crate::cli) struct Demo {
     dual: bool,
     #[command(flatten)]
     arm: RobotChoice,
-    /// Show it in a browser, until ctrl-C: the arm moves there once the page is open, and then where its user wants
+    /// Show the arm in a browser until ctrl-C: it moves to the goal once the page is open, and then wherever you send it
     #[arg(long, conflicts_with_all = ["json", "record"])]
     view: bool,
     /// Print a JSON list instead of a table
@@ -50,7 +50,7 @@ const INVITATION: Duration = Duration::from_secs(60);
 impl Demo {
     pub(super) async fn run(&self, ros_args: &RosArgs) -> anyhow::Result<()> {
         let mut signals = Signals::new()?;
-        // The domain is held to the end: as long as it is, no other demo takes it.
+        // Keep the domain until the end, so that no other demo takes it.
         let (environment, domain) = Environment::from_process(ros_args)?.alone()?;
         let recording = self.record.as_deref();
         let recording = recording.map(|bag| Recording::start(bag, &environment, ros_args)).transpose()?;
@@ -62,12 +62,12 @@ impl Demo {
         if self.view {
             let setting = Setting { environment, ros_args, recording: None };
             return match self.dual {
-                true => in_a_browser(&setting, papers_two_arms(&setting)?, &mut signals).await,
-                false => in_a_browser(&setting, one_arms_nodes(&setting, &self.arm)?, &mut signals).await,
+                true => in_a_browser(&setting, two_arm_scene(&setting)?, &mut signals).await,
+                false => in_a_browser(&setting, one_arm_scene(&setting, &self.arm)?, &mut signals).await,
             };
         }
         let setting = Setting { environment, ros_args, recording: recording.as_ref() };
-        // Who reads what comes out of this is no newcomer.
+        // Someone who processes the output does not need the page.
         let has_page = !self.dual && !self.json && self.record.is_none();
         let page = if has_page { View::offer(&setting.environment, ros_args).await.ok() } else { None };
         let played = match self.dual {
@@ -82,13 +82,13 @@ impl Demo {
     }
 }
 
-/// What a demo plays, before it does.
+/// What a demo will play.
 struct Scene<'a> {
     nodes: NodeSet<'a>,
-    /// The pose where the arm starts.
+    /// The pose at which the arm starts.
     start: PoseNumbers,
     goal: PoseNumbers,
-    /// What the joints do.
+    /// The kinds of the joints.
     joints: Vec<JointKind>,
 }
 
@@ -98,16 +98,17 @@ struct Played {
     joints: Vec<JointKind>,
 }
 
-/// To the goal with the law that the parameters name, and back with another.
+/// Moves to the goal with the law of the parameters, and back with another law.
 ///
-/// Where somebody watches the `page` by the end, the results are printed here, and the arm is theirs until a signal: no motions are returned.
+/// If someone watches the `page` at the end, the results are printed here, and the user controls the arm until a signal. Then no motions
+/// are returned.
 async fn one_arm(
     setting: &Setting<'_>,
     arm: &RobotChoice,
     page: Option<Page>,
     signals: &mut Signals,
 ) -> anyhow::Result<Option<Played>> {
-    let Scene { nodes, start, goal, joints } = one_arms_nodes(setting, arm)?;
+    let Scene { nodes, start, goal, joints } = one_arm_scene(setting, arm)?;
     let stays = Cell::new(false);
     let play = async |nodes: &mut NodeSet<'_>| {
         if let Some(page) = &page {
@@ -120,7 +121,7 @@ async fn one_arm(
         stays.set(true);
         match played.map(|played| table(&played)) {
             Ok(table) => tokio::task::spawn_blocking(move || print::line(format_args!("{table}"))).await??,
-            // Whoever watches may have driven the arm elsewhere.
+            // The user may have driven the arm somewhere else.
             Err(why) => stderr::line(format!("no table: {why:#}")),
         }
         stderr::line("the page stays, and the arm is its user's: ctrl-C ends it");
@@ -136,7 +137,7 @@ async fn one_arm(
     }
 }
 
-/// Says where the page is. On a terminal the arm then waits for who opens it, for the enter key, or for a minute.
+/// Prints the link of the page. On a terminal, then waits for a browser, for the enter key, or for one minute.
 async fn invite(page: &Page) {
     let Some(pressed) = enter::pressed() else {
         return stderr::line(format!("watch the arm move: {}", page.link));
@@ -150,25 +151,25 @@ async fn invite(page: &Page) {
     }
 }
 
-/// To `goal` with the law in force, and to `start` with another.
+/// Moves to `goal` with the law in force, and to `start` with another law.
 async fn there_and_back(
     nodes: &mut NodeSet<'_>,
     goal: PoseNumbers,
     start: PoseNumbers,
 ) -> anyhow::Result<Vec<MotionReport>> {
     let there = nodes.go(goal).await?;
-    let back = rehearsal::way_back(there.law.parse()?);
+    let back = rehearsal::return_law(there.law.parse()?);
     nodes.set_parameter("controller", back.name()).await?;
     Ok(vec![there, nodes.go(start).await?])
 }
 
-/// The arm with its servo, where it starts, and its goal: the paper's for the paper's arm, for another the pose of its tool a little
-/// aside of its start, to which one law goes and from which another comes back.
-fn one_arms_nodes<'a>(setting: &Setting<'a>, arm: &RobotChoice) -> anyhow::Result<Scene<'a>> {
+/// Prepares the arm, its servo, its start and its goal. The paper's arm has the paper's goal. For another arm the goal is a tool pose near
+/// its start that one law reaches and from which another law returns.
+fn one_arm_scene<'a>(setting: &Setting<'a>, arm: &RobotChoice) -> anyhow::Result<Scene<'a>> {
     let servo = Prepared::<ServoParameters>::new(&arm.and(setting.ros_args))?;
     let parameters = servo.parameters();
     let (chain, papers) = (parameters.arms.chain(), papers_chain()?);
-    // Whatever tool it has.
+    // Ignore the tool.
     let mut bare = chain.clone();
     bare.set_tool_offset(papers.tool_offset());
     let is_builtin = !arm.is_some() && bare == papers;
@@ -177,7 +178,7 @@ fn one_arms_nodes<'a>(setting: &Setting<'a>, arm: &RobotChoice) -> anyhow::Resul
     let from = &plant.parameters().initial_positions;
     let to = match *chain == papers {
         true => Experiment::builtin()?.theta_desired,
-        false => rehearsal::aside(parameters, from)?,
+        false => rehearsal::nearby(parameters, from)?,
     };
     let [start, goal] = [from, &to].map(|theta| chain.forward_kinematics(theta));
     let (start, goal, joints) = (pose_numbers(&start?), pose_numbers(&goal?), chain.kinds().to_vec());
@@ -189,7 +190,7 @@ fn papers_chain() -> anyhow::Result<Chain> {
     Ok(ServoParameters::from_store(&store)?.arms.chain().clone())
 }
 
-/// Opens the page, moves the arm to the goal for whoever opens it, and leaves it to them until a signal.
+/// Opens the page, moves the arm to the goal once a browser is connected, and then leaves the arm to the user until a signal.
 async fn in_a_browser(
     setting: &Setting<'_>,
     Scene { nodes, goal, .. }: Scene<'_>,
@@ -199,7 +200,7 @@ async fn in_a_browser(
     print_line!("{}", page.link)?;
     let play = async |nodes: &mut NodeSet<'_>| {
         let _ = page.watched.wait_for(|watched| *watched).await;
-        // However it ends, from now on the arm is the user's, who may have sent another goal already.
+        // Whatever the result, from now on the user controls the arm and may have sent another goal already.
         let _ = nodes.go(goal).await;
         std::future::pending::<anyhow::Result<()>>().await
     };
@@ -211,10 +212,10 @@ async fn in_a_browser(
     }
 }
 
-/// The paper's relative position control: to twice the distance with the transposed form, and back, orientation included,
-/// with the inverse form.
+/// Plays the paper's relative position control: to twice the distance with the transposed form, and back, including the orientation, with
+/// the inverse form.
 async fn two_arms(setting: &Setting<'_>, signals: &mut Signals) -> anyhow::Result<Option<Played>> {
-    let Scene { nodes, start, goal, joints } = papers_two_arms(setting)?;
+    let Scene { nodes, start, goal, joints } = two_arm_scene(setting)?;
     let play = async |nodes: &mut NodeSet<'_>| {
         nodes.set_parameter("primitive", Aim::Position.relative_name()).await?;
         nodes.set_parameter("controller", Map::Transpose.name()).await?;
@@ -226,8 +227,8 @@ async fn two_arms(setting: &Setting<'_>, signals: &mut Signals) -> anyhow::Resul
     nodes.perform(play, signals).await
 }
 
-/// The paper's two arms with their servo, where the right tool is seen from the left one, and the goal for it.
-fn papers_two_arms<'a>(setting: &Setting<'a>) -> anyhow::Result<Scene<'a>> {
+/// Prepares the paper's two arms and their servo, the initial pose of the right tool relative to the left one, and the goal.
+fn two_arm_scene<'a>(setting: &Setting<'a>) -> anyhow::Result<Scene<'a>> {
     let experiment = Experiment::builtin()?;
     let servo = Prepared::<ServoParameters>::from(Prepared::<DualParameters>::new(setting.ros_args)?);
     let left =
@@ -243,7 +244,7 @@ fn papers_two_arms<'a>(setting: &Setting<'a>) -> anyhow::Result<Scene<'a>> {
     Ok(Scene { nodes: NodeSet::set(setting, servo, vec![left, right])?, start, goal, joints })
 }
 
-/// The command line of the plant in the namespace `side`, at `theta` \[rad\] where the user does not say otherwise.
+/// Returns the command line of the plant in the namespace `side`, whose default start is `theta` \[rad\].
 fn of_arm(side: &str, theta: &[f64], ros_args: &RosArgs) -> RosArgs {
     let mut args = ros_args.clone();
     let namespace = args.remaps.iter().find(|rule| rule.from == "__ns").map_or("", |rule| &rule.to);
@@ -269,7 +270,7 @@ fn json(motions: &[MotionReport]) -> serde_json::Value {
     serde_json::Value::from_iter(motions.iter().map(motion))
 }
 
-/// The table of the motions, and below it how late the servo's cycles woke in them.
+/// Returns the table of the motions, and below it how late the servo's cycles woke.
 fn table(Played { motions, joints }: &Played) -> String {
     let mut table = table::motions(&["law"], joints, &[table::AT_GOAL]);
     for report in motions {

@@ -1,4 +1,4 @@
-//! The subcommands around the nodes: the demo, bags, figures, the reference work, the comparison, the page in a browser.
+//! The subcommands other than nodes: the demo, bags, figures, the reproduction, the comparison, the page in a browser.
 
 mod background_tasks;
 mod compare;
@@ -27,7 +27,7 @@ use dq_studies::compare::CompareError;
 use dq_studies::paper::PaperError;
 use dq_view::ViewError;
 
-/// A subcommand around the nodes.
+/// A subcommand other than a node.
 #[derive(Subcommand)]
 pub(super) enum Command {
     #[command(flatten)]
@@ -45,7 +45,7 @@ impl Default for Command {
 /// A subcommand that takes part in a graph.
 #[derive(Subcommand)]
 pub(super) enum Online {
-    /// Move the simulated arm there and back, under one law and another (what no subcommand does in a terminal)
+    /// Move a simulated arm there and back under two laws (the default on a terminal)
     #[command(after_long_help = help::figures(help::OF_DEMO))]
     Demo(demo::Demo),
     /// Show the servo in a browser: watch it, send it goals, switch its law
@@ -67,12 +67,12 @@ impl Online {
 /// A subcommand that needs no graph.
 #[derive(Subcommand)]
 pub(super) enum Offline {
-    /// Draw recorded runs and print the metrics of each motion; several bags are drawn over each other
+    /// Draw recorded runs and print the metrics of each motion; several bags are drawn together
     #[command(after_long_help = help::figures(help::OF_PLOT))]
     Plot(plot::Plot),
-    /// Feed a bag through the servo cycle and compare its commands with those recorded
+    /// Replay a bag through the servo cycle and compare its commands with those recorded
     Replay(replay::Replay),
-    /// Repeat the paper's figures and comparison, and two results that it does not have
+    /// Reproduce the paper's figures and comparison, and two further results
     Reproduce(reproduce::Reproduce),
     /// Compare the laws on several arms, random tasks and plants; resumes an interrupted run
     Compare(compare::Compare),
@@ -89,7 +89,7 @@ impl Offline {
     }
 }
 
-/// Whether the error of one of these subcommands is in what was asked, not in what happened.
+/// Returns whether the error of one of these subcommands is in the request, not in its execution.
 pub(super) fn is_usage(error: &anyhow::Error) -> bool {
     let bag = |error: &BagError| !matches!(error, BagError::Write { .. });
     let recording = |error: &RecordingError| match error {
@@ -105,7 +105,7 @@ pub(super) fn is_usage(error: &anyhow::Error) -> bool {
         | RunError::Parameters(_)
         | RunError::Settings(_) => true,
     };
-    // A full disk is nothing that was asked.
+    // A full disk is not an error of the request.
     let compare = |error: &CompareError| !matches!(error, CompareError::File { .. });
     matches!(error.downcast_ref(), Some(PaperError::Experiment { .. }))
         || matches!(error.downcast_ref(), Some(ViewError::Listen { .. } | ViewError::Token))

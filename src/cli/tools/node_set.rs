@@ -14,7 +14,7 @@ use dq_ros::ros::{Environment, LogLevel, Logging, Node, ParameterClient, Resolve
 use dq_wire::{MotionReport, ServoKind};
 use std::time::Duration;
 
-/// Longest time for one motion. diffc with the paper's gain takes about 20 s to the goal tolerance.
+/// The longest time for one motion. `diffc` with the paper's gain takes about 20 s to the goal tolerance.
 const MOTION_TIMEOUT: Duration = Duration::from_secs(90);
 
 /// How long a parameter service may take.
@@ -25,21 +25,21 @@ const SERVICE: Duration = Duration::from_secs(10);
 #[error("interrupted")]
 pub(super) struct Interrupted;
 
-/// Where and how a demo runs.
+/// The environment of a demo.
 pub(super) struct Setting<'a> {
     pub environment: Environment,
     pub ros_args: &'a RosArgs,
     pub recording: Option<&'a Recording>,
 }
 
-/// The nodes of a demo. Each is a participant of its own: what passes between them passes over DDS.
+/// The nodes of a demo. Each is its own participant, so that they communicate over DDS.
 pub(super) struct NodeSet<'a> {
     watch: Watch,
     recording: Option<&'a Recording>,
     names: Resolver,
     kind: ServoKind,
     servo_name: String,
-    // In the order in which they leave: the servo sends its final zeros to robots that are still there.
+    // In the order of leaving: the servo sends its final zeros while the robots are still there.
     node: Node,
     servo: ServoNode,
     _plants: Vec<PlantNode>,
@@ -83,12 +83,12 @@ impl<'a> NodeSet<'a> {
         })
     }
 
-    /// The kind of the servo.
+    /// Returns the kind of the servo.
     pub fn kind(&self) -> ServoKind {
         self.kind
     }
 
-    /// Plays, and brings the arms to rest however that ends: by a signal too, and at once by a second one.
+    /// Runs `play`, and then brings the arms to rest, also after a signal. A second signal skips this.
     pub async fn perform<R>(
         mut self,
         play: impl AsyncFnOnce(&mut Self) -> anyhow::Result<R>,
@@ -105,7 +105,7 @@ impl<'a> NodeSet<'a> {
         played
     }
 
-    /// Moves to `goal` and waits until the arm has arrived there.
+    /// Moves to `goal`, and waits until the arm has arrived.
     pub async fn go(&mut self, goal: PoseNumbers) -> anyhow::Result<MotionReport> {
         if !self.ready {
             self.servo_ready().await?;

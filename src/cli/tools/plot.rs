@@ -14,16 +14,16 @@ use dq_runs::{MotionRow, Recorded, RecordedRun, csv, plot, recorded};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
-/// Draw recorded runs and print the metrics of each motion; several bags are drawn over each other
+/// Draw recorded runs and print the metrics of each motion; several bags are drawn together
 #[derive(clap::Args)]
 pub(in crate::cli) struct Plot {
     /// Bags: rosbag2 directories or their files (MCAP, SQLite)
     #[arg(required = true, value_name = "BAG")]
     bags: Vec<PathBuf>,
-    /// Folder for the figures (SVG and PNG): one that is new, or has figures of the same bags
+    /// Folder for the figures (SVG and PNG): a new one, or one with figures of the same bags
     #[arg(short, long, value_name = "DIR", default_value = "plots")]
     out: PathBuf,
-    /// How wide the figures are: for a screen, or for one column (3.5 in) or both (7.16 in) of a paper
+    /// Width of the figures: for a screen, or for one column (3.5 in) or both columns (7.16 in) of a paper
     #[arg(long, default_value_t = Width::Screen, value_parser = PossibleValuesParser::new(Width::NAMES).try_map(|name| name.parse::<Width>()))]
     width: Width,
     /// Write the curves as CSV too
@@ -82,10 +82,10 @@ impl Plot {
 }
 
 impl Plot {
-    /// Notes in the folder of which bags its figures are.
+    /// Notes in the folder which bags its figures show.
     ///
     /// # Errors
-    /// [`Usage`] where it has figures of others: they are not written over.
+    /// [`Usage`] if the folder has figures of other bags, which are not overwritten.
     fn claim_folder(&self, figures: &[Figure]) -> anyhow::Result<()> {
         let note = self.out.join("bags.txt");
         let path = |bag: &PathBuf| std::path::absolute(bag).map(|path| format!("{}\n", path.display()));
@@ -102,7 +102,7 @@ impl Plot {
         Ok(dq_figures::write(&note, bags.as_bytes())?)
     }
 
-    /// The curves of each run, in files that are numbered where there are several runs.
+    /// Writes the curves of each run. The files are numbered if there are several runs.
     fn write_curves(&self, runs: &[RecordedRun]) -> Result<(), DrawError> {
         for (number, run) in (1..).zip(runs) {
             let before = if runs.len() > 1 { format!("{number}_") } else { String::new() };
@@ -114,8 +114,8 @@ impl Plot {
     }
 }
 
-/// The runs of all bags, after what could not be read of them has been listed on stderr; where one does not have its parameters, they are
-/// those with which a servo of these ROS arguments would start.
+/// Reads the runs of all bags, after listing on stderr what could not be read. Runs without recorded parameters get those of a servo with
+/// these ROS arguments.
 fn read_all(bags: &[PathBuf], ros_args: &RosArgs) -> anyhow::Result<Vec<RecordedRun>> {
     let servo = crate::cli::offline(ros_args.clone())?;
     let mut runs = Vec::new();
@@ -127,14 +127,14 @@ fn read_all(bags: &[PathBuf], ros_args: &RosArgs) -> anyhow::Result<Vec<Recorded
     Ok(runs)
 }
 
-/// A bag's own name, or its path where another one of these bags has that name too.
+/// Returns a bag's name, or its path if another bag has the same name.
 fn name(bag: &Path, bags: &[PathBuf]) -> String {
     let is_shared = bags.iter().any(|other| other != bag && other.file_name() == bag.file_name());
     let name = bag.file_name().filter(|_| !is_shared).unwrap_or(bag.as_os_str());
     name.to_string_lossy().into_owned()
 }
 
-/// Lines below the table, one for each motion that did not arrive: what became of it, and why.
+/// Returns a line for each motion that did not arrive, with its outcome and the reason.
 fn notes(motions: &[&MotionRow]) -> String {
     let note = |motion: &&MotionRow| {
         let MotionRow { run, motion, outcome, why, .. } = motion;
@@ -144,7 +144,7 @@ fn notes(motions: &[&MotionRow]) -> String {
     motions.iter().filter_map(note).collect()
 }
 
-/// A line for each run in which parts came near to each other: how near.
+/// Returns a line for each run in which parts came near each other, with the least distance.
 fn clearances(runs: &[RecordedRun]) -> String {
     let least = |run: &RecordedRun| {
         run.least_clearance()
@@ -154,7 +154,7 @@ fn clearances(runs: &[RecordedRun]) -> String {
 }
 
 pub(super) fn table(motions: &[&MotionRow], joints: &[JointKind]) -> Table {
-    // Of one run alone its name says nothing.
+    // With a single run, the name is omitted.
     let run = usize::from(motions.iter().all(|motion| motion.run == motions[0].run));
     let mut table = table::motions(&["run", "#", "law"][run..], joints, &[table::AT_GOAL]);
     for motion in motions {

@@ -1,4 +1,4 @@
-//! The progress of something long, on stderr: a bar on a terminal, a line now and then elsewhere.
+//! The progress of a long task on stderr: a bar on a terminal, otherwise a line now and then.
 
 use dq_ros::stderr;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -6,26 +6,26 @@ use std::io::IsTerminal;
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
-/// From one line to the next.
+/// The time between two lines.
 const PAUSE: Duration = Duration::from_secs(10);
 
-/// How much of something is done.
+/// The progress of a task.
 pub(super) struct Progress {
     bar: ProgressBar,
     what: &'static str,
-    /// When the next line is due; none on a terminal, which has the bar.
+    /// When the next line is due; `None` on a terminal, which has the bar.
     due: Option<Mutex<Duration>>,
 }
 
 impl Progress {
-    /// Of so many of `what`, from now on.
+    /// Begins the progress of `count` items, called `what`.
     pub fn new(what: &'static str, count: u64) -> Self {
         Self::shown(what, count, std::io::stderr().is_terminal())
     }
 
     fn shown(what: &'static str, count: u64, on_terminal: bool) -> Self {
         let bar = ProgressBar::new(count).with_message(what);
-        // The template is a constant; without it the default one serves.
+        // The template is a constant; if it were invalid, the default would do.
         let bar = match ProgressStyle::with_template("{msg} {bar:40} {pos}/{len}, {eta} left") {
             Ok(style) => bar.with_style(style),
             Err(_) => bar,
@@ -33,7 +33,7 @@ impl Progress {
         Self { bar, what, due: (!on_terminal).then(|| Mutex::new(PAUSE)) }
     }
 
-    /// So many more are done.
+    /// Adds finished items.
     pub fn add(&self, count: u64) {
         self.bar.inc(count);
         if let Some(line) = self.line(self.bar.elapsed()) {
@@ -41,7 +41,7 @@ impl Progress {
         }
     }
 
-    /// The line after so much time, where one is due.
+    /// Returns the line after this time, if one is due.
     fn line(&self, elapsed: Duration) -> Option<String> {
         let mut due = self.due.as_ref()?.lock().unwrap_or_else(PoisonError::into_inner);
         if elapsed < *due {
@@ -52,7 +52,7 @@ impl Progress {
         Some(format!("{}: {done} of {count} after {:.0} s", self.what, elapsed.as_secs_f64()))
     }
 
-    /// Takes the bar away.
+    /// Clears the bar.
     pub fn end(self) {
         self.bar.finish_and_clear();
     }

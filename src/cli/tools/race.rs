@@ -1,4 +1,4 @@
-//! A race of the page: two servos with an arm each, in a domain that nobody else is in, under two laws to the same goal.
+//! A race for the page: two servos with an arm each, in their own domain, move to the same goal under two laws.
 
 use anyhow::ensure;
 use dq_config::{NodeParameters, PlantParameters, ServoParameters};
@@ -12,26 +12,26 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 use tokio::sync::watch;
 
-/// Pictures of a race come this often.
+/// The interval between the pictures of a race.
 const FRAME: Duration = Duration::from_millis(40);
 
 /// How long two servos and their arms may take to find each other.
 const DISCOVERY: Duration = Duration::from_secs(10);
 
-/// No race is longer.
+/// The longest duration of a race.
 const LONGEST: Duration = Duration::from_secs(60);
 
 /// The nodes of a race.
-pub(super) struct Lanes {
+pub(super) struct RaceNodes {
     watch: RaceWatch,
     servos: Vec<ServoNode>,
     _plants: Vec<PlantNode>,
     _sessions: Vec<Session>,
-    // Held to the end: as long as it is, nobody else takes the domain.
+    // Kept until the end, so that nobody else takes the domain.
     _domain: OwnDomain,
 }
 
-impl Lanes {
+impl RaceNodes {
     /// Starts the nodes.
     pub fn start(environment: &Environment, race: &Race) -> anyhow::Result<Self> {
         ensure!(
@@ -40,23 +40,23 @@ impl Lanes {
         );
         let (environment, domain) = environment.alone()?;
         let (mut servos, mut plants, mut sessions) = (Vec::new(), Vec::new(), Vec::new());
-        for (lane, law) in LANES.into_iter().zip(&race.laws) {
-            let args = arguments(lane, law, race)?;
+        for (namespace, law) in NAMESPACES.into_iter().zip(&race.laws) {
+            let args = arguments(namespace, law, race)?;
             let (of_plant, of_servo) = (Session::open(&environment)?, Session::open(&environment)?);
             plants.push(PlantNode::start(&of_plant, Prepared::<PlantParameters>::new(&args)?)?);
             servos.push(ServoNode::start(&of_servo, Prepared::<ServoParameters>::new(&args)?)?);
             sessions.extend([of_plant, of_servo]);
         }
         let session = Session::open(&environment)?;
-        let names = |lane| Resolver::new("dq_servo_view", &in_lane(lane));
-        let names = [names(LANES[0])?, names(LANES[1])?];
+        let names = |namespace| Resolver::new("dq_servo_view", &in_namespace(namespace));
+        let names = [names(NAMESPACES[0])?, names(NAMESPACES[1])?];
         let logging = Logging::new(&RosArgs::default(), LogLevel::Warn);
         let watch = RaceWatch::join(&session, names, logging, race)?;
         sessions.push(session);
         Ok(Self { watch, servos, _plants: plants, _sessions: sessions, _domain: domain })
     }
 
-    /// Runs the race of that number to its end, and shows it.
+    /// Runs race number `number` to its end, and shows it.
     pub async fn run(mut self, goal: PoseNumbers, number: u64, show: watch::Sender<Arc<str>>) {
         let mut frames = tokio::time::interval(FRAME);
         let mut since = Instant::now();
@@ -76,35 +76,35 @@ impl Lanes {
             }
         }
         for servo in self.servos {
-            // Arms that exist nowhere else may end as they like.
+            // These simulated arms need not come to rest.
             let _ = servo.shut_down().await;
         }
     }
 }
 
-/// The namespaces.
-const LANES: [&str; 2] = ["/compare/one", "/compare/other"];
+/// The namespaces of the two servos.
+const NAMESPACES: [&str; 2] = ["/compare/one", "/compare/other"];
 
-fn in_lane(lane: &str) -> RosArgs {
-    let remaps = vec![Remap { node: None, from: "__ns".to_owned(), to: lane.to_owned() }];
+fn in_namespace(namespace: &str) -> RosArgs {
+    let remaps = vec![Remap { node: None, from: "__ns".to_owned(), to: namespace.to_owned() }];
     RosArgs { remaps, log_level: Some(LogLevel::Warn), ..RosArgs::default() }
 }
 
-/// The command line of both nodes of a lane: what the servo that is watched has, but for the law.
-fn arguments(lane: &str, law: &str, race: &Race) -> Result<RosArgs, ParameterError> {
+/// Returns the command line of both nodes under a law: the parameters of the watched servo, with this law.
+fn arguments(namespace: &str, law: &str, race: &Race) -> Result<RosArgs, ParameterError> {
     let give = |node: &'static str, name: &str, yaml: String| Override::Parameter {
         node: Some(node.to_owned()),
         name: name.to_owned(),
         yaml,
     };
-    let mut args = in_lane(lane);
+    let mut args = in_namespace(namespace);
     let nodes = [
         (ServoParameters::NODE_NAME, ServoParameters::declarations()?),
         (PlantParameters::NODE_NAME, PlantParameters::declarations()?),
     ];
     for (node, declared) in nodes {
         let known = race.parameters.iter().filter(|(name, _)| declared.iter().any(|one| one.name == *name));
-        // Nobody publishes a simulated time there.
+        // Nobody publishes a simulated time in this domain.
         let known = known.filter(|(name, _)| name != "use_sim_time");
         args.overrides.extend(known.map(|(name, value)| give(node, name, value.to_string())));
     }

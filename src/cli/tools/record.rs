@@ -1,7 +1,7 @@
 //! `dq_servo record`: records a running graph into a bag.
 
 use super::super::recording::{Progress, Recorder, Selection};
-use super::recording::{is_complete, what_was_recorded};
+use super::recording::{is_complete, recording_summary};
 use crate::cli::Usage;
 use crate::cli::count::count;
 use crate::cli::print;
@@ -31,7 +31,7 @@ pub(in crate::cli) struct Record {
     max_duration: Option<f64>,
 }
 
-/// A file that spans less would hold a message or two.
+/// The shortest duration of a file; a shorter file would have only a message or two.
 const SHORTEST: Duration = Duration::from_millis(100);
 
 /// How often progress is shown on a terminal.
@@ -65,7 +65,7 @@ impl Record {
             summary = recorder.finish() => summary?,
             () = signals.next() => bail!("a second signal: {} is cut off", self.out.display()),
         };
-        print::results(what_was_recorded(&self.out, &summary), &mut signals).await?;
+        print::results(recording_summary(&self.out, &summary), &mut signals).await?;
         Ok(is_complete(&self.out, &summary)?)
     }
 
@@ -77,7 +77,7 @@ impl Record {
     }
 }
 
-/// Shows what has been recorded, on a terminal only, for ever.
+/// Shows the progress forever, on a terminal only.
 async fn show_progress(recorder: &Recorder) {
     let Some(spinner) = Spinner::on_terminal() else { return std::future::pending().await };
     let mut tick = tokio::time::interval(PROGRESS);

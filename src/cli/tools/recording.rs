@@ -14,16 +14,16 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 use tokio::task::JoinSet;
 
-/// A recording in progress, by a participant of its own: what this process publishes is recorded too.
+/// A recording in progress. It is its own participant, so that topics of this process are recorded too.
 pub(in crate::cli) struct Recording {
     recorder: Recorder,
     directory: PathBuf,
-    /// Says so at once where writing fails.
+    /// Prints a warning as soon as writing fails.
     watch: JoinSet<()>,
     _session: Session,
 }
 
-/// How long the recorder may take to find what it is to record.
+/// How long the recorder may take to discover what it records.
 const DISCOVERY: Duration = Duration::from_secs(10);
 
 impl Recording {
@@ -40,7 +40,7 @@ impl Recording {
         Ok(Self { recorder, directory: directory.to_owned(), watch, _session: session })
     }
 
-    /// Waits until it hears the arms and what comes to their `servo`, and would hear a goal and the commands that follow it.
+    /// Waits until the recorder receives from the arms and from `servo`, and would receive a goal and the commands that follow it.
     pub async fn hears(&self, kind: ServoKind, servo: &str, names: &Resolver) -> anyhow::Result<()> {
         let of_arms = kind.arms().iter().map(|arm| names.topic(&format!("{arm}joint_states")));
         let of_arms = of_arms.collect::<Result<Vec<_>, NameError>>()?;
@@ -78,8 +78,8 @@ impl Recording {
         Ok(())
     }
 
-    /// Ends a recording, if there is one, of what had this `result`: that, and whether it is recorded. Where both failed, the recording's
-    /// failure is only logged.
+    /// Ends the recording, if there is one, of a command with this `result`. Returns the result and that of the recording. If both failed,
+    /// the recording's failure is only logged.
     pub async fn end<T>(
         recording: Option<Self>,
         result: anyhow::Result<T>,
@@ -102,21 +102,21 @@ impl Recording {
         self.recorder.write_failure().await;
     }
 
-    /// Ends the recording and reports what is in it.
+    /// Ends the recording, and prints what was recorded.
     pub async fn finish(self) -> anyhow::Result<()> {
         let Self { recorder, directory, mut watch, _session } = self;
-        // The end that is asked for is none to be warned of.
+        // The end is intended now, so it needs no warning.
         watch.shutdown().await;
         let summary = recorder.finish().await?;
-        stderr::line(what_was_recorded(&directory, &summary));
+        stderr::line(recording_summary(&directory, &summary));
         Ok(is_complete(&directory, &summary)?)
     }
 }
 
-/// Whether the bag has all that came.
+/// Checks that the bag has all messages.
 ///
 /// # Errors
-/// [`Incomplete`].
+/// [`Incomplete`] if messages were dropped.
 pub(in crate::cli) fn is_complete(directory: &Path, summary: &WrittenBag) -> Result<(), Incomplete> {
     match summary.dropped {
         0 => Ok(()),
@@ -124,8 +124,8 @@ pub(in crate::cli) fn is_complete(directory: &Path, summary: &WrittenBag) -> Res
     }
 }
 
-/// What was recorded, in a line. From when on each servo can be replayed goes to stderr.
-pub(super) fn what_was_recorded(directory: &Path, summary: &WrittenBag) -> String {
+/// Returns what was recorded, in a line. Prints to stderr from when on each servo can be replayed.
+pub(super) fn recording_summary(directory: &Path, summary: &WrittenBag) -> String {
     let servos = Bag::open(directory).map(replayable_from).unwrap_or_default();
     for (servo, since) in servos {
         stderr::line(match since {

@@ -1,4 +1,4 @@
-//! The motions of the demo in fake time, before the arm makes them.
+//! Simulates the motions of the demo before the arm makes them.
 
 use dq_algebra::UnitDualQuaternion;
 use dq_config::ServoParameters;
@@ -6,20 +6,20 @@ use dq_core::servo::{Interface, Measured, State};
 use dq_kinematics::control::Law;
 use std::time::Duration;
 
-/// A motion that takes longer is too slow to be looked at.
+/// The longest motion that is worth watching.
 const PATIENCE: Duration = Duration::from_secs(20);
 
-/// Parts of the way aside of the start, of which the first is taken that each law goes there and back.
+/// Fractions of the distance from the start. The first one is used at which each law goes there and back.
 const PARTS: [f64; 5] = [1.0, 0.5, 0.25, 0.125, 0.0625];
 
-/// The law that leads back where this one has led there.
-pub(super) fn way_back(there: Law) -> Law {
+/// Returns the law for the way back.
+pub(super) fn return_law(there: Law) -> Law {
     if there == Law::Diffc { Law::Logc } else { Law::Diffc }
 }
 
-/// Joint positions \[rad, prismatic: m\] a little aside of `from`, to which the servo's law goes, and another comes back from there; where there are
-/// none, somewhere all the same.
-pub(super) fn aside(parameters: &ServoParameters, from: &[f64]) -> anyhow::Result<Vec<f64>> {
+/// Returns joint positions \[rad, prismatic: m\] near `from` that the servo's law reaches, and from which another law returns. If there are
+/// none, returns nearby positions without this property.
+pub(super) fn nearby(parameters: &ServoParameters, from: &[f64]) -> anyhow::Result<Vec<f64>> {
     let chain = parameters.arms.chain();
     let beside = parameters.settings.limits.position.beside(from, chain.kinds());
     let start = chain.forward_kinematics(from)?;
@@ -30,7 +30,7 @@ pub(super) fn aside(parameters: &ServoParameters, from: &[f64]) -> anyhow::Resul
         let goal = chain.forward_kinematics(&aside)?;
         let there = end(parameters, law, from, goal)?;
         if let Some(there) = there
-            && end(parameters, way_back(law), &there, start)?.is_some()
+            && end(parameters, return_law(law), &there, start)?.is_some()
         {
             return Ok(aside);
         }
@@ -38,7 +38,7 @@ pub(super) fn aside(parameters: &ServoParameters, from: &[f64]) -> anyhow::Resul
     Ok(beside)
 }
 
-/// Where an arm that obeys at once has settled at `goal`; none where it does not in time.
+/// Returns the joint positions at which an ideal arm settles at `goal`; `None` if it does not settle in time.
 fn end(
     parameters: &ServoParameters,
     law: Law,
@@ -80,7 +80,7 @@ mod tests {
             let parameters = ServoParameters::for_arm(arm).unwrap();
             let chain = parameters.arms.chain();
             let ranges = parameters.settings.limits.position.ranges();
-            // Two joints of it a tenth of a degree beside a limit.
+            // Two of its joints are a tenth of a degree beside a limit.
             let from: Vec<_> = ranges
                 .enumerate()
                 .map(|(joint, (lower, upper))| match joint {
@@ -88,7 +88,7 @@ mod tests {
                     _ => 0.5 * (lower + upper).clamp(-3.0, 3.0) + 0.4,
                 })
                 .collect();
-            let aside = aside(&parameters, &from).unwrap();
+            let aside = nearby(&parameters, &from).unwrap();
             assert_ne!(aside, from, "{arm}");
             let [start, goal] = [&from, &aside].map(|theta| chain.forward_kinematics(theta).unwrap());
             let there = end(&parameters, Law::Logc, &from, goal).unwrap();

@@ -10,12 +10,12 @@ use dq_runs::{Replayed, replay};
 use serde_json::json;
 use std::path::PathBuf;
 
-/// Feed what came to a bag's servos, as ~/events has it, through the servo cycle and compare its commands with those recorded
+/// Replay the recorded inputs of a bag's servos (~/events) through the servo cycle, and compare the commands with those recorded
 #[derive(clap::Args)]
 pub(in crate::cli) struct Replay {
     /// The bag: a rosbag2 directory or one of its files
     bag: PathBuf,
-    /// Print a table of the motions too, as the replay makes them: for bags that do not have what the servo said of its own
+    /// Also print a table of the replayed motions, for bags without the servo's own reports
     #[arg(long)]
     motions: bool,
     /// Print a JSON list
@@ -53,7 +53,7 @@ impl Replay {
     }
 }
 
-/// What came of one servo, in a line.
+/// Returns the result of one servo, in a line.
 fn line(servo: &Replayed) -> String {
     let Replayed { node, commands, different, largest_difference, unit, .. } = servo;
     let mut judged =
@@ -67,7 +67,7 @@ fn line(servo: &Replayed) -> String {
     judged + &skipped(servo)
 }
 
-/// What was not compared, and why.
+/// Returns what was not compared, and why.
 fn skipped(servo: &Replayed) -> String {
     let Replayed { judged_s, not_judged, inputs_missing, repeated, damaged, .. } = servo;
     const SHOWN: usize = 5;

@@ -30,7 +30,7 @@ impl Reproduce {
             Some(file) => Experiment::from_file(file)?,
             None => Experiment::builtin()?,
         };
-        // What cannot be kept is not computed.
+        // Create the folder first: results that cannot be saved need not be computed.
         dq_figures::make_folder(&self.out)?;
         let (chain, settings) = (parameters.arms.chain().clone(), parameters.settings.clone());
         let lab = Laboratory { chain, settings, experiment };

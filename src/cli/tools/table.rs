@@ -1,4 +1,4 @@
-//! Tables as every subcommand prints them.
+//! The tables of all subcommands.
 
 use comfy_table::{CellAlignment, ColumnConstraint, ContentArrangement, Table, presets};
 use dq_core::servo::Figures;
@@ -6,14 +6,13 @@ use dq_kinematics::arm::JointKind;
 use rustix::stdio::stdout;
 use rustix::termios::tcgetwinsize;
 
-/// The width of a terminal that nobody has made wider.
+/// The default width of a terminal.
 const WIDTH: u16 = 80;
 
-/// The columns of names; all others are of numbers, which are never broken and end at the right.
+/// The columns of names. All other columns have numbers, which are right-aligned and never wrapped.
 const NAMES: [&str; 2] = ["run", "law"];
 
-/// A table without lines under these column names, no wider than the terminal, if stdout is one: names that would make it so are
-/// wrapped.
+/// Creates a table without lines, with these column names. If stdout is a terminal, names are wrapped to its width.
 pub(super) fn table<'a>(header: impl IntoIterator<Item = &'a str>) -> Table {
     let terminal = tcgetwinsize(stdout()).ok().map(|size| size.ws_col.max(WIDTH));
     table_in(terminal, header)
@@ -42,7 +41,7 @@ fn table_in<'a>(width: Option<u16>, header: impl IntoIterator<Item = &'a str>) -
     table
 }
 
-/// The columns of the figures of a motion, in every table: as [`figures`] fills them, of arms with joints of these kinds.
+/// Returns the column names of the figures of a motion, in the order of [`figures`], for arms with joints of these kinds.
 fn heads(joints: &[JointKind]) -> [&'static str; 9] {
     let [peak, effort] = match [JointKind::Revolute, JointKind::Prismatic].map(|kind| joints.contains(&kind))
     {
@@ -63,15 +62,15 @@ fn heads(joints: &[JointKind]) -> [&'static str; 9] {
     ]
 }
 
-/// The column of when the goal's tolerances were met.
+/// The column of the time at which the goal's tolerances were met.
 pub(super) const AT_GOAL: &str = "at\ngoal\ns";
 
-/// A table of motions of arms with joints of these kinds: their figures between the columns `before` and `after`.
+/// Creates a table of motions of arms with joints of these kinds. The columns of the figures are between `before` and `after`.
 pub(super) fn motions(before: &[&str], joints: &[JointKind], after: &[&str]) -> Table {
     table([before, &heads(joints), after].concat())
 }
 
-/// The figures of a motion as cells.
+/// Returns the figures of a motion as cells.
 pub(super) fn figures(figures: &Figures) -> [String; 9] {
     let known =
         |figure: f64, digits| if figure.is_finite() { format!("{figure:.digits$}") } else { "-".to_owned() };
@@ -88,12 +87,12 @@ pub(super) fn figures(figures: &Figures) -> [String; 9] {
     ]
 }
 
-/// A time \[s\]; a dash for one that has not come.
+/// Formats a time \[s\]; a dash for `None`.
 pub(super) fn seconds(time: Option<f64>) -> String {
     time.map_or("-".to_owned(), |time| format!("{time:.2}"))
 }
 
-/// A name in lines of a few letters, broken after its underscores and spaces.
+/// Wraps a name into short lines after its underscores and spaces.
 pub(super) fn in_lines(name: &str) -> String {
     const WIDTH: usize = 12;
     let mut lines: Vec<String> = Vec::new();

@@ -10,26 +10,26 @@ use dq_wire::ServoKind;
 use tokio::sync::{mpsc, oneshot, watch};
 use tokio::task::{JoinHandle, JoinSet};
 
-/// Where the page is by default: on this host only.
+/// The default address of the page: on this host only.
 const LISTEN: &str = "127.0.0.1:8123";
 
-/// The environment variable with the token of the link, for who wants the same one at each start.
+/// The environment variable with the token of the link, to keep the token at each start.
 const TOKEN: &str = "DQ_SERVO_VIEW_TOKEN";
 
-/// The same, wherever there is room.
+/// The address on this host with any free port.
 const ANY_PORT: &str = "127.0.0.1:0";
 
 /// Show a servo in a browser: watch it, send it goals, switch its law
 #[derive(clap::Args)]
 pub(in crate::cli) struct View {
-    /// The servo for two arms
+    /// Show the servo for two arms
     #[arg(long)]
     dual: bool,
     /// Address and port of the page; port 0: any free one. The printed link has a token (DQ_SERVO_VIEW_TOKEN, or a random one), and
     /// nothing is encrypted
     #[arg(long, default_value = LISTEN, value_name = "ADDRESS:PORT")]
     listen: String,
-    /// Show the page only: nothing can be asked of the robot
+    /// Only show the robot: the page accepts no requests
     #[arg(long)]
     watch_only: bool,
 }
@@ -52,7 +52,7 @@ impl View {
         ended
     }
 
-    /// Opens the page for a servo of that kind; it is there until it is dropped.
+    /// Opens the page for a servo of this kind. The page closes when it is dropped.
     pub(super) async fn open(
         &self,
         kind: ServoKind,
@@ -69,7 +69,8 @@ impl View {
         }))
     }
 
-    /// Opens the page, at another port where this one is taken. It joins the graph once a browser watches, and until then costs nothing.
+    /// Opens the page, at another port if the default one is taken. It joins the graph once a browser connects, and until then uses no
+    /// resources.
     pub(super) async fn offer(environment: &Environment, ros_args: &RosArgs) -> anyhow::Result<Page> {
         let (robot, browsers) = dq_view::ends();
         let warn = || Box::new(|why: &str| dq_ros::stderr::line(format!("warning: {why}")));
@@ -103,18 +104,18 @@ impl View {
         browsers: PageEnd,
         warn: Box<dyn Fn(&str) + Send + Sync>,
     ) -> Result<Server, dq_view::ViewError> {
-        // Not on the command line, which all accounts of a host can read.
+        // Not on the command line, which all users of a host can read.
         let token = std::env::var(TOKEN).ok().filter(|token| !token.is_empty());
         let settings = Settings { listen: self.listen.clone(), token, drive: !self.watch_only, warn };
         Server::bind(settings, browsers).await
     }
 }
 
-/// A page that is open.
+/// An open page.
 pub(super) struct Page {
-    /// Opens it.
+    /// The link that opens it.
     pub link: String,
-    /// Whether a browser has begun to watch.
+    /// Whether a browser has connected.
     pub watched: watch::Receiver<bool>,
     _server: JoinSet<()>,
     /// Ends the viewer.
@@ -123,7 +124,7 @@ pub(super) struct Page {
 }
 
 impl Page {
-    /// What `server` serves; the task of `viewer` ends when it is closed.
+    /// Creates the page that `server` serves. The task of `viewer` ends when the page is closed.
     fn new<F: Future<Output = ()> + Send + 'static>(
         server: Server,
         viewer: impl FnOnce(oneshot::Receiver<()>) -> F,
@@ -137,14 +138,14 @@ impl Page {
         Self { link, watched, _server: server, close, viewer }
     }
 
-    /// Ends what is going on on the page: a recording is whole.
+    /// Closes the page, and completes a recording.
     pub async fn close(mut self) {
         let _ = self.close.send(());
         self.viewer.join_next().await;
     }
 }
 
-/// The page's place in the graph.
+/// The page's node in the graph.
 struct ViewerNode {
     peer: Peer,
     tasks: JoinHandle<()>,
@@ -166,7 +167,7 @@ impl ViewerNode {
         Ok(Self { peer, tasks: tokio::spawn(runner.run(tasks)), _session: session })
     }
 
-    /// Leaves, once tasks have come to their end: without the peer nobody asks for any more.
+    /// Leaves the graph after all tasks have ended. Without the peer no new requests arrive.
     async fn leave(self) {
         let Self { peer, tasks, _session } = self;
         drop(peer);

@@ -1,4 +1,4 @@
-//! Places in space, and motions.
+//! Geometric messages: positions, poses and motions.
 
 use super::{Header, Message, message};
 use serde::{Deserialize, Serialize};

@@ -1,11 +1,11 @@
-//! What joints do and are to do.
+//! Messages about joints: their states and commands.
 
 use super::{DurationMessage, Header, Message, message};
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
 message! {
-    /// A number: the part of its speed at which a robot moves, in percent or not.
+    /// A number, for example the fraction of its speed at which a robot moves.
     Float64 = "std_msgs/msg/Float64" {
         data: f64,
     }
@@ -19,7 +19,7 @@ message! {
     }
 }
 message! {
-    /// How a multi-array is laid out.
+    /// The layout of a multi-array.
     MultiArrayLayout = "std_msgs/msg/MultiArrayLayout" {
         /// The dimensions, outermost first; empty for a plain list.
         #[serde(deserialize_with = "dq_common::text::deserialize_few")]
@@ -60,7 +60,7 @@ message! {
     }
 }
 message! {
-    /// Where the joints are to be at a time, each list as long as the trajectory's names or empty.
+    /// The state of the joints at a time. Each list is as long as the trajectory's names, or empty.
     JointTrajectoryPoint = "trajectory_msgs/msg/JointTrajectoryPoint" {
         /// Positions \[rad\].
         #[serde(deserialize_with = "dq_common::text::deserialize_few")]
@@ -78,7 +78,7 @@ message! {
     }
 }
 message! {
-    /// Joint names with the points that they are to pass.
+    /// The names of joints, with the points that they should pass.
     JointTrajectory = "trajectory_msgs/msg/JointTrajectory" {
         header: Header,
         #[serde(deserialize_with = "dq_common::text::deserialize_cuts")]
@@ -89,8 +89,8 @@ message! {
 }
 
 impl JointTrajectory {
-    /// The positions \[rad\] of its last point in the order of `joints`, and when they are to be reached; none where it has no point,
-    /// or not one position of each joint.
+    /// Returns the positions \[rad\] of the last point in the order of `joints`, and when to reach them; `None` without a last
+    /// point, or if a joint lacks a position.
     pub fn target(&self, joints: &[String]) -> Option<(Vec<f64>, Duration)> {
         let point = self.points.last()?;
         let position = |joint: &String| {

@@ -1,4 +1,4 @@
-//! What nodes say of themselves.
+//! Messages in which nodes report about themselves.
 
 use super::{Header, Message, Time, message};
 use serde::{Deserialize, Deserializer, Serialize};
@@ -8,36 +8,36 @@ message! {
     Log = "rcl_interfaces/msg/Log" {
         /// When it was logged.
         stamp: Time,
-        /// 10 debug, 20 info, 30 warn, 40 error, 50 fatal.
+        /// The severity: 10 debug, 20 info, 30 warn, 40 error, 50 fatal.
         level: u8,
-        /// The logger, named as its node with dots for slashes.
+        /// The name of the logger: the node's name with dots instead of slashes.
         name: String,
         /// The text.
         msg: String,
-        /// The source file, if that is said.
+        /// The source file, if known.
         file: String,
-        /// The function, if that is said.
+        /// The function, if known.
         function: String,
         /// The line in the source file.
         line: u32,
     }
 }
 message! {
-    /// UTF-8 text; what comes and is none is Latin-1, of which every byte is a character.
+    /// UTF-8 text. Received bytes that are not UTF-8 are read as Latin-1, in which every byte is a character.
     StringMessage = "std_msgs/msg/String" {
         #[serde(deserialize_with = "any_text")]
         data: String,
     }
 }
 
-/// In CDR a string is a sequence of bytes, the last of which is 0.
+/// Decodes a text. In CDR a string is a sequence of bytes, the last of which is 0.
 fn any_text<'de, D: Deserializer<'de>>(deserializer: D) -> Result<String, D::Error> {
     let mut bytes = Vec::<u8>::deserialize(deserializer)?;
     bytes.pop_if(|last| *last == 0);
     Ok(String::from_utf8(bytes).unwrap_or_else(|why| why.into_bytes().into_iter().map(char::from).collect()))
 }
 message! {
-    /// A figure of a status: name and value.
+    /// A value of a status, with its name.
     KeyValue = "diagnostic_msgs/msg/KeyValue" {
         #[serde(deserialize_with = "dq_common::text::deserialize_cut")]
         key: String,

@@ -1,4 +1,4 @@
-//! The services of the standard that the nodes have, with their requests and responses.
+//! The standard services of the nodes, with their requests and responses.
 
 use super::{Message, ServiceType, message, service};
 use serde::{Deserialize, Serialize};
@@ -11,7 +11,7 @@ message! {
     }
 }
 message! {
-    /// Whether a service did what it was asked to.
+    /// Whether a service call succeeded.
     SuccessResponse = "std_srvs/srv/Trigger_Response" {
         success: bool,
         #[serde(deserialize_with = "dq_common::text::deserialize_cut")]
@@ -25,10 +25,10 @@ message! {
     }
 }
 service! {
-    /// Does one thing.
+    /// A service that does one thing.
     Trigger = "std_srvs/srv/Trigger" (TriggerRequest) -> SuccessResponse
 }
 service! {
-    /// Switches one thing on or off.
+    /// A service that switches one thing on or off.
     SetBool = "std_srvs/srv/SetBool" (SetBoolRequest) -> SuccessResponse
 }

@@ -1,13 +1,13 @@
-//! The messages to the bytes of a real ROS 2.
+//! Compares the messages with the bytes of a real ROS 2.
 
 use super::*;
 use rustdds::{RepresentationIdentifier, serialization};
 use std::fmt::Debug;
 
-/// Bytes that a real ROS 2 Jazzy made, with the values they encode.
+/// Bytes from a real ROS 2 Jazzy, with the values that they encode.
 const FIXTURE: &str = include_str!("../../../tests/data/cdr_jazzy.json");
 
-/// Decodes every fixture of `M` and encodes it back, to the byte. Returns how many there were.
+/// Decodes every example of `M`, and encodes it to the same bytes. Returns the number of examples.
 fn check<M: Message + Debug>() -> usize {
     let all: Vec<serde_json::Value> = serde_json::from_str(FIXTURE).unwrap();
     let cases: Vec<_> = all.iter().filter(|case| case["type"] == M::TYPE).collect();
@@ -19,7 +19,7 @@ fn check<M: Message + Debug>() -> usize {
         let (message, _) = serialization::deserialize_from_cdr_with_rep_id::<M>(payload, cdr_le).unwrap();
         let mut encoded = Vec::new();
         serialization::to_writer_with_rep_id(&mut encoded, &message, cdr_le).unwrap();
-        // ROS 2 pads the payload to four bytes, and the padding carries no data.
+        // ROS 2 pads the payload to four bytes. The padding carries no data.
         let (data, padding) = payload.split_at(encoded.len());
         assert_eq!(data, encoded, "{message:?}");
         assert!(padding.len() < 4 && padding.iter().all(|&byte| byte == 0), "{message:?}");
@@ -28,7 +28,7 @@ fn check<M: Message + Debug>() -> usize {
     cases.len()
 }
 
-/// Compares the fixture's value with ours; bytes are one-character strings there.
+/// Compares the example's value with ours. There, bytes are one-character strings.
 fn check_value(expected: &serde_json::Value, ours: &serde_json::Value) {
     use serde_json::Value;
     match (expected, ours) {

@@ -1,4 +1,4 @@
-//! Times, and the header that many messages begin with.
+//! Times, and the header of many messages.
 
 use super::{Message, message};
 use serde::{Deserialize, Serialize};
@@ -13,7 +13,7 @@ message! {
 }
 
 impl Time {
-    /// The wall clock's time. Clocks before 1970 or after 2038 saturate.
+    /// Returns the time of the wall clock. Clocks before 1970 or after 2038 saturate.
     pub fn now() -> Self {
         let since_epoch =
             std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).unwrap_or_default();
@@ -23,18 +23,18 @@ impl Time {
         }
     }
 
-    /// Nanoseconds since the Unix epoch.
+    /// Returns the nanoseconds since the Unix epoch.
     pub fn nanoseconds(&self) -> i64 {
         i64::from(self.sec) * 1_000_000_000 + i64::from(self.nanosec)
     }
 
-    /// The time `age` before this one; those before 1970 saturate.
+    /// Returns the time `age` before this one. Times before 1970 saturate.
     pub fn before(&self, age: std::time::Duration) -> Self {
         let age = i64::try_from(age.as_nanos()).unwrap_or(i64::MAX);
         Self::from_nanoseconds(self.nanoseconds().saturating_sub(age))
     }
 
-    /// So many nanoseconds since the epoch, which times before it saturate to.
+    /// Creates a time from nanoseconds since the epoch. Earlier times saturate.
     pub fn from_nanoseconds(nanoseconds: i64) -> Self {
         let nanoseconds = nanoseconds.max(0).unsigned_abs();
         let (sec, nanosec) = (nanoseconds / 1_000_000_000, nanoseconds % 1_000_000_000);
@@ -44,7 +44,7 @@ impl Time {
         }
     }
 
-    /// The next instant that differs from this one.
+    /// Returns the next representable time.
     pub fn plus_a_nanosecond(&self) -> Self {
         match self.nanosec {
             ..999_999_999 => Self { nanosec: self.nanosec + 1, ..*self },
@@ -52,13 +52,13 @@ impl Time {
         }
     }
 
-    /// Whether nobody has set it.
+    /// Returns whether the time is zero, that is, not set.
     pub fn is_zero(&self) -> bool {
         *self == Self::default()
     }
 }
 
-/// Seconds and nanoseconds with a point between, nine digits after it.
+/// Formats seconds and nanoseconds with a decimal point and nine digits after it.
 impl std::fmt::Display for Time {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "{}.{:09}", self.sec, self.nanosec)
@@ -66,7 +66,7 @@ impl std::fmt::Display for Time {
 }
 
 message! {
-    /// When and in which frame.
+    /// A time and a frame.
     Header = "std_msgs/msg/Header" {
         stamp: Time,
         #[serde(deserialize_with = "dq_common::text::deserialize_cut")]
@@ -74,20 +74,20 @@ message! {
     }
 }
 impl Header {
-    /// A header stamped with the wall clock's time.
+    /// Creates a header with the time of the wall clock.
     pub fn now(frame_id: &str) -> Self {
         Self { stamp: Time::now(), frame_id: frame_id.to_owned() }
     }
 }
 
 message! {
-    /// The simulated time.
+    /// A simulated time.
     ClockMessage = "rosgraph_msgs/msg/Clock" {
         clock: Time,
     }
 }
 message! {
-    /// A span of time.
+    /// A duration.
     DurationMessage = "builtin_interfaces/msg/Duration" {
         sec: i32,
         nanosec: u32,
@@ -100,7 +100,7 @@ impl From<Duration> for DurationMessage {
     }
 }
 
-/// A time that is negative counts as none.
+/// Converts a duration; a negative one becomes zero.
 impl From<&DurationMessage> for Duration {
     fn from(time: &DurationMessage) -> Self {
         u64::try_from(time.sec)

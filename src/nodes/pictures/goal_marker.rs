@@ -1,7 +1,7 @@
-//! The goal as something to be dragged: a server of one interactive marker, as RViz's display of them expects it.
+//! The goal as an interactive marker that can be dragged: a server of one marker for RViz's InteractiveMarkers display.
 //!
-//! A client asks for the marker once, and then follows the updates by their numbers. While one client drags, the marker is that client's:
-//! nothing is sent that would move it under its user's hand.
+//! A client requests the marker once, and then follows the numbered updates. While one client drags the marker, nothing is sent that would
+//! move the marker under that user's hand.
 
 use super::trace::{angle, distance};
 use dq_messages::messages::{Header, Pose, Quaternion};
@@ -15,17 +15,17 @@ use std::time::Duration;
 /// The marker's name.
 const NAME: &str = "goal";
 
-/// Size of the handles \[m\].
+/// The size of the handles \[m\].
 const SIZE: f32 = 0.3;
 
-/// A marker that is nearer than this \[m\] and \[rad\] to where it should be is left there.
+/// A marker that is nearer than this to its target \[m, rad\] is not moved.
 const NEAR: f64 = 0.001;
 const NEAR_ANGLE: f64 = 0.01;
 
-/// A client that has been silent for so long in the middle of a drag is gone.
+/// A client that is silent for longer than this during a drag is gone.
 const PATIENCE: Duration = Duration::from_secs(10);
 
-/// How long a goal may take from its sender to the cycle and back.
+/// The longest time from the publication of a goal until the cycle's status shows it.
 const TAKEN_WITHIN: Duration = Duration::from_millis(500);
 
 /// The marker of a goal in `frame`.
@@ -35,20 +35,20 @@ pub(super) struct GoalMarker {
     server: String,
     pose: Option<Pose>,
     updates: u64,
-    /// The client that drags it.
+    /// The client that is dragging the marker.
     hand: Option<String>,
-    /// Until then nobody else moves it.
+    /// Until this time only that client moves the marker.
     held: Duration,
 }
 
 impl GoalMarker {
-    /// The marker of the node called `server`, whose goals are in `frame`.
+    /// Creates the marker of the node `server`, whose goals are in `frame`.
     pub fn new(server: &str, frame: &str) -> Self {
         let (frame, server) = (frame.to_owned(), server.to_owned());
         Self { frame, server, pose: None, updates: 0, hand: None, held: Duration::ZERO }
     }
 
-    /// Everything that a client needs to begin.
+    /// Returns everything that a new client needs.
     pub fn all(&self) -> GetInteractiveMarkersResponse {
         GetInteractiveMarkersResponse {
             server_id: self.server.clone(),
@@ -57,7 +57,7 @@ impl GoalMarker {
         }
     }
 
-    /// Moves the marker to where the goal is, or to the tool where there is none; the update that makes it known, where that is news.
+    /// Moves the marker to `pose`: the goal, or the tool without one. Returns the update to publish if the marker moved.
     pub fn follow(&mut self, pose: &Pose, now: Duration) -> Option<InteractiveMarkerUpdate> {
         if now < self.held {
             return None;
@@ -81,7 +81,7 @@ impl GoalMarker {
         })
     }
 
-    /// Takes what a client's user does; the pose, with its frame, where a drag has ended. Who only clicks drags nothing.
+    /// Processes an action of a client's user. Returns the pose and its frame at the end of a drag. A click without a drag has no effect.
     pub fn take(&mut self, feedback: InteractiveMarkerFeedback, now: Duration) -> Option<(Header, Pose)> {
         let InteractiveMarkerFeedback { header, client_id, marker_name, event_type, pose, .. } = feedback;
         let is_other = now < self.held && self.hand.as_ref().is_some_and(|hand| *hand != client_id);
@@ -103,7 +103,7 @@ impl GoalMarker {
         }
     }
 
-    /// Its stamp is zero: it stays in its frame wherever that goes.
+    /// The stamp is zero, so that the marker moves with its frame.
     fn header(&self) -> Header {
         Header { frame_id: self.frame.clone(), ..Header::default() }
     }
@@ -121,11 +121,11 @@ impl GoalMarker {
     }
 }
 
-/// An arrow along each axis of the marker, and a ring about it.
+/// Returns the controls: an arrow along each axis of the marker, and a ring about it.
 fn controls() -> Vec<InteractiveMarkerControl> {
     let half = FRAC_1_SQRT_2;
     let turned = |y, z, w| Quaternion { x: 0.0, y, z, w };
-    // What turns x to x, to y, and to z.
+    // The rotations from x to x, to y, and to z.
     let axes =
         [("x", turned(0.0, 0.0, 1.0)), ("y", turned(0.0, half, half)), ("z", turned(-half, 0.0, half))];
     let modes =

@@ -1,4 +1,4 @@
-//! What the arm must keep out of, and its tool stay in, as markers.
+//! The keep-outs and keep-ins as markers.
 
 use dq_algebra::UnitDualQuaternion;
 use dq_messages::messages::{Header, Point, Vector3};
@@ -7,16 +7,15 @@ use dq_space::space::{KeepOut, Scene, Segment, Shape};
 use dq_wire::{point_message, pose_message};
 use nalgebra::{Isometry3, Translation3};
 
-/// Of a half-space a square of its plane is drawn with this side, and so thick \[m\].
+/// A half-space is drawn as a square plate with this side and thickness \[m\].
 const SIDE: f64 = 2.0;
 const THICKNESS: f64 = 0.002;
 
-/// They are seen through.
+/// The colors are transparent.
 const OUT: ColorRGBA = ColorRGBA { r: 0.85, g: 0.3, b: 0.1, a: 0.4 };
 const IN: ColorRGBA = ColorRGBA { r: 0.1, g: 0.6, b: 0.3, a: 0.15 };
 
-/// The markers of what `scene` keeps out of and of what it keeps the tool in, where there were as many of each as `before` has, which then
-/// has how many there are.
+/// Returns the markers of the keep-outs and keep-ins of `scene`. `before` is how many markers of each were sent last, and is updated.
 pub(super) fn solids(header: &Header, scene: Option<&Scene>, before: &mut [usize; 2]) -> Vec<Marker> {
     let [out, inside] = [Scene::keep_outs, Scene::keep_ins].map(|of| scene.map(of).unwrap_or_default());
     let out = markers(header, "keep_out", OUT, out, before[0]);
@@ -25,7 +24,7 @@ pub(super) fn solids(header: &Header, scene: Option<&Scene>, before: &mut [usize
     [out, inside].concat()
 }
 
-/// A marker for each shape, but three for a capsule, and markers that remove those of `before` besides.
+/// Returns a marker for each shape, three for a capsule, and markers that delete the remaining ones of `before`.
 fn markers(header: &Header, ns: &str, color: ColorRGBA, shapes: &[KeepOut], before: usize) -> Vec<Marker> {
     let marker = |(id, solid): (usize, Option<Solid>)| {
         let action = if solid.is_some() { Marker::ADD } else { Marker::DELETE };
@@ -49,7 +48,7 @@ fn markers(header: &Header, ns: &str, color: ColorRGBA, shapes: &[KeepOut], befo
     all.into_iter().enumerate().map(marker).collect()
 }
 
-/// What one marker draws: a constant of [`Marker`], where, and how large \[m\], of triangles by which factor.
+/// What one marker draws: a type constant of [`Marker`], a frame, and a size \[m\]; for triangles the size is a factor.
 #[derive(Clone, Default)]
 struct Solid {
     kind: i32,

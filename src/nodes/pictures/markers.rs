@@ -1,4 +1,4 @@
-//! Goal, tool and way as markers.
+//! The goal, the tool and the path as markers.
 
 use super::trace::Trace;
 use dq_core::servo::ClosePair;
@@ -11,7 +11,7 @@ use dq_wire::point_message;
 use nalgebra::{Quaternion, UnitQuaternion};
 use std::sync::Arc;
 
-/// Length of the axes of a frame, and width of their lines \[m\].
+/// The length of the axes of a frame, and the width of their lines \[m\].
 #[derive(Clone, Copy)]
 struct Axes {
     length: f64,
@@ -20,40 +20,40 @@ struct Axes {
 
 const GOAL: Axes = Axes { length: 0.12, width: 0.010 };
 const TOOL: Axes = Axes { length: 0.09, width: 0.008 };
-const ON_THE_WAY: Axes = Axes { length: 0.035, width: 0.003 };
+const ALONG_PATH: Axes = Axes { length: 0.035, width: 0.003 };
 
-/// Width of the way \[m\].
-const WAY: f64 = 0.006;
+/// The width of the path \[m\].
+const PATH_WIDTH: f64 = 0.006;
 
-/// Frames along the way are this far from each other \[m\] or \[rad\].
+/// The distance between frames along the path \[m, rad\].
 const SPACING: f64 = 0.06;
 const TURN_SPACING: f64 = 0.35;
 
-/// What is drawn of a moment.
+/// What is drawn at one time.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Moment {
-    /// When and where.
+    /// The time and the frame.
     pub header: Header,
-    /// Where the tool is.
+    /// The pose of the tool.
     pub tool: Option<Pose>,
-    /// Where it is to go.
+    /// The pose of the goal.
     pub goal: Option<Pose>,
-    /// How many goals there were.
+    /// The number of goals so far.
     pub motion: u64,
     /// The name of the law.
     pub law: &'static str,
-    /// What the arm must keep out of, and the pair that is nearest to each other.
+    /// The keep-outs, and the pair that is nearest to each other.
     pub scene: Option<Arc<Scene>>,
     pub closest: Option<ClosePair>,
 }
 
-/// The markers of a moment and of the way to it: `goal`, `tool`, `path` with `frames` along it, and the `closest` pair.
+/// Returns the markers of a moment and of the path to it: `goal`, `tool`, `path` with `frames` along it, and the `closest` pair.
 pub(super) fn markers(moment: &Moment, trace: &Trace) -> MarkerArray {
     let marker = |ns: &str, kind, width, points: Vec<Point>, colors: Vec<ColorRGBA>| Marker {
         header: moment.header.clone(),
         ns: ns.to_owned(),
         kind,
-        // Lines of fewer points are none, and RViz warns of them.
+        // A line needs two points; RViz warns about fewer.
         action: if points.len() < 2 { Marker::DELETE } else { Marker::ADD },
         pose: [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0].into(),
         scale: Vector3 { x: width, ..Vector3::default() },
@@ -75,14 +75,14 @@ pub(super) fn markers(moment: &Moment, trace: &Trace) -> MarkerArray {
         markers: vec![
             frames("goal", &moment.goal.iter().collect::<Vec<_>>(), GOAL),
             frames("tool", &tool, TOOL),
-            marker("path", Marker::LINE_STRIP, WAY, way, Vec::new()),
-            marker("closest", Marker::LINE_LIST, WAY, closest, Vec::new()),
-            frames("frames", &trace.spaced(SPACING, TURN_SPACING), ON_THE_WAY),
+            marker("path", Marker::LINE_STRIP, PATH_WIDTH, way, Vec::new()),
+            marker("closest", Marker::LINE_LIST, PATH_WIDTH, closest, Vec::new()),
+            frames("frames", &trace.spaced(SPACING, TURN_SPACING), ALONG_PATH),
         ],
     }
 }
 
-/// The ends of the three axes of a frame, in pairs, each with its colour.
+/// Returns the ends of the three axes of a frame, in pairs, each with its color.
 fn axes(pose: &Pose, length: f64) -> Vec<(Point, ColorRGBA)> {
     let (p, o) = (&pose.position, &pose.orientation);
     let rotation = UnitQuaternion::new_normalize(Quaternion::new(o.w, o.x, o.y, o.z)).to_rotation_matrix();
@@ -94,7 +94,7 @@ fn axes(pose: &Pose, length: f64) -> Vec<(Point, ColorRGBA)> {
     (0..3).flat_map(axis).collect()
 }
 
-/// The colour that figures give a law; what is none (of two arms) has that of logc.
+/// Returns the color of a law in figures. For two arms the name is not a law's, and the color is that of `logc`.
 fn law(name: &str) -> ColorRGBA {
     color(law_color(name.parse().unwrap_or(Law::Logc)))
 }

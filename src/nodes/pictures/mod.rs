@@ -1,6 +1,6 @@
-//! What a servo node publishes for people who look on: markers, the tool's way, and the goal to be dragged.
+//! Pictures of a servo node for viewers: markers, the tool's path, and the goal that can be dragged.
 //!
-//! None of it is the cycle's work: the cycle leaves a [`Moment`] where it is drawn from, and finds the place taken rather than waiting.
+//! The cycle only puts a [`Moment`] into a slot. If the slot is being read, the cycle skips that moment instead of waiting.
 
 mod goal_marker;
 mod keep_outs;
@@ -10,7 +10,7 @@ mod trace;
 pub(super) use markers::Moment;
 
 use super::senders::{Clocks, Senders};
-use super::wiring::Wiring;
+use super::wiring::NodeSetup;
 use dq_messages::messages::{Header, PoseStamped};
 use dq_messages::visualization::{
     GetInteractiveMarkers, InteractiveMarkerFeedback, InteractiveMarkerUpdate, MarkerArray, Path,
@@ -23,18 +23,18 @@ use std::time::{Duration, Instant};
 use tokio::time::{MissedTickBehavior, interval};
 use trace::Trace;
 
-/// Ten pictures a second are a film.
+/// The interval between pictures: ten per second look continuous.
 const INTERVAL: Duration = Duration::from_millis(100);
 
-/// Who comes late has a picture of an arm at rest after this time.
+/// The interval between pictures of an arm at rest, for viewers that join late.
 const REST: Duration = Duration::from_secs(1);
 
-/// Where the cycle leaves what is drawn.
+/// The slot into which the cycle puts what is to be drawn.
 #[derive(Clone, Default)]
-pub(super) struct Easel(Arc<Mutex<Moment>>);
+pub(super) struct MomentSlot(Arc<Mutex<Moment>>);
 
-impl Easel {
-    /// Leaves `moment` to be drawn, unless one is being looked at.
+impl MomentSlot {
+    /// Stores `moment` to be drawn, unless the slot is being read.
     pub fn leave(&self, moment: Moment) {
         if let Ok(mut place) = self.0.try_lock() {
             *place = moment;
@@ -46,9 +46,9 @@ impl Easel {
     }
 }
 
-/// The publishers and what is published last.
+/// The publishers, and what was published last.
 struct Pictures {
-    easel: Easel,
+    slot: MomentSlot,
     markers: Publisher<MarkerArray>,
     path: Publisher<Path>,
     updates: Publisher<InteractiveMarkerUpdate>,
@@ -56,30 +56,31 @@ struct Pictures {
     goals: Publisher<PoseStamped>,
     goal: Arc<Mutex<GoalMarker>>,
     trace: Trace,
-    /// How many markers there are of what the arm must keep out of.
+    /// The numbers of keep-out and keep-in markers that were sent last.
     solids: [usize; 2],
     last: Moment,
     sent: Instant,
     started: Instant,
-    /// What was dragged before is not for this servo.
+    /// Tells the age of feedback, so that drags from before the start of this node are ignored.
     senders: Senders,
     log: Logger,
 }
 
-/// Serves pictures of what is left on the easel until the node is dropped. A goal that is dragged in `frame` goes where all goals do.
+/// Publishes pictures of the moments in the returned slot until the node is dropped. A goal that is dragged in `frame` is published like
+/// any other goal.
 ///
 /// # Errors
 /// [`RosError`].
-pub(super) fn serve(wiring: &mut Wiring, frame: &str) -> Result<Easel, RosError> {
-    let Wiring { node, kind, contract } = wiring;
+pub(super) fn serve(setup: &mut NodeSetup, frame: &str) -> Result<MomentSlot, RosError> {
+    let NodeSetup { node, kind, contract } = setup;
     let goal_topic = kind.goal_topic();
     let pictures = Contract::builtin()?.pictures;
     let goal = Arc::new(Mutex::new(GoalMarker::new(&node.name().fully_qualified(), frame)));
     let asked = goal.clone();
     node.serve::<GetInteractiveMarkers>("~/goal/get_interactive_markers", move |_| locked(&asked).all())?;
-    let easel = Easel::default();
+    let slot = MomentSlot::default();
     let mut pictures = Pictures {
-        easel: easel.clone(),
+        slot: slot.clone(),
         markers: node.publisher(&pictures, "~/markers")?,
         path: node.publisher(&pictures, "~/path")?,
         updates: node.publisher(&pictures, "~/goal/update")?,
@@ -102,12 +103,12 @@ pub(super) fn serve(wiring: &mut Wiring, frame: &str) -> Result<Easel, RosError>
             pictures.publish();
         }
     });
-    Ok(easel)
+    Ok(slot)
 }
 
 impl Pictures {
     fn publish(&mut self) {
-        let moment = self.easel.look();
+        let moment = self.slot.look();
         let Some(tool) = &moment.tool else { return };
         let mut news = self.trace.take(tool, moment.motion);
         news |= moment.goal != self.last.goal || moment.law != self.last.law || moment.tool != self.last.tool;
@@ -142,7 +143,7 @@ impl Pictures {
         let senders = &mut self.senders;
         self.feedback.each(|feedback, origin| {
             if senders.hear(origin, Clocks::at(now)).ago > now {
-                // It was sent before this node was there.
+                // It was sent before this node started.
                 return;
             }
             let client = feedback.client_id.clone();
@@ -159,6 +160,6 @@ impl Pictures {
 }
 
 fn locked(marker: &Mutex<GoalMarker>) -> MutexGuard<'_, GoalMarker> {
-    // Nothing panics while it holds the lock.
+    // No code panics while it holds the lock.
     marker.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -1,22 +1,22 @@
-//! The way of the tool during a motion, thinned to what can be seen.
+//! The path of the tool during a motion, thinned to what can be seen.
 
 use dq_messages::messages::{Point, Pose, Quaternion};
 
-/// Poses of a trace that are nearer to each other than this \[m\] and \[rad\] cannot be told apart; a longer way is kept more coarsely.
+/// Poses of a trace that are nearer to each other than this \[m, rad\] are merged. A longer path is stored more coarsely.
 const STEP: f64 = 0.002;
 const TURN: f64 = 0.02;
 
-/// Poses kept at most.
+/// The largest number of poses.
 const MOST: usize = 400;
 
-/// A tool that is this far \[m\] from where it was a moment ago did not go there: a simulated arm was put back.
+/// If the tool moves farther than this between two poses \[m\], it has jumped, for example because a simulated arm was reset.
 const JUMP: f64 = 0.2;
 
-/// The way of the tool.
+/// The path of the tool.
 #[derive(Debug)]
 pub(super) struct Trace {
     poses: Vec<Pose>,
-    /// How many of [`STEP`] and [`TURN`] are between two of them at least.
+    /// The multiple of [`STEP`] and [`TURN`] by which successive poses differ at least.
     coarseness: f64,
     motion: u64,
 }
@@ -28,7 +28,7 @@ impl Default for Trace {
 }
 
 impl Trace {
-    /// Takes where the tool is during the motion of that number; whether the trace has changed.
+    /// Adds the tool pose `tool` during motion number `motion`. Returns whether the trace has changed.
     pub fn take(&mut self, tool: &Pose, motion: u64) -> bool {
         let jumped = self.poses.last().is_some_and(|last| distance(last, tool) > self.coarseness * JUMP);
         if motion != self.motion || jumped {
@@ -51,12 +51,12 @@ impl Trace {
         true
     }
 
-    /// The poses in their order.
+    /// Returns the poses in order.
     pub fn poses(&self) -> &[Pose] {
         &self.poses
     }
 
-    /// Those poses that are `step` \[m\] or `turn` \[rad\] from the one before: where frames are drawn.
+    /// Returns the poses that are `step` \[m\] or `turn` \[rad\] apart, at which frames are drawn.
     pub fn spaced(&self, step: f64, turn: f64) -> Vec<&Pose> {
         let mut spaced: Vec<&Pose> = Vec::new();
         for pose in &self.poses {
@@ -68,13 +68,13 @@ impl Trace {
     }
 }
 
-/// How far the positions are from each other \[m\].
+/// Returns the distance between the positions \[m\].
 pub(super) fn distance(one: &Pose, other: &Pose) -> f64 {
     let (Point { x, y, z }, to) = (&one.position, &other.position);
     (to.x - x).hypot(to.y - y).hypot(to.z - z)
 }
 
-/// The angle between the orientations \[rad\]: 2 arccos |⟨q₁, q₂⟩|.
+/// Returns the angle between the orientations \[rad\]: 2 arccos |⟨q₁, q₂⟩|.
 pub(super) fn angle(one: &Pose, other: &Pose) -> f64 {
     let (Quaternion { x, y, z, w }, to) = (&one.orientation, &other.orientation);
     2.0 * (x * to.x + y * to.y + z * to.z + w * to.w).abs().min(1.0).acos()

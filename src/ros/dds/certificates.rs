@@ -1,8 +1,8 @@
-//! An enclave's files: whether this process may be who they say, before it says so to anybody.
+//! Checks the files of an enclave before this process uses them in the graph.
 //!
-//! RustDDS 0.15.1 looks at no certificate's dates, nor whether key and certificate belong together: the first would let a node go
-//! on for ever, the second would leave it without a peer and without a word. So both are looked at here. This goes when test `security`
-//! an_enclave_s_own_files_… passes without it.
+//! RustDDS 0.15.1 checks neither the dates of certificates nor whether key and certificate belong together. Without the first check a node
+//! would go on after its certificate has expired; without the second it would find no peer and report nothing. Delete this module when test
+//! `security` an_enclave_s_own_files_… passes without it.
 
 use openssl::asn1::{Asn1Time, Asn1TimeRef};
 use openssl::error::ErrorStack;
@@ -11,16 +11,16 @@ use openssl::x509::X509;
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
 
-/// A file or folder of an enclave that is missing, wrong or out of date.
+/// A file or folder of an enclave that is missing, invalid or out of date.
 pub(crate) struct Unusable {
     pub path: PathBuf,
     pub why: String,
 }
 
-/// Checks the files in the folder `enclave`, which have sros2's names, but for the signed documents, which RustDDS checks.
+/// Checks the files in the folder `enclave`, which have sros2's names. RustDDS checks the signed documents.
 ///
 /// # Errors
-/// [`Unusable`] for the first file that is.
+/// [`Unusable`] for the first file that fails.
 pub(crate) fn check(enclave: &Path) -> Result<(), Unusable> {
     let now = Asn1Time::days_from_now(0).map_err(|why| refuse(enclave)(&why))?;
     let [own, identity_ca, _permissions_ca] = [
@@ -59,7 +59,7 @@ fn is_signed(certificate: &X509, authority: &X509) -> Result<bool, ErrorStack> {
 }
 
 fn is_key(pem: &[u8], certificate: &X509) -> Result<bool, ErrorStack> {
-    // A callback, or OpenSSL would ask the terminal for the password of an encrypted key.
+    // Without this callback OpenSSL would ask the terminal for the password of an encrypted key.
     let key = PKey::private_key_from_pem_callback(pem, |_| Ok(0))?;
     Ok(certificate.public_key()?.public_eq(&key))
 }

@@ -1,12 +1,11 @@
-//! Whether DDS still serves this process.
+//! Detects that DDS no longer works in this process.
 //!
-//! All that RustDDS does is done by two threads, and each of them ends at the first error of its `epoll_wait`, a mere interruption
-//! included (RustDDS 0.15.1, `dp_event_loop.rs` and `discovery.rs`: "poll failed"). A process that is stopped and continued meets
-//! one: ctrl-Z and `fg`, a debugger, a machine that was suspended. The node would go on, hear and send nothing, and report nothing.
+//! RustDDS runs on two threads, and each of them ends at the first error of its `epoll_wait`, even at an interruption (RustDDS 0.15.1,
+//! `dp_event_loop.rs` and `discovery.rs`: "poll failed"). A process that is stopped and continued gets such an error: ctrl-Z and `fg`, a
+//! debugger, a suspended machine. The node would go on without receiving, sending or reporting anything.
 //!
-//! Nor does RustDDS hear a participant that was lost and is back (`peer_recovery`). Either way the process is to be started
-//! anew. This goes when a node that was stopped and continued goes on: test `faults` a_servo_frozen_in_motion_… then has
-//! nothing to end.
+//! RustDDS also ignores a participant that was lost and is back (`peer_recovery`). In both cases the process must be restarted. Delete this
+//! module when a node that was stopped and continued works again: test `faults` a_servo_frozen_in_motion_… then has nothing to end.
 
 use std::path::PathBuf;
 use std::sync::OnceLock;
@@ -14,31 +13,31 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 use thiserror::Error;
 
-/// The names of the two threads, as far as the kernel keeps them (15 bytes).
+/// The names of the two threads, cut to the 15 bytes that the kernel stores.
 const NAMES: [&str; 2] = ["RustDDS discove", "RustDDS Partici"];
 
-/// The participants of this process, each with a thread of either name.
+/// The number of participants in this process. Each has one thread of each name.
 static PARTICIPANTS: AtomicUsize = AtomicUsize::new(0);
 
-/// Who is there and is heard no more, as soon as there is somebody.
+/// The first participant that is present but can no longer be received.
 static DEAF_TO: OnceLock<String> = OnceLock::new();
 
-/// Why a process has to be started anew to be heard, or to hear.
+/// Why a process must be restarted to send or receive again.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum NetworkEnd {
-    /// Its threads have ended.
+    /// The threads of DDS have ended.
     #[error(
         "DDS has ended in this process, as it does when the process was stopped (ctrl-Z, a debugger, a suspended machine)"
     )]
     Stopped,
-    /// A participant that was heard was lost and is there again.
+    /// A participant was lost and is present again.
     #[error(
         "{0} was not heard for longer than its lease and is there again, but DDS cannot hear it any more in this process"
     )]
     Deaf(String),
 }
 
-/// One participant, for as long as this lives.
+/// Counts one participant while this value lives.
 pub(crate) struct Participating(());
 
 impl Participating {
@@ -54,21 +53,21 @@ impl Drop for Participating {
     }
 }
 
-/// This process hears `peer` no more, which is there.
+/// Notes that `peer` is present but this process can no longer receive from it.
 pub(crate) fn deaf_to(peer: String) {
-    // The first one is reason enough.
+    // One such peer is reason enough.
     let _ = DEAF_TO.set(peer);
 }
 
-/// Looks whether DDS still serves this process: by its participants' threads, which it knows by their directories.
+/// Checks whether DDS still works in this process, by the `/proc` directories of its threads.
 #[derive(Default)]
 pub struct NetworkWatch(Vec<PathBuf>);
 
 impl NetworkWatch {
-    /// Looks now. It is well too where the operating system does not say.
+    /// Checks now. Returns success if the operating system does not show the threads.
     ///
     /// # Errors
-    /// [`NetworkEnd`].
+    /// [`NetworkEnd`] if DDS does not work any more.
     pub fn check(&mut self) -> Result<(), NetworkEnd> {
         if let Some(peer) = DEAF_TO.get() {
             return Err(NetworkEnd::Deaf(peer.clone()));
@@ -76,10 +75,10 @@ impl NetworkWatch {
         if self.threads_run() { Ok(()) } else { Err(NetworkEnd::Stopped) }
     }
 
-    /// Waits for the end.
+    /// Waits until DDS does not work any more.
     pub async fn ended() -> NetworkEnd {
         let mut watch = Self::default();
-        // A thread has its name a moment after it has begun.
+        // A thread gets its name a moment after its start.
         let mut missed = 0;
         loop {
             tokio::time::sleep(Duration::from_millis(100)).await;
@@ -91,7 +90,7 @@ impl NetworkWatch {
         }
     }
 
-    /// Costs little because those that were seen are only looked for: all threads are asked for their names where one is missed.
+    /// Returns whether all threads exist. This is cheap: it reads all names only if a known thread is missing.
     fn threads_run(&mut self) -> bool {
         let participants = PARTICIPANTS.load(Ordering::Relaxed);
         if self.0.len() == NAMES.len() * participants && self.0.iter().all(|thread| thread.exists()) {

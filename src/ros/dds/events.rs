@@ -1,4 +1,4 @@
-//! What RustDDS reports of other participants and of their endpoints, as it comes (see `matches`).
+//! Processes RustDDS's events about other participants and their endpoints (see `matches`).
 
 use super::first_sample_request::FirstSampleRequest;
 use super::incompatible_qos::Mismatch;
@@ -13,8 +13,8 @@ use std::sync::Arc;
 use std::time::Instant;
 
 impl Matches {
-    /// Follows the participant's events for ever, and asks writers that match for their first samples. There must be one follower only: events go to
-    /// one reader.
+    /// Processes the participant's events forever, and requests the first samples of matched writers. Call it once per participant, because
+    /// events go to one reader only.
     pub async fn follow(
         self,
         listener: DomainParticipantStatusListener,
@@ -43,7 +43,7 @@ impl Matches {
         }
     }
 
-    /// Notes who is lost, and who is back.
+    /// Notes lost participants, and participants that are back.
     fn note_loss(&self, event: &Event, lost: &mut Lost) {
         match event {
             Event::ParticipantLost { id, reason: LostReason::Timeout { .. } } => {
@@ -58,14 +58,14 @@ impl Matches {
         }
     }
 
-    /// What the participant is to our nodes; none where it is not connected with any.
+    /// Returns what the participant is to our nodes; `None` if it is not connected with any.
     fn peer(&self, participant: Prefix) -> Option<Peer> {
         let state = self.lock();
         let (mut known, mut heard_on) = (None, BTreeSet::new());
         for Pair { ours, remote } in
             state.pairs.iter().filter(|pair| prefix(pair.remote.prefix) == participant)
         {
-            // What is no node's own is not named.
+            // Endpoints without a registered owner are skipped.
             let Some(OwnEndpoint { topic, warn }) = state.own.get(ours) else { continue };
             if state.writers.contains_key(remote) {
                 heard_on.insert(topic.clone());

@@ -1,18 +1,18 @@
-//! For how long publishers have been known.
+//! Records for how long publishers have been known.
 //!
-//! RustDDS 0.15.1 lists who is there and keeps no times. This goes when it does.
+//! RustDDS 0.15.1 lists endpoints without times. Delete this module when it has times.
 
 use rustdds::GUID;
 use std::collections::HashMap;
 use std::time::{Duration, Instant};
 
-/// Who is found so soon after this process began may have been there before.
+/// A publisher that is discovered within this time after the start of the process may have existed before.
 const START: Duration = Duration::from_secs(5);
 
-/// So many are remembered, those that are lost too: who is found again is as old as before.
+/// The number of publishers that are remembered, including lost ones: one that comes back keeps its age.
 const MOST: usize = 4096;
 
-/// When each writer was found first.
+/// When each writer was discovered first.
 pub(super) struct FirstFound {
     began: Instant,
     found: HashMap<GUID, Instant>,
@@ -25,16 +25,16 @@ impl Default for FirstFound {
 }
 
 impl FirstFound {
-    /// Notes that the writer is there.
+    /// Notes that the writer exists.
     pub fn find(&mut self, writer: GUID) {
         if self.found.len() >= MOST && !self.found.contains_key(&writer) {
-            // Of those that are forgotten nothing is known, which is the cautious answer.
+            // Nothing is known of forgotten writers, which is the safe answer.
             self.found.clear();
         }
         self.found.entry(writer).or_insert_with(Instant::now);
     }
 
-    /// For how long the writer has been known; none where it may have been there before this process.
+    /// Returns for how long the writer has been known; `None` if it may have existed before this process.
     pub fn elapsed(&self, writer: GUID) -> Option<Duration> {
         let found = self.found.get(&writer)?;
         (found.duration_since(self.began) > START).then(|| found.elapsed())

@@ -1,14 +1,14 @@
-//! One packet that keeps the first sample of a Fast DDS writer from being lost.
+//! Requests the first sample of a Fast DDS writer, so that it is not lost.
 //!
-//! `ros2 topic pub --once` publishes about a millisecond after it has announced its writer, and leaves soon after. RustDDS 0.15.1
-//! takes the announcement through three queues before its reader knows the writer; a sample that is faster is dropped, and so is
-//! the HEARTBEAT that would have announced it once more. RustDDS then acknowledges with nothing missing, to which Fast DDS answers
-//! with its periodic HEARTBEAT three seconds later: the publisher has left by then, and the goal is lost.
+//! `ros2 topic pub --once` publishes about a millisecond after the announcement of its writer, and leaves soon after. In RustDDS 0.15.1 the
+//! announcement passes three queues before the reader knows the writer. A sample that arrives earlier is dropped, and so is the HEARTBEAT
+//! that would announce it again. RustDDS then acknowledges with nothing missing. Fast DDS answers that with its periodic HEARTBEAT three
+//! seconds later, when the publisher has left. So the goal is lost.
 //!
-//! So sample 1 is asked for a moment after the reader knows the writer. A writer that has not published yet, or whose first sample is
-//! from before the reader came, ignores that; a sample that has arrived all the same comes twice and is taken once. Writers of other
-//! vendors need none: they answer the reader's first acknowledgment at once. This goes when
-//! test `stock` no_goal_of_a_publisher_that_leaves_at_once_is_lost passes without it.
+//! Therefore this module requests sample 1 a moment after the reader knows the writer. A writer ignores the request if it has not published
+//! yet, or if its first sample is older than the reader. A sample that has arrived anyway arrives twice and is taken once. Writers of other
+//! vendors need no request, because they answer the reader's first acknowledgment at once. Delete this module when test `stock`
+//! no_goal_of_a_publisher_that_leaves_at_once_is_lost passes without it.
 
 use super::own_datagrams::{OwnDatagrams, addresses};
 use super::vendor::FAST_DDS;
@@ -18,21 +18,21 @@ use std::net::SocketAddr;
 use std::sync::{Arc, Weak};
 use std::time::Duration;
 
-/// The bits of an entity's kind, its GUID's last byte, that are zero for what users made.
+/// The bits of an entity's kind (the last byte of its GUID) that are zero for entities created by users.
 const BUILT_IN: u8 = 0xc0;
 
-/// Fast DDS passes over what is asked for while a timer of its own still counts the sample as under way, and only one such request of
-/// ours counts: so it is sent this long after the match, long before the publisher leaves.
+/// The time from the match to the request. Fast DDS ignores requests for a sample while a timer still counts the sample as in flight, and
+/// it accepts only one such request. The publisher stays much longer than this.
 const MOMENT: Duration = Duration::from_millis(20);
 
-/// Asks writers of Fast DDS on behalf of the readers of one participant.
+/// Sends requests to writers of Fast DDS on behalf of the readers of one participant.
 pub(crate) struct FirstSampleRequest {
     pub participant: Weak<DomainParticipant>,
     pub datagrams: Arc<OwnDatagrams>,
 }
 
 impl FirstSampleRequest {
-    /// Asks `writer`, which has just been matched with `reader`, to send its first sample again, where it is one that has to be asked.
+    /// Requests the first sample of `writer`, which has just been matched with `reader`, if it is a user's writer of Fast DDS.
     pub async fn send(&self, reader: GUID, writer: GUID) {
         if !is_users_of_fast_dds(writer) {
             return;
@@ -41,7 +41,7 @@ impl FirstSampleRequest {
         self.datagrams.send(&packet(reader, writer), &self.addresses(writer));
     }
 
-    /// Where the writer listens; nowhere for one that repeats nothing.
+    /// Returns the addresses of the writer; none if it is best effort.
     fn addresses(&self, writer: GUID) -> Vec<SocketAddr> {
         let Some(participant) = self.participant.upgrade() else { return Vec::new() };
         let writers = participant.discovered_writers();
@@ -60,7 +60,7 @@ fn is_users_of_fast_dds(writer: GUID) -> bool {
     bytes[..2] == FAST_DDS && bytes[15] & BUILT_IN == 0
 }
 
-/// The RTPS message (RTPS 2.5, sections 9.4.4, 9.4.5.8, 9.4.5.3), all of it little endian.
+/// Returns the RTPS message (RTPS 2.5, sections 9.4.4, 9.4.5.8, 9.4.5.3), little endian.
 fn packet(reader: GUID, writer: GUID) -> Vec<u8> {
     let (reader, writer) = (reader.to_bytes(), writer.to_bytes());
     let fields: [&[u8]; 15] = [
@@ -69,23 +69,23 @@ fn packet(reader: GUID, writer: GUID) -> Vec<u8> {
         &[2, 4],
         &reader[..2],
         &reader[..12],
-        // INFO_DST: whom the rest is for. Kind, flags (little endian), length.
+        // INFO_DST, the destination of the rest: kind, flags (little endian), length.
         &[0x0e, 0x01],
         &[12, 0],
         &writer[..12],
-        // ACKNACK: kind, flags (little endian; final, so that only the sample is asked for), length; from, to.
+        // ACKNACK: kind, flags (little endian; final, so that only this sample is requested), length; reader, writer.
         &[0x06, 0x03],
         &[28, 0],
         &reader[12..],
         &writer[12..],
-        // The first sample that is missing: the high and the low word of 1.
+        // The first missing sample: the high and the low word of 1.
         &[0, 0, 0, 0, 1, 0, 0, 0],
-        // Which samples from there on: a set of one bit, which is set. More bits would make Fast DDS declare samples that it has
-        // not got yet irrelevant.
+        // The set of missing samples from there on: one bit, set. With more bits Fast DDS would declare samples that do not exist yet
+        // irrelevant.
         &[1, 0, 0, 0],
         &[0, 0, 0, 0x80],
-        // The count. Fast DDS takes only counts that rise, before 2.14.1, 2.10.4 and 2.6.10 from 1, since then from 0. RustDDS begins
-        // with 0. So its next acknowledgment is the one that passes for a repetition of this one, and those after it count.
+        // The count. Fast DDS accepts only rising counts: from 1 on before 2.14.1, 2.10.4 and 2.6.10, from 0 on since then. RustDDS starts
+        // with 0. So its next acknowledgment is ignored as a repetition of this one, and later ones count.
         &[1, 0, 0, 0],
     ];
     fields.concat()
@@ -97,7 +97,7 @@ pub(crate) mod tests {
     use rustdds::RepresentationIdentifier;
     use rustdds::serialization::deserialize_from_cdr_with_rep_id;
 
-    /// The GUID of these bytes.
+    /// Returns the GUID of these bytes.
     pub fn guid(bytes: [u8; 16]) -> GUID {
         deserialize_from_cdr_with_rep_id(&bytes, RepresentationIdentifier::CDR_LE).unwrap().0
     }

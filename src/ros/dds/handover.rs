@@ -1,8 +1,9 @@
-//! A subscription that takes the place of another.
+//! A subscription that replaces another one.
 //!
-//! RustDDS 0.15.1 gives a new reader what it still keeps of the topic, though it is volatile, so that a message would be taken twice. And
-//! its notifications, which ros2-client drains each time that it takes, cost an allocation and a system call. This goes when test `lib`
-//! a_cycle_allocates_… passes with `ros2_client::Subscription::take`, and volatile readers begin with what comes after them.
+//! RustDDS 0.15.1 gives a new reader the samples of the topic that it still stores, even if the reader is volatile, so that a message would
+//! be taken twice. Also, ros2-client drains RustDDS's notifications at each `take`, which costs an allocation and a system call. Delete
+//! this module when test `lib` a_cycle_allocates_… passes with `ros2_client::Subscription::take`, and volatile readers start with later
+//! messages.
 
 use futures::Stream;
 use ros2_client::error::{ReadError, ReadResult};
@@ -12,25 +13,25 @@ use std::pin::pin;
 use std::sync::atomic::{AtomicI64, Ordering};
 use std::task::{Context, Poll, Waker};
 
-/// A subscription of ros2-client, to which another may have given way.
-pub(crate) struct Inlet<M> {
+/// A subscription of ros2-client that may have replaced another one.
+pub(crate) struct ReplaceableSubscription<M> {
     inner: Subscription<M>,
-    /// What came until then was for the one before \[ns\].
+    /// Messages received up to this time \[ns\] belong to the subscription before.
     since: i64,
-    /// When the newest message came that was taken \[ns\].
+    /// When the newest message that was taken was received \[ns\].
     newest: AtomicI64,
 }
 
-/// A message as it came, with what DDS says of it.
+/// A message and its metadata in DDS.
 pub(crate) type Sample<M> = (M, MessageInfo);
 
-impl<M: DeserializeOwned + 'static> Inlet<M> {
+impl<M: DeserializeOwned + 'static> ReplaceableSubscription<M> {
     pub fn new(inner: Subscription<M>) -> Self {
         Self::since(i64::MIN, inner)
     }
 
-    /// What takes the place of this one.
-    pub fn next_by(&self, inner: Subscription<M>) -> Self {
+    /// Creates the replacement of this subscription.
+    pub fn replaced_by(&self, inner: Subscription<M>) -> Self {
         Self::since(self.newest.load(Ordering::Relaxed), inner)
     }
 
@@ -38,15 +39,15 @@ impl<M: DeserializeOwned + 'static> Inlet<M> {
         Self { inner, since, newest: AtomicI64::new(since) }
     }
 
-    /// What ros2-client has of it.
+    /// Returns the subscription of ros2-client.
     pub fn subscription(&self) -> &Subscription<M> {
         &self.inner
     }
 
-    /// The next message of `samples`, if one has come; or why it could not be decoded.
+    /// Takes the next message of `samples`, if one has arrived, or returns why it could not be decoded.
     ///
-    /// `ros2_client::Subscription::take` drains RustDDS's notifications first, an allocation and a system call each time. A stream that is
-    /// polled for nobody does neither.
+    /// `ros2_client::Subscription::take` drains RustDDS's notifications first, which costs an allocation and a system call each time.
+    /// Polling a stream without a waker costs neither.
     pub fn take(
         &self,
         samples: impl Stream<Item = ReadResult<Sample<M>>>,
@@ -72,7 +73,8 @@ impl<M: DeserializeOwned + 'static> Inlet<M> {
         }
     }
 
-    /// Whether the one before has not had it. RustDDS stamps what comes to a topic with times that always rise, wherever the clock goes.
+    /// Returns whether the subscription before has not taken the sample. RustDDS's receive stamps on a topic always increase, whatever the
+    /// clock does.
     fn is_new(&self, (_, info): &Sample<M>) -> bool {
         let received = info.received_timestamp().map_or(i64::MAX, |time| time.to_nanos());
         self.newest.fetch_max(received, Ordering::Relaxed);
@@ -80,7 +82,7 @@ impl<M: DeserializeOwned + 'static> Inlet<M> {
     }
 }
 
-/// Why a message could not be decoded. Nothing is put together here: a thousand of them may come in a cycle.
+/// Returns why a message could not be decoded. Formats nothing, because a thousand such messages may arrive in a cycle.
 fn reason(why: ReadError) -> String {
     match why {
         ReadError::Deserialization { reason } => reason,

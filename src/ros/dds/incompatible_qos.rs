@@ -1,11 +1,11 @@
-//! Two endpoints between which nothing passes, in words.
+//! Describes two endpoints that do not match because of their QoS.
 //!
-//! RustDDS 0.15.1 reports both qualities of service and not which policy is in the way. This goes when the event names it.
+//! RustDDS 0.15.1 reports both QoS but not the incompatible policy. Delete this module when the event names it.
 
 use rustdds::QosPolicies;
 use rustdds::policy::{Durability, Reliability};
 
-/// What a subscriber asks for and its publisher does not offer.
+/// The policy that a subscriber requests and its publisher does not offer.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Mismatch {
     requested: String,
@@ -13,11 +13,11 @@ pub(super) struct Mismatch {
     remedy: &'static str,
 }
 
-/// What ROS 2 calls delivery without repetition.
+/// ROS 2's name for delivery without retransmission.
 const BEST_EFFORT: &str = "BEST_EFFORT";
 
 impl Mismatch {
-    /// Of two that are incompatible. Where several policies are, one of those that ROS 2 users set is named.
+    /// Compares two incompatible QoS. If several policies are incompatible, those that ROS 2 users set are named first.
     pub fn new(requested: &QosPolicies, offered: &QosPolicies) -> Self {
         let is_reliable = |qos: &QosPolicies| matches!(qos.reliability(), Some(Reliability::Reliable { .. }));
         let is_latched = |qos: &QosPolicies| !matches!(qos.durability(), None | Some(Durability::Volatile));
@@ -37,7 +37,7 @@ impl Mismatch {
         }
     }
 
-    /// Whether it is that the publisher offers best effort only.
+    /// Returns whether the cause is that the publisher offers best effort only.
     pub fn is_reliability(&self) -> bool {
         self.offered == BEST_EFFORT
     }
@@ -46,7 +46,7 @@ impl Mismatch {
         Self { requested: requested.to_owned(), offered: offered.to_owned(), remedy }
     }
 
-    /// The warning of the node that subscribes to `topic`, which `peer` publishes.
+    /// Returns the warning of the node that subscribes to `topic`, which `peer` publishes.
     pub fn warning_of_subscriber(&self, topic: &str, peer: &str) -> String {
         let Self { requested, offered, remedy } = self;
         format!(
@@ -54,7 +54,7 @@ impl Mismatch {
         )
     }
 
-    /// The warning of the node that publishes `topic`, to which `peer` subscribes.
+    /// Returns the warning of the node that publishes `topic`, to which `peer` subscribes.
     pub fn warning_of_publisher(&self, topic: &str, peer: &str) -> String {
         let Self { requested, offered, remedy } = self;
         format!(

@@ -1,29 +1,29 @@
-//! How many samples RustDDS keeps of a topic that is read.
+//! Chooses how many samples RustDDS stores for a topic that is read.
 //!
-//! RustDDS 0.15.1 keeps as many samples of a topic as the largest `max_samples` of its descriptions says, whether they have been taken or
-//! not, and whatever their size (`dds_cache.rs`). So there are few before the size of the messages is known, and as many as have room then.
-//! This goes when it drops what every reader has taken.
+//! RustDDS 0.15.1 stores as many samples of a topic as the largest `max_samples` of its descriptions, even after they were taken, and
+//! regardless of their size (`dds_cache.rs`). So the number is small until the size of the messages is known, and then as large as the
+//! memory budget allows. Delete this module when RustDDS drops samples that every reader has taken.
 
 use std::collections::VecDeque;
 
-/// It can be made to keep more, but never fewer again.
+/// The number can be increased, but never decreased.
 pub(crate) const FEWEST_SAMPLES: i32 = 128;
 const MOST_SAMPLES: i32 = 10_000;
 
-/// The room for the samples of a topic \[bytes\], where messages stay as large as the first ones.
+/// The memory for the samples of a topic \[bytes\], if messages stay as large as the first ones.
 const ROOM: usize = 32 << 20;
 
-/// What the last samples may have at most \[bytes\], where later messages are larger.
+/// The largest memory for the last samples \[bytes\], if later messages are larger.
 const LIMIT: usize = 256 << 20;
 
-/// What RustDDS takes for a sample besides its payload \[bytes\], as measured.
+/// The memory that RustDDS needs for a sample in addition to its payload \[bytes\], measured.
 const OVERHEAD: usize = 500;
 
-/// What RustDDS keeps of a topic.
+/// The samples that RustDDS stores for a topic.
 pub(crate) struct Kept {
     samples: i32,
     largest: usize,
-    /// Of the last samples, as many as are kept \[bytes\], and their sum.
+    /// The sizes of the stored samples \[bytes\], and their sum.
     sizes: VecDeque<usize>,
     sum: usize,
 }
@@ -34,17 +34,17 @@ impl Default for Kept {
     }
 }
 
-/// Whether there is room for the samples of a topic.
+/// Whether there is memory for the samples of a topic.
 #[derive(Debug, PartialEq)]
 pub(crate) enum Room {
     Enough,
-    /// For that many.
+    /// For this larger number.
     More(i32),
     None,
 }
 
 impl Kept {
-    /// One more sample of so many bytes.
+    /// Adds one sample of this size.
     pub fn take(&mut self, bytes: usize) -> Room {
         let size = bytes + OVERHEAD;
         self.sizes.push_back(size);

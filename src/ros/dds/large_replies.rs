@@ -1,15 +1,18 @@
-//! Replies that fit no packet of the network, to clients that know them by inline QoS: Fast DDS's and RustDDS's.
+//! Sends replies longer than one network packet to clients that identify them by inline QoS: those of Fast DDS and RustDDS.
 //!
-//! RustDDS 0.15.1 sends what fits no packet in fragments, and puts a byte too much before the inline QoS of each (`data_frag.rs`,
-//! `write_value(&self.inline_qos)` writes the `Option`'s tag too). No vendor can read such a fragment; RustDDS's debug build panics.
+//! RustDDS 0.15.1 divides long replies into fragments, and writes a superfluous byte before the inline QoS of each fragment
+//! (`data_frag.rs`: `write_value(&self.inline_qos)` writes the tag of the `Option` too). No vendor can read such a fragment; RustDDS's
+//! debug build panics.
 //!
-//! So such a reply is sent without RustDDS: as one well-formed DATA submessage of the same writer in one UDP datagram, which the kernel
-//! divides. It has the number that the writer gives next; under this RustDDS then writes a reply to nobody. The client has the large
-//! reply by then, and takes the other one for its repetition. Other clients see the reply to nobody, and miss nothing.
+//! Therefore such a reply is sent without RustDDS, as one well-formed DATA submessage of the same writer in one UDP datagram, which the
+//! kernel divides. It has the writer's next sequence number. Under this number RustDDS then writes a reply to nobody. The client has
+//! received the large reply by then, and treats the other one as a repetition. Other clients receive the reply to nobody, so they miss no
+//! number.
 //!
-//! RustDDS repeats only what it has written, so the datagram is sent more than once. A client that gets none of these has no reply, and
-//! asks again. Replies to Cyclone's clients need none of this: they have their request's identity in the payload, and RustDDS's fragments
-//! without inline QoS are well-formed. This goes when test `stock` replies_of_any_length_… passes with every reply written by RustDDS.
+//! RustDDS retransmits only what it has written, so the datagram is sent several times. A client that receives none of the copies has no
+//! reply and asks again. Replies to Cyclone's clients do not need this: they carry the request's identity in the payload, and RustDDS's
+//! fragments without inline QoS are well-formed. Delete this module when test `stock` replies_of_any_length_… passes with every reply
+//! written by RustDDS.
 
 use super::matches::Matches;
 use super::own_datagrams::{OwnDatagrams, addresses};
@@ -23,46 +26,46 @@ use std::sync::{Arc, Weak};
 use std::time::Duration;
 use tokio::sync::Mutex;
 
-/// How long a client's reader may take to be matched.
+/// How long to wait until a client's reader is matched.
 pub(crate) const TO_BE_MATCHED: Duration = Duration::from_millis(500);
 
-/// A reply of this length \[bytes\] fits into one packet on Ethernet: RustDDS takes 1452 for RTPS, of which the sample has 1372, and of that
-/// its own header 4.
+/// A reply of this length \[bytes\] fits into one Ethernet packet: RustDDS uses 1452 bytes for RTPS, of which the sample has 1372,
+/// including a header of 4.
 pub(crate) const ONE_PACKET: usize = 1368;
 
 /// A reply of this length \[bytes\] fits into one UDP datagram.
 const ONE_DATAGRAM: usize = 64_000;
 
-/// So often a large reply is sent, and once more for each of these \[bytes\]: where a hundredth of the packets is lost, that is fewer than
-/// one reply in 10⁴.
+/// The number of copies of a large reply that are sent, plus one for each `MORE_FOR` bytes. With 1 % packet loss, fewer than one reply in
+/// 10⁴ fails.
 const COPIES: usize = 4;
 const MORE_FOR: usize = 10_000;
 
-/// The time between them: who lost one has made room for the next.
+/// The time between two copies, in which a full buffer can empty.
 const BETWEEN: Duration = Duration::from_millis(20);
 
-/// To whom a reply goes.
+/// The recipient of a reply.
 pub(crate) struct Addressee {
     /// An endpoint of the client.
     pub client: GUID,
-    /// The request, where the reply names it in its inline QoS.
+    /// The request, if the reply names it in its inline QoS.
     pub request: Option<SampleIdentity>,
 }
 
 /// Writes the replies of one service, which are bytes in CDR.
 pub(crate) struct ReplyWriter<R: Serialize + AsRef<[u8]>> {
-    /// With the number of what it has written last. Nobody else writes by it, and RustDDS counts from 1.
+    /// The writer, and the number of its last sample. Nobody else uses the writer, and RustDDS counts from 1.
     writer: Mutex<(DataWriterCdr<R>, SequenceNumber)>,
-    /// On which replies go out.
+    /// The topic of the replies.
     topic: String,
     participant: Weak<DomainParticipant>,
     matches: Matches,
-    /// None in a secured graph.
+    /// `None` in a secured graph.
     datagrams: Option<Arc<OwnDatagrams>>,
 }
 
 impl<R: Serialize + AsRef<[u8]>> ReplyWriter<R> {
-    /// By `writer`, which has written nothing yet.
+    /// Creates the writer of replies from `writer`, which must not have written anything yet.
     pub fn new(
         writer: DataWriterCdr<R>,
         topic: String,
@@ -74,18 +77,18 @@ impl<R: Serialize + AsRef<[u8]>> ReplyWriter<R> {
         Self { writer, topic, participant: Arc::downgrade(participant), matches, datagrams }
     }
 
-    /// How long a reply may be \[bytes\].
+    /// Returns the largest length of a reply \[bytes\].
     pub fn room(&self) -> usize {
         if self.datagrams.is_some() { ONE_DATAGRAM } else { ONE_PACKET }
     }
 
-    /// Sends `reply`, which has room, once the client's reader is matched, or in a moment; `to_nobody` is a reply that no client takes
-    /// for its own.
+    /// Sends `reply`, whose length must be at most [`room`](Self::room), once the client's reader is matched or the wait has timed out.
+    /// `to_nobody` is a reply that no client accepts.
     ///
     /// # Errors
-    /// Why it could not be sent.
+    /// Why the reply could not be sent.
     pub async fn send(&self, to: Addressee, reply: R, to_nobody: R) -> Result<(), String> {
-        // Where it is not matched yet, and may be soon, a reply that is small is still tried.
+        // A small reply is tried even if the reader is not matched yet.
         let matched = tokio::time::timeout(TO_BE_MATCHED, self.matched(to.client)).await;
         let mut writer = self.writer.lock().await;
         let (writer, written) = &mut *writer;
@@ -110,7 +113,8 @@ impl<R: Serialize + AsRef<[u8]>> ReplyWriter<R> {
         Ok(())
     }
 
-    /// Waits until a reader of the client is matched; where its readers listen. None where this participant ends.
+    /// Waits until a reader of the client is matched, and returns the addresses of the client's readers. Returns `None` if this participant
+    /// ends.
     async fn matched(&self, client: GUID) -> Option<Vec<SocketAddr>> {
         loop {
             let readers = self.participant.upgrade()?.discovered_readers();
@@ -130,7 +134,7 @@ impl<R: Serialize + AsRef<[u8]>> ReplyWriter<R> {
     }
 }
 
-/// The RTPS message (RTPS 2.5, section 9.4), all of it little endian.
+/// Returns the RTPS message (RTPS 2.5, section 9.4), little endian.
 fn packet(
     writer: GUID,
     number: SequenceNumber,
@@ -143,7 +147,7 @@ fn packet(
     // A time is seconds and a fraction of 2⁻³² s.
     let (number, time) = (words(number.into()), words(Timestamp::now().to_ticks().cast_signed()));
     let inline_qos: [&[u8]; 7] = [
-        // The request, by the parameter's number in RTPS and by that of Fast DDS before 2.13: number, length, value. Then the end.
+        // The request, as the parameter of RTPS and as that of Fast DDS before 2.13: number, length, value. Then the end marker.
         &[0x83, 0x00, 24, 0],
         &identity,
         &[0x0f, 0x80, 24, 0],
@@ -154,7 +158,7 @@ fn packet(
         reply,
     ];
     let inline_qos_and_payload = inline_qos.concat();
-    // Of all fields that come after the length's.
+    // The length of all fields after the length.
     let length = u16::try_from(20 + inline_qos_and_payload.len()).unwrap_or_default().to_le_bytes();
     let fields: [&[u8]; 17] = [
         // Header: protocol, version 2.4, vendor (with which a GUID begins) and GUID prefix of the sender.
@@ -162,20 +166,19 @@ fn packet(
         &[2, 4],
         &writer[..2],
         &writer[..12],
-        // INFO_DST: whom the rest is for. Kind, flags (little endian), length.
+        // INFO_DST, the destination of the rest: kind, flags (little endian), length.
         &[0x0e, 0x01],
         &[12, 0],
         &client[..12],
-        // INFO_TS: when it was written.
+        // INFO_TS: the time of writing.
         &[0x09, 0x01],
         &[8, 0],
         &time,
-        // DATA: kind, flags (little endian, inline QoS, payload); length, where zero means up to the end; extra flags; how far the
-        // inline QoS is from here.
+        // DATA: kind, flags (little endian, inline QoS, payload), length (zero means up to the end), extra flags, offset of the inline QoS.
         &[0x15, 0x07],
         &length,
         &[0, 0, 16, 0],
-        // To all readers of the client; from.
+        // The reader (all readers of the client), and the writer.
         &[0, 0, 0, 0],
         &writer[12..],
         &number,
@@ -184,9 +187,9 @@ fn packet(
     fields.concat()
 }
 
-/// The high and the low word.
+/// Returns the high and the low word.
 fn words(number: i64) -> [u8; 8] {
-    // A little endian number has its low word first.
+    // A little-endian number has its low word first.
     number.rotate_left(32).to_le_bytes()
 }
 

@@ -1,4 +1,4 @@
-//! What RustDDS 0.15.1 needs help with: a file a defect, each with how to see that it can be deleted. Knows no nodes.
+//! Workarounds for RustDDS 0.15.1: one file per defect, each of which says when it can be deleted. Independent of nodes.
 
 #[cfg(feature = "security")]
 pub(crate) mod certificates;

@@ -1,15 +1,15 @@
-//! RTPS packets of ours, beside those that RustDDS sends.
+//! RTPS packets that we send in addition to those of RustDDS.
 
 use std::net::{Ipv4Addr, SocketAddr, UdpSocket};
 
-/// Sends packets to where others listen. In a secured graph there are none: nobody there believes a plain packet.
+/// Sends packets to the addresses of other participants. Not used in a secured graph, where plain packets are ignored.
 pub(crate) struct OwnDatagrams(UdpSocket);
 
 impl OwnDatagrams {
-    /// From a participant that may be on loopback alone.
+    /// Opens the socket of a participant, which may be restricted to loopback.
     ///
     /// # Errors
-    /// Where the operating system gives no UDP socket.
+    /// The operating system's error if it gives no UDP socket.
     pub fn new(on_loopback: bool) -> std::io::Result<Self> {
         let interface = if on_loopback { Ipv4Addr::LOCALHOST } else { Ipv4Addr::UNSPECIFIED };
         let socket = UdpSocket::bind((interface, 0))?;
@@ -17,16 +17,16 @@ impl OwnDatagrams {
         Ok(Self(socket))
     }
 
-    /// Sends the packet in one datagram, which the kernel divides where the network wants it shorter.
+    /// Sends the packet in one datagram, which the kernel divides if necessary.
     pub fn send(&self, packet: &[u8], addresses: &[SocketAddr]) {
         for address in addresses {
-            // A packet that does not leave is one that the network lost.
+            // A packet that cannot be sent is like one that the network lost.
             let _ = self.0.send_to(packet, address);
         }
     }
 }
 
-/// Which of a remote endpoint's locators are of UDP over IPv4.
+/// Returns the addresses of UDP over IPv4 among a remote endpoint's locators.
 pub(super) fn addresses<L>(locators: Vec<L>) -> impl Iterator<Item = SocketAddr>
 where
     SocketAddr: From<L>,

@@ -1,14 +1,14 @@
-//! A domain that nobody else on this host is in, for those who must not meet others.
+//! Finds a domain that nobody else on this host uses.
 //!
-//! DDS partitions would serve as well, but RustDDS 0.15.1 knows none. This goes when `QosPolicyBuilder` has them.
+//! DDS partitions would separate participants too, but RustDDS 0.15.1 has none. Delete this module when `QosPolicyBuilder` has them.
 
 use super::ports;
 use std::net::{Ipv4Addr, UdpSocket};
 
-/// The ports 2 to 9 of a domain are nobody's by RTPS 2.5, section 9.6.2.4: this one is held by who has the domain for itself.
+/// RTPS 2.5, section 9.6.2.4, leaves the ports 2 to 9 of a domain unused. The owner of a domain binds this one.
 const CLAIM: u16 = 2;
 
-/// A domain on this host without any other participant when it was found. It is left to whoever has this, until it is dropped.
+/// A domain on this host that had no participant when it was found. Other `OwnDomain`s avoid it until this value is dropped.
 #[derive(Debug)]
 pub struct OwnDomain {
     id: u16,
@@ -16,25 +16,25 @@ pub struct OwnDomain {
 }
 
 impl OwnDomain {
-    /// The ports of the domains up to this one lie below those that Linux gives to anybody (from 32768 on). People begin to count
-    /// at 0, so the search begins here.
+    /// The ports of the domains up to this one are below Linux's ephemeral ports (from 32768 on). Users prefer low domains, so the search
+    /// starts here.
     pub(crate) const HIGHEST: u16 = 100;
 
-    /// Finds one other than `common`, which others may join at any time; none where each domain has somebody.
+    /// Finds a free domain other than `common`, which others may join at any time. Returns `None` if every domain is in use.
     pub(crate) fn find(common: u16) -> Option<Self> {
         (1..=Self::HIGHEST).rev().filter(|id| *id != common).find_map(Self::claim)
     }
 
-    /// The domain.
+    /// Returns the domain's number.
     pub fn id(&self) -> u16 {
         self.id
     }
 
-    /// Takes the domain if it is free: any participant, of whatever vendor, has sockets on its ports.
+    /// Claims the domain if it is free. Any participant of any vendor has sockets on the domain's ports.
     fn claim(id: u16) -> Option<Self> {
         let first = ports::first(id);
         let claim = UdpSocket::bind((Ipv4Addr::LOCALHOST, first + CLAIM)).ok()?;
-        // Ports that are shared are refused too to who does not ask to share them.
+        // Binding without address reuse fails even for shared ports.
         let free = |port: u16| UdpSocket::bind((Ipv4Addr::UNSPECIFIED, first + port)).is_ok();
         (0..ports::OF_A_DOMAIN).filter(|port| *port != CLAIM).all(free).then_some(Self { id, _claim: claim })
     }

@@ -1,18 +1,18 @@
-//! Messages whose encoding takes whole words.
+//! Pads messages to a multiple of four bytes.
 //!
-//! RTPS fills every sample up to four bytes. RustDDS 0.15.1 does so behind an encrypted payload, where the receiver (RustDDS too)
-//! looks for the signature, so a secured message of any other length never arrives. Zeros before encryption prevent it, and
-//! where nothing is encrypted they are those that RTPS would add. This goes when test `security` the_secured_demo_moves_… passes without it.
+//! RTPS pads every sample to four bytes. RustDDS 0.15.1 pads after an encrypted payload, where the receiver (also RustDDS) expects the
+//! signature. So a secured message of any other length never arrives. Zeros before encryption avoid this. Without encryption they equal the
+//! padding of RTPS. Delete this module when test `security` the_secured_demo_moves_… passes without it.
 
 use rustdds::RepresentationIdentifier;
 use rustdds::serialization::to_writer_with_rep_id;
 use serde::ser::{Error, SerializeTuple};
 use serde::{Deserialize, Serialize, Serializer};
 
-/// The unit to which RTPS fills up \[bytes\].
+/// The unit to which RTPS pads \[bytes\].
 const WORD: usize = 4;
 
-/// A message with the zeros behind it that make its length in CDR a multiple of four.
+/// A message, followed by zeros that make its length in CDR a multiple of four.
 #[derive(Clone, Deserialize)]
 #[serde(transparent)]
 pub(crate) struct Padded<M>(pub M);
@@ -23,7 +23,7 @@ impl<M: Serialize> Serialize for Padded<M> {
         to_writer_with_rep_id(&mut length, &self.0, RepresentationIdentifier::CDR_LE)
             .map_err(S::Error::custom)?;
         let padding = length.0.next_multiple_of(WORD) - length.0;
-        // A tuple is its elements and no more in CDR.
+        // In CDR a tuple is encoded as its elements only.
         let mut tuple = serializer.serialize_tuple(1 + padding)?;
         tuple.serialize_element(&self.0)?;
         (0..padding).try_for_each(|_| tuple.serialize_element(&0u8))?;
@@ -31,7 +31,7 @@ impl<M: Serialize> Serialize for Padded<M> {
     }
 }
 
-/// Counts what is written.
+/// Counts the bytes written.
 struct Length(usize);
 
 impl std::io::Write for Length {

@@ -1,22 +1,22 @@
-//! A governance under which ROS 2 nodes on Fast DDS are not heard.
+//! Warns of a governance under which ROS 2 nodes on Fast DDS cannot be received.
 //!
-//! `data_protection_kind` protects payloads once more within the submessages that `metadata_protection_kind` protects. Fast DDS
-//! then pads between ciphertext and signature, and RustDDS 0.15.1 takes the last 20 bytes for the signature: it cannot read a
-//! payload whose length is no multiple of four (`payload_padding` is our side of that). The reliable reader waits for that one for ever and
-//! withholds all later ones, so each call of a service hangs. sros2 writes such a governance. This goes when test
-//! `security` a_governance_under_which_… finds nothing that hangs.
+//! `data_protection_kind` protects payloads in addition to the submessages that `metadata_protection_kind` protects. Fast DDS then pads
+//! between ciphertext and signature, but RustDDS 0.15.1 takes the last 20 bytes as the signature. So it cannot read a payload whose length
+//! is not a multiple of four (`payload_padding` handles our side). The reliable reader waits for that payload forever and withholds all
+//! later ones, so service calls hang. sros2 writes such a governance. Delete this module when test `security` a_governance_under_which_…
+//! finds nothing that hangs.
 
 use openssl::pkcs7::Pkcs7;
 use roxmltree::{Document, Node};
 use std::path::Path;
 
-/// The warning of the signed governance in `file`, where it is one of those in that domain. RustDDS has verified it before.
+/// Returns a warning if the signed governance in `file` protects payloads in this domain. RustDDS has verified the file before.
 pub(crate) fn warning(file: &Path, domain: u16) -> Option<String> {
     let (_, signed) = Pkcs7::from_smime(&std::fs::read(file).ok()?).ok()?;
     let text = String::from_utf8(signed?).ok()?;
     let document = Document::parse(text.get(text.find('<')?..)?).ok()?;
     let topics = protected_topics(&document, domain);
-    // Each enclave has a link to the one that is to be changed.
+    // Each enclave has a link to the file that must be changed.
     let file = file.canonicalize().unwrap_or_else(|_| file.to_owned());
     (!topics.is_empty()).then(|| {
         format!(
@@ -31,7 +31,7 @@ pub(crate) fn warning(file: &Path, domain: u16) -> Option<String> {
     })
 }
 
-/// The topic expressions whose payloads are protected in the rule that counts for the domain, which is the first that names it.
+/// Returns the topic expressions whose payloads are protected. The first rule that names the domain applies.
 fn protected_topics<'a>(governance: &'a Document, domain: u16) -> Vec<&'a str> {
     let mut rules = governance.descendants().filter(|node| node.has_tag_name("domain_rule"));
     let counts =
@@ -44,7 +44,7 @@ fn protected_topics<'a>(governance: &'a Document, domain: u16) -> Vec<&'a str> {
     protected.filter_map(|topic| text(topic, "topic_expression")).collect()
 }
 
-/// Whether a list of domain ids and ranges, which may be open, has this one.
+/// Returns whether a list of domain ids and ranges, which may be open, contains this domain.
 fn names(domains: Node, domain: u16) -> bool {
     let bound = |range, name| text(range, name).and_then(|number| number.parse::<u16>().ok());
     domains.children().any(|entry| match entry.tag_name().name() {

@@ -1,13 +1,14 @@
-//! Participants that were lost, and are there all the same.
+//! Detects participants that were lost but are still present.
 //!
-//! A participant that was not heard for the time of its lease is lost: Cyclone gives 10 s, Fast DDS 20 s, RustDDS 50 s. It may have
-//! been killed, and is never heard again. Or a cable was out, or its computer asleep: then it goes on to announce itself, and RustDDS
-//! 0.15.1 has lost it for good. Cyclone and Fast DDS repeat one announcement, which is nothing new to it (`dds_cache.rs`,
-//! `add_change_internal`), so the participant stays unknown. One of RustDDS it knows again, but matches none of its endpoints with
-//! those of ours that were there before (`discovery.rs`, "Participant rediscovery").
+//! A participant is lost if it was not heard for the duration of its lease: 10 s for Cyclone, 20 s for Fast DDS, 50 s for RustDDS. If it
+//! was killed, it is never heard again. But if a cable was unplugged or its computer was suspended, it continues to announce itself, and
+//! RustDDS 0.15.1 has lost it for good. Cyclone and Fast DDS repeat one announcement, which RustDDS ignores as a duplicate (`dds_cache.rs`,
+//! `add_change_internal`), so the participant stays unknown. RustDDS recognizes its own participants again, but does not match their
+//! endpoints with our earlier ones (`discovery.rs`, "Participant rediscovery").
 //!
-//! So the group to which all announce themselves is listened to from the first loss on. Where nobody was lost, no socket is open. This goes
-//! when who was lost and is back is heard again: when test `dds` who_was_heard_and_comes_back_… has nothing to end.
+//! Therefore, from the first loss on, this module listens to the multicast group of announcements. Until then no socket is open. Delete
+//! this module when lost participants that are back are received again, that is, when test `dds` who_was_heard_and_comes_back_… has nothing
+//! to end.
 
 use super::ended_threads::deaf_to;
 use super::ports;
@@ -18,41 +19,41 @@ use std::sync::Arc;
 use std::time::Duration;
 use tokio::net::UdpSocket;
 
-/// Lost participants that are listened for; of more, some are forgotten.
+/// The largest number of lost participants to listen for; beyond it some are forgotten.
 const PARTICIPANTS: usize = 256;
 
-/// The group to which participants announce themselves (RTPS 2.5, section 9.6.2.4.1).
+/// The multicast group of announcements (RTPS 2.5, section 9.6.2.4.1).
 const GROUP: Ipv4Addr = Ipv4Addr::new(239, 255, 0, 1);
 
-/// A message begins with protocol, version, vendor, and the beginning of its sender's GUIDs. Nothing after that is read.
+/// A message begins with protocol, version, vendor, and the GUID prefix of its sender. The rest is not read.
 const HEADER: usize = 20;
 const SENDER: std::ops::Range<usize> = 8..HEADER;
 
-/// How long after a socket that fails there is another attempt.
+/// The pause after an error of the socket.
 const PAUSE: Duration = Duration::from_secs(1);
 
-/// The beginning that the GUIDs of a participant and of all its endpoints share.
+/// The GUID prefix that a participant shares with its endpoints.
 pub(crate) type Prefix = [u8; 12];
 
-/// RustDDS's own type of it has no public name.
+/// Converts RustDDS's own prefix type, which has no public name.
 pub(crate) fn prefix(of: impl AsRef<[u8]>) -> Prefix {
     of.as_ref().first_chunk().copied().unwrap_or_default()
 }
 
-/// Where an endpoint's owner is warned.
+/// Logs a warning of an endpoint's owner.
 pub(crate) type Warn = Arc<dyn Fn(&str) + Send + Sync>;
 
-/// What a participant was to the nodes of this one.
+/// What a participant was to our nodes.
 pub(crate) struct Peer {
-    /// One of its nodes, in words.
+    /// The description of one of its nodes.
     pub name: String,
-    /// The topics on which it was heard.
+    /// The topics on which it was received.
     pub heard_on: Vec<String>,
-    /// Of a node that was connected with it.
+    /// Logs a warning of a node that was connected with it.
     pub warn: Warn,
 }
 
-/// Who was lost.
+/// The lost participants.
 pub(crate) struct Lost {
     listen_on: SocketAddrV4,
     on_loopback: bool,
@@ -62,16 +63,16 @@ pub(crate) struct Lost {
 }
 
 impl Lost {
-    /// Nobody yet, in that domain, which may be heard on loopback alone, and whose graph may be secured.
+    /// Creates an empty list for this domain. The participant may be restricted to loopback, and its graph may be secured.
     pub fn new(domain: u16, on_loopback: bool, is_secured: bool) -> Self {
         let listen_on = SocketAddrV4::new(GROUP, ports::first(domain));
         Self { listen_on, on_loopback, is_secured, participants: HashMap::new(), socket: None }
     }
 
-    /// One more was not heard for the time of its lease. Begins to listen.
+    /// Adds a participant that was not heard for the duration of its lease, and starts listening.
     pub fn add(&mut self, participant: Prefix, peer: Peer) {
         if self.socket.is_none() {
-            // What comes to a group that any socket of this computer has joined comes to all that are bound to it.
+            // A multicast packet reaches all sockets bound to the port if any socket of this computer has joined the group.
             match listen(self.listen_on) {
                 Ok(socket) => self.socket = Some(socket),
                 Err(why) => (peer.warn)(&format!("whether {} comes back is not seen: {why}", peer.name)),
@@ -85,17 +86,17 @@ impl Lost {
         self.participants.insert(participant, peer);
     }
 
-    /// That participant is there; who it is, where it was lost.
+    /// Removes a participant that is present. Returns it if it was lost.
     pub fn remove(&mut self, participant: Prefix) -> Option<Peer> {
         let peer = self.participants.remove(&participant);
         if self.participants.is_empty() {
-            // What nobody reads would still be there, and old, when the next one is lost.
+            // Close the socket: unread packets would be outdated when the next participant is lost.
             self.socket = None;
         }
         peer
     }
 
-    /// Waits until one of them is heard.
+    /// Waits until one of the lost participants is heard.
     pub async fn heard(&mut self) -> Peer {
         let mut header = [0; HEADER];
         loop {
@@ -112,13 +113,14 @@ impl Lost {
         }
     }
 
-    /// Ends the process, which has lost the peer for good, where it has heard it; who only heard this process finds out by itself. In a
-    /// secured graph it is only warned of: announcements are not authenticated, and anybody could end the process by one.
+    /// Ends the process, which cannot receive from the peer any more, if it had received from it before. A peer that only received from
+    /// this process detects the loss itself. In a secured graph this only logs a warning: announcements are not authenticated, so anyone
+    /// could end the process.
     pub fn is_back(&self, Peer { name, heard_on, warn }: Peer) {
         match heard_on.is_empty() || self.is_secured {
             true => warn(&format!(
                 "{name} was not heard for longer than its lease and is there again, but hears nothing of this node before one of the two \
-                 is started anew"
+                 is restarted"
             )),
             false => deaf_to(format!("{name} on {}", heard_on.join(", "))),
         }
@@ -129,7 +131,7 @@ impl Lost {
     }
 }
 
-/// A socket on a port that others have too.
+/// Opens a socket on a port that is shared with others.
 fn listen(address: SocketAddrV4) -> std::io::Result<UdpSocket> {
     let flags = SocketFlags::CLOEXEC | SocketFlags::NONBLOCK;
     let socket = socket_with(AddressFamily::INET, SocketType::DGRAM, flags, None)?;
@@ -154,7 +156,7 @@ mod tests {
         {
             return;
         }
-        // A participant is in the group.
+        // Keep a participant in the group.
         let _ours =
             DomainParticipantBuilder::new(7).with_only_networks([Ipv4Addr::LOCALHOST]).build().unwrap();
         let mut lost = Lost::new(7, true, false);

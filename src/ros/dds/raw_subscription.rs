@@ -1,7 +1,7 @@
-//! Subscriptions that leave messages the bytes that they are.
+//! Subscriptions that return messages undecoded.
 //!
-//! RustDDS 0.15.1 takes the encoding's header off and gives it to a decoder alone, which ros2-client's `Subscription` has no way to name: so
-//! these read from RustDDS. This goes when either gives samples undecoded.
+//! RustDDS 0.15.1 strips the encoding's header and passes the encoding only to a decoder, which ros2-client's `Subscription` does not let
+//! us choose. So these subscriptions read from RustDDS directly. Delete this module when either library returns undecoded samples.
 
 use super::kept_samples::{FEWEST_SAMPLES, Kept, Room};
 use dq_messages::messages::Time;
@@ -17,18 +17,18 @@ use std::convert::Infallible;
 use std::future::pending;
 use std::pin::pin;
 
-/// A message as it came.
+/// An undecoded message.
 #[derive(Clone, Debug)]
 pub struct RawMessage {
     /// The CDR payload after its encapsulation header of four bytes.
     pub cdr: Vec<u8>,
-    /// When it was received \[ns\] since the Unix epoch.
+    /// When it was received \[ns since 1970\].
     pub received: i64,
-    /// When it was sent by the sender's clock, or else when it was received \[ns\].
+    /// When it was sent by the sender's clock, or received if that is unknown \[ns since 1970\].
     pub sent: i64,
-    /// Who sent it.
+    /// The GUID of its publisher.
     pub publisher: [u8; 16],
-    /// Which one of its publisher's messages it is, without a gap where none was lost.
+    /// Its number among its publisher's messages. There is a gap only if messages were lost.
     pub sequence: i64,
 }
 
@@ -36,7 +36,7 @@ pub struct RawMessage {
 pub struct RawSubscription {
     inner: SimpleDataReader<Undecoded, Undecoded>,
     kept: Kept,
-    /// Makes RustDDS keep so many samples.
+    /// Makes RustDDS store this many samples.
     keep: Box<dyn Fn(i32) + Send + Sync>,
 }
 
@@ -51,13 +51,13 @@ impl RawSubscription {
         Ok(Self { inner, kept: Kept::default(), keep: Box::new(keep) })
     }
 
-    /// Its identity in DDS.
+    /// Returns its identity in DDS.
     pub(crate) fn guid(&self) -> GUID {
         self.inner.guid()
     }
 
-    /// Waits for the next message; one in an encoding other than plain CDR is passed over. None once the messages have grown so large
-    /// that there is no room for them: the subscription should be dropped then.
+    /// Waits for the next message. Messages in an encoding other than plain CDR are skipped. Returns `None` once the messages have become
+    /// so large that they exceed the memory budget: drop the subscription then.
     pub async fn next(&mut self) -> Option<RawMessage> {
         let sample = {
             let mut samples = pin!(self.inner.as_async_stream());
@@ -65,7 +65,7 @@ impl RawSubscription {
                 match samples.next().await {
                     Some(Ok(sample)) => break sample,
                     Some(Err(_)) => {}
-                    // It does not end; if it did, nothing would come any more.
+                    // The stream does not end; if it did, there would be no more messages.
                     None => pending().await,
                 }
             }
@@ -82,12 +82,12 @@ impl RawSubscription {
     }
 }
 
-/// As ros2-client has it.
+/// Converts a time like ros2-client.
 fn nanoseconds(time: Timestamp) -> Option<i64> {
     ROSTime::try_from(time).ok().map(|time| time.to_nanos())
 }
 
-/// A message in plain CDR with its encapsulation header of four bytes; its adapter and its decoder, too.
+/// A message in plain CDR with its encapsulation header of four bytes. The type also serves as its adapter and its decoder.
 #[derive(Clone)]
 struct Undecoded(Vec<u8>);
 
@@ -109,7 +109,7 @@ impl DefaultDecoder<Self> for Undecoded {
     const DECODER: AsItIs = AsItIs;
 }
 
-/// Decodes nothing.
+/// A decoder that returns the bytes unchanged.
 #[derive(Clone)]
 struct AsItIs;
 
@@ -122,7 +122,7 @@ impl Decode<'_, Undecoded> for AsItIs {
     }
 }
 
-/// The QoS of a raw subscription, of which so many samples are kept.
+/// Returns the QoS of a raw subscription that stores this many samples.
 pub(crate) fn qos(reliable: bool, transient_local: bool, samples: Option<i32>) -> QosPolicies {
     let samples = samples.unwrap_or(FEWEST_SAMPLES);
     let reliability = match reliable {

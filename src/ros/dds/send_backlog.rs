@@ -1,9 +1,9 @@
-//! A writer that queues nothing behind what waits to be sent.
+//! A writer that drops messages instead of queueing them behind unsent ones.
 //!
-//! RustDDS 0.15.1 takes back nothing that it has queued, does not say how much that is, and bounds it only together with what readers have
-//! not acknowledged (`pubsub.rs`: `backlog_limit = window_limit`). But it wakes those who wait for acknowledgments whenever its thread has
-//! sent something (`writer_send_buffer.rs`: `set_sent_frontier`). ros2-client's `Publisher` shows nothing of this. This goes when the
-//! backlog has a limit of its own.
+//! RustDDS 0.15.1 cannot remove queued messages, does not report their number, and limits it only together with unacknowledged samples
+//! (`pubsub.rs`: `backlog_limit = window_limit`). But it wakes those who wait for acknowledgments whenever its thread has sent something
+//! (`writer_send_buffer.rs`: `set_sent_frontier`). ros2-client's `Publisher` shows none of this. Delete this module when the backlog has
+//! its own limit.
 
 use rustdds::dds::CreateResult;
 use rustdds::no_key::DataWriterCdr;
@@ -15,10 +15,10 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::task::{Context, Wake, Waker};
 
-/// So many messages may wait for RustDDS's thread to send them: what is older than three periods is no command any more.
+/// How many messages may wait for RustDDS's thread. A command that is older than three periods is obsolete.
 const MOST_WAITING: u32 = 3;
 
-/// How many messages have been queued since RustDDS's thread sent one.
+/// The number of messages queued since RustDDS's thread last sent one.
 #[derive(Default)]
 struct Waiting(AtomicU32);
 
@@ -35,24 +35,24 @@ pub(crate) struct InTimeWriter<M: Serialize> {
 }
 
 impl<M: Serialize> InTimeWriter<M> {
-    /// A writer to the topic.
+    /// Creates a writer to the topic.
     pub fn new(participant: &DomainParticipant, topic: &Topic) -> CreateResult<Self> {
         let publisher = participant.create_publisher(&QosPolicies::qos_none())?;
         let inner = publisher.create_datawriter_no_key::<M, CDRSerializerAdapter<M>>(topic, None)?;
         Ok(Self { inner, waiting: Arc::default() })
     }
 
-    /// Its identity in DDS.
+    /// Returns its identity in DDS.
     pub fn guid(&self) -> GUID {
         self.inner.guid()
     }
 
-    /// Queues a message; whether there was room.
+    /// Queues a message. Returns whether there was room.
     pub fn write(&self, message: M) -> bool {
         self.inner.write(message, Some(Timestamp::now())).is_ok()
     }
 
-    /// Queues a message unless [`MOST_WAITING`] of before still wait to be sent; whether it did.
+    /// Queues a message unless [`MOST_WAITING`] earlier ones still wait. Returns whether it was queued.
     pub fn write_in_time(&self, message: M) -> bool {
         if self.waiting.0.load(Ordering::Relaxed) >= MOST_WAITING {
             return false;
@@ -84,7 +84,7 @@ mod tests {
 
     const PATIENCE: Duration = Duration::from_secs(10);
 
-    /// Blocks the thread that wakes it, which is RustDDS's at each message, until its other end is dropped.
+    /// Blocks the thread that wakes it, which is RustDDS's at each message, until the other end is dropped.
     struct Gate {
         entered: Sender<()>,
         opened: Mutex<Receiver<()>>,
@@ -129,7 +129,7 @@ mod tests {
         let commands = InTimeWriter::<u32>::new(&servo, &topic(&servo, "commands")).unwrap();
         let states = InTimeWriter::<u32>::new(&robot, &topic(&robot, "states")).unwrap();
         let (heard, measured) = (reader(&robot, "commands"), reader(&servo, "states"));
-        // Until both ways are there.
+        // Write until both directions work.
         let ready = async |writer: &InTimeWriter<u32>, reader: &SimpleDataReaderCdr<u32>| {
             let end = Instant::now() + PATIENCE;
             while reader.try_take_one().unwrap().is_none() {
@@ -151,7 +151,7 @@ mod tests {
         assert!(next.as_mut().poll_next_unpin(&mut Context::from_waker(&waker)).is_pending());
         states.write(1);
         waits.recv_timeout(PATIENCE).unwrap();
-        // What was sent before may not have been acknowledged, and so count as waiting.
+        // Earlier messages that are not acknowledged yet may count as waiting.
         let queued = (1..=100).filter(|number| commands.write_in_time(*number)).count();
         assert!((2..=3).contains(&queued), "{queued}");
         drop(gate);

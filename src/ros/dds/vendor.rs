@@ -1,4 +1,4 @@
-//! Whose a DDS is, by the vendor's number with which its GUIDs begin (RTPS 2.5, section 9.3.1).
+//! Identifies a DDS implementation by the vendor number at the start of its GUIDs (RTPS 2.5, section 9.3.1).
 
 use rustdds::GUID;
 
@@ -8,7 +8,7 @@ pub(super) const FAST_DDS: [u8; 2] = [0x01, 0x0f];
 /// Eclipse Cyclone DDS.
 const CYCLONE: [u8; 2] = [0x01, 0x10];
 
-/// Whether the endpoint is of Eclipse Cyclone DDS.
+/// Returns whether the endpoint is of Eclipse Cyclone DDS.
 pub(crate) fn is_cyclone(endpoint: GUID) -> bool {
     endpoint.to_bytes()[..2] == CYCLONE
 }

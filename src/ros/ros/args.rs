@@ -1,11 +1,11 @@
-//! The ROS 2 part of a command line: `--ros-args … [--]`.
+//! Parses the ROS 2 part of a command line: `--ros-args … [--]`.
 
 use super::names::check_enclave;
 use std::path::PathBuf;
 use std::str::FromStr;
 use thiserror::Error;
 
-/// An argument that ROS 2 would not take.
+/// An argument that ROS 2 would reject.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum ArgsError {
     /// Not an option of `--ros-args`.
@@ -16,30 +16,30 @@ pub enum ArgsError {
     /// An option without its value.
     #[error("{0} needs a value")]
     NoValue(String),
-    /// A value of another form.
+    /// A malformed value.
     #[error("{option} {value:?}: expected {expected}")]
     Malformed {
         /// The option.
         option: &'static str,
         /// Its value.
         value: String,
-        /// What would be right.
+        /// The expected form.
         expected: &'static str,
     },
 }
 
-/// How much a line matters.
+/// The severity of a log line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum LogLevel {
     /// Details.
     Debug,
-    /// What happens.
+    /// Normal events.
     Info,
-    /// What an operator should look at.
+    /// Problems that an operator should look at.
     Warn,
-    /// What failed.
+    /// Failures.
     Error,
-    /// What ends the program.
+    /// Failures that end the program.
     Fatal,
 }
 
@@ -62,22 +62,22 @@ impl FromStr for LogLevel {
 pub struct Remap {
     /// The only node to which the rule applies.
     pub node: Option<String>,
-    /// What is replaced: a name, `__ns` or `__node`.
+    /// The name to replace, `__ns` or `__node`.
     pub from: String,
-    /// By what.
+    /// The replacement.
     pub to: String,
 }
 
 /// `logger:=level`
 #[derive(Clone, Debug, PartialEq)]
 pub struct LoggerLevel {
-    /// The logger of that name, and those below it.
+    /// The logger's name; the rule also applies to the loggers below it.
     pub logger: String,
-    /// What they log.
+    /// The least severity that they log.
     pub level: LogLevel,
 }
 
-/// Where parameter values come from, in the order of the command line: later ones win.
+/// A source of parameter values, in the order of the command line. Later ones win.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Override {
     /// `-p [node:]name:=value`
@@ -91,43 +91,43 @@ pub enum Override {
     },
     /// `--params-file`
     File(PathBuf),
-    /// A parameter file that is built in; no argument of ROS 2.
+    /// A built-in parameter file, which ROS 2 does not have.
     Builtin {
-        /// What it is called.
+        /// The file's name.
         name: &'static str,
-        /// What is in it.
+        /// The file's content.
         text: &'static str,
     },
 }
 
-/// Everything that a command line says to ROS.
+/// The ROS arguments of a command line.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RosArgs {
-    /// Remapping rules in order; the first that fits wins.
+    /// Remapping rules in order; the first that matches wins.
     pub remaps: Vec<Remap>,
     /// Parameter overrides in order; the last one wins.
     pub overrides: Vec<Override>,
-    /// What is logged.
+    /// The default log level.
     pub log_level: Option<LogLevel>,
-    /// What loggers log.
+    /// The log levels of single loggers.
     pub logger_levels: Vec<LoggerLevel>,
-    /// Log lines do not go to the terminal.
+    /// Whether log lines do not go to the terminal.
     pub without_stdout_logs: bool,
-    /// Log lines do not go to `/rosout`.
+    /// Whether log lines do not go to `/rosout`.
     pub without_rosout_logs: bool,
-    /// Log lines go to a file too. ROS 2 nodes have one by default, this program's only if asked.
+    /// Whether log lines also go to a file. ROS 2 nodes write one by default, this program only on request.
     pub external_lib_logs: bool,
-    /// Whose keys a secured run uses; a run without security uses none.
+    /// The enclave of a secured run. Runs without security ignore it.
     pub enclave: Option<String>,
 }
 
-/// Options of ROS 2's logging library, which have nothing to switch here: launch files may pass them all the same.
+/// Options of ROS 2's logging library that have no effect here. Launch files may still pass them.
 const WITHOUT_EFFECT: [&str; 2] = ["--log-config-file", "--log-file-name"];
 
-/// Splits a command line into what is not for ROS, and what is.
+/// Splits a command line into the program's own arguments and the ROS arguments.
 ///
 /// # Errors
-/// [`ArgsError`] for the first argument that ROS 2 would not take.
+/// [`ArgsError`] for the first argument that ROS 2 would reject.
 pub fn split(args: impl IntoIterator<Item = String>) -> Result<(Vec<String>, RosArgs), ArgsError> {
     let (mut ours, mut ros) = (Vec::new(), RosArgs::default());
     let mut args = args.into_iter();
@@ -141,7 +141,7 @@ pub fn split(args: impl IntoIterator<Item = String>) -> Result<(Vec<String>, Ros
     Ok((ours, ros))
 }
 
-/// Takes the arguments after `--ros-args`, to `--` or to the end.
+/// Parses the arguments after `--ros-args`, up to `--` or the end.
 fn take_section(args: &mut impl Iterator<Item = String>, ros: &mut RosArgs) -> Result<(), ArgsError> {
     while let Some(option) = args.next() {
         let mut value = || args.next().ok_or_else(|| ArgsError::NoValue(option.clone()));
@@ -193,7 +193,7 @@ fn parameter(text: &str) -> Result<Override, ArgsError> {
     }
 }
 
-/// Splits `node:rest`; the colon of `rostopic://` and `rosservice://` is none of a node's.
+/// Splits `node:rest`. The colon of `rostopic://` and `rosservice://` does not separate a node.
 fn split_node(left: &str) -> (Option<String>, String) {
     match left.split_once(':') {
         Some((node, rest)) if !rest.starts_with("//") => (Some(node.to_owned()), rest.to_owned()),

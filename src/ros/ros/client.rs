@@ -1,4 +1,4 @@
-//! Service clients that speak as the server's vendor expects.
+//! Service clients that use the mapping of the server's vendor.
 
 use super::error::RosError;
 use super::graph::{reply_topic, request_topic};
@@ -13,16 +13,16 @@ use std::sync::Arc;
 use std::time::Duration;
 use tokio::sync::Mutex;
 
-/// A request is repeated after this long: the server may have heard it before it knew where to send the reply.
+/// A request is repeated after this time: the server may have received it before it could match our reader of replies.
 const REPEAT: Duration = Duration::from_millis(500);
 
-/// So often it is looked for a reply.
+/// How often to check for a reply.
 const LOOK: Duration = Duration::from_millis(1);
 
-/// So many replies are looked at at once.
+/// How many replies are read per check.
 const MOST_REPLIES: usize = 100;
 
-/// A server's endpoints, and how it finds out which reply belongs to which request.
+/// A server's endpoints, and how it assigns replies to requests.
 pub(super) struct ServerEndpoints {
     request_reader: GUID,
     reply_writer: GUID,
@@ -66,14 +66,14 @@ fn discovered_server(participant: &DomainParticipant, service: &str) -> Option<S
     })
 }
 
-/// A client of ros2-client, which its node keeps: the next client of that service is this one.
+/// A client of ros2-client. The node stores it and uses it again for the next client of that service.
 ///
-/// Secured, RustDDS has room for the keys of one endpoint only for each of its own and each remote participant. So a second client
-/// of a service in one participant, even after the first has gone, gets no answer.
+/// In a secured graph, RustDDS stores the keys of only one endpoint for each pair of an own endpoint and a remote participant. So a second
+/// client of a service in one participant gets no answer, even after the first has gone.
 pub(super) struct Connection {
     inner: ros2_client::Client<Payload, Payload>,
     mapping: ServiceMapping,
-    /// Who waits for a reply takes the others' too: so one asks after the other.
+    /// Locked during a call, because a waiting call takes the replies to other calls too.
     turn: Mutex<()>,
 }
 
@@ -82,13 +82,13 @@ impl Connection {
         Arc::new(Self { inner, mapping, turn: Mutex::new(()) })
     }
 
-    /// Whether it speaks as a server with that mapping.
+    /// Returns whether it uses this mapping.
     pub fn speaks(&self, mapping: ServiceMapping) -> bool {
         self.mapping == mapping
     }
 
-    /// Sends `request` again and again until one of these has its reply, which is the answer. ros2-client waits for the reply to one of
-    /// them alone, and drops the others': so it is looked whether one has come.
+    /// Repeats `request` until one of the repetitions has its reply, and returns that. This polls for replies, because ros2-client waits
+    /// for the reply to one request and drops the others'.
     async fn ask<S: ServiceType>(&self, request: &S::Request) -> Result<S::Response, String> {
         let request = encode(&[], request).ok_or("the request cannot be encoded")?;
         let (mut repeat, mut look) = (tokio::time::interval(REPEAT), tokio::time::interval(LOOK));
@@ -108,7 +108,7 @@ impl Connection {
         }
     }
 
-    /// The reply to one of these requests, if it has come. Replies to others, and to those before, come here too.
+    /// Returns the reply to one of these requests, if it has arrived. Replies to earlier requests and to others' are dropped.
     fn reply(&self, asked: &[RmwRequestId]) -> Option<Payload> {
         let mut replies =
             (0..MOST_REPLIES).map_while(|_| self.inner.receive_response().transpose()).flatten();
@@ -141,10 +141,10 @@ impl<S: ServiceType> Client<S> {
         Ok(client)
     }
 
-    /// Calls the service; the request may be sent more than once, and the first reply to any of them counts.
+    /// Calls the service. The request may be sent more than once; the first reply counts.
     ///
     /// # Errors
-    /// [`RosError::Service`] where no answer comes in time.
+    /// [`RosError::Service`] if no answer arrives in time.
     pub async fn call(&self, request: S::Request) -> Result<S::Response, RosError> {
         let _turn = self.connection.turn.lock().await;
         match tokio::time::timeout(self.patience, self.connection.ask::<S>(&request)).await {
@@ -164,7 +164,7 @@ mod tests {
     use crate::alone::{node, outside};
     use dq_messages::messages::{SetBool, SetBoolRequest, SuccessResponse};
 
-    /// Longer than until a request is repeated.
+    /// Longer than the time until a request is repeated.
     const SLOW: Duration = Duration::from_millis(800);
 
     #[tokio::test(flavor = "multi_thread")]
@@ -179,7 +179,7 @@ mod tests {
         };
         server.serve_later::<SetBool, _>("~/slow", answer).unwrap();
         let client = user.client::<SetBool>("/server/slow", Duration::from_secs(10)).await.unwrap();
-        // The replies to the repetitions of each call come while the next one waits.
+        // The replies to repetitions of each call arrive while the next call waits.
         for data in [true, false, true] {
             assert_eq!(client.call(SetBoolRequest { data }).await.unwrap().success, data);
         }

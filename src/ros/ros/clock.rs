@@ -1,4 +1,4 @@
-//! The time that a node stamps its messages with: the system's, or where it follows simulated time what `/clock` said last.
+//! The clock for a node's stamps: the system's, or the simulated one of `/clock`.
 
 use super::error::RosError;
 use super::node::Node;
@@ -7,15 +7,15 @@ use dq_messages::messages::{ClockMessage, Header, Time};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicI64, Ordering};
 
-/// The clock of a node. Only stamps follow it: whatever `/clock` does, it moves no deadline and holds up no cycle.
+/// The clock of a node. Only stamps use it; a simulated clock does not affect deadlines or cycles.
 #[derive(Clone, Debug, Default)]
 pub struct Clock {
-    /// What `/clock` said last \[ns\], 0 before; none for the system's clock.
+    /// The last time on `/clock` \[ns\], 0 before the first; `None` for the system's clock.
     simulated: Option<Arc<AtomicI64>>,
 }
 
 impl Clock {
-    /// The clock of `node`, which follows `/clock` where it is `simulated`.
+    /// Creates the clock of `node`, which follows `/clock` if `simulated` is true.
     ///
     /// # Errors
     /// [`RosError`].
@@ -34,12 +34,12 @@ impl Clock {
         Ok(Self { simulated: Some(time) })
     }
 
-    /// Whether it is simulated: then it says nothing of how late a message is.
+    /// Returns whether the clock is simulated. Then it does not tell how late a message is.
     pub fn is_simulated(&self) -> bool {
         self.simulated.is_some()
     }
 
-    /// The time; 0 before a simulated clock has come.
+    /// Returns the time; 0 before the first message on `/clock`.
     pub fn now(&self) -> Time {
         match &self.simulated {
             None => Time::now(),
@@ -47,7 +47,7 @@ impl Clock {
         }
     }
 
-    /// A header stamped with it.
+    /// Returns a header with this time.
     pub fn header(&self, frame_id: &str) -> Header {
         Header { stamp: self.now(), frame_id: frame_id.to_owned() }
     }

@@ -1,4 +1,4 @@
-//! Whose publishers and subscriptions are whose: what every ROS 2 participant announces of its nodes on `ros_discovery_info`.
+//! The owners of publishers and subscriptions, from the announcements of all ROS 2 participants on `ros_discovery_info`.
 
 use super::error::RosError;
 use crate::dds::matches::{Matches, Owners};
@@ -12,10 +12,10 @@ use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-/// Participants that are remembered; the oldest goes first.
+/// The number of participants that are remembered; the oldest is forgotten first.
 const PARTICIPANTS: usize = 256;
 
-/// `rmw_dds_common/msg/ParticipantEntitiesInfo`, of which ros2-client's type shows no endpoint.
+/// `rmw_dds_common/msg/ParticipantEntitiesInfo`. The type of ros2-client does not show the endpoints.
 #[derive(Clone, Deserialize)]
 pub(super) struct ParticipantEntitiesInfo {
     gid: [u8; 16],
@@ -31,12 +31,12 @@ struct NodeEntitiesInfo {
     writers: Vec<[u8; 16]>,
 }
 
-/// A publisher or subscription in the domain: its DDS GUID.
+/// A publisher or subscription in the domain, identified by its DDS GUID.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct EndpointId([u8; 16]);
 
 impl EndpointId {
-    /// Its GUID.
+    /// Returns its GUID.
     pub(super) fn guid(self) -> GUID {
         GUID::from_bytes(self.0)
     }
@@ -49,7 +49,7 @@ impl From<GUID> for EndpointId {
 }
 
 impl std::fmt::Display for EndpointId {
-    /// As `ros2 topic info -v` shows it: bytes in hexadecimal, with dots between.
+    /// Formats it like `ros2 topic info -v`: bytes in hexadecimal, separated by dots.
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         for (i, byte) in self.0.iter().enumerate() {
             write!(f, "{}{byte:02x}", if i > 0 { "." } else { "" })?;
@@ -68,12 +68,12 @@ impl Owners for EndpointNames {
     }
 }
 
-/// Who sent a message, and when.
+/// The sender of a message, and the time of sending.
 #[derive(Clone, Copy)]
 pub struct Origin<'a> {
-    /// Its publisher.
+    /// The publisher.
     pub publisher: EndpointId,
-    /// When it was sent by the sender's clock \[ns since 1970\], where that is known.
+    /// When it was sent by the sender's clock \[ns since 1970\], if known.
     pub sent: Option<i64>,
     matches: &'a Matches,
 }
@@ -84,16 +84,16 @@ impl<'a> Origin<'a> {
         Self { publisher, sent: info.source_timestamp().map(|time| time.to_nanos()), matches }
     }
 
-    /// For how long the publisher has been known; none where it may have been there before this process.
+    /// Returns for how long the publisher has been known; `None` if it may have existed before this process.
     pub fn known_for(&self) -> Option<Duration> {
         self.matches.known_for(self.publisher.guid())
     }
 }
 
-/// What the participants of a domain announce.
+/// The reader of the announcements in a domain.
 pub(super) type Announcements = SimpleDataReaderCdr<ParticipantEntitiesInfo>;
 
-/// Reads the announcements of all participants: the last word of each counts, for late joiners too.
+/// Creates a reader of the announcements of all participants. The last announcement of each is latched.
 ///
 /// # Errors
 /// [`RosError::Create`].
@@ -107,7 +107,7 @@ pub(super) fn announcements(dds: &DomainParticipant) -> Result<Announcements, Ro
     reader().map_err(|why| RosError::create(TOPIC_NAME)(&why))
 }
 
-/// The names of the nodes in the domain by their endpoints, as far as they have been announced.
+/// The names of the nodes in the domain by their endpoints, as far as they were announced.
 #[derive(Clone, Default)]
 pub struct EndpointNames {
     state: Arc<Mutex<State>>,
@@ -115,13 +115,13 @@ pub struct EndpointNames {
 
 #[derive(Default)]
 struct State {
-    /// Of each participant, its publishers and subscriptions with the names of their nodes.
+    /// The endpoints of each participant, with the names of their nodes.
     nodes: BTreeMap<[u8; 16], Vec<([u8; 16], String)>>,
     order: VecDeque<[u8; 16]>,
 }
 
 impl EndpointNames {
-    /// The endpoint in words: its node's name where that is known, and its GUID.
+    /// Returns a description of the endpoint: its node's name if known, and its GUID.
     pub fn describe(&self, endpoint: EndpointId) -> String {
         match self.lock().node_of(endpoint) {
             Some(node) => format!("{node} ({endpoint})"),
@@ -129,17 +129,17 @@ impl EndpointNames {
         }
     }
 
-    /// Follows the announcements for ever.
+    /// Processes the announcements forever.
     pub(super) async fn follow(self, announcements: Announcements) {
         let mut announcements = std::pin::pin!(announcements.as_async_stream());
         while let Some(announced) = announcements.next().await {
-            // What cannot be read names nobody.
+            // Announcements that cannot be decoded are ignored.
             announced.into_iter().for_each(|announced| self.lock().take(announced.into_value()));
         }
     }
 
     fn lock(&self) -> MutexGuard<'_, State> {
-        // Nothing panics while it holds the lock.
+        // No code panics while it holds the lock.
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

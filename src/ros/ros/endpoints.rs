@@ -1,4 +1,4 @@
-//! What a node's publishers, subscriptions, servers and clients are made from. ros2-client makes them and announces them as the node's.
+//! Creates a node's publishers, subscriptions, servers and clients. ros2-client announces them as the node's.
 
 use super::endpoint_names::EndpointNames;
 use super::error::RosError;
@@ -23,7 +23,7 @@ use serde::de::DeserializeOwned;
 use std::fmt::Display;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// A topic for which an endpoint is made.
+/// A topic for which an endpoint is created.
 #[derive(Clone)]
 pub(super) struct Plan {
     /// Its fully qualified name.
@@ -31,7 +31,7 @@ pub(super) struct Plan {
     /// `package/msg/Name`.
     pub message: String,
     pub qos: QosPolicies,
-    /// Where what QoS keeps from the endpoint is logged.
+    /// Logs warnings about incompatible QoS of the endpoint.
     pub log: Logger,
 }
 
@@ -41,11 +41,12 @@ pub(super) struct Domain {
     pub dds: Arc<DomainParticipant>,
     pub matches: Matches,
     pub names: EndpointNames,
-    /// None in a secured graph.
+    /// `None` in a secured graph.
     pub datagrams: Option<Arc<OwnDatagrams>>,
 }
 
-/// Makes the endpoints of a node, which leaves the graph when this is dropped. Until then ros2-client announces those too that have gone.
+/// Creates the endpoints of a node. The node leaves the graph when this is dropped. Until then ros2-client also announces endpoints that
+/// have been dropped.
 pub(super) struct Endpoints {
     node: Mutex<ros2_client::Node>,
     pub domain: Domain,
@@ -56,7 +57,7 @@ impl Endpoints {
         Self { node: Mutex::new(node), domain }
     }
 
-    /// A publisher.
+    /// Creates a publisher.
     pub fn publisher<M: Serialize>(&self, plan: &Plan) -> Result<ros2_client::Publisher<M>, RosError> {
         let publisher =
             self.lock().create_publisher(&self.topic(plan)?, None).map_err(refused(&plan.name))?;
@@ -64,7 +65,7 @@ impl Endpoints {
         Ok(publisher)
     }
 
-    /// A publisher for what is soon too old, which is not announced as the node's.
+    /// Creates a publisher for messages that soon become obsolete. It is not announced as the node's.
     pub fn publisher_in_time<M: Serialize>(&self, plan: &Plan) -> Result<InTimeWriter<M>, RosError> {
         let publisher =
             InTimeWriter::new(&self.domain.dds, &self.topic(plan)?).map_err(refused(&plan.name))?;
@@ -72,7 +73,7 @@ impl Endpoints {
         Ok(publisher)
     }
 
-    /// A subscription.
+    /// Creates a subscription.
     pub fn subscription<M: DeserializeOwned + 'static>(
         &self,
         plan: &Plan,
@@ -83,7 +84,7 @@ impl Endpoints {
         Ok(subscription)
     }
 
-    /// A subscription to messages of any type, which is not announced as the node's.
+    /// Creates a subscription to messages of any type. It is not announced as the node's.
     pub fn raw_subscription(
         &self,
         plan: &Plan,
@@ -96,8 +97,8 @@ impl Endpoints {
         Ok(subscription)
     }
 
-    /// Where the requests to the service with that fully qualified name come, and its replies go. The writer of these is not announced as
-    /// the node's.
+    /// Creates the reader of requests and the writer of replies of the service with this fully qualified name. The writer is not announced
+    /// as the node's.
     pub fn server<S: ServiceType>(
         &self,
         name: &str,
@@ -120,7 +121,7 @@ impl Endpoints {
         Ok((requests, replies))
     }
 
-    /// A client of the service with that fully qualified name.
+    /// Creates a client of the service with this fully qualified name.
     pub fn client<S: ServiceType>(
         &self,
         name: &str,
@@ -131,7 +132,7 @@ impl Endpoints {
         made.map_err(refused(name))
     }
 
-    /// Makes DDS know the topic with this QoS too: of several descriptions of one topic the largest resource limits count.
+    /// Adds a description of the topic with this QoS to DDS. Of several descriptions of one topic the largest resource limits apply.
     pub fn topic(&self, plan: &Plan) -> Result<rustdds::Topic, RosError> {
         let (package, message) = split(&plan.message, "/msg/");
         let (name, kind) =
@@ -144,7 +145,7 @@ impl Endpoints {
     }
 
     fn lock(&self) -> MutexGuard<'_, ros2_client::Node> {
-        // Nothing panics while it holds the lock.
+        // No code panics while it holds the lock.
         self.node.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
@@ -163,16 +164,16 @@ fn service<S: ServiceType>(name: &str) -> Result<(Name, ServiceTypeName), RosErr
     Ok((Name::parse(name).map_err(refused(name))?, ServiceTypeName::new(package, service)))
 }
 
-/// ROS 2's QoS for services: reliable, volatile, keep last 10. Who writes waits for room a moment.
+/// Returns ROS 2's QoS for services: reliable, volatile, keep last 10. Writing may wait a moment for room.
 fn of_services() -> QosProfile {
     QosProfile::publisher_default().history(ros2_client::qos::History::KeepLast { depth: 10 })
 }
 
-/// How many requests a service keeps. With 10, requests that a client sends at 100 Hz were lost while the service was busy.
+/// The number of requests that a service stores. With 10, requests that a client sent at 100 Hz were lost while the service was busy.
 const REQUESTS: i32 = 32;
 
-/// What rclcpp's `ParameterEventsQoS` is, but latched, as the writer is that ros2-client makes for each node and that nobody uses: rosbag2
-/// asks for what is latched where the first publisher that it finds is, and would miss one that is not.
+/// Returns the QoS of `/parameter_events`: rclcpp's `ParameterEventsQoS`, but latched, like the unused writer that ros2-client creates for
+/// each node. If the first publisher that rosbag2 finds is latched, it requests latched messages, and would miss publishers that are not.
 pub(super) fn of_parameter_events() -> QosPolicies {
     of(&TopicContract {
         direction: Direction::Out,
@@ -184,7 +185,7 @@ pub(super) fn of_parameter_events() -> QosPolicies {
     })
 }
 
-/// The quality of service of `/rosout`, as rcl has it: the last 1000 lines of each node, for ten seconds, for late joiners too.
+/// Returns the QoS of `/rosout` as in rcl: the last 1000 lines of each node, for ten seconds, latched.
 pub(super) fn of_rosout() -> QosPolicies {
     QosPolicyBuilder::new()
         .reliability(Reliability::Reliable { max_blocking_time: Duration::ZERO })
@@ -194,7 +195,7 @@ pub(super) fn of_rosout() -> QosPolicies {
         .build()
 }
 
-/// The DDS policies of a topic; writers get room for unacknowledged samples and never block.
+/// Returns the DDS policies of a topic. Writers have room for unacknowledged samples and never block.
 pub(super) fn of(topic: &TopicContract) -> QosPolicies {
     let reliability = match topic.reliability {
         ReliabilityKind::Reliable => Reliability::Reliable { max_blocking_time: Duration::ZERO },
@@ -230,7 +231,7 @@ pub(super) mod tests {
     use dq_messages::NodeContract;
     use std::collections::BTreeMap;
 
-    /// The topics of a node that publishes and subscribes.
+    /// Returns the topics of a node that publishes and subscribes.
     pub fn plant() -> NodeContract {
         let file = include_str!("../../../msg_config/topics.yaml");
         serde_saphyr::from_str::<BTreeMap<String, NodeContract>>(file).unwrap().remove("plant").unwrap()

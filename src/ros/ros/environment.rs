@@ -1,4 +1,4 @@
-//! ROS 2's own switches: which domain, how far this process may be seen, and whether it is secured.
+//! Reads ROS 2's environment variables: the domain, the range of discovery, and security.
 
 use super::args::RosArgs;
 use super::error::RosError;
@@ -9,7 +9,7 @@ use std::env::VarError;
 use std::net::{Ipv4Addr, UdpSocket};
 use std::path::{Path, PathBuf};
 
-/// How far discovery reaches.
+/// The range of discovery.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reach {
     /// All interfaces: ROS 2's default.
@@ -18,27 +18,27 @@ pub enum Reach {
     Localhost,
 }
 
-/// The part of the environment that decides whom this process meets.
+/// The part of the environment that determines which participants this process meets.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Environment {
-    /// DDS domain, 0 to 232 (RTPS port numbers end there).
+    /// The DDS domain, 0 to 232 (the limit of RTPS port numbers).
     pub domain_id: u16,
-    /// How far discovery reaches.
+    /// The range of discovery.
     pub reach: Reach,
-    /// The folder with the keys and permissions of a secured run; none for a run without security.
+    /// The folder with the keys and permissions of a secured run; `None` for a run without security.
     pub enclave: Option<PathBuf>,
 }
 
 impl Environment {
-    /// Reads `ROS_DOMAIN_ID`, `ROS_AUTOMATIC_DISCOVERY_RANGE`, the older `ROS_LOCALHOST_ONLY`, and `ROS_SECURITY_ENABLE`,
-    /// `_STRATEGY`, `_KEYSTORE` and `_ENCLAVE_OVERRIDE` with the enclave of the command line.
+    /// Reads `ROS_DOMAIN_ID`, `ROS_AUTOMATIC_DISCOVERY_RANGE`, the older `ROS_LOCALHOST_ONLY`, and `ROS_SECURITY_ENABLE`, `_STRATEGY`,
+    /// `_KEYSTORE` and `_ENCLAVE_OVERRIDE`, with the enclave of the command line.
     ///
     /// # Errors
-    /// [`RosError::Environment`] with the variable and the values that it may have; [`RosError::Security`] where security
-    /// is asked for and the enclave is not there; [`RosError::Name`].
+    /// [`RosError::Environment`] with the variable and its valid values; [`RosError::Security`] if security is requested and the enclave
+    /// does not exist; [`RosError::Name`].
     pub fn from_process(args: &RosArgs) -> Result<Self, RosError> {
         for variable in VARIABLES {
-            // To pass over what cannot be read would run unsecured, or in another domain, what was to be neither.
+            // Ignoring an unreadable value could run the process unsecured or in the wrong domain.
             if let Err(VarError::NotUnicode(value)) = std::env::var(variable) {
                 let value = value.to_string_lossy().into_owned();
                 return Err(RosError::Environment { variable, value, expected: "UTF-8" });
@@ -49,11 +49,11 @@ impl Environment {
 
     /// Reads the variables through `lookup`. An empty variable counts as unset, as in ROS 2.
     ///
-    /// `ROS_LOCALHOST_ONLY=1` wins over `ROS_AUTOMATIC_DISCOVERY_RANGE`, as in rmw. `OFF` asks for no discovery at all,
-    /// with which these nodes could do nothing, so it is refused.
+    /// `ROS_LOCALHOST_ONLY=1` wins over `ROS_AUTOMATIC_DISCOVERY_RANGE`, as in rmw. `OFF` is refused: without discovery these nodes could
+    /// do nothing.
     ///
     /// # Errors
-    /// As [`Environment::from_process`].
+    /// The errors of [`Environment::from_process`].
     pub fn from_variables(lookup: impl Fn(&str) -> Option<String>, args: &RosArgs) -> Result<Self, RosError> {
         let get =
             |name: &str| lookup(name).map(|text| text.trim().to_owned()).filter(|text| !text.is_empty());
@@ -75,10 +75,10 @@ impl Environment {
         Ok(Self { domain_id, reach, enclave: enclave(get, args.enclave.as_deref(), SECURITY)? })
     }
 
-    /// The same environment in a domain that nobody else on this host is in, for as long as the second answer lives.
+    /// Returns the same environment in a domain that nobody else on this host uses while the returned `OwnDomain` lives.
     ///
     /// # Errors
-    /// [`RosError::NoNetwork`], and [`RosError::NoFreeDomain`] where each domain has somebody.
+    /// [`RosError::NoNetwork`], and [`RosError::NoFreeDomain`] if every domain is in use.
     pub fn alone(&self) -> Result<(Self, OwnDomain), RosError> {
         let here = Self { reach: Reach::Localhost, ..self.clone() };
         here.check_network()?;
@@ -87,12 +87,12 @@ impl Environment {
         Ok((Self { domain_id: domain.id(), ..here }, domain))
     }
 
-    /// Whether nothing beyond this host is seen.
+    /// Returns whether discovery is restricted to this host.
     pub(super) fn is_on_loopback(&self) -> bool {
         self.reach == Reach::Localhost
     }
 
-    /// Fails where nothing sent could arrive anywhere: no loopback, and no route for multicast.
+    /// Fails if no packet could arrive anywhere: no loopback, and no route for multicast.
     pub(super) fn check_network(&self) -> Result<(), RosError> {
         let loopback = probe(Ipv4Addr::LOCALHOST);
         match (loopback, self.reach) {
@@ -121,7 +121,7 @@ const VARIABLES: [&str; 7] = [
 /// The multicast group of DDS participant discovery (RTPS 2.5, section 9.6.2.4).
 const SPDP_MULTICAST: Ipv4Addr = Ipv4Addr::new(239, 255, 0, 1);
 
-/// Whether the host has a route to `address`. Connecting a UDP socket sends nothing.
+/// Checks whether the host has a route to `address`. Connecting a UDP socket sends nothing.
 fn probe(address: Ipv4Addr) -> std::io::Result<()> {
     UdpSocket::bind((Ipv4Addr::UNSPECIFIED, 0))?.connect((address, ports::first(0)))
 }
@@ -149,14 +149,14 @@ fn parse_range(text: &str) -> Result<Reach, RosError> {
 /// Whether this program was built with security.
 const SECURITY: bool = cfg!(feature = "security");
 
-/// The folder of the enclave that the variables and the command line name; none where security is not asked for.
+/// Returns the folder of the enclave that the variables and the command line name; `None` if security is not requested.
 ///
-/// They mean what they mean in rcl, but for one thing. There, `ROS_SECURITY_STRATEGY=Permissive` (or unset) lets a node whose enclave is
-/// missing run without security. Here a node for which security was asked runs with it or not at all.
+/// The variables have the same meaning as in rcl, with one exception. In rcl, `ROS_SECURITY_STRATEGY=Permissive` (or unset) lets a node
+/// whose enclave is missing run without security. Here a node never runs without security if security is requested.
 ///
 /// # Errors
-/// [`RosError::Environment`] for values that ROS 2 does not know (it would take them for "off", who sets them hardly does),
-/// and where the program was built without security (not `built_in`); [`RosError::Security`] where there is no such enclave.
+/// [`RosError::Environment`] for values that ROS 2 does not know (ROS 2 would treat them as "off", which was hardly intended), and if the
+/// program was built without security (not `built_in`); [`RosError::Security`] if the enclave does not exist.
 fn enclave(
     get: impl Fn(&str) -> Option<String>,
     argument: Option<&str>,

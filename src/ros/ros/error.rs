@@ -1,8 +1,8 @@
-//! What can go wrong between a node and the ROS graph.
+//! Errors between a node and the ROS graph.
 
 use thiserror::Error;
 
-/// An error of the ROS room. Each message is one line that names the value and what would be right.
+/// An error of the ROS layer. Each message is one line that names the value and what is expected.
 #[derive(Debug, Error)]
 pub enum RosError {
     /// An environment variable has a value that ROS 2 does not know.
@@ -12,32 +12,32 @@ pub enum RosError {
         variable: &'static str,
         /// Its value.
         value: String,
-        /// What would be right.
+        /// The expected values.
         expected: &'static str,
     },
-    /// There is no way to reach any other node.
+    /// No other node can be reached.
     #[error("no usable network interface: {0} (bring one up, for example `ip link set lo up`)")]
     NoNetwork(String),
-    /// Each domain has somebody.
+    /// Every domain is in use.
     #[error("no domain from 1 to {highest} is free on this host")]
     NoFreeDomain {
-        /// The highest that was looked at.
+        /// The highest domain that was tried.
         highest: u16,
     },
-    /// Security was asked for, and a file that it takes is missing, wrong or out of date.
+    /// Security is requested, and a required file is missing, invalid or out of date.
     #[error("security: {}: {why}", path.display())]
     Security {
         /// The file or folder.
         path: std::path::PathBuf,
-        /// What is wrong with it.
+        /// The reason.
         why: String,
     },
-    /// The middleware refused to make something.
+    /// The middleware refused to create something.
     #[error("DDS could not create {what}: {why}")]
     Create {
-        /// The thing.
+        /// What could not be created.
         what: String,
-        /// The middleware's words.
+        /// The middleware's message.
         why: String,
     },
     /// A name is not a ROS 2 name.
@@ -48,10 +48,10 @@ pub enum RosError {
     Write {
         /// The topic.
         topic: String,
-        /// The middleware's words.
+        /// The middleware's message.
         why: String,
     },
-    /// The wire contract does not have what was asked of it.
+    /// The wire contract does not have the requested topic.
     #[error(transparent)]
     Wire(#[from] dq_messages::WireError),
     /// A service did not answer in time.
@@ -59,14 +59,14 @@ pub enum RosError {
     Service {
         /// The service.
         service: String,
-        /// What happened.
+        /// The reason.
         why: String,
     },
 }
 
-/// What to do about an enclave that lacks a permission.
-const NOT_PERMITTED: &str = " (the permissions of its enclave do not have it; launch_scripts/dq_servo_keystore.sh makes an enclave \
-                             of an earlier version anew once its folder is removed)";
+/// The hint for an enclave that lacks a permission.
+const NOT_PERMITTED: &str = " (the permissions of its enclave do not have it; launch_scripts/dq_servo_keystore.sh replaces an enclave \
+                             of an earlier version once its folder is removed)";
 
 impl RosError {
     /// Wraps a creation error of the middleware.
@@ -74,7 +74,7 @@ impl RosError {
         let what = what.into();
         move |why| {
             let why = why.to_string();
-            // DDS Security's word for what the permissions lack, of an enclave that an earlier version made as a rule.
+            // DDS Security's message for a missing permission. Usually the enclave was made by an earlier version.
             let is_refused = why.to_lowercase().contains("not allowed");
             let hint = if is_refused { NOT_PERMITTED } else { "" };
             Self::Create { what, why: why + hint }

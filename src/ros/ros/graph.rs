@@ -1,4 +1,4 @@
-//! What other participants publish, subscribe to and serve, and which of them have one name.
+//! The topics and services of other participants, and nodes that share a name.
 
 use crate::dds::matches::Matches;
 use dq_messages::{DurabilityKind, LivelinessKind, OfferedQos, ReliabilityKind};
@@ -12,11 +12,11 @@ use std::time::Duration;
 pub struct GraphTopic {
     /// `package/msg/Name`.
     pub message: String,
-    /// One entry a publisher; empty for a topic that is only subscribed to.
+    /// The QoS of each publisher; empty if the topic is only subscribed to.
     pub offered: Vec<OfferedQos>,
 }
 
-/// The topics of all other participants by their names. Of two types under one name, that of a publisher counts.
+/// Returns the topics of all other participants by name. If a name has two types, that of a publisher counts.
 pub(super) fn topics(participant: &DomainParticipant) -> BTreeMap<String, GraphTopic> {
     let mut topics: BTreeMap<String, GraphTopic> = BTreeMap::new();
     for writer in participant.discovered_writers() {
@@ -33,7 +33,7 @@ pub(super) fn topics(participant: &DomainParticipant) -> BTreeMap<String, GraphT
     topics
 }
 
-/// The services of all other participants that take requests and reply.
+/// Returns the services of all other participants that have both a request reader and a reply writer.
 pub(super) fn services(participant: &DomainParticipant) -> BTreeSet<String> {
     let (readers, writers) = (participant.discovered_readers(), participant.discovered_writers());
     let requests = readers
@@ -46,29 +46,29 @@ pub(super) fn services(participant: &DomainParticipant) -> BTreeSet<String> {
     requests.filter(|name| replies.contains(name)).map(str::to_owned).collect()
 }
 
-/// The DDS topic of the requests to the service with that fully qualified name.
+/// Returns the DDS topic of requests to the service with this fully qualified name.
 pub(super) fn request_topic(service: &str) -> String {
     format!("rq{service}Request")
 }
 
-/// The DDS topic of its replies.
+/// Returns the DDS topic of its replies.
 pub(super) fn reply_topic(service: &str) -> String {
     format!("rr{service}Reply")
 }
 
-/// `rq/x/pauseRequest` is the service `/x/pause`.
+/// Returns the service of a DDS topic: `rq/x/pauseRequest` is the service `/x/pause`.
 fn service_name<'a>(topic: &'a str, prefix: &str, suffix: &str) -> Option<&'a str> {
     topic.strip_prefix(prefix)?.strip_suffix(suffix).filter(|name| name.starts_with('/'))
 }
 
-/// The ROS 2 names of a DDS topic and type: `rt/x` is `/x`, `package::msg::dds_::Name_` is `package/msg/Name`.
+/// Returns the ROS 2 names of a DDS topic and type: `rt/x` is `/x`, `package::msg::dds_::Name_` is `package/msg/Name`.
 fn ros_names(topic: &str, message: &str) -> Option<(String, String)> {
     let name = topic.strip_prefix("rt").filter(|name| name.starts_with('/'))?;
     let (package, message) = message.split_once("::msg::dds_::")?;
     Some((name.to_owned(), format!("{package}/msg/{}", message.strip_suffix('_')?)))
 }
 
-/// What is not announced is DDS's default.
+/// Converts the offered QoS. Policies that are not announced have DDS's default.
 fn offered(qos: &QosPolicies) -> OfferedQos {
     let reliability = match qos.reliability() {
         Some(Reliability::Reliable { .. }) => ReliabilityKind::Reliable,
@@ -101,14 +101,14 @@ fn finite(duration: rustdds::Duration) -> Option<Duration> {
     (duration != rustdds::Duration::INFINITE).then(|| duration.into())
 }
 
-/// Looks out for several nodes of one name, by the replies of a service that every node with parameters has.
+/// Detects several nodes with one name, by the replies of a service that every node with parameters has.
 pub struct NameWatch {
     matches: Matches,
     reply_topic: String,
     /// An endpoint of this process.
     ours: GUID,
     name: String,
-    /// 1 where the name is this process's own node's.
+    /// 1 if a node of this process has the name.
     here: usize,
 }
 
@@ -118,7 +118,7 @@ impl NameWatch {
         Self { matches, reply_topic, ours, name: name.to_owned(), here: usize::from(is_own) }
     }
 
-    /// What to say where there are several, as far as discovery knows.
+    /// Returns a warning if discovery knows several such nodes.
     pub fn warning(&self) -> Option<String> {
         let count = self.here + self.matches.remote_writers(&self.reply_topic, self.ours);
         (count > 1).then(|| {

@@ -1,4 +1,4 @@
-//! A node's log: ROS 2's line on stderr, the topic `/rosout`, and a file. Who logs waits for none of them.
+//! A node's log: lines on stderr in ROS 2's format, on the topic `/rosout`, and in a file. Logging never blocks.
 
 use super::args::{LogLevel, RosArgs};
 use super::log_format;
@@ -8,21 +8,21 @@ use dq_messages::messages::{Log, Time};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::sync::{Arc, LazyLock};
 
-/// What is logged, and where to.
+/// What is logged, and where.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Logging {
-    /// Lines below are not logged.
+    /// The least severity that is logged.
     pub level: LogLevel,
-    /// Whether lines go to stderr; ROS 2 speaks of "stdout logs" here, and writes to stderr too.
+    /// Whether lines go to stderr. ROS 2 calls them "stdout logs" but also writes to stderr.
     pub stderr: bool,
-    /// Whether they go to `/rosout`.
+    /// Whether lines go to `/rosout`.
     pub rosout: bool,
-    /// Whether they go to a file in ROS 2's folder for logs.
+    /// Whether lines go to a file in ROS 2's log folder.
     pub file: bool,
 }
 
 impl Logging {
-    /// As the command line says; `level` where it does not.
+    /// Creates the settings from the command line; `level` is the default level.
     pub fn new(args: &RosArgs, level: LogLevel) -> Self {
         Self {
             level: args.log_level.unwrap_or(level),
@@ -33,7 +33,7 @@ impl Logging {
     }
 }
 
-/// Writes lines above a level to where they should go.
+/// Writes lines of at least a level to their destinations.
 #[derive(Clone)]
 pub struct Logger {
     name: Arc<str>,
@@ -42,17 +42,17 @@ pub struct Logger {
 }
 
 impl Logger {
-    /// A log without `/rosout`.
+    /// Creates a log without `/rosout`.
     pub(super) fn new(name: &str, logging: Logging) -> Self {
         Self { name: name.into(), logging, rosout: None }
     }
 
-    /// The same log with `/rosout`, on which `publish` publishes.
+    /// Adds `/rosout`, on which `publish` publishes.
     pub(super) fn with_rosout(self, publish: impl Fn(Log) + Send + Sync + 'static) -> Self {
         Self { rosout: Some(Arc::new(publish)), ..self }
     }
 
-    /// Logs what an operator should look at, for those who know no logs.
+    /// Returns a function that logs warnings, for modules that do not know this type.
     pub(super) fn warner(&self) -> Warn {
         let log = self.clone();
         Arc::new(move |text| log.warn(text))
@@ -63,17 +63,17 @@ impl Logger {
         self.log(LogLevel::Debug, text);
     }
 
-    /// Logs what happens.
+    /// Logs a normal event.
     pub fn info(&self, text: &str) {
         self.log(LogLevel::Info, text);
     }
 
-    /// Logs what an operator should look at.
+    /// Logs a problem that an operator should look at.
     pub fn warn(&self, text: &str) {
         self.log(LogLevel::Warn, text);
     }
 
-    /// Logs what failed.
+    /// Logs a failure.
     pub fn error(&self, text: &str) {
         self.log(LogLevel::Error, text);
     }
@@ -98,7 +98,7 @@ impl Logger {
                 msg: text.to_owned(),
                 ..Log::default()
             };
-            // Where the queue is full, the line is on stderr all the same.
+            // If the queue is full, the line is still on stderr.
             let _ = ROSOUT.as_ref().is_some_and(|queue| queue.try_send((rosout.clone(), message)).is_ok());
         }
     }
@@ -107,14 +107,13 @@ impl Logger {
 /// Publishes a line of a node on `/rosout`.
 type Publish = Arc<dyn Fn(Log) + Send + Sync>;
 
-/// A line for `/rosout`, and what publishes it.
+/// A line for `/rosout`, and the function that publishes it.
 type RosoutEntry = (Publish, Log);
 
-/// Lines for `/rosout` that wait at most.
+/// The largest number of lines that wait for `/rosout`.
 const ROSOUT_CAPACITY: usize = 1024;
 
-/// The queue of a thread that publishes: a frozen reader of `/rosout` can hold it up. None where the operating system gives
-/// no thread.
+/// The queue of the publishing thread, which a frozen reader of `/rosout` may block. `None` if the operating system creates no thread.
 static ROSOUT: LazyLock<Option<SyncSender<RosoutEntry>>> = LazyLock::new(|| {
     let (queue, entries) = sync_channel(ROSOUT_CAPACITY);
     let thread = std::thread::Builder::new().name("rosout".to_owned());
@@ -127,7 +126,7 @@ fn publish(entries: &Receiver<RosoutEntry>) {
     }
 }
 
-/// The level's number in `rcl_interfaces/msg/Log`.
+/// Returns the level's number in `rcl_interfaces/msg/Log`.
 fn wire_level(level: LogLevel) -> u8 {
     match level {
         LogLevel::Debug => 10,

@@ -1,14 +1,14 @@
-//! How a line of a log reads.
+//! The format of log lines.
 
 use super::args::LogLevel;
 use chrono::{DateTime, Local};
 use dq_messages::messages::Time;
 use std::sync::LazyLock;
 
-/// The variable that holds ROS 2's format of log lines.
+/// The variable with ROS 2's format of log lines.
 const VARIABLE: &str = "RCUTILS_CONSOLE_OUTPUT_FORMAT";
 
-/// The format where that variable is not set: ROS 2's default, with a clock that people read in place of seconds since 1970.
+/// The default format: that of ROS 2, but with the time of day instead of the seconds since 1970.
 const DEFAULT: &str = "[{severity}] [{clock}] [{name}]: {message}";
 
 /// The process's format.
@@ -17,7 +17,7 @@ static FORMAT: LazyLock<String> = LazyLock::new(|| {
     given.map_or_else(|| DEFAULT.to_owned(), |format| with_escapes(&format))
 });
 
-/// The line of what the node `name` says, in the process's format.
+/// Formats a message of the node `name` in the process's format.
 pub(super) fn line(level: LogLevel, stamp: &Time, name: &str, message: &str) -> String {
     Entry { level, stamp, name, message }.expand(&FORMAT)
 }
@@ -30,7 +30,7 @@ struct Entry<'a> {
 }
 
 impl Entry<'_> {
-    /// `format` with every known token in braces expanded; other text stays as it is.
+    /// Replaces every known token in braces; other text is unchanged.
     fn expand(&self, format: &str) -> String {
         let mut line = String::new();
         let mut rest = format;
@@ -50,7 +50,7 @@ impl Entry<'_> {
         line + rest
     }
 
-    /// What stands for the token, as rcutils has it. The place in the source is not known here, and empty.
+    /// Returns the value of a token of rcutils. The location in the source is not known here, and is empty.
     fn value(&self, token: &str) -> Option<String> {
         Some(match token {
             "severity" => format!("{:?}", self.level).to_uppercase(),
@@ -73,14 +73,14 @@ impl Entry<'_> {
     }
 }
 
-/// The text before the first brace, what stands in the braces, and the text after them.
+/// Returns the text before the first brace, the text in the braces, and the text after them.
 fn next_token(text: &str) -> Option<(&str, &str, &str)> {
     let (before, from) = text.split_once('{')?;
     let (token, after) = from.split_once('}')?;
     Some((before, token, after))
 }
 
-/// `format` with the escapes that rcutils knows.
+/// Replaces the escape sequences that rcutils knows.
 fn with_escapes(format: &str) -> String {
     let escapes = [(r"\a", "\x07"), (r"\b", "\x08"), (r"\n", "\n"), (r"\r", "\r"), (r"\t", "\t")];
     escapes.iter().fold(format.to_owned(), |text, (escape, meant)| text.replace(escape, meant))
@@ -119,7 +119,7 @@ mod tests {
     fn the_clock_is_the_end_of_the_date_with_milliseconds() {
         let (date, clock) = (line("{date_time_with_ms}"), line("{clock}"));
         assert!(date.ends_with(&format!(" {clock}")), "{date} {clock}");
-        // Every time zone of 2023 is whole minutes from UTC.
+        // Every time zone of 2023 is a whole number of minutes from UTC.
         assert!(clock.ends_with(":20.219") && clock.len() == "12:03:44.219".len(), "{clock}");
     }
 }

@@ -1,5 +1,5 @@
-//! What ROS 2 expects of a node, on ros2-client: names and remaps, `--ros-args`, services for every vendor's clients, parameter
-//! services. The nodes see this facade, never a type of ros2-client or RustDDS.
+//! A ROS 2 node on ros2-client: names and remapping, `--ros-args`, services for clients of every vendor, parameter services. Its users see
+//! no type of ros2-client or RustDDS.
 
 pub mod args;
 mod client;

@@ -1,20 +1,20 @@
-//! What is a name in ROS 2.
+//! The rules for ROS 2 names.
 
 use thiserror::Error;
 
-/// A text that is no ROS 2 name.
+/// A text that is not a valid ROS 2 name.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[error("{name:?} is no {kind}: {why}")]
 pub struct NameError {
     /// The text.
     pub name: String,
-    /// What it was meant for.
+    /// The kind of name that was expected.
     pub kind: &'static str,
-    /// What is wrong, or what would be right.
+    /// What is wrong or expected.
     pub why: &'static str,
 }
 
-/// A node's name in its namespace.
+/// A node's name and namespace.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct NodeName {
     namespace: String,
@@ -22,10 +22,10 @@ pub struct NodeName {
 }
 
 impl NodeName {
-    /// From a namespace (`/` or `/a/b`; a missing leading slash is added) and a name.
+    /// Creates a name from a namespace (`/` or `/a/b`; a missing leading slash is added) and a name.
     ///
     /// # Errors
-    /// [`NameError`].
+    /// [`NameError`] if either is invalid.
     pub fn new(namespace: &str, name: &str) -> Result<Self, NameError> {
         check_token(name, name, "node name")?;
         let namespace = format!("/{}", namespace.trim_start_matches('/'));
@@ -35,37 +35,37 @@ impl NodeName {
         Ok(Self { namespace, name: name.to_owned() })
     }
 
-    /// From a fully qualified name; one without a slash is in `/`.
+    /// Parses a fully qualified name. A name without a slash is in `/`.
     ///
     /// # Errors
-    /// [`NameError`].
+    /// [`NameError`] if it is invalid.
     pub fn parse(text: &str) -> Result<Self, NameError> {
         let (namespace, name) = text.rsplit_once('/').unwrap_or(("/", text));
         Self::new(namespace, name)
     }
 
-    /// The namespace, `/` for the root.
+    /// Returns the namespace, `/` for the root.
     pub fn namespace(&self) -> &str {
         &self.namespace
     }
 
-    /// The name without its namespace.
+    /// Returns the name without its namespace.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// Namespace and name.
+    /// Returns the namespace and the name.
     pub fn fully_qualified(&self) -> String {
         join(&self.namespace, &self.name)
     }
 }
 
-/// The name in the namespace.
+/// Joins a namespace and a name.
 pub(super) fn join(namespace: &str, name: &str) -> String {
     format!("{}/{name}", namespace.trim_end_matches('/'))
 }
 
-/// Fails for what is no enclave: `/`, or names after slashes.
+/// Checks the name of an enclave: `/`, or names after slashes.
 pub(super) fn check_enclave(name: &str) -> Result<(), NameError> {
     match name {
         "/" => Ok(()),
@@ -74,13 +74,13 @@ pub(super) fn check_enclave(name: &str) -> Result<(), NameError> {
     }
 }
 
-/// Fails for what is no fully qualified name; `kind` is what it was meant for.
+/// Checks a fully qualified name; `kind` is for the error.
 pub(super) fn check_absolute(name: &str, kind: &'static str) -> Result<(), NameError> {
     if name.len() > 247 {
         return Err(NameError { name: name.to_owned(), kind, why: "longer than 247 characters" });
     }
     name.trim_start_matches('/').split('/').try_for_each(|token| check_token(token, name, kind))?;
-    // ROS 2 allows one leading slash only.
+    // ROS 2 allows only one leading slash.
     match name.starts_with("//") {
         true => Err(NameError { name: name.to_owned(), kind, why: "a slash too many" }),
         false => Ok(()),

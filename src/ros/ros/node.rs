@@ -1,4 +1,4 @@
-//! A node: makes publishers, subscriptions, services and clients under its names.
+//! A node, which creates publishers, subscriptions, services and clients.
 
 use super::client::{Client, Connection, find_server};
 use super::endpoint_names::{EndpointNames, Origin};
@@ -24,7 +24,7 @@ pub struct Node {
     names: Resolver,
     log: Logger,
     tasks: JoinSet<()>,
-    /// Of the services that were called.
+    /// The clients of services that were called.
     clients: HashMap<String, Arc<Connection>>,
     endpoints: Arc<Endpoints>,
 }
@@ -54,25 +54,25 @@ impl Node {
         Ok(node)
     }
 
-    /// The node's name.
+    /// Returns the node's name.
     pub fn name(&self) -> &NodeName {
         self.names.node()
     }
 
-    /// What it shares with other nodes.
+    /// Returns what it shares with other nodes.
     pub(super) fn domain(&self) -> &Domain {
         &self.endpoints.domain
     }
 
-    /// The node's log.
+    /// Returns the node's log.
     pub fn log(&self) -> &Logger {
         &self.log
     }
 
-    /// A publisher on a topic of the contract.
+    /// Creates a publisher on a topic of the contract.
     ///
     /// # Errors
-    /// [`RosError`].
+    /// [`RosError`] if the contract lacks the topic, or if a name or DDS refuses.
     pub fn publisher<M: Message>(
         &mut self,
         contract: &NodeContract,
@@ -81,7 +81,7 @@ impl Node {
         self.publisher_as(contract.topic::<M>(topic, Direction::Out)?, topic)
     }
 
-    /// A publisher on `topic` with the type and QoS of `entry`, whichever direction that has: for those who talk to a node.
+    /// Creates a publisher on `topic` with the type and QoS of `entry`, whatever its direction. For counterparts of a node.
     ///
     /// # Errors
     /// [`RosError`].
@@ -107,7 +107,8 @@ impl Node {
         self.publisher_with(topic, qos)
     }
 
-    /// A publisher on a topic of the contract for what is soon too old: see [`Publisher::publish_in_time`]. It is not announced as the node's.
+    /// Creates a publisher on a topic of the contract for messages that soon become obsolete: see [`Publisher::publish_in_time`]. It is not
+    /// announced as the node's.
     ///
     /// # Errors
     /// [`RosError`].
@@ -120,7 +121,7 @@ impl Node {
         Publisher::in_time(&self.endpoints, &self.plan::<M>(topic, qos)?)
     }
 
-    /// A publisher on `topic` with this QoS.
+    /// Creates a publisher on `topic` with this QoS.
     pub(super) fn publisher_with<M: Message>(
         &mut self,
         topic: &str,
@@ -129,7 +130,7 @@ impl Node {
         Publisher::new(&self.endpoints, &self.plan::<M>(topic, qos)?)
     }
 
-    /// A subscription to a topic of the contract.
+    /// Creates a subscription to a topic of the contract.
     ///
     /// # Errors
     /// [`RosError`].
@@ -141,8 +142,8 @@ impl Node {
         self.subscription_as(contract.topic::<M>(topic, Direction::In)?, topic)
     }
 
-    /// A subscription to a topic of the contract that is reliable until a publisher offers best effort only, and best effort from then
-    /// on: that hears both.
+    /// Creates a subscription to a topic of the contract that starts as reliable, and becomes best effort once a best-effort publisher
+    /// appears. Best effort receives from both kinds.
     ///
     /// # Errors
     /// [`RosError`].
@@ -176,7 +177,7 @@ impl Node {
         Ok(subscription)
     }
 
-    /// A subscription to `topic` with the type and QoS of `entry`, whichever direction that has.
+    /// Creates a subscription to `topic` with the type and QoS of `entry`, whatever its direction.
     ///
     /// # Errors
     /// [`RosError`].
@@ -189,7 +190,7 @@ impl Node {
         self.subscription_with(topic, endpoints::of(&entry))
     }
 
-    /// A topic of the contract on which the node publishes, to which it may subscribe later.
+    /// Returns a topic on which the node publishes, so that the node can subscribe to it later.
     ///
     /// # Errors
     /// [`RosError`].
@@ -203,7 +204,7 @@ impl Node {
         Ok(OwnTopic::new(Arc::downgrade(&self.endpoints), self.plan::<M>(topic, qos)?))
     }
 
-    /// A subscription to `topic` with this QoS.
+    /// Creates a subscription to `topic` with this QoS.
     pub(super) fn subscription_with<M: Message>(
         &mut self,
         topic: &str,
@@ -212,33 +213,33 @@ impl Node {
         Subscription::new(&self.endpoints, &self.plan::<M>(topic, qos)?)
     }
 
-    /// The topics of all other participants, by their fully qualified names.
+    /// Returns the topics of all other participants by their fully qualified names.
     pub fn graph(&self) -> BTreeMap<String, GraphTopic> {
         graph::topics(&self.domain().dds)
     }
 
-    /// Which node each endpoint in the domain belongs to.
+    /// Returns the names of the nodes by their endpoints.
     pub fn endpoint_names(&self) -> &EndpointNames {
         &self.domain().names
     }
 
-    /// The services that other participants serve, by their fully qualified names.
+    /// Returns the services of other participants by their fully qualified names.
     pub fn services(&self) -> BTreeSet<String> {
         graph::services(&self.domain().dds)
     }
 
-    /// Looks out for other nodes called `name` (fully qualified), which may be this one's name.
+    /// Watches for other nodes called `name` (fully qualified), which may be this node's name.
     pub fn watch_name(&self, name: &str) -> NameWatch {
         let (participant, own) = (self.domain().dds.guid(), self.name().fully_qualified());
         NameWatch::new(self.domain().matches.clone(), participant, name, own == name)
     }
 
-    /// Waits for a change among the other participants, or 50 ms for what has no event.
+    /// Waits up to 50 ms for a change among the other participants.
     pub async fn graph_change(&self) {
         self.domain().matches.change().await;
     }
 
-    /// A subscription to the topic with that fully qualified name and type, whatever it is.
+    /// Creates a subscription to the topic with this fully qualified name and this type.
     ///
     /// # Errors
     /// [`RosError::Create`].
@@ -253,7 +254,7 @@ impl Node {
         let (name, message) = (name.to_owned(), message.to_owned());
         let plan = Plan { name, message, qos: qos(None), log: self.log.clone() };
         let (endpoints, wider) = (Arc::downgrade(&self.endpoints), plan.clone());
-        // RustDDS keeps as many samples of a topic as any of its descriptions says.
+        // RustDDS stores as many samples of a topic as the largest of its descriptions says.
         let keep = move |samples| {
             let more = Plan { qos: qos(Some(samples)), ..wider.clone() };
             let _ = endpoints.upgrade().map(|endpoints| endpoints.topic(&more));
@@ -261,7 +262,7 @@ impl Node {
         self.endpoints.raw_subscription(&plan, keep)
     }
 
-    /// Serves `service` by `handler` until the node is dropped.
+    /// Serves `service` with `handler` until the node is dropped.
     ///
     /// # Errors
     /// [`RosError`].
@@ -273,8 +274,8 @@ impl Node {
         self.serve_later::<S, _>(service, move |request| std::future::ready(handler(request)))
     }
 
-    /// Serves `service` by a `handler` that takes its time, until the node is dropped. It is called in the order of the requests; none
-    /// waits for the answer to another.
+    /// Serves `service` with an asynchronous `handler` until the node is dropped. The handler is called in the order of the requests;
+    /// answers do not wait for each other.
     ///
     /// # Errors
     /// [`RosError`].
@@ -286,7 +287,7 @@ impl Node {
         self.serve_timed::<S, F>(service, move |request, _| handler(request))
     }
 
-    /// As [`serve_later`](Self::serve_later), by a `handler` to which it matters who asked, and when.
+    /// Like [`serve_later`](Self::serve_later), but `handler` also gets the sender and the time of the request.
     ///
     /// # Errors
     /// [`RosError`].
@@ -303,10 +304,10 @@ impl Node {
         Ok(())
     }
 
-    /// A client of `service`, once a server is there.
+    /// Waits for a server, and creates a client of `service`.
     ///
     /// # Errors
-    /// [`RosError`], [`RosError::Service`] where none comes within `patience`.
+    /// [`RosError`]; [`RosError::Service`] if no server appears within `patience`.
     pub async fn client<S: ServiceType>(
         &mut self,
         service: &str,
@@ -318,7 +319,7 @@ impl Node {
         Client::connect(connection, name, server, &self.domain().matches, patience).await
     }
 
-    /// This node's client of a service.
+    /// Returns this node's client of a service.
     fn connection<S: ServiceType>(
         &mut self,
         name: &str,
@@ -332,7 +333,7 @@ impl Node {
         Ok(connection)
     }
 
-    /// An endpoint of this node.
+    /// Returns the plan of an endpoint of this node.
     fn plan<M: Message>(&self, topic: &str, qos: QosPolicies) -> Result<Plan, RosError> {
         let (name, message) = (self.names.topic(topic)?, M::TYPE.to_owned());
         Ok(Plan { name, message, qos, log: self.log.clone() })

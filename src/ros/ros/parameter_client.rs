@@ -1,4 +1,4 @@
-//! Another node's parameters.
+//! Reads and sets another node's parameters.
 
 use super::client::Client;
 use super::error::RosError;
@@ -9,16 +9,16 @@ use dq_params::Value;
 use std::time::Duration;
 use tokio::time::{Instant, timeout_at};
 
-/// So many values are asked for at once: the reply is to fit into one packet, as it has to where the graph is secured.
+/// The number of values per request. The reply must fit into one packet in a secured graph.
 const VALUES_AT_ONCE: usize = 8;
 
-/// The same for descriptors, which are longer.
+/// The number of descriptors per request; they are longer.
 const DESCRIPTORS_AT_ONCE: usize = 2;
 
-/// How long to wait for a newer state of a node's parameters after one has come.
+/// How long to wait for a newer state of a node's parameters after one was received.
 const MORE: Duration = Duration::from_millis(100);
 
-/// Talks to the parameter services of one node, whatever its vendor.
+/// Calls the parameter services of one node of any vendor.
 pub struct ParameterClient<'a> {
     node: &'a mut Node,
     target: String,
@@ -26,21 +26,21 @@ pub struct ParameterClient<'a> {
 }
 
 impl<'a> ParameterClient<'a> {
-    /// For the node `target` (fully qualified), waiting up to `patience` for each answer.
+    /// Creates a client of the node `target` (fully qualified) that waits up to `patience` for each answer.
     pub fn new(node: &'a mut Node, target: &str, patience: Duration) -> Self {
         Self { node, target: target.to_owned(), patience }
     }
 
-    /// All names.
+    /// Returns all names.
     ///
     /// # Errors
-    /// [`RosError::Service`].
+    /// [`RosError::Service`] if the node does not answer in time.
     pub async fn list(&mut self) -> Result<Vec<String>, RosError> {
         let client = self.client::<ListParameters>("list_parameters").await?;
         Ok(client.call(ListRequest::default()).await?.result.names)
     }
 
-    /// All parameters with their values.
+    /// Returns all parameters with their values.
     ///
     /// # Errors
     /// [`RosError::Service`].
@@ -59,7 +59,7 @@ impl<'a> ParameterClient<'a> {
         Ok(all)
     }
 
-    /// The value of a parameter; none where it is not declared.
+    /// Returns the value of a parameter; `None` if it is not declared.
     ///
     /// # Errors
     /// [`RosError::Service`].
@@ -75,14 +75,14 @@ impl<'a> ParameterClient<'a> {
         }
     }
 
-    /// Reads all parameters with their values from `~/parameters`, where the node announces them. Used if values are too long for the reply
-    /// of a service, which then has no values.
+    /// Reads all parameters with their values from `~/parameters`. This is for values that are too long for the reply of a service, which
+    /// is then empty.
     async fn announced(&mut self) -> Result<Vec<(String, Value)>, RosError> {
         let topic = format!("{}/parameters", self.target);
         let mut states = self.node.raw_subscription(&topic, ParameterEvent::TYPE, true, true)?;
         let end = Instant::now() + self.patience;
         let (mut newest, mut until) = (None::<ParameterEvent>, end);
-        // A late subscriber may get several states, in any order.
+        // A late subscriber may receive several states in any order.
         while let Ok(Some(message)) = timeout_at(until.min(end), states.next()).await {
             let state = decode::<ParameterEvent>(&message.cdr).ok();
             let state = state.filter(|state| state.node == self.target && !state.new_parameters.is_empty());
@@ -100,7 +100,7 @@ impl<'a> ParameterClient<'a> {
         Ok(parameters.filter_map(|Parameter { name, value }| Some((name, value.into_value()?))).collect())
     }
 
-    /// Sets a parameter; the inner error is the node's reason why not.
+    /// Sets a parameter. The inner error is the node's reason for a refusal.
     ///
     /// # Errors
     /// [`RosError::Service`].
@@ -115,7 +115,7 @@ impl<'a> ParameterClient<'a> {
         })
     }
 
-    /// Sets all of these or none; the inner error is the node's reason why not.
+    /// Sets all of these parameters or none. The inner error is the node's reason for a refusal.
     ///
     /// # Errors
     /// [`RosError::Service`].
@@ -128,7 +128,7 @@ impl<'a> ParameterClient<'a> {
         Ok(if result.successful { Ok(()) } else { Err(result.reason) })
     }
 
-    /// What a parameter is; none where it is not declared.
+    /// Returns the description of a parameter; `None` if it is not declared.
     ///
     /// # Errors
     /// [`RosError::Service`].
@@ -136,7 +136,7 @@ impl<'a> ParameterClient<'a> {
         Ok(self.describe_all(&[name.to_owned()]).await?.pop())
     }
 
-    /// What each of these parameters is, without those that are not declared.
+    /// Returns the descriptions of these parameters, without those that are not declared.
     ///
     /// # Errors
     /// [`RosError::Service`].

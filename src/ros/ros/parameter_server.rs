@@ -1,4 +1,4 @@
-//! A node's parameters, served to every vendor's clients.
+//! Serves a node's parameters to clients of every vendor.
 
 use super::endpoints;
 use super::error::RosError;
@@ -11,14 +11,18 @@ use dq_params::{ParameterStore, Value};
 use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// Takes a whole set of parameters, to which these changes led, into force, or says why not: what it takes nothing refuses later.
+/// Applies a complete set of parameters, which results from the given changes, or returns why not. Once it succeeds, the parameters are in
+/// force.
 pub type Apply = dyn Fn(&ParameterStore, &[(String, Value)]) -> Result<(), String> + Send + Sync;
 
-/// A node's parameters behind the six `rcl_interfaces` services, and beside them the service that describes types. Every change is checked as a whole before it takes effect.
+/// A node's parameters, served by the six `rcl_interfaces` services and the service that describes types. Every change is checked as a
+/// whole before it is applied.
 ///
-/// Changes are announced on `/parameter_events`, as every ROS 2 node does (nodes of rclcpp subscribe to it too, for their own
-/// `use_sim_time`; here that would match each node of a domain with each other for nothing); who comes later hears of the last one there at most. So `~/parameters`
-/// has all parameters, latched, from the start and after each change, with what that changed.
+/// Changes are announced on `/parameter_events`, as by every ROS 2 node. There, late joiners receive at most the last change. Therefore
+/// `~/parameters` has all parameters, latched, from the start and after each change, with the changes.
+///
+/// This server does not subscribe to `/parameter_events`, as nodes of rclcpp do for their own `use_sim_time`: that would match all nodes of
+/// a domain with each other for nothing.
 pub struct ParameterServer {
     current: Mutex<Current>,
     apply: Box<Apply>,
@@ -30,12 +34,12 @@ pub struct ParameterServer {
 /// The parameters in force.
 struct Current {
     store: ParameterStore,
-    /// With which they were announced.
+    /// The stamp of their announcement.
     stamp: Time,
 }
 
 impl ParameterServer {
-    /// Serves `store`, which is in force, on `node` until the node is dropped; `apply` takes accepted changes into force.
+    /// Serves `store`, which is in force, on `node` until the node is dropped. `apply` applies accepted changes.
     ///
     /// # Errors
     /// [`RosError`].
@@ -74,7 +78,7 @@ impl ParameterServer {
         Ok(server)
     }
 
-    /// Sets each parameter independently. If there are more than a reply has room for, sets none and returns no results.
+    /// Sets each parameter independently. If there are more than fit into a reply, sets none and returns no results.
     fn set_each(&self, parameters: Vec<Parameter>) -> Vec<SetParametersResult> {
         if parameters.len() > MOST_AT_ONCE {
             return Vec::new();
@@ -99,9 +103,9 @@ impl ParameterServer {
         }
     }
 
-    /// All of the changes or none. Nobody else changes the store meanwhile.
+    /// Makes all changes or none. The store is locked meanwhile.
     fn try_set(&self, parameters: Vec<Parameter>) -> Result<(), String> {
-        // An announcement without changes would be one of a start.
+        // An announcement without changes would announce a start.
         if parameters.is_empty() {
             return Ok(());
         }
@@ -119,7 +123,7 @@ impl ParameterServer {
         Ok(())
     }
 
-    /// Announces what the node starts with.
+    /// Announces the initial parameters.
     fn announce_start(&self) {
         let current = self.lock();
         let event = ParameterEvent { new_parameters: current.all(), ..self.event(&current) };
@@ -131,7 +135,7 @@ impl ParameterServer {
         ParameterEvent { stamp: current.stamp.clone(), node: self.node.clone(), ..ParameterEvent::default() }
     }
 
-    /// A name that is not declared has a value that is not set.
+    /// Returns the values; a name that is not declared has an unset value.
     fn get(&self, request: &Names) -> Values {
         let Current { store, .. } = &*self.lock();
         let value = |name: &String| store.get(name).map(ParameterValue::from).unwrap_or_default();
@@ -162,26 +166,26 @@ impl Current {
         self.store.iter().map(|(declared, value)| parameter(declared.name, value)).collect()
     }
 
-    /// The time, and later than the last stamp even where the clock was set back: a stamp stands for one set of parameters.
+    /// Returns the time, but later than the last stamp even if the clock was set back, because a stamp identifies one set of parameters.
     fn next_stamp(&self) -> Time {
         let now = Time::now();
         if now.nanoseconds() > self.stamp.nanoseconds() { now } else { self.stamp.plus_a_nanosecond() }
     }
 }
 
-/// Where every node announces what it changes.
+/// The topic on which every node announces its changes.
 const EVENTS: &str = "/parameter_events";
 
 /// The most parameters that one request sets.
 const MOST_AT_ONCE: usize = 2000;
 
-/// For how many unknown names of a request a similar name is suggested. Finding one takes longer than all else.
+/// The number of unknown names per request for which a similar name is suggested. The search takes longer than everything else.
 const SUGGESTIONS: usize = 16;
 
-/// All reasons in one reply together are no longer than this [bytes]: Cyclone's clients hang at a reply of more than 64 kB.
+/// The largest total length of the reasons in one reply [bytes]. Cyclone's clients hang at replies longer than 64 kB.
 const REASONS: usize = 32_000;
 
-/// The results, with "…" for the reasons that find no room any more.
+/// Returns the results, with "…" for reasons that do not fit any more.
 fn within_room(results: impl Iterator<Item = SetParametersResult>) -> Vec<SetParametersResult> {
     let mut room = REASONS;
     results
@@ -195,8 +199,8 @@ fn within_room(results: impl Iterator<Item = SetParametersResult>) -> Vec<SetPar
         .collect()
 }
 
-/// Names below the prefixes, to the depth asked for, as rclcpp lists them; with the prefixes that these have where some were asked for.
-/// Who asks for all needs none: they repeat how names begin, and with them the list fits no packet.
+/// Lists the names below the prefixes, to the requested depth, as rclcpp does. Prefixes are listed only if some were requested: otherwise
+/// they would repeat the beginnings of the names, and the list would not fit into a packet.
 fn list(store: &ParameterStore, request: &ListRequest) -> ListResponse {
     let depth = usize::try_from(request.depth).unwrap_or(usize::MAX);
     let deep_enough = |rest: &str| depth == 0 || rest.matches('.').count() < depth;
@@ -248,7 +252,7 @@ mod tests {
 
     const PATIENCE: Duration = Duration::from_secs(10);
 
-    /// Where a graph is secured, nothing longer reaches a client.
+    /// In a secured graph no longer reply reaches a client.
     #[test]
     fn the_list_of_every_node_fits_into_one_packet() {
         for (node, declarations) in nodes().unwrap() {
@@ -261,7 +265,7 @@ mod tests {
         }
     }
 
-    /// On `~/parameters` an event without changes is a start, and to a plot all before it is another life.
+    /// On `~/parameters` an event without changes announces a start, at which a plot begins again.
     #[tokio::test(flavor = "multi_thread")]
     async fn a_request_to_change_nothing_is_announced_to_nobody() {
         if outside("ros::parameter_server::tests::a_request_to_change_nothing_is_announced_to_nobody") {
@@ -282,8 +286,8 @@ mod tests {
         assert_eq!(next.changed_parameters.len(), 1, "{:?}", next.stamp);
     }
 
-    /// As `ros2 param get` and `set` of several names ask, and as GetParameters.srv answers: one value a name, in the order of the names.
-    /// To look for what was meant by each of 5000 names took two seconds a request.
+    /// `ros2 param get` and `set` request several names like this. GetParameters.srv promises one value per name, in order. Searching for a
+    /// suggestion for each of 5000 names took two seconds per request.
     #[tokio::test(flavor = "multi_thread")]
     async fn thousands_of_unknown_names_are_answered_and_keep_nobody_waiting() {
         if outside(

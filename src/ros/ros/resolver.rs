@@ -1,16 +1,16 @@
-//! A node's names as its command line has them: expansion and remapping.
+//! Resolves a node's names: expansion and remapping by the command line.
 
 use super::args::{LogLevel, LoggerLevel, Remap, RosArgs};
 use super::names::{NameError, NodeName, check_absolute, join};
 
-/// What kind of name a remapping rule is tried on.
+/// The kind of name to which a remapping rule is applied.
 #[derive(Clone, Copy, PartialEq)]
 enum Kind {
     Topic,
     Service,
 }
 
-/// A node's names as its command line has them.
+/// A node's names according to its command line.
 #[derive(Clone, Debug)]
 pub struct Resolver {
     node: NodeName,
@@ -19,10 +19,10 @@ pub struct Resolver {
 }
 
 impl Resolver {
-    /// For the node that is called `default_name` where the command line does not say otherwise.
+    /// Creates the names of a node that is called `default_name` unless the command line renames it.
     ///
     /// # Errors
-    /// [`NameError`] where a rule has no valid name.
+    /// [`NameError`] if a rule has an invalid name.
     pub fn new(default_name: &str, args: &RosArgs) -> Result<Self, NameError> {
         let of = |node: &str| {
             let is_of = |rule: &&Remap| rule.node.as_deref().is_none_or(|only| only == node);
@@ -32,7 +32,7 @@ impl Resolver {
             rules.into_iter().find(|rule| rule.from == key).map_or(default.to_owned(), |rule| rule.to)
         };
         let name = special(of(default_name), "__node", default_name);
-        // As in rcl: from then on rules of one node are those of its new name.
+        // As in rcl, later rules refer to the node by its new name.
         let node = NodeName::new(&special(of(&name), "__ns", "/"), &name)?;
         let mut rules = of(&name);
         rules.retain(|rule| rule.from != "__ns" && rule.from != "__node");
@@ -44,17 +44,18 @@ impl Resolver {
         Ok(resolver)
     }
 
-    /// The node's name.
+    /// Returns the node's name.
     pub fn node(&self) -> &NodeName {
         &self.node
     }
 
-    /// The name of the node's logger: its own, with dots. `/left/dq_servo` logs as `left.dq_servo`.
+    /// Returns the name of the node's logger: its own, with dots. `/left/dq_servo` logs as `left.dq_servo`.
     pub(super) fn logger(&self) -> String {
         self.node.fully_qualified().trim_start_matches('/').replace('/', ".")
     }
 
-    /// What the node logs by the level of its logger, or of the nearest one above it that is given one; of two levels the later counts.
+    /// Returns the level of the node's logger, or of the nearest logger above that has one. If a logger has two levels, the later one
+    /// counts.
     pub(super) fn log_level(&self) -> Option<LogLevel> {
         let logger = self.logger();
         let has_it = |above: &str| {
@@ -64,23 +65,23 @@ impl Resolver {
         levels.max_by_key(|above| above.logger.len()).map(|above| above.level)
     }
 
-    /// The fully qualified name of a topic.
+    /// Returns the fully qualified name of a topic.
     ///
     /// # Errors
-    /// [`NameError`].
+    /// [`NameError`] if it is invalid.
     pub fn topic(&self, name: &str) -> Result<String, NameError> {
         self.resolve(name, Kind::Topic)
     }
 
-    /// The fully qualified name of a service.
+    /// Returns the fully qualified name of a service.
     ///
     /// # Errors
-    /// [`NameError`].
+    /// [`NameError`] if it is invalid.
     pub fn service(&self, name: &str) -> Result<String, NameError> {
         self.resolve(name, Kind::Service)
     }
 
-    /// Expands `name` and applies the first rule that fits; rules are not chained.
+    /// Expands `name` and applies the first rule that matches; rules are not chained.
     fn resolve(&self, name: &str, kind: Kind) -> Result<String, NameError> {
         let label = if kind == Kind::Topic { "topic name" } else { "service name" };
         let expanded = self.expand(name, label)?;
@@ -93,7 +94,7 @@ impl Resolver {
         Ok(expanded)
     }
 
-    /// Makes a name fully qualified: `~`, `{node}`, `{ns}`, relative and absolute names.
+    /// Expands a name to a fully qualified one: `~`, `{node}`, `{ns}`, relative and absolute names.
     fn expand(&self, name: &str, kind: &'static str) -> Result<String, NameError> {
         let error = |why| NameError { name: name.to_owned(), kind, why };
         let fully_qualified = self.node.fully_qualified();
@@ -103,7 +104,7 @@ impl Resolver {
             Some(_) => return Err(error("expected a slash after ~")),
             None => name.to_owned(),
         };
-        // With its slash; the root's is that of what follows.
+        // The namespace without a trailing slash; the root becomes empty.
         let namespace = self.node.namespace().trim_end_matches('/');
         let expanded = expanded
             .replace("{node}", self.node.name())
@@ -142,7 +143,7 @@ mod tests {
         assert_eq!(left.topic("/tf").unwrap(), "/tf");
         assert_eq!(left.service("~/stop").unwrap(), "/left/a/stop");
         assert_eq!(left.topic("{node}/x").unwrap(), "/left/a/x");
-        // A namespace has its slash, as in rcl.
+        // A namespace includes its leading slash, as in rcl.
         for name in ["{ns}/x", "{namespace}/x"] {
             assert_eq!(
                 (left.topic(name).unwrap(), root.topic(name).unwrap()),

@@ -1,4 +1,4 @@
-//! Service servers that answer every vendor's clients.
+//! Service servers that answer clients of every vendor.
 //!
 //! Fast DDS and RustDDS clients put the request's identity into the sample's inline QoS ("enhanced" mapping). Cyclone's
 //! put a header of 16 bytes before the payload and expect it back. A server here distinguishes them request by request:
@@ -23,7 +23,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::fmt;
 use std::pin::pin;
 
-/// Length of Cyclone's request header: client GUID half and sequence number.
+/// The length of Cyclone's request header: half of the client's GUID, and the sequence number.
 pub(super) const CYCLONE_HEADER: usize = 16;
 
 /// A payload in CDR, as bytes.
@@ -40,7 +40,7 @@ impl AsRef<[u8]> for Payload {
 
 impl Serialize for Payload {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        // A tuple of bytes is just the bytes in CDR: no length, no alignment.
+        // In CDR a tuple of bytes is encoded as the bytes only: no length, no alignment.
         let mut tuple = serializer.serialize_tuple(self.0.len())?;
         self.0.iter().try_for_each(|byte| tuple.serialize_element(byte))?;
         tuple.end()
@@ -56,7 +56,7 @@ impl<'de> Deserialize<'de> for Payload {
                 f.write_str("bytes")
             }
             fn visit_seq<A: SeqAccess<'de>>(self, mut input: A) -> Result<Payload, A::Error> {
-                // The payload ends where the input does, which CDR reports as an error.
+                // The payload ends with the input, which CDR reports as an error.
                 Ok(Payload(std::iter::from_fn(|| input.next_element().ok().flatten()).collect()))
             }
         }
@@ -64,22 +64,22 @@ impl<'de> Deserialize<'de> for Payload {
     }
 }
 
-/// A service as a node serves it.
+/// A service of a node.
 pub(super) struct Service {
     pub name: String,
-    /// Of ros2-client's, as its server does not say when a request was sent.
+    /// A subscription, because ros2-client's server does not tell when a request was sent.
     pub requests: Subscription<Payload>,
     pub replies: ReplyWriter<Payload>,
     pub matches: Matches,
     pub log: Logger,
 }
 
-/// Requests that are answered at once; more wait.
+/// The largest number of requests that are answered at the same time; more wait.
 const AT_ONCE: usize = 100;
 
 impl Service {
-    /// Answers requests by `handler` for ever. It is called in the order of the requests, and none of the answers waits for another: who is
-    /// gone keeps its own waiting.
+    /// Answers requests with `handler` forever. The handler is called in the order of the requests. Answers do not wait for each other, so
+    /// a client that has gone delays only its own.
     pub async fn serve<S: ServiceType, F: Future<Output = S::Response>>(
         self,
         mut handler: impl FnMut(S::Request, &Origin) -> F,
@@ -117,26 +117,30 @@ impl Service {
         header: Vec<u8>,
         response: S::Response,
     ) -> Result<(), String> {
-        let reply = fitting::<S>(&header, response, self.replies.room())?;
+        let reply = encode_reply::<S>(&header, response, self.replies.room())?;
         let to_nobody =
             encode(&[0; CYCLONE_HEADER], &S::Response::default()).ok_or("nothing can be encoded")?;
-        // What has its request's identity in the header needs it nowhere else.
+        // A reply with the request's identity in the header does not need it in the inline QoS.
         let request = header.is_empty().then(|| id.into());
         self.replies.send(Addressee { client: id.writer_gid.into(), request }, reply, to_nobody).await
     }
 }
 
-/// The identity by which the reply to a request names it.
+/// Returns the identity by which the reply refers to a request.
 fn request_id(info: &MessageInfo) -> RmwRequestId {
     let own = RmwRequestId { writer_gid: info.publisher_gid(), sequence_number: info.sequence_number() };
     let named = info.related_request_id().unwrap_or(own);
-    // Fast DDS leaves the number for the sample's own.
+    // Fast DDS leaves the number unset if it is the sample's own.
     let is_left = named.sequence_number == i64::from(SequenceNumber::UNKNOWN);
     if is_left { RmwRequestId { sequence_number: own.sequence_number, ..named } } else { named }
 }
 
-/// The reply, or what the service says in place of one that is too long.
-fn fitting<S: ServiceType>(header: &[u8], response: S::Response, room: usize) -> Result<Payload, String> {
+/// Returns the encoded reply, or the service's substitute for one that is too long.
+fn encode_reply<S: ServiceType>(
+    header: &[u8],
+    response: S::Response,
+    room: usize,
+) -> Result<Payload, String> {
     let unencodable = || "it cannot be encoded".to_owned();
     let reply = encode(header, &response).ok_or_else(unencodable)?;
     let bytes = reply.0.len();
@@ -148,7 +152,7 @@ fn fitting<S: ServiceType>(header: &[u8], response: S::Response, room: usize) ->
     encode(header, &excuse).ok_or_else(unencodable)
 }
 
-/// The header of Cyclone's clients, which goes back before the reply, and the request.
+/// Decodes a request and the header of Cyclone's clients, which must precede the reply.
 fn decode<T: DeserializeOwned>(client: GUID, payload: &[u8]) -> Option<(Vec<u8>, T)> {
     let with_header = is_cyclone(client)
         .then(|| payload.split_at_checked(CYCLONE_HEADER))
@@ -157,8 +161,8 @@ fn decode<T: DeserializeOwned>(client: GUID, payload: &[u8]) -> Option<(Vec<u8>,
     with_header.or_else(|| Some((Vec::new(), decode_all(payload)?)))
 }
 
-/// Decodes a value that takes the whole payload, but for padding to four bytes. ros2-client does not say in which byte order it is: what is
-/// nothing in the usual one may be something in the other.
+/// Decodes a value that fills the payload, except for padding to four bytes. ros2-client does not tell the byte order, so this tries little
+/// endian first.
 pub(super) fn decode_all<T: DeserializeOwned>(payload: &[u8]) -> Option<T> {
     [CDR_LE, CDR_BE].into_iter().find_map(|encoding| {
         let (value, consumed) = decode_payload::<T>(encoding, payload).ok()?;
@@ -166,7 +170,7 @@ pub(super) fn decode_all<T: DeserializeOwned>(payload: &[u8]) -> Option<T> {
     })
 }
 
-/// The value behind the header.
+/// Encodes the value after the header.
 pub(super) fn encode<T: Serialize>(header: &[u8], value: &T) -> Option<Payload> {
     let mut body = Vec::new();
     to_writer_with_rep_id(&mut body, &Padded(value), RepresentationIdentifier::CDR_LE).ok()?;
@@ -193,7 +197,7 @@ mod tests {
         let answer = |_| SuccessResponse { success: true, message: String::new() };
         server.serve::<Trigger>("~/stop", answer).unwrap();
         let client = user.client::<Trigger>("/server/stop", Duration::from_secs(20)).await.unwrap();
-        // They have no reader for the reply.
+        // These requests have no reader for the reply.
         let domain = gone.domain();
         let (name, kind) = (request_topic("/server/stop"), "std_srvs::srv::dds_::Trigger_Request_");
         let qos = QosPolicies::builder().reliable(rustdds::Duration::ZERO).build();

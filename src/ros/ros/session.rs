@@ -1,4 +1,4 @@
-//! A process's place in the ROS graph: one DDS participant.
+//! A process's membership in the ROS graph: one DDS participant.
 
 use super::endpoint_names::{EndpointNames, announcements};
 use super::endpoints::Domain;
@@ -20,13 +20,12 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 use tokio::task::JoinHandle;
 
-/// One DDS participant and what it knows of the others. Lives inside a tokio runtime. It leaves the graph when it and its nodes are
-/// dropped.
+/// A DDS participant, and what it knows about others. Requires a tokio runtime. It leaves the graph when it and its nodes are dropped.
 pub struct Session {
     tasks: Vec<JoinHandle<()>>,
     context: Context,
     domain: Domain,
-    /// What an operator should know of the enclave, until a node has logged it.
+    /// A warning about the enclave, until a node has logged it.
     warning: Mutex<Option<String>>,
     _participating: Participating,
 }
@@ -35,8 +34,8 @@ impl Session {
     /// Joins the domain.
     ///
     /// # Errors
-    /// [`RosError::NoNetwork`], [`RosError::Create`]; [`RosError::Security`] where the enclave's files do not allow it:
-    /// what was to be secured never runs unsecured.
+    /// [`RosError::NoNetwork`], [`RosError::Create`]; [`RosError::Security`] if the enclave's files are not valid. A process never runs
+    /// unsecured if security is requested.
     pub fn open(environment: &Environment) -> Result<Self, RosError> {
         environment.check_network()?;
         let mut builder = DomainParticipantBuilder::new(environment.domain_id);
@@ -77,7 +76,7 @@ impl Session {
         Ok(Self { tasks, context, domain, warning, _participating: Participating::new() })
     }
 
-    /// A node with the names that `names` gives it.
+    /// Creates a node with these names.
     ///
     /// # Errors
     /// [`RosError::Create`].
@@ -89,11 +88,11 @@ impl Session {
     }
 }
 
-/// A participant, called `what` in errors, with the keys and permissions in the folder `enclave`, whose files have sros2's
-/// names; and what its operator should know of the governance, if anything.
+/// Creates a participant, called `what` in errors, with the keys and permissions in the folder `enclave`, whose files have sros2's names.
+/// Also returns a warning about the governance, if any.
 ///
 /// # Errors
-/// [`RosError::Security`] for the first file that is missing, wrong or out of date, [`RosError::Create`].
+/// [`RosError::Security`] for the first file that is missing, invalid or out of date; [`RosError::Create`].
 #[cfg(feature = "security")]
 fn secured_participant(
     builder: DomainParticipantBuilder,
@@ -116,7 +115,7 @@ fn secured_participant(
     Ok((participant, payload_protection::warning(&enclave.join("governance.p7s"), domain)))
 }
 
-/// Nothing can be secured without the feature: [`Environment`] has refused it before.
+/// Fails without the feature. [`Environment`] has refused security before.
 #[cfg(not(feature = "security"))]
 fn secured_participant(
     _: DomainParticipantBuilder,
@@ -127,13 +126,13 @@ fn secured_participant(
     Err(RosError::create(what)(&"built without security"))
 }
 
-/// How long the tasks may take to be gone.
+/// How long the tasks may take to end.
 const LAST_STEPS: Duration = Duration::from_millis(200);
 
 impl Drop for Session {
     fn drop(&mut self) {
         self.tasks.iter().for_each(JoinHandle::abort);
-        // They hold the participant. The last to hold it takes it out of the graph; were that a task, the process could end before.
+        // The tasks hold the participant, and its last holder removes it from the graph. The process must not end before.
         let end = Instant::now() + LAST_STEPS;
         while !self.tasks.iter().all(JoinHandle::is_finished) && Instant::now() < end {
             std::thread::sleep(Duration::from_millis(1));

@@ -1,13 +1,13 @@
-//! What a run was like over time.
+//! Charts of a run over time.
 
-use super::looks::{Drawn, each_once};
-use crate::{ArmCommands, Change, RecordedRun, Sample, Thinned, What};
+use super::looks::{StyledRun, each_once};
+use crate::{ArmCommands, Change, ChangeKind, RecordedRun, Sample, Thinned};
 use dq_core::servo::{CLEARANCE, GoalError, Limits, PositionLimits, Tolerance};
 use dq_figures::{Axis, Color, Figure, INK, LIMIT, Line, Mark, Panel, Series, chart, over_time};
 use dq_kinematics::arm::{Chain, JointKind};
 use std::f64::consts::PI;
 
-fn time_axis(runs: &[Drawn]) -> Axis {
+fn time_axis(runs: &[StyledRun]) -> Axis {
     let times = runs.iter().flat_map(|drawn| [drawn.run.shown.start, drawn.run.shown.end]);
     let (start, end) =
         times.fold((f64::INFINITY, f64::NEG_INFINITY), |(start, end), time| (start.min(time), end.max(time)));
@@ -19,16 +19,16 @@ fn time_axis(runs: &[Drawn]) -> Axis {
     Axis::new(&format!("time from {zero} [s]"), if start < end { start..end } else { start..start + 1.0 })
 }
 
-/// How changes are marked where the colour does not have to say whose they are: a command is dashed too, and black.
+/// The marks of changes in a chart of one run: goals and laws are solid and black, states dashed.
 const GOAL_OR_LAW: (Line, Color) = (Line::Solid, INK);
 const STATE: (Line, Color) = (Line::Dashed, LIMIT);
 
-/// A panel of `series` with the runs' changes marked, and in the legend what the marks are.
-fn panel(title: &str, label: &str, series: Vec<Series>, runs: &[Drawn]) -> Panel {
+/// Returns a panel of `series` with marks for the runs' changes, and their meaning in the legend.
+fn panel(title: &str, label: &str, series: Vec<Series>, runs: &[StyledRun]) -> Panel {
     let mut panel = over_time(title, time_axis(runs), label, series);
     for drawn in runs {
         let mark = |change: &Change| {
-            let (line, color) = if change.what == What::State { STATE } else { GOAL_OR_LAW };
+            let (line, color) = if change.what == ChangeKind::State { STATE } else { GOAL_OR_LAW };
             let color = if runs.len() > 1 { drawn.color() } else { color };
             Mark { x: change.time, text: change.to.clone(), color, line }
         };
@@ -42,15 +42,15 @@ fn panel(title: &str, label: &str, series: Vec<Series>, runs: &[Drawn]) -> Panel
     panel
 }
 
-/// The changes that are marked: where they are too many to be told apart, those that are farther from each other.
+/// Returns the changes to mark. If there are too many to be distinguished, returns those with a minimum distance.
 fn shown<'a>(changes: &'a [Change], time: &Axis) -> impl Iterator<Item = &'a Change> {
-    /// So many marks of a kind have room beside each other.
+    /// The largest number of marks of one kind.
     const MOST: usize = 100;
     let length = time.range.end - time.range.start;
     let apart = if changes.len() > MOST { length / MOST as f64 } else { 0.0 };
     let mut last = [f64::NEG_INFINITY; 2];
     changes.iter().filter(move |change| {
-        let last = &mut last[usize::from(change.what == What::State)];
+        let last = &mut last[usize::from(change.what == ChangeKind::State)];
         let is_shown = change.time - *last >= apart;
         if is_shown {
             *last = change.time;
@@ -59,24 +59,24 @@ fn shown<'a>(changes: &'a [Change], time: &Axis) -> impl Iterator<Item = &'a Cha
     })
 }
 
-/// The curves of a run, one for each of its looks. They break where there is no value, and at jumps.
-fn curves(drawn: &Drawn, value: impl Fn(&Sample) -> Option<f64>) -> Vec<Series> {
-    let curve = |(look, samples): (&super::looks::Look, &[Sample])| {
+/// Returns the curves of a run, one for each law. A curve breaks at missing values and at jumps.
+fn curves(drawn: &StyledRun, value: impl Fn(&Sample) -> Option<f64>) -> Vec<Series> {
+    let curve = |(style, samples): (&super::looks::CurveStyle, &[Sample])| {
         let points = samples.iter().flat_map(|sample| points(sample, value(sample)));
-        Series::solid(&look.name, look.color, points)
+        Series::solid(&style.name, style.color, points)
     };
     drawn.samples().map(curve).collect()
 }
 
-/// The point of a sample in a curve of `value`, or a gap; after a gap where the robot jumped there.
+/// Returns the point of a sample in a curve of `value`, or a gap. If the robot jumped there, a gap precedes the point.
 fn points(sample: &Sample, value: Option<f64>) -> impl Iterator<Item = (f64, f64)> {
     let gap = (sample.time, f64::NAN);
     let point = value.filter(|value| value.is_finite()).map_or(gap, |value| (sample.time, value));
     sample.jumped.then_some(gap).into_iter().chain([point])
 }
 
-/// On logarithmic axes, with lines at the goal's tolerances.
-pub(super) fn pose_error(runs: &[Drawn]) -> Figure {
+/// The pose error on logarithmic axes, with lines at the goal's tolerances.
+pub(super) fn pose_error(runs: &[StyledRun]) -> Figure {
     let millimetres = |error: &GoalError| 1e3 * error.position;
     let degrees = |error: &GoalError| error.rotation.to_degrees();
     let row = |label: &str, part: &dyn Fn(&GoalError) -> f64| {
@@ -96,17 +96,17 @@ pub(super) fn pose_error(runs: &[Drawn]) -> Figure {
     chart("pose_error", "Pose error", &rows)
 }
 
-/// A part of the error in the run's looks.
-fn errors(drawn: &Drawn, part: impl Fn(&GoalError) -> f64) -> Vec<Series> {
-    let of = |look: &super::looks::Look| {
-        let points = look.part_of(&drawn.run.errors).iter().map(|(time, error)| (*time, part(error)));
-        Series::solid(&look.name, look.color, points)
+/// Returns a component of the error in the run's styles.
+fn errors(drawn: &StyledRun, part: impl Fn(&GoalError) -> f64) -> Vec<Series> {
+    let of = |style: &super::looks::CurveStyle| {
+        let points = style.part_of(&drawn.run.errors).iter().map(|(time, error)| (*time, part(error)));
+        Series::solid(&style.name, style.color, points)
     };
-    drawn.looks.iter().map(of).collect()
+    drawn.styles.iter().map(of).collect()
 }
 
-/// A line for each tolerance within which a goal of the runs counted as met.
-fn tolerances(runs: &[Drawn], part: impl Fn(&GoalError) -> f64) -> Vec<Series> {
+/// Returns a line for each tolerance within which a goal of the runs counted as met.
+fn tolerances(runs: &[StyledRun], part: impl Fn(&GoalError) -> f64) -> Vec<Series> {
     let range = time_axis(runs).range;
     let known = runs.iter().filter(|drawn| drawn.run.parameters_known);
     let values = each_once(known.map(|drawn| {
@@ -117,18 +117,18 @@ fn tolerances(runs: &[Drawn], part: impl Fn(&GoalError) -> f64) -> Vec<Series> {
     values.into_iter().map(|value| line(value).dashed()).collect()
 }
 
-/// The lines at what must not be passed in the runs, `value` of what holds in each from each time \[s\] on, over the whole time: one
-/// for all runs where that is the same, else one for each, in its colour.
+/// Returns lines at a bound over the whole time. `holds` returns the bounds of a run with the times \[s\] since which they hold, and
+/// `value` their number. If all runs have the same bounds, there is one line, otherwise one for each run, in the run's color.
 fn bounds<V: PartialEq>(
     name: &str,
-    runs: &[Drawn],
+    runs: &[StyledRun],
     holds: impl Fn(&RecordedRun) -> Vec<(f64, V)>,
     value: impl Fn(&V) -> Option<f64>,
 ) -> Vec<Series> {
     let (known, presumed) = with_parameters(runs);
     let each: Vec<_> = known.iter().map(|drawn| of_other_values(holds(drawn.run))).collect();
     let (time, same) = (time_axis(runs).range, each.iter().all(|other| *other == each[0]));
-    let line = |(drawn, holds): (&&Drawn, &Vec<(f64, V)>)| {
+    let line = |(drawn, holds): (&&StyledRun, &Vec<(f64, V)>)| {
         let (name, color) = match same {
             true => (format!("{name}{presumed}"), LIMIT),
             false => (format!("{}, {name}{presumed}", drawn.run.name), drawn.color()),
@@ -143,14 +143,14 @@ fn bounds<V: PartialEq>(
     lines.filter(|line| !line.points.is_empty()).collect()
 }
 
-/// Those of the values that are other ones than those before them.
+/// Removes values that are equal to the previous one.
 fn of_other_values<V: PartialEq>(mut values: Vec<(f64, V)>) -> Vec<(f64, V)> {
     values.dedup_by(|next, before| next.1 == before.1);
     values
 }
 
-/// The runs whose parameters say what the limits are, or all of them where none does, and what to add to a limit's name then.
-fn with_parameters<'a, 'b>(runs: &'b [Drawn<'a>]) -> (Vec<&'b Drawn<'a>>, &'static str) {
+/// Returns the runs whose parameters tell the limits, or all runs if there are none; and the suffix of the limit's name in that case.
+fn with_parameters<'a, 'b>(runs: &'b [StyledRun<'a>]) -> (Vec<&'b StyledRun<'a>>, &'static str) {
     let known: Vec<_> = runs.iter().filter(|drawn| drawn.run.parameters_known).collect();
     match known.is_empty() {
         true => (runs.iter().collect(), " (presumed: the bag does not say)"),
@@ -158,8 +158,8 @@ fn with_parameters<'a, 'b>(runs: &'b [Drawn<'a>]) -> (Vec<&'b Drawn<'a>>, &'stat
     }
 }
 
-/// With a line at the value below which the inverse is damped.
-pub(super) fn singular_value(runs: &[Drawn]) -> Figure {
+/// The smallest singular value, with a line at the value below which the inverse is damped.
+pub(super) fn singular_value(runs: &[StyledRun]) -> Figure {
     let value = |sample: &Sample| Some(sample.smallest_singular_value);
     let mut series: Vec<_> = runs.iter().flat_map(|drawn| curves(drawn, value)).collect();
     let threshold = |value: &f64| Some(*value);
@@ -168,12 +168,12 @@ pub(super) fn singular_value(runs: &[Drawn]) -> Figure {
     chart("singular_value", "Smallest singular value of the Jacobian", &[vec![panel]])
 }
 
-/// A panel for each joint, three in a row.
+/// Returns a figure with a panel for each joint, three in a row.
 fn each_joint(
     name: &str,
     title: &str,
     label: impl Fn(JointKind) -> &'static str,
-    runs: &[Drawn],
+    runs: &[StyledRun],
     series: impl Fn(usize) -> Vec<Series>,
 ) -> Figure {
     let count = runs.iter().map(|drawn| drawn.run.joints.len()).max().unwrap_or_default();
@@ -186,7 +186,7 @@ fn each_joint(
             let title = each_once(names.map(String::as_str)).join(", ");
             let label = each_once(kinds.map(|kind| label(*kind))).join(", ");
             let mut panel = panel(&title, &label, series(joint), runs);
-            // The marks are the same in all of them: the first row names them.
+            // All panels have the same marks; only the first one is labeled.
             panel.marks.iter_mut().filter(|_| joint > 0).for_each(|mark| mark.text.clear());
             panel
         })
@@ -194,7 +194,7 @@ fn each_joint(
     chart(name, title, &panels.chunks(3).map(<[Panel]>::to_vec).collect::<Vec<_>>())
 }
 
-pub(super) fn joint_positions(runs: &[Drawn]) -> Figure {
+pub(super) fn joint_positions(runs: &[StyledRun]) -> Figure {
     let label = |kind| match kind {
         JointKind::Revolute => "angle [rad]",
         JointKind::Prismatic => "position [m]",
@@ -216,7 +216,7 @@ pub(super) fn joint_positions(runs: &[Drawn]) -> Figure {
     })
 }
 
-/// The curve of an angle \[rad\], which breaks where the angle begins anew after a turn.
+/// Breaks the curve of an angle \[rad\] where the angle wraps.
 fn unwound(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
     let mut before = f64::NAN;
     let broken = points.iter().flat_map(|&(time, angle)| {
@@ -227,12 +227,12 @@ fn unwound(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
     broken.collect()
 }
 
-/// What a joint was sent, if it was sent anything of that kind.
+/// Returns the commands of this kind to a joint, if there are any.
 fn commanded(
-    drawn: &Drawn,
+    drawn: &StyledRun,
     kind: impl Fn(&ArmCommands) -> &Thinned<(f64, Vec<f64>)>,
     joint: usize,
-    runs: &[Drawn],
+    runs: &[StyledRun],
 ) -> Option<Series> {
     let arm = drawn.run.commands.iter().rev().find(|arm| arm.first_joint <= joint)?;
     let sent = kind(arm);
@@ -243,8 +243,8 @@ fn commanded(
     (!sent.is_empty()).then(|| curve().dashed())
 }
 
-/// Measured, commanded, and the limits.
-pub(super) fn joint_velocities(runs: &[Drawn]) -> Figure {
+/// The measured and commanded velocities, and their limits.
+pub(super) fn joint_velocities(runs: &[StyledRun]) -> Figure {
     let label = |kind| match kind {
         JointKind::Revolute => "speed [rad/s]",
         JointKind::Prismatic => "speed [m/s]",
@@ -266,7 +266,7 @@ pub(super) fn joint_velocities(runs: &[Drawn]) -> Figure {
     })
 }
 
-fn limits(runs: &[Drawn], joint: usize) -> Vec<Series> {
+fn limits(runs: &[StyledRun], joint: usize) -> Vec<Series> {
     let speeds = |(since, limits): &(f64, Limits)| (*since, limits.joint_velocity.clone());
     let of = |run: &RecordedRun| run.limits.iter().map(speeds).collect();
     let limit = |sign: f64| {
@@ -275,9 +275,9 @@ fn limits(runs: &[Drawn], joint: usize) -> Vec<Series> {
     [limit(1.0), limit(-1.0)].concat()
 }
 
-/// The position limits that the joint came near to in any of the runs: others would make its way look small.
-fn position_limits(runs: &[Drawn], joint: usize) -> Vec<Series> {
-    /// As near as this [rad, prismatic: m].
+/// Returns the position limits near which the joint was in any of the runs. Other limits would only compress the scale.
+fn position_limits(runs: &[StyledRun], joint: usize) -> Vec<Series> {
+    /// The largest distance that counts as near [rad, prismatic: m].
     const NEAR: f64 = 0.2;
     let samples = || runs.iter().flat_map(|drawn| drawn.run.samples.iter());
     let is_near = |limit: &f64| {
@@ -291,9 +291,9 @@ fn position_limits(runs: &[Drawn], joint: usize) -> Vec<Series> {
     [limit(|limits| &limits.lower), limit(|limits| &limits.upper)].concat()
 }
 
-/// With a line at what constraints keep.
-pub(super) fn clearance(runs: &[Drawn]) -> Figure {
-    let curve = |drawn: &Drawn| {
+/// The clearance, with a line at the distance that constraints keep.
+pub(super) fn clearance(runs: &[StyledRun]) -> Figure {
+    let curve = |drawn: &StyledRun| {
         let points = drawn.run.clearances.iter().map(|(time, clearance)| (*time, 1e3 * clearance));
         Series::solid(&drawn.run.name, drawn.color(), points)
     };
@@ -304,8 +304,8 @@ pub(super) fn clearance(runs: &[Drawn]) -> Figure {
     chart("clearance", "Distance of the closest pair", &[vec![panel("", "distance [mm]", series, runs)]])
 }
 
-pub(super) fn cycle_jitter(runs: &[Drawn]) -> Figure {
-    let series = |drawn: &Drawn| {
+pub(super) fn cycle_jitter(runs: &[StyledRun]) -> Figure {
+    let series = |drawn: &StyledRun| {
         let color = if runs.len() > 1 { drawn.color() } else { LIMIT };
         Series::solid(&drawn.run.name, color, drawn.run.jitter.to_vec())
     };

@@ -1,4 +1,4 @@
-//! The figures of recorded runs, several in one where there are several.
+//! The figures of recorded runs. Several runs share each figure.
 
 mod charts;
 mod looks;
@@ -7,11 +7,11 @@ mod path;
 
 use super::RecordedRun;
 use dq_figures::Figure;
-use looks::looks;
+use looks::styles;
 
-/// All figures of the runs.
+/// Returns all figures of the runs.
 pub fn plot(runs: &[RecordedRun]) -> Vec<Figure> {
-    let runs = looks(runs);
+    let runs = styles(runs);
     let mut figures = Vec::new();
     if runs.iter().any(|drawn| !drawn.run.errors.is_empty()) {
         figures.push(charts::pose_error(&runs));

@@ -1,17 +1,18 @@
-//! Outlines of keep-outs, as far as they are near the paths.
+//! Outlines of keep-outs near the paths.
 
 use dq_space::space::{Segment, Shape};
 use nalgebra::{Isometry3, Point3, Vector3};
 use std::f64::consts::PI;
 
-/// Points of a line are drawn so far apart \[m\].
+/// The distance between the points of a line \[m\].
 const STEP: f64 = 5e-3;
-/// A keep-out is drawn up to this far from the paths \[m\].
+/// The largest distance from the paths at which a keep-out is drawn \[m\].
 const MARGIN: f64 = 0.25;
-/// Points of a circle.
+/// The number of points of a circle.
 const ROUND: u32 = 48;
 
-/// The parts of the shape's outline \[m\] that are within [`MARGIN`] of the box around `points`; of a half-space lines in its plane.
+/// Returns the parts of the shape's outline \[m\] that are within [`MARGIN`] of the bounding box of `points`. A half-space is drawn as
+/// lines in its plane.
 pub(super) fn outline(shape: &Shape, points: &[Vector3<f64>]) -> Vec<Vec<Vector3<f64>>> {
     let Some(first) = points.first() else { return Vec::new() };
     let grow = Vector3::repeat(MARGIN);
@@ -27,7 +28,7 @@ pub(super) fn outline(shape: &Shape, points: &[Vector3<f64>]) -> Vec<Vec<Vector3
     lines.into_iter().flat_map(near).collect()
 }
 
-/// Both ends of a line, and where it bends.
+/// Returns the ends of a line, and the points at which it bends.
 fn bends(line: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
     let bends = |at: &usize| {
         let around = at.checked_sub(1).and_then(|before| Some((line.get(before)?, line.get(at + 1)?)));
@@ -36,7 +37,7 @@ fn bends(line: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
     (0..line.len()).filter(bends).map(|at| line[at]).collect()
 }
 
-/// The lines that show a shape \[m\]; a half-space is shown for `reach` around `middle`.
+/// Returns the lines that show a shape \[m\]. A half-space is drawn within `reach` of `middle`.
 fn lines(shape: &Shape, middle: &Vector3<f64>, reach: f64) -> Vec<Vec<Vector3<f64>>> {
     match shape {
         Shape::HalfSpace(plane) => {
@@ -62,7 +63,7 @@ fn lines(shape: &Shape, middle: &Vector3<f64>, reach: f64) -> Vec<Vec<Vector3<f6
     }
 }
 
-/// The edges of a box with half the lengths `half`.
+/// Returns the edges of a box with half the lengths `half`.
 fn edges(base_from_box: &Isometry3<f64>, half: &Vector3<f64>) -> Vec<Vec<Vector3<f64>>> {
     let corner = |signs: [f64; 3]| base_from_box * Point3::from(half.component_mul(&Vector3::from(signs)));
     let edge = |ends: [[f64; 3]; 2]| straight(&Segment { ends: ends.map(|signs| corner(signs).coords) });
@@ -72,7 +73,7 @@ fn edges(base_from_box: &Isometry3<f64>, half: &Vector3<f64>) -> Vec<Vec<Vector3
     [(-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)].into_iter().flat_map(along).collect()
 }
 
-/// Lines to and fro in the plane of x and y of a frame, up to `reach` from its origin.
+/// Returns a grid of lines in the xy plane of a frame, up to `reach` from its origin.
 fn grid(frame: &Isometry3<f64>, reach: f64) -> Vec<Vec<Vector3<f64>>> {
     let line = |ends: [[f64; 2]; 2]| {
         straight(&Segment {
@@ -83,7 +84,7 @@ fn grid(frame: &Isometry3<f64>, reach: f64) -> Vec<Vec<Vector3<f64>>> {
     (-3..=3).flat_map(|at| both(f64::from(at) / 3.0)).collect()
 }
 
-/// Both ends of a cylinder, and four lines along it.
+/// Returns the circles at both ends of a cylinder, and four lines along it.
 fn tube(core: &Segment, radius: f64) -> Vec<Vec<Vector3<f64>>> {
     let frame = core.frame();
     let along = [Vector3::x(), Vector3::y(), -Vector3::x(), -Vector3::y()]
@@ -92,14 +93,14 @@ fn tube(core: &Segment, radius: f64) -> Vec<Vec<Vector3<f64>>> {
     ends.chain(along).collect()
 }
 
-/// The circle around the middle of `axis`, square to it.
+/// Returns the circle around the middle of `axis`, perpendicular to it.
 fn circle(axis: &Segment, radius: f64) -> Vec<Vector3<f64>> {
     let frame = axis.frame();
     let at = |angle: f64| frame * Point3::from(radius * Vector3::new(angle.cos(), angle.sin(), 0.0));
     (0..=ROUND).map(|i| at(2.0 * PI * f64::from(i) / f64::from(ROUND)).coords).collect()
 }
 
-/// Points of a line, so near each other that it can be cut anywhere.
+/// Returns points of a line, dense enough to cut it anywhere.
 fn straight(line: &Segment) -> Vec<Vector3<f64>> {
     let count = (line.vector().norm() / STEP).ceil().clamp(1.0, 1e4);
     (0..=count as u32).map(|i| line.at(f64::from(i) / count)).collect()

@@ -1,6 +1,6 @@
-//! The way of the controlled point through space.
+//! The path of the controlled point through space.
 
-use super::looks::{Drawn, Look, each_once};
+use super::looks::{CurveStyle, StyledRun, each_once};
 use super::outline::outline;
 use crate::{RecordedRun, Sample};
 use dq_algebra::UnitDualQuaternion;
@@ -9,7 +9,7 @@ use dq_messages::PoseNumbers;
 use dq_space::space::KeepOut;
 use nalgebra::{Isometry3, Vector3};
 
-/// The frames along the way: so far apart that they can be distinguished, farther where there are many motions.
+/// Returns the frames along the path. They are far enough apart to be distinguished, and farther if there are many motions.
 fn frames(run: &RecordedRun) -> Vec<Isometry3<f64>> {
     const APART: (f64, f64) = (0.02, 0.2);
     let mut drawn: Option<UnitDualQuaternion> = None;
@@ -26,9 +26,9 @@ fn frames(run: &RecordedRun) -> Vec<Isometry3<f64>> {
     run.samples.iter().filter(is_apart).map(|sample| frameplotter(&sample.pose.half_log())).collect()
 }
 
-/// Start, the goals of motions, and end; of many goals the places without their numbers.
+/// Returns the start, the goals of motions, and the end. If there are many goals, they are not numbered.
 fn places(run: &RecordedRun) -> Vec<Place> {
-    /// So many goals are named.
+    /// The largest number of goals that are named.
     const NAMED: usize = 9;
     let goals: Vec<_> = run.motions.iter().filter_map(|motion| motion.goal).collect();
     let goal = |(number, [x, y, z, ..]): (usize, &PoseNumbers)| {
@@ -43,8 +43,8 @@ fn places(run: &RecordedRun) -> Vec<Place> {
     start.into_iter().chain(goals.iter().enumerate().map(goal)).chain(end).collect()
 }
 
-/// The outlines of what the arm kept out of in any of the runs, and the tool stayed in, near these ways.
-fn solids(runs: &[Drawn], ways: &[Path]) -> Vec<Path> {
+/// Returns the outlines of all runs' keep-outs and keep-ins near these paths.
+fn solids(runs: &[StyledRun], ways: &[Path]) -> Vec<Path> {
     let points: Vec<_> = ways.iter().flat_map(|way| &way.points).copied().collect();
     let outlines = |name: &str, line: Line, of: fn(&RecordedRun) -> &Vec<KeepOut>| {
         let known = each_once(runs.iter().flat_map(|drawn| of(drawn.run)));
@@ -55,22 +55,22 @@ fn solids(runs: &[Drawn], ways: &[Path]) -> Vec<Path> {
     [keep_outs, outlines("keep-ins", Line::Dashed, |run| &run.keep_ins)].concat()
 }
 
-pub(super) fn tool_path(runs: &[Drawn]) -> Figure {
-    let path = |look: &Look, way: &[Sample]| Path {
-        name: look.name.clone(),
-        color: look.color,
+pub(super) fn tool_path(runs: &[StyledRun]) -> Figure {
+    let path = |style: &CurveStyle, way: &[Sample]| Path {
+        name: style.name.clone(),
+        color: style.color,
         line: Line::Solid,
         points: way.iter().map(|sample| sample.pose.translation()).collect(),
     };
-    let paths = |(look, samples): (&Look, &[Sample])| {
-        samples.chunk_by(|_, next| !next.jumped).map(|way| path(look, way)).collect::<Vec<_>>()
+    let paths = |(style, samples): (&CurveStyle, &[Sample])| {
+        samples.chunk_by(|_, next| !next.jumped).map(|way| path(style, way)).collect::<Vec<_>>()
     };
-    // Of a stream of goals the way that they went; a goal from before the first motion is none of it.
-    let moved = |drawn: &Drawn| {
+    // For a stream of goals, draw the path of the goals, without a goal from before the first motion.
+    let moved = |drawn: &StyledRun| {
         drawn.run.goals.iter().filter(|(time, _)| *time >= 0.0).map(|(_, goal)| *goal).collect::<Vec<_>>()
     };
-    let streams = |drawn: &&Drawn| (1..moved(drawn).len()).contains(&drawn.run.motions.len());
-    let goals = |drawn: &Drawn| Path {
+    let streams = |drawn: &&StyledRun| (1..moved(drawn).len()).contains(&drawn.run.motions.len());
+    let goals = |drawn: &StyledRun| Path {
         name: format!("{}, goals", drawn.run.name),
         color: if runs.len() > 1 { drawn.color() } else { LIMIT },
         line: Line::Dashed,

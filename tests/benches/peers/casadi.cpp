@@ -1,4 +1,4 @@
-// CasADi: the C that casadi_laws.py had it generate, with this arm's constants in it.
+// CasADi: the C code that casadi_laws.py generated with it, including this arm's constants.
 #include "laws.h"
 #include "peer.hpp"
 

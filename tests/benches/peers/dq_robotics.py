@@ -31,7 +31,7 @@ for question in sys.stdin:
         print(*[repr(float(x)) for row in numbers for x in row], flush=True)
     else:
         task, total = TASKS[question], 0
-        # Each configuration by its shortest time, so that being interrupted does not count.
+        # Each configuration counts by its shortest time, so that interruptions do not count.
         for start in STARTS:
             times = []
             for _ in range(4):

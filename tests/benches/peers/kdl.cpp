@@ -7,7 +7,7 @@
 int main(int, char **arguments) {
     Peer peer(arguments[1]);
     KDL::Chain chain;
-    // KDL's modified DH has its fixed part before the joint: a fixed segment, then one that turns.
+    // KDL's modified DH has its fixed part before the joint: a fixed segment, then a revolute one.
     for (int i = 0; i < 6; ++i) {
         chain.addSegment(KDL::Segment(KDL::Joint(KDL::Joint::None), KDL::Frame::DH_Craig1989(A[i], ALPHA[i], D[i], 0.0)));
         chain.addSegment(KDL::Segment(KDL::Joint(KDL::Joint::RotZ), KDL::Frame::Identity()));

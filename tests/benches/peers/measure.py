@@ -62,7 +62,7 @@ def main():
             for name in (name for name in peers if task in tasks[name]):
                 samples[name, task].append(float(peers[name].ask(task)[0]))
     ns = {name: {task: statistics.median(samples[name, task]) for task in tasks[name]} for name in peers}
-    # Round by round: a slow stretch of the machine meets both.
+    # Round by round, so that a slow phase of the machine affects both.
     quotient = lambda name, task: statistics.median(
         ours / theirs for ours, theirs in zip(samples["ours", task], samples[name, task])
     )

@@ -1,4 +1,4 @@
-// What the C++ peers have in common: inputs, and answers to what measure.py asks.
+// The common part of the C++ peers: inputs, and answers to the requests of measure.py.
 #pragma once
 #include <algorithm>
 #include <array>
@@ -41,14 +41,14 @@ struct Peer {
         }
     }
 
-    // `each` is compiled into the loop: a call through a pointer for a slice of the configurations, not for each.
+    // `each` is compiled into the loop, so that a call through a pointer is needed per slice only, not per configuration.
     template <class F> void task(const std::string &name, F each) {
         tasks[name] = [each](size_t first, size_t last) mutable {
             for (size_t i = first; i < last; ++i) each(i);
         };
     }
 
-    // Each slice by its shortest time, so that being interrupted does not count.
+    // Each slice counts by its shortest time, so that interruptions do not count.
     double measure(std::function<void(size_t, size_t)> &task) {
         const size_t rounds = 4, slice = 64;
         double sum = 0;
@@ -82,5 +82,5 @@ struct Peer {
     }
 };
 
-// Keeps the compiler from leaving out what nobody reads.
+// Keeps the compiler from removing unused results.
 template <class T> inline void keep(T &value) { asm volatile("" : : "r"(&value) : "memory"); }

@@ -1,4 +1,4 @@
-// Pinocchio: joint placements, the frame's Jacobian, and logc by its logarithm and a Cholesky decomposition of fixed size.
+// Pinocchio: joint placements, the frame's Jacobian, and logc with its logarithm and a Cholesky decomposition of fixed size.
 #include <pinocchio/algorithm/frames.hpp>
 #include <pinocchio/algorithm/jacobian.hpp>
 #include <pinocchio/algorithm/kinematics.hpp>

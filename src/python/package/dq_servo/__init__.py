@@ -1,7 +1,8 @@
 """Dual-quaternion control of serial arms: kinematics, control laws, the servo in fake time, bags, and the comparison of laws.
 
-Metres, radians, seconds. Quaternions are (w, x, y, z), dual quaternions (real, dual), twists and Jacobians' rows (angular, linear).
-Arrays are taken as whatever numpy makes one of, and given as numpy's. What is wrong is a ValueError that says what was expected.
+Units are meters, radians and seconds. Quaternions are (w, x, y, z), dual quaternions (real, dual), twists and rows of Jacobians
+(angular, linear). Array arguments may be anything that numpy converts to an array; results are numpy arrays. Invalid arguments raise a
+ValueError that says what was expected.
 """
 
 from ._native import (
