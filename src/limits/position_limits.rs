@@ -28,7 +28,7 @@ const ASIDE: [(JointKind, f64); 2] = [(JointKind::Revolute, 0.3), (JointKind::Pr
 
 impl PositionLimits {
     /// Returns positions near `positions` within the limits, so that the tool's pose there is reachable. Joints move up by 0.3 rad or 0.1
-    /// m. If their limits leave no room for that, they move down; and if there is no room either way, by half of the larger distance.
+    /// m. If their limits leave no room for that, they move down; and if neither direction has room, by half of the larger distance.
     pub fn beside(&self, positions: &[f64], kinds: &[JointKind]) -> Vec<f64> {
         let bounds = self.lower.iter().zip(&self.upper);
         let aside = |((position, kind), (lower, upper)): ((&f64, &JointKind), (&f64, &f64))| {
