@@ -41,7 +41,7 @@ impl Joints<'_> {
             range: (lowest.max(-velocity), highest.min(velocity)),
             next: (0.0, 0.0),
         };
-        // By construction the stop lies within the range; this allows for rounding.
+        // The stop lies within the range by construction; this allows for rounding.
         let (stop, down) = (pace.stopped(span.slower, jerk), -span.highest(pace.mirrored(), -span.range.0));
         span.next = (stop.min(down), stop.max(span.highest(pace, span.range.1)));
         span

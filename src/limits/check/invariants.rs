@@ -183,7 +183,7 @@ impl Invariants {
         let goes_on = speed * before >= 0.0 && speed.abs() <= before.abs();
         let acceleration = self.limits.joint_acceleration[joint];
         let (step, joint) = ((speed - before).abs(), joint + 1);
-        // Of several lost commands some may have slowed down and others not.
+        // If commands were lost, some of them may have slowed the joint down and others not.
         let most = if goes_on || elapsed > 1.5 * period { acceleration.max(latched) } else { acceleration };
         if step > rounded(most * elapsed, before) {
             return Err(Violation::Acceleration { joint, step, limit: most * elapsed });

@@ -72,7 +72,7 @@ impl Fitted {
             (middles[1], other.core.vector()),
             (middles[0], middles[1] - middles[0]),
         ];
-        // For balls about one point there is no direction, and any will do.
+        // Balls about one point have no direction: any will do.
         let axes: Vec<_> = axes.into_iter().chain(longest).chain([(middles[0], Vector3::z())]).collect();
         let balls = [self, other].into_iter().flat_map(|one| one.core.ends.map(|end| (end, one.radius)));
         smallest(&axes, balls).unwrap_or(*self)
@@ -302,7 +302,7 @@ mod tests {
         // Round ends that extend over the corners are thicker, and end sooner.
         let plain = volume(0.6, 0.02_f64.hypot(0.03));
         assert!(long.volume() < plain && long.volume() > 0.9 * plain, "{} {plain}", long.volume());
-        // By the derivative: (R² + d²) = 2 (h − d) d + 2 d √(R² + d²), if the core ends d before the rims.
+        // The derivative is zero: (R² + d²) = 2 (h − d) d + 2 d √(R² + d²), if the core ends d before the rims.
         let (radius, half) = (0.1_f64, 0.3);
         let rod = Fitted::cylinder(radius, 2.0 * half);
         let d = half - 0.5 * rod.core.vector().norm();
