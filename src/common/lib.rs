@@ -1,6 +1,6 @@
-//! What every member shares: text that comes from outside, and enums whose variants have names.
+//! Code that all members share: handling of text from outside, and enums whose variants have names.
 #![warn(clippy::unwrap_used, clippy::expect_used)]
-// Both panic where nobody reads: results go through cli::print, all else through stderr.
+// These macros panic if nobody reads the output: results go through cli::print, everything else through stderr.
 #![warn(clippy::print_stdout, clippy::print_stderr)]
 
 mod names;

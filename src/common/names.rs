@@ -2,15 +2,15 @@
 
 use thiserror::Error;
 
-/// A name that is none of those expected.
+/// The error for a name that is not one of the expected ones.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[error("unknown {kind} {name:?}: expected one of {expected}")]
 pub struct UnknownName {
-    /// What it was meant to name.
+    /// The kind of thing that the name should denote.
     pub kind: &'static str,
-    /// The name.
+    /// The unknown name.
     pub name: String,
-    /// The names that there are.
+    /// The known names.
     pub expected: String,
 }
 
@@ -26,10 +26,10 @@ macro_rules! named {
         pub enum $enum { $($(#[$doc])* $variant,)* }
 
         impl $enum {
-            /// The name of each.
+            /// The names of all variants.
             pub const NAMES: &'static [&'static str] = &[$($name),*];
 
-            /// The name.
+            /// Returns the variant's name.
             pub fn name(self) -> &'static str {
                 match self { $(Self::$variant => $name,)* }
             }

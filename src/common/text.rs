@@ -1,4 +1,4 @@
-//! Text and lists that come from outside: cut, or refused, before they are kept, logged or repeated.
+//! Handling of text and lists from outside: they are shortened or refused before they are kept, logged or repeated.
 
 use serde::de::{Error, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer};
@@ -6,15 +6,16 @@ use std::borrow::Cow;
 use std::fmt;
 use std::marker::PhantomData;
 
-/// The longest text from outside that is taken whole \[bytes\]. Every ROS 2 name is shorter.
+/// Length of the longest text from outside that is kept whole \[bytes\]. Every ROS 2 name is shorter.
 pub const LONGEST: usize = 250;
 
-/// The longest list from outside that is taken. No robot has so many joints; looking through more takes longer than a cycle.
+/// Length of the longest list from outside that is accepted. No robot has as many joints, and processing a longer list would take longer
+/// than a cycle.
 pub const MOST: usize = 100_000;
 
 const ELLIPSIS: char = '…';
 
-/// The text, or its first [`LONGEST`] bytes with an ellipsis among them.
+/// Returns the text if it has at most [`LONGEST`] bytes. A longer text is shortened to that length, including an ellipsis at its end.
 pub fn cut(text: &str) -> Cow<'_, str> {
     if text.len() <= LONGEST {
         return Cow::Borrowed(text);
@@ -23,12 +24,13 @@ pub fn cut(text: &str) -> Cow<'_, str> {
     Cow::Owned(format!("{}{ELLIPSIS}", &text[..end]))
 }
 
-/// How much of a name from outside is shown \[characters\].
+/// Number of characters of a name from outside that are shown.
 pub const NAME: usize = 80;
-/// How much of what is wrong with a file from outside is shown \[characters\].
+/// Number of characters of an error message about a file from outside that are shown.
 pub const REASON: usize = 400;
 
-/// A text from outside as it can stand in a figure, a table and a line: without control characters, and no longer than `longest`.
+/// Returns a text from outside in a form that fits into a figure, a table or a line: without control characters, and with at most `longest`
+/// characters before an ellipsis.
 pub fn shown(text: &str, longest: usize) -> String {
     let clean = |c: char| if c.is_control() { char::REPLACEMENT_CHARACTER } else { c };
     let mut shown: String = text.chars().take(longest).map(clean).collect();
@@ -38,7 +40,7 @@ pub fn shown(text: &str, longest: usize) -> String {
     shown
 }
 
-/// A text from outside as it is, in its lines, but without control characters that could drive a terminal.
+/// Returns a text from outside with its line breaks, but without control characters that could control a terminal.
 pub fn shown_lines(text: &str) -> String {
     let clean = |c: char| match c {
         '\n' | '\t' => c,
@@ -48,7 +50,7 @@ pub fn shown_lines(text: &str) -> String {
     text.chars().map(clean).collect()
 }
 
-/// Text as it stands in XML, also between quotes.
+/// Escapes a text for XML. The result may also stand between quotes.
 pub fn escaped(text: &str) -> String {
     text.chars().fold(String::new(), |mut out, character| {
         match character {
@@ -56,7 +58,7 @@ pub fn escaped(text: &str) -> String {
             '<' => out.push_str("&lt;"),
             '>' => out.push_str("&gt;"),
             '"' => out.push_str("&quot;"),
-            // XML has no way to write most of these.
+            // XML cannot represent most control characters.
             control if control.is_control() => out.push(char::REPLACEMENT_CHARACTER),
             other => out.push(other),
         }
@@ -64,34 +66,34 @@ pub fn escaped(text: &str) -> String {
     })
 }
 
-/// Deserializes a text, cut before it is copied.
+/// Deserializes a text, and shortens it before it is copied.
 ///
 /// # Errors
-/// The deserializer's.
+/// Returns the deserializer's error.
 pub fn deserialize_cut<'de, D: Deserializer<'de>>(deserializer: D) -> Result<String, D::Error> {
     Short::deserialize(deserializer).map(|Short(text)| text)
 }
 
-/// Deserializes a list of texts, each cut, of [`MOST`] at most.
+/// Deserializes a list of at most [`MOST`] texts, and shortens each.
 ///
 /// # Errors
-/// The deserializer's; a longer list is read no further.
+/// Returns the deserializer's error, or an error for a longer list, which is not read to its end.
 pub fn deserialize_cuts<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<String>, D::Error> {
     let texts: Vec<Short> = deserialize_few(deserializer)?;
     Ok(texts.into_iter().map(|Short(text)| text).collect())
 }
 
-/// Deserializes a list of [`MOST`] elements at most.
+/// Deserializes a list of at most [`MOST`] elements.
 ///
 /// # Errors
-/// The deserializer's; a longer list is read no further.
+/// Returns the deserializer's error, or an error for a longer list, which is not read to its end.
 pub fn deserialize_few<'de, D: Deserializer<'de>, T: Deserialize<'de>>(
     deserializer: D,
 ) -> Result<Vec<T>, D::Error> {
     deserializer.deserialize_seq(Few(PhantomData))
 }
 
-/// A text that was cut where it came in.
+/// A text that was shortened during deserialization.
 struct Short(String);
 
 impl<'de> Deserialize<'de> for Short {
@@ -151,7 +153,7 @@ mod tests {
     }
 
     #[test]
-    fn a_text_in_lines_keeps_them_and_drives_no_terminal() {
+    fn line_breaks_stay_and_control_characters_are_replaced() {
         let robot = "<robot>\n\t<link name=\"ä\"/>\n</robot>\n";
         assert_eq!(shown_lines(robot), robot);
         assert_eq!(shown_lines("a\r\u{1b}[2J\u{9b}b\0"), "a\u{fffd}\u{fffd}[2J\u{fffd}b\u{fffd}");
@@ -159,7 +161,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn what_is_left_is_a_beginning_and_never_too_long(text in "(a|ä|🤖){0,300}") {
+        fn a_cut_text_is_a_prefix_and_never_too_long(text in "(a|ä|🤖){0,300}") {
             let short = cut(&text);
             prop_assert!(short.len() <= LONGEST);
             prop_assert!(text.starts_with(short.strip_suffix(ELLIPSIS).unwrap_or(&short)));

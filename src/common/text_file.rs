@@ -1,13 +1,14 @@
-//! Text files that somebody names on a command line or in a parameter.
+//! Text files that a user names on a command line or in a parameter.
 
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::Path;
 
-/// What is in a regular file of at most that many bytes. Others are not opened: a FIFO may wait for ever, and a device may never end.
+/// Returns the content of a regular file of at most `most` bytes. Other kinds of files are not opened: reading a FIFO may block forever,
+/// and a device may never end.
 ///
 /// # Errors
-/// The operating system's, and what is wrong with the file in words.
+/// Returns the operating system's error, or an error that says what is wrong with the file.
 pub fn bytes(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     if !std::fs::metadata(path)?.is_file() {
         return Err(io::Error::other("it is no regular file"));
@@ -20,10 +21,10 @@ pub fn bytes(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     }
 }
 
-/// The text of such a file.
+/// Returns the text of a regular file of at most `most` bytes.
 ///
 /// # Errors
-/// The same, and that it is no UTF-8.
+/// Returns the errors of [`bytes`], and an error if the content is not UTF-8.
 pub fn read(path: &Path, most: u64) -> io::Result<String> {
     let no_text = |_| io::Error::new(io::ErrorKind::InvalidData, "it is no UTF-8 text");
     String::from_utf8(bytes(path, most)?).map_err(no_text)

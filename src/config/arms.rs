@@ -1,4 +1,4 @@
-//! The built-in arms: parameter files inside the program.
+//! The built-in arms: parameter files embedded in the program.
 
 macro_rules! arm {
     ($name:literal) => {
@@ -6,7 +6,7 @@ macro_rules! arm {
     };
 }
 
-/// Parameter files by the names of their arms.
+/// The parameter files by the names of their arms.
 pub const ARMS: [(&str, &str); 9] = [
     ("puma560", super::BUILTIN_FILE),
     arm!("ur3e"),
@@ -19,7 +19,7 @@ pub const ARMS: [(&str, &str); 9] = [
     arm!("iiwa14"),
 ];
 
-/// The parameter file of the built-in arm of that name.
+/// Returns the parameter file of the built-in arm with this name.
 pub fn arm_file(name: &str) -> Option<(&'static str, &'static str)> {
     ARMS.into_iter().find(|(known, _)| *known == name)
 }

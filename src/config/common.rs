@@ -1,4 +1,4 @@
-//! The parameters that the nodes share: the cycle, the arm, its joints and its frames.
+//! The parameters that nodes share: the cycle, the arm, its joints and its frames.
 
 use super::described;
 use dq_algebra::UnitDualQuaternion;
@@ -9,7 +9,7 @@ use dq_params::{Declarer, ParameterError, Parameters, exactly};
 use std::f64::consts::TAU;
 use std::time::Duration;
 
-/// The arm as parameters give it.
+/// The arm described by parameters.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ArmParameters {
     /// Its kinematics.
@@ -20,53 +20,53 @@ pub struct ArmParameters {
     pub base_frame: String,
     /// Frame of the tool.
     pub tool_frame: String,
-    /// The node's cycle.
+    /// The control period of the node.
     pub period: Duration,
     /// The SCHED_FIFO priority of the cycle's thread; 0 for none.
     pub realtime_priority: u8,
     /// Whether stamps follow `/clock`.
     pub simulated_time: bool,
-    /// The robot description that the arm is from, as it was read and as text; none for an arm of DH rows.
+    /// The robot description of the arm, as parsed and as text; `None` for an arm of DH rows.
     pub description: Option<(Description, String)>,
 }
 
 /// The parameters of the cycle. The guard declares them too, so that one file can set all nodes.
 #[derive(Parameters)]
 pub(super) struct CycleParameters {
-    /// stamps follow /clock; timeouts and the cycle keep to the system's monotonic clock, whatever it does
+    /// stamps follow /clock; timeouts and the cycle always follow the system's monotonic clock
     #[parameter(fixed)]
     use_sim_time: bool,
     /// rate of the cycle of servo and simulated arm \[Hz\]
     #[parameter(default = 500, range = 1..=2000, fixed)]
     update_rate: i64,
-    /// SCHED_FIFO priority of the cycle's thread, that of the DDS threads is one less, with the node's memory locked; the system must
-    /// allow both. 0: threads like others
+    /// SCHED_FIFO priority of the cycle's thread (the DDS threads have one less), with the node's memory locked; the system must allow
+    /// both; 0: normal threads
     #[parameter(range = 0..=99, fixed)]
     realtime_priority: i64,
 }
 
 impl CycleParameters {
-    /// The time from one cycle to the next.
+    /// Returns the control period.
     pub fn period(&self) -> Duration {
         period(self.update_rate)
     }
 
-    /// The SCHED_FIFO priority; 0 for none.
+    /// Returns the SCHED_FIFO priority; 0 for none.
     pub fn priority(&self) -> u8 {
         u8::try_from(self.realtime_priority).unwrap_or(0)
     }
 }
 
-/// The rate of trajectories, which servo and guard declare.
+/// The rate of trajectories, declared by servo and guard.
 #[derive(Parameters)]
 pub(super) struct TrajectoryParameters {
-    /// rate of the servo's cycle, and of its points, where interface is trajectory \[Hz\]
+    /// rate of the servo's cycle, and of its points, if interface is trajectory \[Hz\]
     #[parameter(default = 100, range = 1..=500, fixed)]
     trajectory_rate: i64,
 }
 
 impl TrajectoryParameters {
-    /// The period of a servo's commands and of its cycle, where that of its other cycles is `period`.
+    /// Returns the control period of a servo with this `interface`; `other` is that for other interfaces.
     pub fn period(&self, interface: Interface, other: Duration) -> Duration {
         if interface == Interface::Trajectory { period(self.trajectory_rate) } else { other }
     }
@@ -76,7 +76,7 @@ fn period(rate: i64) -> Duration {
     Duration::from_secs_f64(1.0 / rate.max(1) as f64)
 }
 
-/// The joints, which every node declares.
+/// The joints, declared by every node.
 #[derive(Parameters)]
 pub(super) struct JointParameters {
     /// joint names, base first
@@ -85,10 +85,10 @@ pub(super) struct JointParameters {
 }
 
 impl JointParameters {
-    /// The joint names.
+    /// Returns the joint names.
     ///
     /// # Errors
-    /// [`ParameterError::Invalid`] where there is none, or one is empty or there twice.
+    /// [`ParameterError::Invalid`] if there are none, or if a name is empty or occurs twice.
     pub fn names(self) -> Result<Vec<String>, ParameterError> {
         let names = &self.joints;
         if names.is_empty() {
@@ -104,7 +104,7 @@ impl JointParameters {
     }
 }
 
-/// The arm's frames and description. None has a default, which would name a robot that is not there: a file names them, at least the
+/// The arm's frames and description. They have no defaults, which would name a robot that does not exist: a file names them, at least the
 /// built-in one.
 #[derive(Parameters)]
 struct FrameParameters {
@@ -114,11 +114,11 @@ struct FrameParameters {
     /// frame of the arm's tool
     #[parameter(fixed)]
     tool_frame: String,
-    /// URDF of the robot: the arm is what it has between base_frame and tool_frame, in place of arm.*
+    /// URDF of the robot: the arm is its part between base_frame and tool_frame, in place of arm.*
     #[parameter(fixed)]
     robot_description: String,
     /// file with the robot_description
-    // The start reads it: its arm is in robot_description.
+    // It is read at the start; then its arm is in robot_description.
     #[parameter(name = "robot_file", fixed)]
     _robot_file: String,
 }
@@ -130,22 +130,22 @@ struct RowParameters {
     /// Denavit-Hartenberg convention of the rows
     #[parameter(one_of = &["modified_dh", "standard_dh"], default = "modified_dh", required, fixed)]
     convention: Convention,
-    /// link twists, one a joint \[rad\]
+    /// link twists, one per joint \[rad\]
     #[parameter(required, fixed)]
     alpha: Vec<f64>,
-    /// link lengths, one a joint \[m\]
+    /// link lengths, one per joint \[m\]
     #[parameter(required, fixed)]
     a: Vec<f64>,
-    /// link offsets, one a joint \[m\]
+    /// link offsets, one per joint \[m\]
     #[parameter(required, fixed)]
     d: Vec<f64>,
-    /// offsets of the joint angles, one a joint; empty: zeros \[rad\]
+    /// offsets of the joint angles, one per joint; empty: zeros \[rad\]
     #[parameter(fixed)]
     theta_offset: Vec<f64>,
 }
 
 impl RowParameters {
-    /// The kinematics of these rows, one for each of `count` joints.
+    /// Returns the kinematics of these rows, one for each of `count` joints.
     fn chain(&self, count: usize) -> Result<Chain, ParameterError> {
         for (name, list) in [("arm.alpha", &self.alpha), ("arm.a", &self.a), ("arm.d", &self.d)] {
             exactly(name, list, count)?;
@@ -188,15 +188,15 @@ impl Parameters for ArmParameters {
     }
 }
 
-/// Fails where a list has neither `count` items nor none.
+/// Checks that a list has `count` items or none.
 ///
 /// # Errors
-/// [`ParameterError::Invalid`].
+/// [`ParameterError::Invalid`] for any other length.
 pub(super) fn exactly_or_none(name: &'static str, list: &[f64], count: usize) -> Result<(), ParameterError> {
     if list.is_empty() { Ok(()) } else { exactly(name, list, count) }
 }
 
-/// Fails where an angle is larger than a turn: then the table is in degrees.
+/// Checks that no angle is larger than a turn; such a table is in degrees.
 fn check_radians(name: &'static str, angles: &[f64]) -> Result<(), ParameterError> {
     let expected = "radians, -2π to 2π (are these degrees?)";
     let large = angles.iter().find(|angle| angle.abs() > TAU);
@@ -206,16 +206,16 @@ fn check_radians(name: &'static str, angles: &[f64]) -> Result<(), ParameterErro
 /// The numbers of a pose: x y z \[m\], then qx qy qz qw.
 pub(super) type PoseNumbers = [f64; 7];
 
-/// The numbers of the identity.
+/// The identity.
 pub(super) const NO_POSE: PoseNumbers = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0];
 
-/// The numbers of `pose`.
+/// Returns the numbers of `pose`.
 pub(super) fn numbers_of(pose: &UnitDualQuaternion) -> PoseNumbers {
     let (t, r) = (pose.translation(), pose.real());
     [t.x, t.y, t.z, r.i, r.j, r.k, r.w]
 }
 
-/// The pose that the parameter `name` has.
+/// Returns the pose that the parameter `name` contains.
 pub(super) fn pose(name: &'static str, numbers: PoseNumbers) -> Result<UnitDualQuaternion, ParameterError> {
     let [x, y, z, orientation @ ..] = numbers;
     let invalid = |why| ParameterError::invalid(name, format!("{numbers:?}"), format!("a pose: {why}"));

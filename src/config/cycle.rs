@@ -1,4 +1,4 @@
-//! The parameters of every node that runs the servo cycle, for one arm or for two.
+//! The parameters of the nodes that run the servo cycle, for one or two arms.
 
 use super::common::{NO_POSE, PoseNumbers, TrajectoryParameters, pose};
 use super::scene::SceneParameters;
@@ -10,35 +10,35 @@ use dq_params::{ParameterError, Parameters};
 use std::time::Duration;
 
 named! {
-    /// How reliably joint states are subscribed to.
+    /// The reliability with which joint states are subscribed.
     "reliability" StatesReliability {
-        /// Reliable, until a publisher offers best effort only: then best effort, which hears reliable ones too.
+        /// Reliable, until a publisher only offers best effort; then best effort, which also receives from reliable ones.
         Auto = "auto",
-        /// Lost states are sent again; publishers that offer best effort only are not heard.
+        /// Lost states are sent again. Publishers that only offer best effort are not received.
         Reliable = "reliable",
-        /// Lost states are lost.
+        /// Lost states stay lost.
         BestEffort = "best_effort",
     }
 }
 
-/// A servo node's parameters, typed and checked as a whole.
+/// The parameters of a servo node, typed and checked as a whole.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ServoParameters {
     /// The arm, or the two arms.
     pub arms: Arms,
     /// The joint names of each arm.
     pub joints: Vec<JointOrder>,
-    /// The frame in which goals come.
+    /// The frame of goals.
     pub goal_frame: String,
-    /// The tool's frame, in which twists may come too.
+    /// The tool's frame, in which twists may also be given.
     pub tool_frame: String,
-    /// What may change while the servo runs.
+    /// The settings that may change while the servo runs.
     pub settings: Settings,
-    /// How many keep-outs and keep-ins are set that the arm does not look at, as constraints are off.
+    /// The number of keep-outs and keep-ins that have no effect because constraints are off.
     pub idle_keep_outs: usize,
-    /// How reliably joint states are subscribed to.
+    /// The reliability with which joint states are subscribed.
     pub joint_states: StatesReliability,
-    /// The node's cycle.
+    /// The control period of the node.
     pub period: Duration,
     /// The SCHED_FIFO priority of the cycle's thread; 0 for none.
     pub realtime_priority: u8,
@@ -46,15 +46,16 @@ pub struct ServoParameters {
     pub simulated_time: bool,
 }
 
-/// The parameters that all servos have alike, whatever their law.
+/// The parameters that all servos share, whatever their law.
 #[derive(Parameters)]
 pub(super) struct CommonParameters {
-    /// QoS with which joint states are subscribed; auto: reliable until a publisher offers best effort only
+    /// QoS with which joint states are subscribed; auto: reliable until a publisher only offers best effort
     #[parameter(one_of = StatesReliability::NAMES, default = StatesReliability::Auto, fixed)]
     reliability: StatesReliability,
     #[parameter(group)]
     pub settings: Settings,
-    /// the tool that goes to the goal, in tool_frame: x y z \[m\], then qx qy qz qw; another one stands until it is asked to move
+    /// the tool that goes to the goal, in tool_frame: x y z \[m\], then qx qy qz qw; after a change the arm stands until it is asked to
+    /// move again
     #[parameter(default = NO_POSE)]
     tool_offset: PoseNumbers,
     #[parameter(group)]
@@ -67,8 +68,7 @@ pub(super) struct CommonParameters {
 #[derive(Parameters)]
 #[parameters(prefix = "damping.")]
 pub(super) struct DampingParameters {
-    /// lambda of the damped inverse at a singularity; a rad of the tool's rotation and a m of its way, and a rad and a m of joints, weigh
-    /// alike
+    /// lambda of the damped inverse at a singularity; rad and m weigh alike, both of the tool and of the joints
     #[parameter(default = 0.05, range = 0.0..=1.0)]
     max: f64,
     /// smallest singular value below which damping begins
@@ -83,10 +83,10 @@ impl From<DampingParameters> for Damping {
 }
 
 impl CommonParameters {
-    /// The servo of these parameters for `arms`, each of them like `arm`; `tool_frame` is that of its tool.
+    /// Builds the servo parameters for `arms`, each of which is like `arm`.
     ///
     /// # Errors
-    /// [`ParameterError`] where values do not fit each other.
+    /// [`ParameterError`] if values do not match each other.
     pub fn build(
         self,
         arm: &ArmParameters,
@@ -118,13 +118,13 @@ impl CommonParameters {
 
 /// The frames of goals and twists.
 pub(super) struct Frames {
-    /// In which goals come.
+    /// The frame of goals.
     pub goal: String,
-    /// The tool's frame, in which twists may come too.
+    /// The tool's frame, in which twists may also be given.
     pub tool: String,
 }
 
-/// The error of settings that a running servo would refuse.
+/// Converts the error of settings that a running servo would reject.
 fn invalid(why: SettingsError) -> ParameterError {
     ParameterError::invalid("settings", "as given", format!("settings that a servo takes: {why}"))
 }

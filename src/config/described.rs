@@ -1,4 +1,4 @@
-//! An arm that a robot description gives: what it says takes the place of parameters that nobody gives.
+//! An arm from a robot description, whose values replace parameters that are not set.
 
 use dq_common::text::cut;
 use dq_common::text_file;
@@ -15,32 +15,32 @@ use std::io;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
-/// What a robot description gives a node.
+/// What a robot description provides to a node.
 pub(super) struct Described {
     /// The whole text.
     pub text: String,
-    /// Where it is from.
+    /// Its source.
     source: String,
     /// The file, if it is one.
     file: Option<PathBuf>,
-    /// What of it was not as it should be but was read all the same.
+    /// What is irregular in it, although it could be read.
     pub odd: Option<String>,
-    /// The arm that it has between the frames.
+    /// The arm between the frames.
     pub arm: DescribedArm,
-    /// Its base and its tool frame.
+    /// The names of the base and the tool frame.
     frames: [String; 2],
-    /// Whether nobody named one of them.
+    /// Whether one of the frames was guessed.
     guessed: bool,
 }
 
-/// An arm whose description names no accelerations gets what takes its joints to their velocity limits in this time \[s\].
+/// Time from rest to the velocity limit \[s\], which determines the acceleration of joints whose description has none.
 const TIME_TO_FULL_SPEED: f64 = 0.5;
 
 impl Described {
-    /// What is described to a node that is given these values; none where no description is among them.
+    /// Reads the description among the given values; `None` if there is none.
     ///
     /// # Errors
-    /// [`ParameterError::Missing`] where the description is not among them; [`ParameterError::File`] for a description that gives no arm.
+    /// [`ParameterError::Missing`] if frames are given without a description; [`ParameterError::File`] for a description without an arm.
     pub fn find(given: &[Given]) -> Result<Option<Self>, ParameterError> {
         let (text, source, file) = match (
             self::text(given, "robot_description"),
@@ -67,7 +67,7 @@ impl Described {
         Ok(Some(Self { source: source.to_owned(), file, text, odd, arm, frames, guessed }))
     }
 
-    /// What was guessed of it, if anything was.
+    /// Returns a message about the guessed frames, if any.
     pub fn guess(&self) -> Option<String> {
         let [base, tool] = &self.frames;
         let (source, count) = (&self.source, self.arm.moving().count());
@@ -77,7 +77,7 @@ impl Described {
         self.guessed.then_some(guess)
     }
 
-    /// Values for parameters that nobody gives; the limits that somebody gives come before the description's.
+    /// Returns values for parameters that are not set. Limits that are set take precedence over the description's.
     pub fn defaults(&self, given: &GivenLimits) -> Vec<(String, Value)> {
         let limits: Vec<_> = self.arm.moving().map(|joint| joint.limits).collect();
         let described: Option<Vec<f64>> = limits.iter().map(speed).collect();
@@ -95,7 +95,7 @@ impl Described {
             };
             let dynamics: Vec<_> = limits.iter().enumerate().zip(&velocity).map(of).collect();
             let each = |of: fn(&Dynamics) -> f64| Value::DoubleArray(dynamics.iter().map(of).collect());
-            // First, so that a velocity that somebody gives wrongly is what is refused, not what follows from it.
+            // The velocity comes first, so that an invalid one is reported instead of its consequences.
             values.push(("limits.joint_velocity", Value::DoubleArray(velocity)));
             values.push(("limits.joint_acceleration", each(|one| one.acceleration)));
             if limits.iter().any(|limits| limits.deceleration.is_some()) {
@@ -106,7 +106,7 @@ impl Described {
             }
         }
         if limits.iter().any(|limits| limits.range().is_some()) {
-            // Beyond this no position is taken: it is no limit.
+            // No position beyond this is accepted, so it does not restrict the joint.
             let free = (-bounds::JOINT_ANGLE, bounds::JOINT_ANGLE);
             let (lower, upper) = limits.iter().map(|limits| limits.range().unwrap_or(free)).unzip();
             values.push(("limits.joint_position_lower", Value::DoubleArray(lower)));
@@ -115,7 +115,7 @@ impl Described {
         values.into_iter().map(|(name, value)| (name.to_owned(), value)).collect()
     }
 
-    /// What to say where the description lets a joint stop more slowly than a servo does.
+    /// Returns a warning if the description lets a joint stop more slowly than a servo requires.
     pub fn slow_stop(&self, given: &GivenLimits) -> Option<String> {
         let is_less =
             |described: Option<f64>, taken: f64| described.is_some_and(|described| described < taken);
@@ -123,7 +123,7 @@ impl Described {
             let in_force = given.of(*joint, limits);
             let taken = speed(&in_force).map(|velocity| Dynamics::of(&in_force, velocity));
             taken.is_some_and(|taken| {
-                // What somebody gives is refused where it is taken.
+                // A given deceleration is checked when it is taken.
                 let is_given = given.deceleration.is_some();
                 is_less(limits.deceleration.filter(|_| !is_given), taken.deceleration)
                     || is_less(limits.jerk, taken.jerk)
@@ -136,18 +136,18 @@ impl Described {
         ))
     }
 
-    /// The arm's body by the shapes of its links.
+    /// Returns the arm's body from the shapes of its links.
     ///
     /// # Errors
-    /// [`ParameterError::File`].
+    /// [`ParameterError::File`] if the shapes cannot be read.
     pub fn body(&self) -> Result<FittedBody, ParameterError> {
         fitted(&self.text, &self.frames, self.file.as_deref()).map_err(|why| error(&self.source, &why))
     }
 
-    /// That each joint has limits within which it can move, of the description or given.
+    /// Checks that each joint has valid limits, in the description or given.
     ///
     /// # Errors
-    /// [`ParameterError::File`] with the joint that has none.
+    /// [`ParameterError::File`] with the first joint that has not.
     pub fn check_limits(&self, given: &GivenLimits) -> Result<(), ParameterError> {
         let why = |joint: &DescribedJoint| {
             let JointLimits { lower, upper, velocity, .. } = joint.limits;
@@ -188,7 +188,7 @@ fn read_file(file: &str) -> Result<Vec<u8>, ParameterError> {
     text_file::bytes(Path::new(file), LONGEST_DESCRIPTION as u64).map_err(error)
 }
 
-/// The text, and what to say where it is no UTF-8. It is Latin-1 then, of which every byte is a character.
+/// Returns the text, with a message if it is not UTF-8. It is then read as Latin-1, in which every byte is a character.
 fn decoded(bytes: Cow<[u8]>) -> (String, Option<String>) {
     match str::from_utf8(&bytes) {
         Ok(text) => (text.to_owned(), None),
@@ -200,7 +200,7 @@ fn decoded(bytes: Cow<[u8]>) -> (String, Option<String>) {
     }
 }
 
-/// What is wrong with a description that has no element.
+/// Returns the error of a description without any element.
 fn no_description(text: &str) -> ParameterError {
     let why = match text.contains('/') || text.contains(".urdf") {
         true => "is a path and no URDF: give a file as robot_file",
@@ -210,7 +210,7 @@ fn no_description(text: &str) -> ParameterError {
     ParameterError::File { file: "robot_description".to_owned(), why }
 }
 
-/// What a joint has beside its speed, by what the description says of it.
+/// The limits of a joint besides its speed.
 struct Dynamics {
     acceleration: f64,
     deceleration: f64,
@@ -218,8 +218,8 @@ struct Dynamics {
 }
 
 impl Dynamics {
-    /// Of a joint with these limits at most, whose speed limit is `velocity`. What is not given is, as in URDF, the acceleration where it is
-    /// a deceleration, and no limit where it is a jerk. None is less than what stops the joint in time.
+    /// Computes the limits of a joint with these described `limits` and the speed limit `velocity`. As in URDF, a missing deceleration
+    /// equals the acceleration, and a missing jerk is unlimited. None of them is less than what stops the joint in time.
     fn of(limits: &JointLimits, velocity: f64) -> Self {
         let given =
             |limit: Option<f64>, range: RangeInclusive<f64>| limit.filter(|limit| range.contains(limit));
@@ -234,12 +234,12 @@ impl Dynamics {
     }
 }
 
-/// The speed limit of a joint, if it is one.
+/// Returns the speed limit of a joint, if it is valid.
 fn speed(limits: &JointLimits) -> Option<f64> {
     limits.velocity.filter(|limit| JOINT_SPEEDS.contains(limit))
 }
 
-/// The limits of joints that somebody gives as parameters.
+/// The joint limits that are set as parameters.
 pub(super) struct GivenLimits {
     velocity: Option<Vec<f64>>,
     acceleration: Option<Vec<f64>>,
@@ -249,13 +249,13 @@ pub(super) struct GivenLimits {
 }
 
 impl GivenLimits {
-    /// Those among these values.
+    /// Collects the limits among these values.
     pub fn find(given: &[Given]) -> Self {
         let list = |name: &str| {
             let last = given.iter().rev().find(|value| value.name == name)?;
             match last.value.clone().convert_like(&Value::DoubleArray(Vec::new())) {
                 Ok(Value::DoubleArray(list)) => Some(list),
-                // What is given is of another type, which is refused where it is taken.
+                // A value of another type is rejected when it is taken.
                 _ => Some(Vec::new()),
             }
         };
@@ -272,7 +272,7 @@ impl GivenLimits {
         self.lower.is_some() && self.upper.is_some()
     }
 
-    /// The limits in force of the joint of that number, counted from 0, whose described ones are `limits`.
+    /// Returns the effective limits of the joint with this index, whose described limits are `limits`.
     fn of(&self, joint: usize, limits: &JointLimits) -> JointLimits {
         let given = |list: &Option<Vec<f64>>| list.as_ref().and_then(|list| list.get(joint).copied());
         let (lower, upper) = limits.range().unzip();
@@ -287,7 +287,7 @@ impl GivenLimits {
     }
 }
 
-/// Whether these values name the frames of an arm and nothing that describes it.
+/// Returns whether these values name the frames of an arm, but nothing that describes it.
 pub fn is_awaited(given: &[Given]) -> bool {
     let is_given = |name: &str| text(given, name).is_some();
     (is_given("base_frame") || is_given("tool_frame"))
@@ -296,12 +296,12 @@ pub fn is_awaited(given: &[Given]) -> bool {
         && !given.iter().any(|value| value.name == "joints" || value.name.starts_with("arm."))
 }
 
-/// Reads the description called `source` in errors.
+/// Reads a description; `source` is its name in errors.
 pub(super) fn read(text: &str, source: &str, base: &str, tool: &str) -> Result<Description, ParameterError> {
     Description::read(text, base, tool).map_err(|why| error(source, &why))
 }
 
-/// The kinematics of a described arm, whose joints are to have these names.
+/// Returns the kinematics of a described arm, after checking its joint names.
 pub(super) fn chain(described: &Description, joints: &[String]) -> Result<Chain, ParameterError> {
     let names = names(&described.arm);
     if joints != names {
@@ -320,7 +320,7 @@ fn error(source: &str, why: &DescriptionError) -> ParameterError {
     ParameterError::File { file: source.to_owned(), why: why.to_string() }
 }
 
-/// The text that the last of these values gives a parameter; none for an empty one, which is what it has by itself.
+/// Returns the text of the last of these values with this name; `None` for an empty text, which is the default.
 fn text<'a>(given: &'a [Given], name: &str) -> Option<&'a str> {
     let values = given.iter().rev().filter(|value| value.name == name);
     let mut texts =

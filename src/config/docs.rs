@@ -8,12 +8,13 @@ const HEAD: &str = "\
 |---|---|---|---|---|---|---|
 ";
 
-/// All parameters of all nodes as a table in Markdown, from their declarations. One that several nodes declare alike has one row.
+/// Returns all parameters of all nodes as a Markdown table, from their declarations. A parameter that several nodes declare identically has
+/// one row.
 ///
-/// The default is what a node has that is given nothing; "the arm's" where that is the built-in arm's own and goes with it.
+/// The default is that of a node without any settings; "the arm's" for a value of the built-in arm that belongs to this arm.
 ///
 /// # Errors
-/// As [`nodes`].
+/// The errors of [`nodes`].
 pub fn table() -> Result<String, ParameterError> {
     let mut rows: Vec<(Declaration, Vec<&str>)> = Vec::new();
     for (node, declarations) in nodes()? {
@@ -50,7 +51,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn each_parameter_of_each_node_has_its_row() {
+    fn every_parameter_of_every_node_has_a_row() {
         let table = table().unwrap();
         for (node, declarations) in nodes().unwrap() {
             let rows = table.lines().skip(2).map(|row| row.split(" | ").collect::<Vec<_>>());
@@ -68,9 +69,9 @@ mod tests {
         }
     }
 
-    /// The safety rules name parameters with their defaults, as in "`state_timeout`, 0.1 s".
+    /// The safety page names parameters with their defaults, as in "`state_timeout`, 0.1 s".
     #[test]
-    fn defaults_that_the_rules_name_are_those_declared() {
+    fn defaults_on_the_safety_page_are_those_declared() {
         let rules = include_str!("../guide/safety.md");
         let mut named = 0;
         for declared in nodes().unwrap().iter().flat_map(|(_, declarations)| declarations) {

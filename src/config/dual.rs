@@ -20,7 +20,7 @@ struct TwoArmParameters {
     /// the form of the two-arm law: J^T K e (the paper) or J^+ K e
     #[parameter(one_of = Map::NAMES, default = Map::DampedInverse)]
     controller: Map,
-    /// what of the right tool's pose, seen from the left tool, is controlled
+    /// the component of the right tool's pose, relative to the left tool, that is controlled
     #[parameter(one_of = Aim::RELATIVE_NAMES, default = Aim::Position.relative_name())]
     primitive: String,
     /// K of the transposed form
@@ -46,7 +46,7 @@ impl Parameters for DualParameters {
         let gain = if two.controller == Map::Transpose { two.transpose } else { two.inverse };
         common.settings.controller = Controller::of_two_arms(two.controller, aim, gain, two.damping.into());
         let right = arm.chain.clone().standing_at(&pose("right_base", two.right_base)?);
-        // The plants' frames are told apart by the prefix that is their namespace.
+        // The plants' frames differ by a prefix, which is their namespace.
         let [goal, tool] = ["left", "right"].map(|side| format!("{side}/{}", arm.tool_frame));
         common.build(&arm, Arms::two(arm.chain.clone(), right), Frames { goal, tool }).map(Self)
     }

@@ -12,17 +12,17 @@ use std::time::Duration;
 pub struct GuardParameters {
     /// The arm's joints.
     pub joints: JointOrder,
-    /// What kind of commands it takes.
+    /// The kind of commands that the arm takes.
     pub interface: Interface,
-    /// Commands have ceased after so long without one.
+    /// The time without commands after which they count as ended.
     pub command_timeout: Duration,
     /// The SCHED_FIFO priority of the guard's thread; 0 for none.
     pub realtime_priority: u8,
 }
 
-/// The parameters as they are declared.
+/// The parameters as declared.
 #[derive(Parameters)]
-struct Given {
+struct DeclaredGuard {
     // The guard stamps nothing, but every ROS 2 node has use_sim_time.
     #[parameter(group)]
     cycle: CycleParameters,
@@ -32,7 +32,7 @@ struct Given {
     interface: Interface,
     #[parameter(group)]
     trajectory: TrajectoryParameters,
-    /// time without a command after which an arm that was in motion is stopped; at least three of the servo's periods \[s\]
+    /// time without a command after which an arm in motion is stopped; at least three of the servo's periods \[s\]
     #[parameter(default = 0.1, range = 0.02..=10.0)]
     command_timeout: Duration,
 }
@@ -43,7 +43,8 @@ impl NodeParameters for GuardParameters {
 
 impl Parameters for GuardParameters {
     fn declare(p: &mut Declarer) -> Result<Self, ParameterError> {
-        let Given { cycle, joints, interface, trajectory, command_timeout } = Given::declare(p)?;
+        let DeclaredGuard { cycle, joints, interface, trajectory, command_timeout } =
+            DeclaredGuard::declare(p)?;
         let least = PERIODS * trajectory.period(interface, cycle.period());
         if command_timeout < least {
             let expected = format!(

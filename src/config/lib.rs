@@ -1,8 +1,7 @@
-//! The parameters of our nodes: each is declared by the field that has it, with unit, range, default and description.
+//! The parameters of the nodes: a field declares each parameter, with unit, range, default and description.
 //!
-//! From the name of a built-in arm, or from a robot description, there is one step to its servo: [`Servo::for_arm`](ForArm::for_arm),
-//! [`ServoParameters::from_urdf`]. Whoever wants other limits, another law, other gains, another cycle or an arm of
-//! DH rows goes by [`ServoParameters`]:
+//! [`Servo::for_arm`](ForArm::for_arm) creates the servo of a built-in arm, and [`ServoParameters::from_urdf`] that of a robot description.
+//! For other limits, another law, other gains, another control period or an arm of DH rows, use [`ServoParameters`]:
 //!
 //! ```
 //! use dq_kinematics::arm::{Chain, Convention, DhRow};
@@ -27,7 +26,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! A node has the same from parameters, which files and arguments give:
+//! A node gets the same from parameters in files and arguments:
 //!
 //! ```
 //! use dq_config::{NodeParameters, ServoParameters};
@@ -49,10 +48,10 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 #![warn(clippy::unwrap_used, clippy::expect_used)]
-// Both panic where nobody reads: results go through cli::print, all else through stderr.
+// These macros panic if nobody reads the output: results go through cli::print, everything else through stderr.
 #![warn(clippy::print_stdout, clippy::print_stderr)]
 
-// The example on its page is run.
+// Runs the example of the README as a doctest.
 #[cfg(doctest)]
 #[doc = include_str!("README.md")]
 mod readme {}
@@ -87,7 +86,7 @@ use dq_params::{
 };
 use std::sync::LazyLock;
 
-/// The parameter file that is built in: the PUMA 560 of the reference work.
+/// The built-in parameter file: the PUMA 560 of the reference work.
 pub const BUILTIN_FILE: &str = include_str!("msg_config/puma560.yaml");
 
 /// The parameters of one kind of node.
@@ -95,57 +94,57 @@ pub trait NodeParameters: Parameters + Send + 'static {
     /// The node's default name.
     const NODE_NAME: &'static str;
 
-    /// Each parameter, declared.
+    /// Returns the declarations of all parameters.
     ///
     /// # Errors
-    /// [`ParameterError`] where the built-in arm fails a check: what is declared after that would be missing.
+    /// [`ParameterError`] if the built-in arm fails a check, because later declarations would be missing.
     fn declarations() -> Result<Vec<Declaration>, ParameterError> {
         let mut declarer = Declarer::new(builtin()?.iter().cloned());
         Self::declare(&mut declarer)?;
         Ok(declarer.into_declarations())
     }
 
-    /// A store with the declarations at their defaults.
+    /// Creates a store with all parameters at their defaults.
     ///
     /// # Errors
-    /// As [`declarations`](Self::declarations).
+    /// The errors of [`declarations`](Self::declarations).
     fn store() -> Result<ParameterStore, ParameterError> {
         Ok(ParameterStore::new(Self::declarations()?, names()?))
     }
 
-    /// The typed parameters of `store`.
+    /// Reads the typed parameters from `store`.
     ///
     /// # Errors
-    /// [`ParameterError`] where values do not fit each other.
+    /// [`ParameterError`] if values do not match each other.
     fn from_store(store: &ParameterStore) -> Result<Self, ParameterError> {
         store.read()
     }
 
-    /// The typed parameters of a node that starts with these `values`, which are from `source`. What they have for other nodes is ignored.
+    /// Returns the typed parameters of a node that starts with these `values` from `source`. Values for other nodes are ignored.
     ///
     /// # Errors
-    /// As [`start`](Self::start), and [`ParameterError`] where values do not fit each other.
+    /// The errors of [`start`](Self::start), and [`ParameterError`] if values do not match each other.
     fn from_values(values: Vec<(String, Value)>, source: &str) -> Result<Self, ParameterError> {
         let given = values.into_iter().map(|(name, value)| Given::new(name, value, source));
         let (store, _ignored) = Self::start(&format!("/{}", Self::NODE_NAME), given.collect())?;
         Self::from_store(&store)
     }
 
-    /// The `robot_description` that a node has in force which was given this `text`: the part of it that counts, the arm.
+    /// Returns the `robot_description` parameter of a node with this description `text`: only the arm, which is the part in use.
     fn description_in_force(_text: String, arm: &DescribedArm) -> String {
         arm.urdf()
     }
 
-    /// The store with which `node` (fully qualified) starts when these values are given, later ones over earlier ones, and what to
-    /// warn of.
+    /// Creates the store with which `node` (fully qualified) starts if these values are given; later values override earlier ones. Returns
+    /// the store and warnings.
     ///
-    /// Where nothing describes an arm, the built-in one serves. Once `joints` or any `arm.*` is given nothing of it is left:
-    /// half of one arm and half of another would move, and wrongly. A robot description takes the place of both, and gives what
-    /// nobody gives: joint names, limits, and where the plant starts.
+    /// If nothing describes an arm, the built-in one is used. Once `joints` or any `arm.*` is given, nothing of the built-in arm remains,
+    /// because a mixture of two arms would move wrongly. A robot description replaces both, and provides what is not set: joint names,
+    /// limits, and the initial positions of the plant.
     ///
     /// # Errors
-    /// [`ParameterError::Missing`] for half an arm, [`ParameterError::File`] for a robot description that gives none, and what
-    /// [`ParameterStore::take`] says of a value.
+    /// [`ParameterError::Missing`] for an incomplete arm, [`ParameterError::File`] for a robot description without an arm, and the errors
+    /// of [`ParameterStore::take`].
     fn start(node: &str, given: Vec<Given>) -> Result<(ParameterStore, Vec<String>), ParameterError> {
         let mut store = Self::store()?;
         let mut builtin = builtin()?.to_vec();
@@ -188,7 +187,7 @@ pub trait NodeParameters: Parameters + Send + 'static {
     }
 }
 
-/// The default names of the kinds of nodes.
+/// The default names of the nodes.
 pub const NODE_NAMES: [&str; 4] = [
     ServoParameters::NODE_NAME,
     DualParameters::NODE_NAME,
@@ -196,10 +195,10 @@ pub const NODE_NAMES: [&str; 4] = [
     GuardParameters::NODE_NAME,
 ];
 
-/// The kinds of nodes: their default names, and what they declare.
+/// Returns the default names of the nodes, and their declarations.
 ///
 /// # Errors
-/// As [`NodeParameters::declarations`].
+/// The errors of [`NodeParameters::declarations`].
 pub fn nodes() -> Result<[(&'static str, Vec<Declaration>); 4], ParameterError> {
     let [servo, dual, plant, guard] = NODE_NAMES;
     Ok([
@@ -210,15 +209,15 @@ pub fn nodes() -> Result<[(&'static str, Vec<Declaration>); 4], ParameterError> 
     ])
 }
 
-/// The names of the parameters of all nodes.
+/// Returns the names of the parameters of all nodes.
 ///
 /// # Errors
-/// As [`NodeParameters::declarations`].
+/// The errors of [`NodeParameters::declarations`].
 pub fn names() -> Result<Vec<&'static str>, ParameterError> {
     Ok(nodes()?.iter().flat_map(|(_, declared)| declared).map(|declared| declared.name).collect())
 }
 
-/// What the built-in file gives every node.
+/// Returns the values of the built-in file that apply to every node.
 fn builtin() -> Result<&'static [(String, Value)], ParameterError> {
     static VALUES: LazyLock<Result<Vec<(String, Value)>, ParameterError>> =
         LazyLock::new(|| parameters_for(BUILTIN_FILE, "msg_config/puma560.yaml", "/"));

@@ -1,14 +1,14 @@
-//! Limits as a servo has them, from those that parameters give for the joints of one arm.
+//! Completes the limits of one arm's joints, as parameters set them, into those of a servo.
 
 use super::common::exactly_or_none;
 use dq_core::servo::{Limits, RAMP_TIME, STOP_TIME};
 use dq_kinematics::arm::JointKind;
 use dq_params::{ParameterError, exactly};
 
-/// Gives each joint of so many arms like this one a number in each list.
+/// Completes each list to one number per joint of `arms` equal arms.
 ///
 /// # Errors
-/// [`ParameterError::Invalid`] for a list of another length, and for limits with which no joint could move, or stop in time.
+/// [`ParameterError::Invalid`] for a list of another length, and for limits that do not let a joint move, or stop in time.
 pub(super) fn complete(limits: &mut Limits, joints: &[JointKind], arms: usize) -> Result<(), ParameterError> {
     let count = joints.len();
     exactly("limits.joint_velocity", &limits.joint_velocity, count)?;
@@ -39,7 +39,7 @@ pub(super) fn complete(limits: &mut Limits, joints: &[JointKind], arms: usize) -
     Ok(())
 }
 
-/// Gives each joint that number where nobody gives any.
+/// Fills an empty list with `none`, and checks its length.
 fn fill(name: &'static str, list: &mut Vec<f64>, none: f64, count: usize) -> Result<(), ParameterError> {
     if list.is_empty() {
         list.resize(count, none);
@@ -47,7 +47,7 @@ fn fill(name: &'static str, list: &mut Vec<f64>, none: f64, count: usize) -> Res
     exactly(name, list, count)
 }
 
-/// Fails where jerks that are given do not bring the joints to their accelerations in time.
+/// Checks that given jerks let the joints reach their accelerations in time.
 fn check_ramps(limits: &Limits, joints: &[JointKind]) -> Result<(), ParameterError> {
     check("limits.jerk", &limits.joint_jerk, |joint| {
         let least = limits.jerk(joint);
@@ -58,7 +58,7 @@ fn check_ramps(limits: &Limits, joints: &[JointKind]) -> Result<(), ParameterErr
     })
 }
 
-/// Fails where decelerations that are given do not stop the joints in time.
+/// Checks that given decelerations stop the joints in time.
 fn check_stops(limits: &Limits, joints: &[JointKind]) -> Result<(), ParameterError> {
     let given = &limits.joint_deceleration;
     check("limits.joint_deceleration", given, |joint| {
@@ -70,7 +70,7 @@ fn check_stops(limits: &Limits, joints: &[JointKind]) -> Result<(), ParameterErr
     })
 }
 
-/// Fails where the position limits of a joint leave it no room.
+/// Checks that the position limits of each joint leave it a range.
 pub(super) fn check_ranges(
     ranges: impl Iterator<Item = (f64, f64)>,
     joints: &[JointKind],
@@ -83,7 +83,7 @@ pub(super) fn check_ranges(
     })
 }
 
-/// Fails for the first joint, counted from 0, of whose number in `list` something else is expected.
+/// Checks the numbers in `list`: `expected` returns what is expected of a joint (counted from 0) if its number is invalid.
 fn check(
     name: &'static str,
     list: &[f64],

@@ -10,7 +10,7 @@ use dq_params::{Declarer, ParameterError, Parameters, exactly};
 use dq_plant::Realism;
 use std::time::Duration;
 
-/// What a simulated arm is called where nobody names it: the built-in one, and any other.
+/// The default names of a simulated arm: of the built-in one, and of any other.
 pub const PLANT_NAMES: [&str; 2] = ["puma560", "arm"];
 
 /// The plant's parameters, typed and checked as a whole.
@@ -20,59 +20,59 @@ pub struct PlantParameters {
     pub arm: ArmParameters,
     /// Joint positions at the start and after a reset \[rad, prismatic: m\].
     pub initial_positions: Vec<f64>,
-    /// What its robot_description says of the limits of joints of Denavit-Hartenberg rows; it keeps to none of them.
+    /// The limits in its robot_description if it has Denavit-Hartenberg rows; the plant itself ignores them.
     pub limits: Vec<JointLimits>,
     /// Age at which a command counts as zero.
     pub command_timeout: Duration,
-    /// What the robot is like.
+    /// The simulated imperfections of the robot.
     pub realism: Realism,
-    /// What kind of commands it takes.
+    /// The kind of commands that it takes.
     pub interface: Interface,
-    /// Put before every frame name on `/tf`.
+    /// The prefix of every frame name on `/tf`.
     pub frame_prefix: String,
 }
 
 /// The parameters that the plant has besides those of the arm.
 #[derive(Parameters)]
-struct Given {
-    /// joint positions at the start and after ~/reset, one a joint \[rad, m\]
+struct DeclaredPlant {
+    /// joint positions at the start and after ~/reset, one per joint \[rad, m\]
     #[parameter(range = -bounds::JOINT_ANGLE..=bounds::JOINT_ANGLE, required, fixed)]
     initial_positions: Vec<f64>,
     #[parameter(group)]
     limits: LimitParameters,
     #[parameter(group)]
     interface: Interface,
-    // These can be set while the plant runs, so that a law can be watched while its robot gets worse.
+    // These can change while the plant runs, to show how a law copes with a robot that gets worse.
     #[parameter(group)]
     realism: Realism,
-    /// rate of the joint states, no more than update_rate; 0: update_rate \[Hz\]
+    /// rate of the joint states, at most update_rate; 0: update_rate \[Hz\]
     #[parameter(range = 0.0..=2000.0)]
     state_rate: f64,
-    /// put before every frame name on /tf, so that two arms are told apart
+    /// prefix of every frame name on /tf, so that two arms can be distinguished
     #[parameter(fixed)]
     frame_prefix: String,
-    /// age at which a command counts as zero: the arm stops by itself \[s\]
+    /// age at which a command counts as zero, so that the arm stops \[s\]
     #[parameter(default = 0.1, range = 0.001..=10.0)]
     command_timeout: Duration,
 }
 
-/// The servo's limits, of the same parameter file: the plant only writes them into its robot_description.
+/// The servo's limits from the same parameter file. The plant only writes them into its robot_description.
 #[derive(Parameters)]
 #[parameters(prefix = "limits.joint_")]
 struct LimitParameters {
-    /// smallest joint positions that the robot_description of DH rows has, one a joint; empty: none \[rad, m\]
+    /// smallest joint positions in the robot_description of DH rows, one per joint; empty: none \[rad, m\]
     #[parameter(range = -bounds::JOINT_ANGLE..=bounds::JOINT_ANGLE, fixed)]
     position_lower: Vec<f64>,
-    /// largest joint positions that the robot_description of DH rows has, one a joint; empty: none \[rad, m\]
+    /// largest joint positions in the robot_description of DH rows, one per joint; empty: none \[rad, m\]
     #[parameter(range = -bounds::JOINT_ANGLE..=bounds::JOINT_ANGLE, fixed)]
     position_upper: Vec<f64>,
-    /// largest joint speeds that the robot_description of DH rows has, one a joint; empty: none [rad/s, m/s]
+    /// largest joint speeds in the robot_description of DH rows, one per joint; empty: none [rad/s, m/s]
     #[parameter(range = JOINT_SPEEDS, fixed)]
     velocity: Vec<f64>,
 }
 
 impl LimitParameters {
-    /// The limits of each of these joints.
+    /// Returns the limits of each of these joints.
     fn each(&self, joints: &[JointKind]) -> Result<Vec<JointLimits>, ParameterError> {
         let Self { position_lower: lower, position_upper: upper, velocity } = self;
         exactly_or_none("limits.joint_position_lower", lower, joints.len())?;
@@ -93,7 +93,7 @@ impl LimitParameters {
 impl NodeParameters for PlantParameters {
     const NODE_NAME: &'static str = PLANT_NAMES[0];
 
-    /// All of it: it is published.
+    /// Returns the whole text, because it is published.
     fn description_in_force(text: String, _arm: &DescribedArm) -> String {
         text
     }
@@ -102,7 +102,7 @@ impl NodeParameters for PlantParameters {
 impl Parameters for PlantParameters {
     fn declare(p: &mut Declarer) -> Result<Self, ParameterError> {
         let arm = ArmParameters::declare(p)?;
-        let Given {
+        let DeclaredPlant {
             initial_positions,
             limits,
             interface,
@@ -110,7 +110,7 @@ impl Parameters for PlantParameters {
             state_rate,
             frame_prefix,
             command_timeout,
-        } = Given::declare(p)?;
+        } = DeclaredPlant::declare(p)?;
         exactly("initial_positions", &initial_positions, arm.joints.len())?;
         if state_rate > 0.0 {
             realism.state_interval = Duration::from_secs_f64(1.0 / state_rate.max(1e-3));
@@ -121,8 +121,8 @@ impl Parameters for PlantParameters {
 }
 
 impl PlantParameters {
-    /// Which joints start beyond their position limits; none where none does. The arm is moved from there all the same, as a real one is
-    /// that somebody has pushed there.
+    /// Returns a message about joints that start beyond their position limits; `None` if there are none. The arm starts there nevertheless,
+    /// like a real one that somebody has pushed there.
     pub fn beyond_limits(&self) -> Option<String> {
         let joints = self.arm.joints.iter().zip(self.arm.chain.kinds());
         let beyond = joints.zip(self.initial_positions.iter().zip(&self.limits)).filter_map(

@@ -1,4 +1,4 @@
-//! What the arm must keep out of, and its tool stay in, as parameters.
+//! The keep-outs, keep-ins and body of an arm as parameters.
 
 use dq_common::text::cut;
 use dq_core::servo::{Arms, PositionLimits};
@@ -10,41 +10,41 @@ use dq_space::space::{
 };
 use std::sync::Arc;
 
-/// What the arm must keep out of, its tool stay in, and its body.
+/// The keep-outs of the arm, the keep-ins of its tool, and its body.
 #[derive(Parameters)]
 pub(super) struct SceneParameters {
-    /// no link comes nearer than 1 cm to what is in keep_out, or to another link that it need not touch, and joints make up for those at
-    /// their limits; false: the arm does not look where it goes
+    /// no link comes nearer than 1 cm to a keep_out, or to another link that it need not touch, and other joints compensate for those at
+    /// their limits; false: the arm ignores its surroundings
     #[parameter()]
     constraints: bool,
-    /// what the arm must keep out of, in base_frame \[m\], each a name, a shape and its numbers: half_space nx ny nz offset, sphere x y z
-    /// radius, box x y z lx ly lz, cylinder or capsule x y z radius length along z; after the last three qx qy qz qw or nothing; or hull and
-    /// x y z of 4 to 100 points
+    /// keep-outs of the arm, in base_frame \[m\], each a name, a shape and its numbers: half_space nx ny nz offset, sphere x y z radius,
+    /// box x y z lx ly lz, cylinder or capsule x y z radius length along z; after the last three qx qy qz qw or nothing; or hull and x y z
+    /// of 4 to 100 points
     #[parameter()]
     keep_out: Vec<String>,
-    /// what the tool must stay in, of two arms each tool, all of it at once: written as keep_out is
+    /// keep-ins of the tool (of both tools, if there are two arms), in all of which it must stay: written as in keep_out
     #[parameter()]
     keep_in: Vec<String>,
     /// capsules around the links, each a joint or base, two points x y z in the frame that moves with it, z along the joint's axis, and a
-    /// radius \[m\]; one number alone: the radius of one along each link; empty: 0.05; where nobody gives it: around the collision shapes of
-    /// the robot description, if it has some
+    /// radius \[m\]; one number alone: the radius of one along each link; empty: 0.05; if not set: around the collision shapes of the robot
+    /// description, if it has any
     #[parameter()]
     body: Vec<String>,
 }
 
-/// A scene that parameters give.
+/// The scene from parameters.
 pub(super) struct GivenScene {
-    /// The scene; none where constraints are off.
+    /// The scene; `None` if constraints are off.
     pub in_force: Option<Arc<Scene>>,
-    /// How many keep-outs and keep-ins are given although constraints are off.
+    /// The number of keep-outs and keep-ins without effect, because constraints are off.
     pub idle: usize,
 }
 
 impl SceneParameters {
-    /// The scene of these arms, whose joints have these names in each. What is written wrongly is refused where constraints are off too.
+    /// Builds the scene of these arms, each with these joint names. Invalid texts are rejected even if constraints are off.
     ///
     /// # Errors
-    /// [`ParameterError::Invalid`].
+    /// [`ParameterError::Invalid`] for the first invalid text.
     pub fn build(
         &self,
         joints: &[String],
@@ -89,7 +89,7 @@ impl SceneParameters {
     }
 }
 
-/// The keep-outs that the texts of a parameter give.
+/// Parses the keep-outs in the texts of a parameter.
 fn solids(parameter: &'static str, texts: &[String]) -> Result<Vec<KeepOut>, ParameterError> {
     let mut all: Vec<KeepOut> = Vec::new();
     for text in texts {

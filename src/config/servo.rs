@@ -7,14 +7,15 @@ use dq_core::servo::{Arms, GoalFrames, Posture};
 use dq_kinematics::control::{Aim, Controller, Law, LawGains};
 use dq_params::{Constraint, Declaration, Declarer, ParameterError, Parameters, Value};
 
-/// The parameters that only the servo of one arm has. A goal of two arms is a pose seen from the left tool, and in no other frame.
+/// The parameters that only the servo of one arm has. A goal of two arms is a pose relative to the left tool, and cannot be in another
+/// frame.
 #[derive(Parameters)]
 struct OneArmParameters {
-    /// the control law in force; a switch takes effect in the next cycle, without a step in the command
+    /// the present control law; a switch takes effect in the next cycle, without a step in the command
     #[parameter(one_of = Law::names(), default = Law::Logc)]
     controller: Law,
-    /// what of the goal's pose the tool is asked for, the rest is free: all of it, its position, its position and where its z axis points,
-    /// its orientation, or its distance from the base
+    /// the component of the pose that the goal determines, the rest is free: all of it, the position, the position and the direction of the
+    /// z axis, the orientation, or the distance from the base
     #[parameter(one_of = Aim::NAMES, default = Aim::Pose)]
     task: Aim,
     #[parameter(group)]

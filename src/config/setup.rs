@@ -1,4 +1,4 @@
-//! From the name of an arm, its robot description or its chain to its servo.
+//! Creates a servo from the name of an arm, its robot description or its chain.
 
 use super::common::numbers_of;
 use super::{ARMS, DualParameters, NodeParameters, ServoParameters, arm_file};
@@ -9,26 +9,26 @@ use dq_params::{ParameterError, Value, parameters_for};
 use std::time::Duration;
 use thiserror::Error;
 
-/// Why there is no such arm, or no servo for it.
+/// Why an arm is unknown, or has no servo.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum SetupError {
-    /// There is no built-in arm of this name.
+    /// The name is not that of a built-in arm.
     #[error("no built-in arm is called {0:?}: expected one of {names}", names = ARMS.map(|(name, _)| name).join(", "))]
     UnknownArm(String),
-    /// What describes the arm is wrong.
+    /// The description of the arm is invalid.
     #[error(transparent)]
     Parameters(#[from] ParameterError),
-    /// The settings do not fit the arm.
+    /// The settings do not match the arm.
     #[error(transparent)]
     Settings(#[from] SettingsError),
 }
 
-/// What a built-in arm has, by the arm's name in [`ARMS`].
+/// Types that can be created for a built-in arm, by its name in [`ARMS`].
 pub trait ForArm: Sized {
-    /// Makes it of the arm with this name, with the settings of that arm's parameter file.
+    /// Creates the value for the arm with this name, with the settings of its parameter file.
     ///
     /// # Errors
-    /// [`SetupError::UnknownArm`].
+    /// [`SetupError::UnknownArm`] for an unknown name.
     fn for_arm(name: &str) -> Result<Self, SetupError>;
 }
 
@@ -51,11 +51,11 @@ impl ForArm for Servo {
 }
 
 impl ServoParameters {
-    /// Two of the built-in arm with that name, the right one's base in the left one's base frame. What is controlled is the right tool as
-    /// seen from the left one.
+    /// Creates the parameters for two built-in arms with this name, with the right arm's base in the left arm's base frame. The right tool
+    /// is controlled relative to the left one.
     ///
     /// # Errors
-    /// [`SetupError::UnknownArm`].
+    /// [`SetupError::UnknownArm`] for an unknown name.
     pub fn for_two_arms(
         name: &str,
         left_base_from_right_base: &UnitDualQuaternion,
@@ -66,22 +66,23 @@ impl ServoParameters {
         Ok(DualParameters::from_values(values, name)?.0)
     }
 
-    /// The arm that a robot description has from the link `base_frame` to the link `tool_frame`, with its limits; where it names no
-    /// accelerations, those that take the joints to their velocity limits in half a second.
+    /// Creates the parameters for the arm in a robot description between the links `base_frame` and `tool_frame`, with its limits. Missing
+    /// accelerations are those that take the joints to their velocity limits in half a second.
     ///
     /// # Errors
-    /// [`SetupError::Parameters`] for a text that is no robot description, has no arm between these links, or no velocity limit for a joint.
+    /// [`SetupError::Parameters`] for a text that is not a robot description, has no arm between these links, or has no velocity limit for
+    /// a joint.
     pub fn from_urdf(text: &str, base_frame: &str, tool_frame: &str) -> Result<Self, SetupError> {
         let values = [("robot_description", text), ("base_frame", base_frame), ("tool_frame", tool_frame)];
         let values = values.map(|(name, text)| (name.to_owned(), Value::String(text.to_owned())));
         Ok(Self::from_values(values.into(), "robot_description")?)
     }
 
-    /// An arm of one's own, whose joints may move at `velocity` [rad/s, prismatic: m/s] and change that by `acceleration`
-    /// [rad/s², prismatic: m/s²], one number a joint, and have no position limits. They are called joint1, joint2 and so on.
+    /// Creates the parameters for your own arm, with the limits `velocity` [rad/s, prismatic: m/s] and `acceleration` [rad/s², prismatic:
+    /// m/s²], one number per joint, and without position limits. The joints are called joint1, joint2 and so on.
     ///
     /// # Errors
-    /// [`SettingsError`] where there are not as many numbers as joints, or a number is no limit.
+    /// [`SettingsError`] if the number of limits differs from the number of joints, or a limit is invalid.
     pub fn for_chain(chain: Chain, velocity: &[f64], acceleration: &[f64]) -> Result<Self, SetupError> {
         let mut parameters = Self::from_values(Vec::new(), "")?;
         let (count, limits) = (chain.joint_count(), &mut parameters.settings.limits);
@@ -101,21 +102,21 @@ impl ServoParameters {
         Ok(parameters)
     }
 
-    /// These with other settings: limits, law and gains, tolerances, what kind of commands the robot takes.
+    /// Changes the settings: limits, law and gains, tolerances, or the kind of commands that the robot takes.
     pub fn with(mut self, change: impl FnOnce(&mut Settings)) -> Self {
         change(&mut self.settings);
         self
     }
 
-    /// These with another time from one cycle to the next.
+    /// Changes the control period.
     pub fn with_period(self, period: Duration) -> Self {
         Self { period, ..self }
     }
 
-    /// The servo of these parameters.
+    /// Creates the servo with these parameters.
     ///
     /// # Errors
-    /// [`SettingsError`].
+    /// [`SettingsError`] if the settings are invalid.
     pub fn build(&self) -> Result<Servo, SettingsError> {
         let Self { arms, joints, goal_frame, tool_frame, settings, period, .. } = self;
         let servo = Servo::new(arms.clone(), joints.clone(), goal_frame, settings.clone(), *period)?;
@@ -123,7 +124,7 @@ impl ServoParameters {
     }
 }
 
-/// What the parameter file of that built-in arm gives a node.
+/// Returns the values of a built-in arm's parameter file for a node.
 fn values<P: NodeParameters>(name: &str) -> Result<Vec<(String, Value)>, SetupError> {
     let (_, text) = arm_file(name).ok_or_else(|| SetupError::UnknownArm(name.to_owned()))?;
     Ok(parameters_for(text, name, &format!("/{}", P::NODE_NAME))?)

@@ -1,4 +1,4 @@
-//! A robot as its URDF describes it, and the arm that it has between two of its links.
+//! A robot as described by its URDF, and the arm between two of its links.
 
 use dq_algebra::UnitDualQuaternion;
 use dq_kinematics::arm::bounds::{self, JOINT_ANGLE};
@@ -6,82 +6,82 @@ use dq_kinematics::arm::{ArmError, Chain, Joint, JointKind};
 use nalgebra::{Isometry3, Unit, UnitQuaternion, Vector3};
 use thiserror::Error;
 
-/// Why a robot description gives no arm. Each names the element; text of the description is cut.
+/// Why a robot description has no arm. Each error names the element; text of the description is shortened.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum DescriptionError {
-    /// More text than any robot needs.
+    /// The text is longer than any robot needs.
     #[error("{size} bytes of robot description: expected {most} at most")]
     TooLong {
-        /// How many there are \[bytes\].
+        /// The size \[bytes\].
         size: usize,
-        /// How many there may be \[bytes\].
+        /// The largest allowed size \[bytes\].
         most: usize,
     },
-    /// No XML.
+    /// The text is not XML.
     #[error("the robot description is no XML: {0}")]
     NotXml(String),
-    /// XML that is no URDF.
+    /// The XML is not URDF.
     #[error("the robot description begins with <{0}>: expected URDF, a <robot>")]
     NotUrdf(String),
-    /// A macro that has not been expanded.
+    /// A macro has not been expanded.
     #[error(
         "<{element}> in line {line} of the robot description: expand it first, `xacro robot.urdf.xacro > robot.urdf`"
     )]
     Xacro {
         /// The macro.
         element: String,
-        /// Where, counted from 1.
+        /// Its line, counted from 1.
         line: u32,
     },
-    /// A robot of nothing.
+    /// The robot has no links.
     #[error("the robot description defines no link: is it a macro file that was run through xacro?")]
     NoLink,
-    /// An element without something that it must have, or with something that makes no sense.
+    /// An element lacks a required part, or has an invalid one.
     #[error("{kind} {name:?} of the robot description: {why}")]
     Element {
-        /// What it is.
+        /// The kind of element.
         kind: &'static str,
         /// Its name.
         name: String,
-        /// What is wrong.
+        /// The fault.
         why: String,
     },
-    /// Links that are no one's child, of which a robot has one.
+    /// Two links are not the child of any joint, although a robot has one such link.
     #[error(
         "the robot description has the roots {0:?} and {1:?}: expected one link that is no joint's child"
     )]
     TwoRoots(String, String),
-    /// No link of that name.
+    /// The name is not that of a link.
     #[error("{frame} is {name:?}, no link of the robot description, which has {known}")]
     NoSuchLink {
-        /// The parameter that names it.
+        /// The parameter that names the link.
         frame: &'static str,
         /// The name.
         name: String,
-        /// Some that there are.
+        /// Some of the existing links.
         known: String,
     },
-    /// Links of which none carries the other.
+    /// No chain leads from the base to the tool.
     #[error(
         "no joints lead from base_frame {base:?} to tool_frame {tool:?}: {tool:?} hangs from {root:?} without it"
     )]
     NotConnected {
-        /// Where the arm should begin.
+        /// The base frame.
         base: String,
-        /// Where it should end.
+        /// The tool frame.
         tool: String,
-        /// Where the tool's own chain begins.
+        /// The root of the tool's own chain.
         root: String,
     },
-    /// Links that do not move against each other.
+    /// The links do not move relative to each other.
     #[error("no joint that moves is between base_frame {base:?} and tool_frame {tool:?}")]
     NoJoint {
-        /// Where the arm should begin.
+        /// The base frame.
         base: String,
-        /// Where it should end.
+        /// The tool frame.
         tool: String,
     },
-    /// The joints make no chain.
+    /// The joints are not a valid chain.
     #[error("the robot description between base_frame and tool_frame: {0}")]
     Arm(#[from] ArmError),
 }
@@ -89,18 +89,18 @@ pub enum DescriptionError {
 /// How a joint of a description moves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Motion {
-    /// Not at all.
+    /// It does not move.
     Fixed,
     /// It turns between limits.
     Revolute,
-    /// It turns without end.
+    /// It turns without limits.
     Continuous,
     /// It slides between limits.
     Prismatic,
 }
 
 impl Motion {
-    /// What it does in a chain; none where it does not move.
+    /// Returns its kind in a chain; `None` if it does not move.
     pub fn kind(self) -> Option<JointKind> {
         match self {
             Self::Fixed => None,
@@ -110,31 +110,31 @@ impl Motion {
     }
 }
 
-/// A joint's limits; rad, rad/s, rad/s², for a prismatic joint m, m/s, m/s².
+/// The limits of a joint, in rad, rad/s, rad/s²; for a prismatic joint in m, m/s, m/s².
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct JointLimits {
-    /// Smallest position; none for a continuous joint.
+    /// The smallest position; `None` for a continuous joint.
     pub lower: Option<f64>,
-    /// Largest position; none for a continuous joint.
+    /// The largest position; `None` for a continuous joint.
     pub upper: Option<f64>,
-    /// Largest speed; none for a continuous joint that has no limits.
+    /// The largest speed; `None` for a continuous joint without limits.
     pub velocity: Option<f64>,
-    /// Largest acceleration, where URDF 1.2 gives it.
+    /// The largest acceleration, if given (URDF 1.2).
     pub acceleration: Option<f64>,
-    /// Largest deceleration, where URDF 1.2 gives it.
+    /// The largest deceleration, if given (URDF 1.2).
     pub deceleration: Option<f64>,
-    /// Largest jerk \[rad/s³, m/s³\], where URDF 1.2 gives it.
+    /// The largest jerk \[rad/s³, m/s³\], if given (URDF 1.2).
     pub jerk: Option<f64>,
 }
 
 impl JointLimits {
-    /// The positions between which it moves, where these leave it any room. Farther than [`JOINT_ANGLE`] it goes nowhere: more is no limit.
+    /// Returns its position limits, if they form a range. They are bounded by [`JOINT_ANGLE`], because more does not restrict the joint.
     pub fn range(&self) -> Option<(f64, f64)> {
         let bound = |limit: f64| limit.clamp(-JOINT_ANGLE, JOINT_ANGLE);
         self.lower.map(bound).zip(self.upper.map(bound)).filter(|(lower, upper)| lower < upper)
     }
 
-    /// Where the joint is at the start, if nobody says where: at 0, or in the middle of its range where 0 is not inside.
+    /// Returns the default start position: 0, or the middle of the range if 0 is not inside.
     pub fn start(&self) -> f64 {
         match self.range() {
             Some((lower, upper)) if lower >= 0.0 || upper <= 0.0 => 0.5 * (lower + upper),
@@ -150,13 +150,13 @@ pub struct DescribedJoint {
     pub name: String,
     /// How it moves.
     pub motion: Motion,
-    /// The link that carries it.
+    /// The parent link.
     pub parent: String,
-    /// The link that it carries.
+    /// The child link.
     pub child: String,
-    /// Its frame at position 0 in the parent's: x, y, z \[m\].
+    /// The position of its frame in the parent's, at joint position 0: x, y, z \[m\].
     pub xyz: [f64; 3],
-    /// And roll, pitch, yaw \[rad\]: `Rz(yaw) Ry(pitch) Rx(roll)`.
+    /// The orientation of its frame: roll, pitch, yaw \[rad\], `Rz(yaw) Ry(pitch) Rx(roll)`.
     pub rpy: [f64; 3],
     /// Its axis, in its own frame, of any length above 0.
     pub axis: [f64; 3],
@@ -164,12 +164,12 @@ pub struct DescribedJoint {
     pub limits: JointLimits,
 }
 
-/// The pose that URDF gives by a position \[m\] and angles of roll, pitch and yaw about fixed axes \[rad\].
+/// Returns the pose with this position \[m\] and these angles of roll, pitch and yaw about fixed axes \[rad\].
 pub(crate) fn pose([x, y, z]: [f64; 3], [roll, pitch, yaw]: [f64; 3]) -> UnitDualQuaternion {
     UnitDualQuaternion::from_parts(UnitQuaternion::from_euler_angles(roll, pitch, yaw), Vector3::new(x, y, z))
 }
 
-/// The angles of roll, pitch and yaw of a rotation \[rad\], exact also where the pitch is a right angle: roll is found with yaw given, after
+/// Returns the roll, pitch and yaw of a rotation \[rad\]. They are exact even for a pitch of 90°, because roll is computed from yaw, after
 /// Herter and Lott, *Algorithms for decomposing 3-D orthogonal matrices into primitive rotations* (1993).
 pub(crate) fn angles(rotation: &UnitQuaternion<f64>) -> [f64; 3] {
     let r = rotation.to_rotation_matrix();
@@ -181,12 +181,12 @@ pub(crate) fn angles(rotation: &UnitQuaternion<f64>) -> [f64; 3] {
 }
 
 impl DescribedJoint {
-    /// Its frame at position 0 in the parent's.
+    /// Returns its frame at position 0, relative to the parent's.
     pub fn parent_from_joint(&self) -> UnitDualQuaternion {
         pose(self.xyz, self.rpy)
     }
 
-    /// The child's frame in the parent's with the joint at `position` \[rad, prismatic: m\].
+    /// Returns the child's frame relative to the parent's, with the joint at `position` \[rad, prismatic: m\].
     pub fn parent_from_child(&self, position: f64) -> UnitDualQuaternion {
         let axis = self.unit_axis();
         let moved = match self.motion.kind() {
@@ -208,23 +208,23 @@ impl DescribedJoint {
     }
 }
 
-/// The arm that a description has between two links.
+/// The arm in a description between two links.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DescribedArm {
     /// The robot's name.
     pub robot: String,
-    /// All joints from the base to the tool, fixed ones too.
+    /// All joints from the base to the tool, including fixed ones.
     pub joints: Vec<DescribedJoint>,
 }
 
 impl DescribedArm {
-    /// The joints that move, base first.
+    /// Yields the joints that move, base first.
     pub fn moving(&self) -> impl Iterator<Item = &DescribedJoint> {
         self.joints.iter().filter(|joint| joint.motion.kind().is_some())
     }
 
-    /// The same with these limits of the joints that move, base first; what turns between two positions is no longer continuous. Where
-    /// there is no speed among them there are none: URDF has no limits without one.
+    /// Sets the limits of the joints that move, base first; a continuous joint with position limits becomes revolute. Limits without a
+    /// speed are ignored, because URDF requires a speed.
     #[must_use]
     pub fn with_limits(mut self, limits: impl IntoIterator<Item = JointLimits>) -> Self {
         let moving = self.joints.iter_mut().filter(|joint| joint.motion.kind().is_some());
@@ -239,10 +239,10 @@ impl DescribedArm {
         self
     }
 
-    /// Its kinematics.
+    /// Returns its kinematics.
     ///
     /// # Errors
-    /// [`DescriptionError::Arm`] where no joint moves, or lengths are beyond [`LENGTH`](dq_kinematics::arm::bounds::LENGTH).
+    /// [`DescriptionError::Arm`] if no joint moves, or if lengths exceed [`LENGTH`](dq_kinematics::arm::bounds::LENGTH).
     pub fn chain(&self) -> Result<Chain, DescriptionError> {
         let (mut joints, mut before) = (Vec::new(), Isometry3::identity());
         for joint in &self.joints {

@@ -1,4 +1,4 @@
-//! The arm's body as a robot description has it: capsules around the shapes by which its links run into others.
+//! The arm's body from a robot description: capsules around the collision shapes of its links.
 
 use super::arm::DescriptionError;
 use super::mesh_file;
@@ -9,36 +9,36 @@ use dq_space::space::{Body, Capsule, Fitted, MOST_CAPSULES, merged};
 use nalgebra::Vector3;
 use std::path::Path;
 
-/// The radius of the capsule along a link of which nothing is known \[m\].
+/// The radius of the default capsule along a link \[m\].
 pub const LIMB_RADIUS: f64 = 0.05;
 
-/// As many of one arm as let two have [`MOST_CAPSULES`] together.
+/// Largest number of capsules of one arm, so that two arms have at most [`MOST_CAPSULES`].
 const MOST: usize = MOST_CAPSULES / 2;
 
-/// What reaches farther from its joint \[m\] is no part of an arm, but in millimetres.
+/// Largest distance of a part of an arm from its joint \[m\]; a larger one is probably in millimeters.
 const FARTHEST: f64 = 10.0;
 
-/// What is thinner \[m\] is no part of an arm.
+/// Least thickness of a part of an arm \[m\].
 const THINNEST: f64 = 1e-6;
 
-/// They are written in steps of this \[1/m\].
+/// The resolution of the numbers in the text \[1/m\].
 const STEPS: f64 = 1e4;
 
-/// The capsules, as the parameter `body` has them, and what to warn of.
+/// The capsules as texts of the parameter `body`, and a warning.
 #[derive(Debug, PartialEq)]
 pub struct FittedBody {
-    /// None where the description has no shapes for them.
+    /// The texts; empty if the description has no usable shapes.
     pub texts: Vec<String>,
-    /// Shapes that could not be read.
+    /// A message about shapes that could not be read.
     pub warning: Option<String>,
 }
 
-/// Around the shapes of each link of the arm between these frames, and of what it carries: by fixed joints, and beyond the last joint by others
-/// too, a hand by its fingers where they start. A link without shapes, or with one that cannot be read, has the capsule along it that it
-/// has in [`Body::along`]. `file` is the description's own, if it came from one.
+/// Fits capsules around the shapes of the arm's links between these frames, and of the parts that it carries: by fixed joints, and beyond
+/// the last joint also by moving ones, for example a hand with its fingers at their start positions. A link without shapes, or with one
+/// that cannot be read, gets the capsule along it from [`Body::along`]. `file` is the description's own file, if it has one.
 ///
 /// # Errors
-/// [`DescriptionError`].
+/// [`DescriptionError`] if the description has no arm between the frames.
 pub fn fitted(
     text: &str,
     [base, tool]: &[String; 2],
@@ -71,7 +71,7 @@ pub fn fitted(
     let along = along.into_iter().filter(|capsule| !is_whole(capsule.joint));
     let along: Vec<_> =
         along.map(|Capsule { joint, core, radius, .. }| (joint, Fitted { core, radius })).collect();
-    // Where a joint is called so, what stands has no name.
+    // If a joint is called "base", parts fixed to the base are written without a name.
     let base = if names.contains(&"base") { "" } else { "base" };
     let texts = merged([all, along].concat(), MOST).into_iter().map(|(joint, fitted)| {
         let joint = joint.checked_sub(1).map_or(base, |number| names[number]);
@@ -80,7 +80,7 @@ pub fn fitted(
     Ok(FittedBody { texts: texts.collect(), warning })
 }
 
-/// A capsule around a shape, in the frame that moves with the joint that carries it.
+/// Returns a capsule around a shape, in the frame that moves with its carrier joint.
 fn around(collision: &Collision, place: &Place, file: Option<&Path>) -> Result<Fitted, String> {
     let (link_from_shape, shape) =
         collision.shape.as_ref().ok_or("expected a box, a cylinder, a capsule, a sphere or a mesh")?;
@@ -109,12 +109,12 @@ fn around(collision: &Collision, place: &Place, file: Option<&Path>) -> Result<F
     match () {
         () if fitted.radius < THINNEST => Err("it has no size".to_owned()),
         () if reach < FARTHEST => Ok(fitted),
-        // Of what is no number neither is true.
+        // NaN fails both comparisons.
         () => Err(format!("it reaches farther than {FARTHEST} m")),
     }
 }
 
-/// As the parameter has it, in tenths of a millimetre; thicker by as much as its ends may have moved by that.
+/// Formats a capsule for the parameter, in tenths of a millimeter. Its radius includes the rounding of its ends.
 fn written(joint: &str, Fitted { core, radius }: &Fitted) -> String {
     let rounded = |number: f64| (number * STEPS).round() / STEPS + 0.0;
     let ends: String = core.ends.iter().flatten().map(|number| format!(" {}", rounded(*number))).collect();
@@ -122,7 +122,7 @@ fn written(joint: &str, Fitted { core, radius }: &Fitted) -> String {
     format!("{joint}{ends} {radius}")
 }
 
-/// What to say of the shapes of links that could not be read.
+/// Returns the warning about shapes that could not be read.
 fn warning(missing: &[(usize, String, String)]) -> Option<String> {
     let (_, link, why) = missing.first()?;
     let more = match missing.len() - 1 {

@@ -1,7 +1,7 @@
-//! Collada files: the geometry as mesh-loader (0.1) reads it, each where the scene places it, in metres.
+//! Reads Collada files with mesh-loader (0.1), and places each geometry as the scene does, in meters.
 //!
-//! mesh-loader itself scales no node's translation by the file's unit, multiplies the nodes' transforms in the wrong order, takes what is
-//! nearer than 1 cm for no translation, and shows each geometry once.
+//! mesh-loader itself does not scale the nodes' translations by the file's unit, multiplies the nodes' transforms in the wrong order,
+//! ignores translations below 1 cm, and shows each geometry once.
 
 use dq_common::text::cut;
 use mesh_loader::{Loader, Mesh, Scene};
@@ -9,25 +9,27 @@ use nalgebra::{Matrix4, Point3, Rotation3, Unit, Vector3};
 use roxmltree::{Document, Node, ParsingOptions};
 use std::path::Path;
 
-/// The most elements that are in each other, and the most places of geometries; mesh-loader calls itself for each node in a node.
+/// Largest depth of elements, because mesh-loader recurses into nested nodes, and largest number of placed geometries.
 const DEEPEST: usize = 100;
 const MOST_PLACES: usize = 10_000;
 
-/// The most elements and attributes.
+/// Largest number of elements and attributes.
 const MOST_NODES: u32 = 2_000_000;
 
-/// What places a node.
+/// The elements that place a node.
 const TRANSFORMS: [&str; 6] = ["matrix", "translate", "rotate", "scale", "lookat", "skew"];
 
+/// Reads the scene of a Collada file.
+///
 /// # Errors
-/// Why there is none.
+/// Why it cannot be read.
 pub(crate) fn read(bytes: &[u8], path: &Path) -> Result<Scene, String> {
     let text = String::from_utf8_lossy(bytes);
     let options = ParsingOptions { nodes_limit: MOST_NODES, ..ParsingOptions::default() };
     let document =
         Document::parse_with_options(&text, options).map_err(|why| cut(&why.to_string()).into_owned())?;
     check_depth(document.root())?;
-    // Without a path no texture is looked for.
+    // Without a path, mesh-loader does not search for textures.
     let unplaced =
         Loader::default().load_collada_from_slice(without_places(&text, &document).as_bytes(), path);
     let unplaced: Scene = unplaced.map_err(|why: std::io::Error| why.to_string())?;
@@ -56,7 +58,7 @@ fn check_depth(root: Node) -> Result<(), String> {
     Ok(())
 }
 
-/// The text without its unit and without what places its nodes.
+/// Returns the text without its unit and without the transforms of its nodes.
 fn without_places(text: &str, document: &Document) -> String {
     let places = |node: &Node| {
         let parent = node.parent_element().map_or("", |parent| parent.tag_name().name());
@@ -71,10 +73,10 @@ fn without_places(text: &str, document: &Document) -> String {
     kept + &text[from..]
 }
 
-/// A geometry by its name, or all of them, and where it is \[m\].
+/// The name of a geometry (`None` for all), and its transform \[m\].
 type Placed<'a> = (Option<&'a str>, Matrix4<f64>);
 
-/// Which geometry is where \[m\]; all of them by the unit alone where there is no scene.
+/// Returns the placed geometries \[m\]; without a scene, all geometries, scaled by the unit.
 fn places<'a>(document: &'a Document) -> Result<Vec<Placed<'a>>, String> {
     let root = document.root_element();
     let child = |name: &'static str| root.children().filter(move |node| node.has_tag_name(name));
@@ -121,12 +123,12 @@ fn places<'a>(document: &'a Document) -> Result<Vec<Placed<'a>>, String> {
     Ok(found)
 }
 
-/// What an element of that name leads to in the same file.
+/// Returns the id that an element with this name refers to in the same file.
 fn target<'a>(node: Node<'a, '_>, name: &str) -> Option<&'a str> {
     Some(node).filter(|node| node.has_tag_name(name))?.attribute("url")?.strip_prefix('#')
 }
 
-/// What a node does to what is in it: its transforms, the last one first.
+/// Returns the transform of a node: the product of its transforms, of which the last is applied first.
 fn transform(node: Node) -> Result<Matrix4<f64>, String> {
     let each =
         node.children().filter(|child| child.is_element() && TRANSFORMS.contains(&child.tag_name().name()));
@@ -156,7 +158,7 @@ fn number(text: &str) -> Option<f64> {
     text.trim().parse().ok().filter(|number: &f64| number.is_finite())
 }
 
-/// The mesh elsewhere.
+/// Returns the transformed mesh.
 fn moved(mesh: &Mesh, place: &Matrix4<f64>) -> Mesh {
     let mut mesh = mesh.clone();
     let linear = place.fixed_view::<3, 3>(0, 0).into_owned();

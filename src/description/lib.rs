@@ -1,6 +1,6 @@
-//! Robot descriptions: URDF documents read and written, the meshes that they name, and the body of capsules around their shapes.
+//! Reads and writes URDF documents, reads the meshes that they refer to, and fits capsules around their shapes.
 #![warn(clippy::unwrap_used, clippy::expect_used)]
-// Both panic where nobody reads: results go through cli::print, all else through stderr.
+// These macros panic if nobody reads the output: results go through cli::print, everything else through stderr.
 #![warn(clippy::print_stdout, clippy::print_stderr)]
 
 mod arm;

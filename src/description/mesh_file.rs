@@ -1,4 +1,4 @@
-//! The mesh files that a robot description names.
+//! Reads the mesh files that a robot description refers to.
 
 use super::{collada_file, stl_file};
 use dq_common::text::cut;
@@ -10,13 +10,13 @@ use std::path::{Component, Path, PathBuf};
 /// The largest mesh file that is read \[bytes\].
 const LARGEST: u64 = 64 << 20;
 
-/// The files that are read at all.
+/// The file types that are read.
 const KINDS: [&str; 3] = ["stl", "dae", "obj"];
 
-/// The mesh `file`, in metres. `description` is the robot description's own file, if it came from one.
+/// Loads the mesh `file`, in meters. `description` is the robot description's own file, if it has one.
 ///
 /// # Errors
-/// Why there is none.
+/// Why it cannot be read.
 pub fn load(file: &str, description: Option<&Path>) -> Result<Scene, String> {
     let of_ros = |variable: &str| std::env::var(variable).unwrap_or_default();
     let folders = ["AMENT_PREFIX_PATH", "ROS_PACKAGE_PATH"].map(of_ros);
@@ -33,7 +33,7 @@ pub fn load(file: &str, description: Option<&Path>) -> Result<Scene, String> {
             }
         }
     };
-    // What is wrong in a file must not end who reads it.
+    // A fault in a file must not end the program.
     let scene = catch_unwind(load).map_err(|_| format!("{} is no mesh", path.display()))?;
     let scene: Scene = scene.map_err(|why| format!("{}: {why}", path.display()))?;
     let is_number = |corner: &[f32; 3]| corner.iter().all(|number| number.is_finite());
@@ -57,9 +57,9 @@ fn kind(file: &str) -> Option<String> {
     Some(Path::new(file).extension()?.to_str()?.to_lowercase())
 }
 
-/// Where the file is. A `package://` is in an installed prefix, in a folder of packages, or in a folder above the description's own file;
-/// any other name is of a file in one of these packages, or beside the description's own file, or in a folder beside that one's. A
-/// description that came over the network has no file: it cannot have any other file read.
+/// Returns the path of the file. A `package://` is searched in installed prefixes, in folders of packages, and in folders above the
+/// description's own file. Any other name must be in one of these packages, in the folder of the description's own file, or in a folder
+/// next to that. A description without a file, which came over the network, cannot refer to other files.
 fn find(file: &str, description: Option<&Path>, folders: &[String; 2]) -> Option<PathBuf> {
     kind(file).filter(|kind| KINDS.contains(&kind.as_str()))?;
     let above = description.into_iter().flat_map(Path::ancestors).skip(1).map(Path::to_path_buf);
@@ -81,7 +81,7 @@ fn find(file: &str, description: Option<&Path>, folders: &[String; 2]) -> Option
         (true, Some(beside)) => path.strip_prefix(beside).is_ok_and(|rest| inside_of(rest).is_some()),
         (false, Some(_)) => inside_of(named.strip_prefix("..").unwrap_or(named)).is_some(),
     };
-    // A package is one folder deep in these: what is in the folder itself is nobody's.
+    // A package is a subfolder of these folders: a file in the folder itself belongs to no package.
     let is_packaged = || {
         packages(folders).any(|folder| {
             path.strip_prefix(&folder)
@@ -91,7 +91,7 @@ fn find(file: &str, description: Option<&Path>, folders: &[String; 2]) -> Option
     Some(&path).filter(|path| (is_beside() || is_packaged()) && path.is_file()).cloned()
 }
 
-/// The folders of packages that ROS names: `share` of each prefix of the first list, and those of the second.
+/// Yields ROS's folders of packages: `share` in each prefix of the first list, and those of the second.
 fn packages([prefixes, packages]: &[String; 2]) -> impl Iterator<Item = PathBuf> {
     let each = |list: &'_ str| {
         list.split(':').filter(|part| !part.is_empty()).map(PathBuf::from).collect::<Vec<_>>()
@@ -100,7 +100,7 @@ fn packages([prefixes, packages]: &[String; 2]) -> impl Iterator<Item = PathBuf>
     shares.chain(each(packages))
 }
 
-/// The path, where it leads nowhere but down.
+/// Returns the path if it only leads downwards.
 fn inside_of(path: &Path) -> Option<PathBuf> {
     let only_down = path.components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir));
     only_down.then(|| path.to_path_buf())
@@ -113,7 +113,7 @@ mod tests {
     const CORNER: &str = "solid s\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid s\n";
 
     #[test]
-    fn files_are_found_as_ros_finds_them_and_beside_the_description() {
+    fn files_are_found_in_ros_packages_and_near_the_description() {
         let root = tempfile::tempdir().unwrap();
         let mesh = root.path().join("share/arm/meshes/link.STL");
         std::fs::create_dir_all(mesh.parent().unwrap()).unwrap();
@@ -137,7 +137,7 @@ mod tests {
     }
 
     #[test]
-    fn a_description_names_no_other_files_of_the_host() {
+    fn a_description_cannot_read_other_files_of_the_host() {
         let root = tempfile::tempdir().unwrap();
         let place = |name: &str| {
             let path = root.path().join(name);
@@ -170,7 +170,7 @@ mod tests {
                 assert_eq!(find(&name, from, &folders), None, "{name}");
             }
         }
-        // What lies beside it counts for a file alone.
+        // Neighboring files are only available to a description with a file.
         for name in ["meshes/link.stl".to_owned()].into_iter().chain(absolute(&beside)) {
             assert_eq!(find(&name, Some(&own), &folders), Some(beside.clone()), "{name}");
             assert_eq!(find(&name, None, &folders), None, "{name}");

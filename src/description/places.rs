@@ -1,28 +1,29 @@
-//! Where the links of a robot description are, and which joint of the arm carries each.
+//! The poses of a robot description's links, and the joint of the arm that carries each.
 
 use super::urdf_reader::Description;
 use dq_algebra::UnitDualQuaternion;
 use dq_kinematics::arm::{ArmError, Chain};
 use std::collections::HashMap;
 
-/// Where a link is.
+/// The place of a link.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Place {
-    /// The joint of the arm that carries it, counted from 1; 0 for what stands with the base.
+    /// The joint of the arm that carries it, counted from 1; 0 for a link fixed to the base.
     pub carrier: usize,
-    /// In the frame that moves with this joint, z along its axis; of what stands with the base in the base frame.
+    /// Its pose in the frame that moves with this joint, with z along the joint's axis; for a link fixed to the base, in the base frame.
     pub carrier_from_link: UnitDualQuaternion,
     /// Whether it is a link between the arm's base and its tool.
     pub is_of_arm: bool,
-    /// Whether it is that, or hangs from such a link by fixed joints alone.
+    /// Whether it is such a link, or is attached to one by fixed joints only.
     pub is_rigid: bool,
 }
 
 impl Description {
-    /// Where each link is that hangs together with the arm, whose kinematics are `chain`; joints beside the arm's are where they start.
+    /// Returns the places of all links connected with the arm, whose kinematics are `chain`. Joints that are not of the arm are at their
+    /// start positions.
     ///
     /// # Errors
-    /// [`ArmError`] for a chain of another arm.
+    /// [`ArmError`] if the chain belongs to another arm.
     pub fn places(&self, chain: &Chain) -> Result<HashMap<&str, Place>, ArmError> {
         let carriers = chain.link_poses(&vec![0.0; self.arm.moving().count()])?;
         let mut places = self.places_in_base();
@@ -34,7 +35,7 @@ impl Description {
         Ok(places)
     }
 
-    /// The same, but where the links are in the base frame while the arm's joints are at zero.
+    /// Returns the places with poses in the base frame, with the arm's joints at zero.
     fn places_in_base(&self) -> HashMap<&str, Place> {
         let mut carrier = 0;
         let mut place = Place {
@@ -52,7 +53,7 @@ impl Description {
             places.insert(&joint.child, place);
         }
         let mut joints: Vec<_> = self.beside.iter().collect();
-        // Each round reaches the links next to those that are reached, away from the base and towards the root.
+        // Each round reaches the neighbors of the links reached so far, both away from the base and towards the root.
         loop {
             let count = joints.len();
             joints.retain(|joint| {

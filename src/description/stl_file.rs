@@ -1,18 +1,20 @@
-//! Triangles of an STL file as programs write them: a binary file that begins with "solid", one of which more follows, a text without a
-//! name. mesh-loader (0.1) refuses these.
+//! Reads the triangles of STL files as programs write them, including some that mesh-loader (0.1) rejects: binary files that begin with
+//! "solid", binary files with trailing data, and text files without a name.
 
 use mesh_loader::{Material, Mesh, Scene};
 
-/// Of a binary file: what is before the number of triangles, that number, and each triangle \[bytes\].
+/// The sizes in a binary file \[bytes\]: of the header, of the number of triangles, and of each triangle.
 const HEAD: usize = 80;
 const COUNT: usize = 4;
 const TRIANGLE: usize = 50;
 
-/// A normal of three numbers of four bytes is before a triangle's corners.
+/// The size of a triangle's normal, three numbers of four bytes, before its corners.
 const NORMAL: usize = 12;
 
+/// Reads the triangles of an STL file.
+///
 /// # Errors
-/// Why there are none.
+/// Why they cannot be read.
 pub(crate) fn read(bytes: &[u8]) -> Result<Scene, String> {
     let corners = match binary(bytes) {
         Some(triangles) => triangles.flat_map(corners_of).collect(),
@@ -30,7 +32,7 @@ pub(crate) fn read(bytes: &[u8]) -> Result<Scene, String> {
     Ok(scene)
 }
 
-/// The triangles of a binary file; none where it is a text.
+/// Returns the triangles of a binary file; `None` for a text file.
 fn binary(bytes: &[u8]) -> Option<std::slice::ChunksExact<'_, u8>> {
     let (head, triangles) = bytes.split_at_checked(HEAD + COUNT)?;
     let count = u32::from_le_bytes(*head.last_chunk()?) as usize;
@@ -38,7 +40,7 @@ fn binary(bytes: &[u8]) -> Option<std::slice::ChunksExact<'_, u8>> {
     let begins_as_text =
         head.trim_ascii_start().get(..5).is_some_and(|word| word.eq_ignore_ascii_case(b"solid"));
     let is_binary = size == triangles.len() || !begins_as_text || bytes.contains(&0);
-    // Some programs write no number, or a wrong one: then as many as there are.
+    // Some programs write a missing or wrong number of triangles: then all data counts.
     let known = triangles.get(..size).filter(|_| count > 0).unwrap_or(triangles);
     is_binary.then(|| known.chunks_exact(TRIANGLE))
 }
@@ -50,7 +52,7 @@ fn corners_of(triangle: &[u8]) -> impl Iterator<Item = [f32; 3]> {
     (0..3).map(move |corner| [0, 1, 2].map(|axis| number(NORMAL + 12 * corner + 4 * axis)))
 }
 
-/// The corners of a text, a line each.
+/// Reads the corners of a text file, one per line.
 fn text(bytes: &[u8]) -> Result<Vec<[f32; 3]>, String> {
     let text = String::from_utf8_lossy(bytes).to_ascii_lowercase();
     let lines = text.split(['\n', '\r']).filter_map(|line| line.trim().strip_prefix("vertex"));

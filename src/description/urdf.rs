@@ -1,4 +1,4 @@
-//! A chain as a URDF document, so that RViz and other tools can show it, and a described arm as a short one.
+//! Writes a chain as a URDF document for RViz and other tools, and a described arm as a short document.
 
 use super::arm::{DescribedArm, DescribedJoint, JointLimits, Motion, angles};
 use dq_algebra::UnitDualQuaternion;
@@ -7,19 +7,19 @@ use dq_kinematics::arm::{ArmError, Chain, JointKind};
 use nalgebra::{UnitQuaternion, Vector3};
 use std::fmt::Write;
 
-/// Frames that are nearer to each other than this \[m\] coincide.
+/// Frames within this distance \[m\] coincide.
 const SHORTEST_LINK: f64 = 1e-6;
 
-/// Radius of the first limb by the arm's reach, and what is left of it at the tool: arms are stout at their foot.
+/// The radius of the first limb as a fraction of the arm's reach, and the radius at the tool relative to it.
 const STOUTNESS: f64 = 0.04;
 const TAPER: f64 = 0.45;
 
 impl DescribedArm {
-    /// A chain as a description would have it: links `base`, then `links` (one a joint), then `tool`. A chain states no bounds: its
-    /// joints turn without end or slide, and have no limits before [`with_limits`](Self::with_limits) gives them some.
+    /// Converts a chain into a description with the links `base`, `links` (one per joint) and `tool`. A chain has no limits: its joints are
+    /// continuous or prismatic until [`with_limits`](Self::with_limits) sets limits.
     ///
     /// # Errors
-    /// [`ArmError::OnePerJoint`] where there are not as many names of joints, or of links, as the chain has joints.
+    /// [`ArmError::OnePerJoint`] if the number of joint names or link names differs from the number of joints.
     pub fn of_chain(
         chain: &Chain,
         robot: &str,
@@ -51,7 +51,7 @@ impl DescribedArm {
         Ok(Self { robot: robot.to_owned(), joints: moving.map(joint).chain([end]).collect() })
     }
 
-    /// The URDF document of these joints and the links between them, and nothing else: it reads back as the same arm, to the last bit.
+    /// Returns the URDF document of these joints and the links between them only. It is read back as exactly the same arm.
     pub fn urdf(&self) -> String {
         let mut text = format!("<robot name=\"{}\">\n", escaped(&self.robot));
         self.joints.iter().take(1).for_each(|joint| push_bare_link(&mut text, &joint.parent));
@@ -60,7 +60,8 @@ impl DescribedArm {
         text + "</robot>\n"
     }
 
-    /// The same to look at: each link is drawn as the housing of its joint, a drum about the joint's axis, and a limb to the next joint.
+    /// Returns the same document with visuals: each link has the housing of its joint, a drum about the joint's axis, and a limb to the
+    /// next joint.
     pub fn drawn_urdf(&self) -> String {
         let mut text =
             format!("<?xml version=\"1.0\"?>\n<robot name=\"{}\">\n{MATERIALS}", escaped(&self.robot));
@@ -94,7 +95,7 @@ fn described(
         child: child.to_owned(),
         xyz: origin.translation().into(),
         rpy: angles(&origin.rotation()),
-        // URDF's default, for one that has none.
+        // URDF's default axis, for a fixed joint.
         axis: if motion == Motion::Fixed { [1.0, 0.0, 0.0] } else { [0.0, 0.0, 1.0] },
         limits: JointLimits::default(),
     }
@@ -129,28 +130,28 @@ fn push_joint(text: &mut String, joint: &DescribedJoint) {
             ("jerk", limits.jerk),
         ];
         let given = named.into_iter().filter_map(|(name, limit)| Some(format!(" {name}=\"{}\"", limit?)));
-        // URDF wants an effort; nobody here does.
+        // URDF requires an effort, which is not used.
         let _ = writeln!(text, "    <limit effort=\"0\"{}/>", given.collect::<String>());
     }
     text.push_str("  </joint>\n");
 }
 
-/// `<origin xyz rpy>`: URDF's roll-pitch-yaw is Rz(yaw) Ry(pitch) Rx(roll), as nalgebra's Euler angles are.
+/// Formats `<origin xyz rpy>`. URDF's roll-pitch-yaw is Rz(yaw) Ry(pitch) Rx(roll), like nalgebra's Euler angles.
 fn origin_element(transform: &UnitDualQuaternion) -> String {
     let (t, [roll, pitch, yaw]) = (transform.translation(), angles(&transform.rotation()));
     format!("<origin xyz=\"{} {} {}\" rpy=\"{roll} {pitch} {yaw}\"/>", t.x, t.y, t.z)
 }
 
-/// The colours of limbs and joints.
+/// The colors of limbs and joints.
 const MATERIALS: &str = "  <material name=\"limb\"><color rgba=\"0.86 0.87 0.89 1\"/></material>\n  \
                          <material name=\"joint\"><color rgba=\"0.25 0.33 0.42 1\"/></material>\n";
 
-/// A link that is not drawn.
+/// Writes a link without visuals.
 fn push_bare_link(text: &mut String, link: &str) {
     let _ = writeln!(text, "  <link name=\"{}\"/>", escaped(link));
 }
 
-/// A link with the housing of its joint, and a limb of that radius \[m\] from its frame to `end` where the two do not coincide.
+/// Writes a link with the housing of its joint, and a limb of this radius \[m\] from its frame to `end`, unless the two coincide.
 fn push_link(text: &mut String, link: &str, end: &Vector3<f64>, radius: f64) {
     let link = escaped(link);
     let housing = visual(&UnitDualQuaternion::identity(), 1.3 * radius, 2.8 * radius, "joint");
@@ -158,19 +159,19 @@ fn push_link(text: &mut String, link: &str, end: &Vector3<f64>, radius: f64) {
     let _ = writeln!(text, "  <link name=\"{link}\">\n{housing}{limb}  </link>");
 }
 
-/// A cylinder from the frame to `end`.
+/// Returns a cylinder from the frame to `end`.
 fn limb(end: &Vector3<f64>, radius: f64) -> Option<String> {
     let length = end.norm();
     if length < SHORTEST_LINK {
         return None;
     }
-    // None for opposite vectors: any half turn about a horizontal axis takes z to -z.
+    // The rotation is `None` for opposite vectors: any half turn about a horizontal axis takes z to -z.
     let turn = UnitQuaternion::rotation_between(&Vector3::z(), end)
         .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI));
     Some(visual(&UnitDualQuaternion::from_parts(turn, 0.5 * end), radius, length, "limb"))
 }
 
-/// A cylinder about z, with its middle at `origin`.
+/// Returns a cylinder about z, with its middle at `origin`.
 fn visual(origin: &UnitDualQuaternion, radius: f64, length: f64, material: &str) -> String {
     format!(
         "    <visual>\n      {}\n      <geometry><cylinder radius=\"{radius}\" length=\"{length}\"/></geometry>\n      \
@@ -185,7 +186,7 @@ mod tests {
     use dq_kinematics::arm::{Convention, DhRow};
     use nalgebra::Rotation3;
 
-    /// The limbs of the document: length, and where their two ends are in the link's frame.
+    /// Returns the limbs of the document: the length, and both ends in the link's frame.
     fn limbs(document: &str) -> Vec<(f64, [Vector3<f64>; 2])> {
         let numbers = |text: &str, key: &str| -> Vec<f64> {
             let (_, rest) = text.split_once(&format!("{key}=\"")).unwrap();
@@ -203,7 +204,7 @@ mod tests {
     }
 
     #[test]
-    fn a_limb_reaches_from_its_frame_to_the_next_and_is_not_there_where_they_coincide() {
+    fn a_limb_connects_its_frame_with_the_next_unless_they_coincide() {
         let row = |a, d| DhRow { a, alpha: 0.0, d, theta_offset: 0.0 };
         let chain = Chain::new(
             Convention::ModifiedDh,
@@ -223,7 +224,7 @@ mod tests {
             assert!((length - expected_length).abs() < 1e-12);
             assert!(from.norm() < 1e-12 && (to - end).norm() < 1e-12, "{from} {to} {end}");
         }
-        // One for each link, the base among them, and the flange.
+        // One for each link including the base, and the flange.
         assert_eq!(document.matches("<material name=\"joint\"/>").count(), 6, "{document}");
     }
 

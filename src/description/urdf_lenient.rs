@@ -1,25 +1,26 @@
-//! Robot descriptions that are no XML, but that ROS 2's own reader takes: urdfdom, by tinyxml2. They are written as XML, line by line, for
-//! the strict reader.
+//! Reads robot descriptions that are not XML, but that ROS 2's own parser accepts (urdfdom with tinyxml2). They are converted to XML, line
+//! by line, for the strict parser.
 //!
-//! The grammar is tinyxml2's (11.0). quick-xml (0.42) refuses a tenth of what that takes: blanks after a `<`, other `<!…>` than DOCTYPE.
+//! The grammar is that of tinyxml2 (11.0). quick-xml (0.42) rejects a tenth of what tinyxml2 accepts: blanks after `<`, and other `<!…>`
+//! than DOCTYPE.
 
 use super::arm::DescriptionError;
 use dq_common::text::cut;
 
-/// What is no element, by how it begins and ends. What is a mark comes before what begins alike.
+/// The delimiters of markup that is not an element. A longer beginning comes before a shorter one.
 const MARKS: [(&str, &str); 4] = [("?", "?>"), ("!--", "-->"), (CDATA, "]]>"), ("!", ">")];
 const CDATA: &str = "![CDATA[";
 
-/// The first `<robot>` of `text` as XML, with each element in the line where it was.
+/// Returns the first `<robot>` of `text` as XML, with each element in its original line.
 ///
 /// # Errors
-/// [`DescriptionError::NotXml`] for what tinyxml2 refuses too, [`DescriptionError::Xacro`] for a macro.
+/// [`DescriptionError::NotXml`] for a text that tinyxml2 rejects too, [`DescriptionError::Xacro`] for a macro.
 pub(crate) fn as_xml(text: &str) -> Result<String, DescriptionError> {
-    // A text of C ends there.
+    // A C string ends at the first NUL.
     let all = text.split('\0').next().unwrap_or_default();
     let (mut rest, mut xml) = (all, Xml::default());
     while let Some((before, from)) = rest.split_once('<') {
-        // Counted only for an error: counting for each element takes quadratic time.
+        // The line is counted only for an error: counting it for each element would take quadratic time.
         let line = || line(all, all.len() - from.len());
         let missing = |what: &str| DescriptionError::NotXml(format!("expected {what} in line {}", line()));
         xml.put(before, &escaped(before));
@@ -47,24 +48,24 @@ pub(crate) fn as_xml(text: &str) -> Result<String, DescriptionError> {
     Ok(xml.out)
 }
 
-/// The line of what begins so many bytes after the text's beginning, counted from 1.
+/// Returns the line number at this byte offset, counted from 1.
 pub(crate) fn line(text: &str, at: usize) -> u32 {
     let before = text.as_bytes().iter().take(at).filter(|byte| **byte == b'\n').count();
     u32::try_from(before + 1).unwrap_or(u32::MAX)
 }
 
-/// What begins with `<` and is an element's beginning, its end, or both.
+/// A start tag, an end tag, or an empty-element tag.
 struct Tag<'a> {
     name: &'a str,
     attributes: Vec<(&'a str, &'a str)>,
-    /// Whether it ends what another one began.
+    /// Whether it is an end tag.
     is_end: bool,
-    /// Whether it ends itself.
+    /// Whether it is an empty-element tag.
     is_whole: bool,
 }
 
 impl<'a> Tag<'a> {
-    /// The tag that follows a `<`, and what is after it.
+    /// Reads the tag after a `<`; returns it with the rest of the text.
     ///
     /// # Errors
     /// What is missing.
@@ -91,31 +92,31 @@ impl<'a> Tag<'a> {
     }
 }
 
-/// Whether a tag that ends here is whole, and what is after it.
+/// Reads the end of a tag: returns whether the tag is an empty element, and the rest of the text.
 fn ending(text: &str) -> Option<(bool, &str)> {
     let whole = text.strip_prefix("/>").map(|after| (true, after));
     whole.or_else(|| text.strip_prefix('>').map(|after| (false, after)))
 }
 
-/// The name that begins here, and what is after it.
+/// Reads a name; returns it with the rest of the text.
 fn name(text: &str) -> Option<(&str, &str)> {
     let is_first = |c: char| c.is_ascii_alphabetic() || !c.is_ascii() || [':', '_'].contains(&c);
     let is_more = |c: char| is_first(c) || c.is_ascii_digit() || ['.', '-'].contains(&c);
     text.starts_with(is_first).then(|| text.split_at(text.find(|c| !is_more(c)).unwrap_or(text.len())))
 }
 
-/// What is written.
+/// The output.
 #[derive(Default)]
 struct Xml {
     out: String,
     depth: usize,
-    /// Whether what comes is in the robot, and whether it has ended.
+    /// Whether the output is inside of the robot element, and whether that has ended.
     is_robot: bool,
     is_after: bool,
 }
 
 impl Xml {
-    /// Writes what was read, in the robot as this text, and beside it as no more than its line ends.
+    /// Writes `text` for what was `read` inside of the robot element; outside, writes its line ends only.
     fn put(&mut self, read: &str, text: &str) {
         let text = if self.is_robot { text } else { "" };
         let lines = [read, text].map(|text| text.matches('\n').count());
@@ -149,12 +150,12 @@ impl Xml {
     }
 }
 
-/// A name without the prefixes of namespaces, which tinyxml2 does not know: `a:b` is not `b`.
+/// Returns a name without namespace prefixes, which tinyxml2 does not support: `a:b` is not `b`.
 fn plain(name: &str) -> String {
     name.replace(':', "_")
 }
 
-/// The text with its entities as they are, and all else that cannot stand in XML escaped.
+/// Escapes everything that is not allowed in XML text, except entities.
 fn escaped(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for (at, character) in text.char_indices() {
@@ -171,10 +172,10 @@ fn escaped(text: &str) -> String {
     out
 }
 
-/// The longest name of an entity \[bytes\]. Searching farther for its end takes quadratic time.
+/// Longest name of an entity \[bytes\]. A longer search for its end would take quadratic time.
 const LONGEST_ENTITY: usize = 16;
 
-/// Whether what follows an ampersand makes it an entity of XML.
+/// Returns whether the text after an ampersand makes it an XML entity.
 fn is_entity(rest: &str) -> bool {
     let end = rest.bytes().take(LONGEST_ENTITY + 1).position(|byte| byte == b';');
     let Some(name) = end.map(|end| &rest[..end]) else { return false };
@@ -191,7 +192,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn elements_keep_their_lines_and_names_their_prefixes() {
+    fn elements_keep_their_lines_and_prefixes_become_part_of_names() {
         let text = "\n<?xml version=1.0?>\n<!-- a -- b\n-->\n<other/><robot name='a \"b\" < c & d &amp; e'\n xmlns:p=\"q\">\n\
                     <p:link/> <![CDATA[<&]]></robot>\n<robot name=\"second\"/>";
         let expected = "\n\n\n\n<robot name=\"a &quot;b&quot; &lt; c &amp; d &amp; e\">\n\n<p_link/> &lt;&amp;</robot>\n";
@@ -200,7 +201,7 @@ mod tests {
 
     /// Quadratic time would be minutes for each of these.
     #[test]
-    fn a_long_text_takes_time_in_proportion_to_its_length() {
+    fn the_time_is_proportional_to_the_length_of_the_text() {
         let began = std::time::Instant::now();
         let ampersands = "&".repeat(4 << 20);
         let escaped = as_xml(&format!("<robot>{ampersands}</robot>")).unwrap();
@@ -211,7 +212,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_missing_is_named_with_its_line() {
+    fn a_missing_part_is_named_with_its_line() {
         let why = |text: &str| as_xml(text).unwrap_err().to_string();
         for (text, what) in [
             ("<robot>\n<!-- a", "--> in line 2"),

@@ -1,4 +1,4 @@
-//! From the text of a URDF document to the arm between two of its links.
+//! Reads the arm between two links from the text of a URDF document.
 
 use super::arm::{DescribedArm, DescribedJoint, DescriptionError, JointLimits, Motion, angles};
 use super::urdf_tree::{Tree, child_of, linked, name_of, with_document, wrong};
@@ -7,7 +7,7 @@ use dq_kinematics::arm::bounds::JOINT_ANGLE;
 use nalgebra::{Quaternion, UnitQuaternion};
 use roxmltree::{Document, Node};
 
-/// What a description says, as far as somebody asked.
+/// The arm and the other joints of a description.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Description {
     /// The arm between the two links.
@@ -17,12 +17,13 @@ pub struct Description {
 }
 
 impl Description {
-    /// What the URDF document `text` has from the link `base` to the link `tool`, and beside that.
+    /// Reads the arm from the link `base` to the link `tool` of the URDF document `text`, and the other joints.
     ///
-    /// The chain must be whole and right in each number that moves the tool. Of all else only the names of links and joints must be.
+    /// The chain must be complete and valid in every number that moves the tool. Of everything else, only the names of links and joints
+    /// must be valid.
     ///
     /// # Errors
-    /// [`DescriptionError`].
+    /// [`DescriptionError`] if the document has no such arm.
     pub fn read(text: &str, base: &str, tool: &str) -> Result<Self, DescriptionError> {
         with_document(text, |document| Self::of(document, base, tool))
     }
@@ -45,12 +46,12 @@ impl Description {
     }
 }
 
-/// The two frames of an arm in the URDF document `text`, each the given one or a guess. From the root the arm follows the links that carry
-/// most joints, until these part: what has fewer than three joints after that is a gripper. It begins at `base_link`, if it passes that,
-/// and goes on over fixed joints, to `tool0` if there is one.
+/// Returns the two frames of an arm in the URDF document `text`; each is the given one or a guess. From the root, the arm follows the links
+/// that carry most joints, up to a branch with fewer than three joints, which is a gripper. It begins at `base_link`, if it passes that
+/// link, and continues over fixed joints, to `tool0` if there is one.
 ///
 /// # Errors
-/// [`DescriptionError`].
+/// [`DescriptionError`] if the document is invalid.
 pub fn guess_frames(text: &str, [base, tool]: [Option<&str>; 2]) -> Result<[String; 2], DescriptionError> {
     if let (Some(base), Some(tool)) = (base, tool) {
         return Ok([base, tool].map(str::to_owned));
@@ -65,7 +66,7 @@ pub fn guess_frames(text: &str, [base, tool]: [Option<&str>; 2]) -> Result<[Stri
     })
 }
 
-/// A joint of the chain.
+/// Reads a joint of the chain.
 fn read_joint(joint: Node) -> Result<DescribedJoint, DescriptionError> {
     let motion = match joint.attribute("type").unwrap_or_default() {
         "fixed" => Motion::Fixed,
@@ -78,7 +79,7 @@ fn read_joint(joint: Node) -> Result<DescribedJoint, DescriptionError> {
             return Err(wrong(joint, format!("its type is {:?}: {why}", cut(other))));
         }
     };
-    // What does not move mimics nothing, whatever is written.
+    // A fixed joint mimics nothing, whatever is written.
     if motion != Motion::Fixed
         && let Some(mimic) = child_of(joint, "mimic")
     {
@@ -88,7 +89,7 @@ fn read_joint(joint: Node) -> Result<DescribedJoint, DescriptionError> {
     read_as(joint, motion)
 }
 
-/// A joint beside the chain: one that moves stays where it is, so that its limits matter as far as they can be read.
+/// Reads a joint outside of the chain. A moving one keeps its start position, so its limits matter if they can be read.
 fn read_beside(joint: Node) -> Option<DescribedJoint> {
     let motion = match joint.attribute("type")? {
         "fixed" => Motion::Fixed,
@@ -123,14 +124,14 @@ fn read_as(joint: Node, motion: Motion) -> Result<DescribedJoint, DescriptionErr
     }
 }
 
-/// The rotation of an origin of URDF 1.1 and later, if it has one.
+/// Returns the quaternion of an origin (URDF 1.1 and later), if it has one.
 ///
 /// # Errors
-/// What is wrong with it, after its name.
+/// What is wrong with it, as text to follow its name.
 pub(crate) fn quaternion(origin: Node) -> Option<Result<UnitQuaternion<f64>, String>> {
     let text = origin.attribute("quat_xyzw")?;
     let version = origin.document().root_element().attribute("version").unwrap_or("1.0");
-    // There ROS 2's own reader leaves it out, which is another robot.
+    // In URDF 1.0, ROS 2's own parser ignores the quaternion, which would be another robot.
     if version.trim() == "1.0" {
         return Some(Err("needs <robot version=\"1.2\">".to_owned()));
     }
@@ -145,10 +146,10 @@ pub(crate) fn quaternion(origin: Node) -> Option<Result<UnitQuaternion<f64>, Str
     Some(rotation.ok_or_else(|| format!("is {:?}: expected a quaternion x y z w", cut(text))))
 }
 
-/// An axis whose numbers are all smaller is none.
+/// An axis with all components below this has no direction.
 const SHORTEST_AXIS: f64 = 1e-6;
 
-/// Three numbers of an attribute.
+/// Reads three numbers of an attribute.
 fn three(joint: Node, of: Option<Node>, name: &str, default: [f64; 3]) -> Result<[f64; 3], DescriptionError> {
     let Some((node, text)) = of.and_then(|node| Some((node, node.attribute(name)?))) else {
         return Ok(default);
@@ -160,13 +161,13 @@ fn three(joint: Node, of: Option<Node>, name: &str, default: [f64; 3]) -> Result
     })
 }
 
-/// A number within what a robot can have.
+/// Parses a number within the bounds of a robot.
 fn number(text: &str) -> Option<f64> {
     text.trim().parse().ok().filter(|number: &f64| number.abs() <= JOINT_ANGLE)
 }
 
-/// The limits of a joint as the description has them, whether any arm could move within them or not: parameters may give others. Of a
-/// position limit and the soft one of the `safety_controller` it is the tighter one: a controller is to keep within both.
+/// Reads the limits of a joint as described, even if they form no range, because parameters may override them. Of a hard limit and the soft
+/// limit of `safety_controller`, the tighter one counts, because a controller should keep within both.
 fn limits(joint: Node, motion: Motion) -> Result<JointLimits, DescriptionError> {
     let read = |element: &'static str, name: &str| {
         let Some(text) = child_of(joint, element).and_then(|element| element.attribute(name)) else {
@@ -184,7 +185,7 @@ fn limits(joint: Node, motion: Motion) -> Result<JointLimits, DescriptionError> 
         if !between {
             return Ok(None);
         }
-        // URDF: a limit that is not there is 0; of soft ones only those count that are there.
+        // In URDF a missing limit is 0; a missing soft limit does not count.
         let (hard, soft) = (read("limit", name)?.unwrap_or(0.0), read("safety_controller", soft)?);
         Ok(Some(soft.map_or(hard, |soft: f64| tighter(hard, soft))))
     };

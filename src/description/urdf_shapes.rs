@@ -1,4 +1,4 @@
-//! The shapes of the links of a URDF document: what they look like, and what they run into others with.
+//! Reads the shapes of the links of a URDF document: visuals and collision shapes.
 
 use super::arm::{DescriptionError, pose};
 use super::urdf_reader::quaternion;
@@ -8,39 +8,39 @@ use nalgebra::Vector3;
 use roxmltree::Node;
 use std::collections::HashMap;
 
-/// Red, green and blue, 0 to 1.
+/// Red, green and blue, from 0 to 1.
 pub type Rgb = [f32; 3];
 
-/// A shape that a link is seen by.
+/// A visual shape of a link.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Visual {
     /// The link's name.
     pub link: String,
-    /// Where the shape is in the link's frame.
+    /// The pose of the shape in the link's frame.
     pub link_from_shape: UnitDualQuaternion,
     /// The shape.
     pub shape: Shape,
-    /// Its colour, where the description gives one.
+    /// Its color, if given.
     pub color: Option<Rgb>,
 }
 
-/// A shape by which a link runs into others.
+/// A collision shape of a link.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Collision {
     /// The link's name.
     pub link: String,
-    /// Where it is in the link's frame, and the shape; none where the description has none there that can be read.
+    /// The pose in the link's frame, and the shape; `None` if it cannot be read.
     pub shape: Option<(UnitDualQuaternion, Shape)>,
 }
 
-/// A shape about its own origin, with lengths along z; \[m\].
+/// A shape about its own origin, with lengths along z \[m\].
 #[derive(Clone, Debug, PartialEq)]
 pub enum Shape {
-    /// What a file has, by the scale along each axis.
+    /// A mesh file.
     Mesh {
-        /// As the description names it: a path, `file://…` or `package://…`.
+        /// The name in the description: a path, `file://…` or `package://…`.
         file: String,
-        /// By this factor along each axis.
+        /// The scale along each axis.
         scale: Vector3<f64>,
     },
     /// A box with these edges.
@@ -52,21 +52,21 @@ pub enum Shape {
         /// Its length.
         length: f64,
     },
-    /// A capsule along z, of URDF 1.1 and later.
+    /// A capsule along z (URDF 1.1 and later).
     Capsule {
         /// Its radius.
         radius: f64,
         /// The length of its cylinder, without the round ends.
         length: f64,
     },
-    /// A ball of that radius.
+    /// A ball with this radius.
     Sphere(f64),
 }
 
-/// Every shape of the URDF document `text` that can be read; others are left out, as nothing moves by them.
+/// Returns all visual shapes of the URDF document `text` that can be read. Others are left out, because motion does not depend on them.
 ///
 /// # Errors
-/// [`DescriptionError`] for a text that is no URDF document.
+/// [`DescriptionError`] for a text that is not a URDF document.
 pub fn visuals(text: &str) -> Result<Vec<Visual>, DescriptionError> {
     with_document(text, |document| {
         let robot = document.root_element();
@@ -82,10 +82,10 @@ pub fn visuals(text: &str) -> Result<Vec<Visual>, DescriptionError> {
     })
 }
 
-/// Every shape of the URDF document `text` by which links run into others, also where it cannot be read.
+/// Returns all collision shapes of the URDF document `text`, including those that cannot be read.
 ///
 /// # Errors
-/// [`DescriptionError`] for a text that is no URDF document.
+/// [`DescriptionError`] for a text that is not a URDF document.
 pub fn collisions(text: &str) -> Result<Vec<Collision>, DescriptionError> {
     with_document(text, |document| {
         let all = shapes(document.root_element(), "collision");
@@ -94,7 +94,7 @@ pub fn collisions(text: &str) -> Result<Vec<Collision>, DescriptionError> {
     })
 }
 
-/// The links, each with one of its elements of that kind.
+/// Yields each link with each of its elements of this kind.
 fn shapes<'a>(robot: Node<'a, 'a>, kind: &'static str) -> impl Iterator<Item = (Node<'a, 'a>, Node<'a, 'a>)> {
     let links = robot.children().filter(|node| node.has_tag_name("link"));
     links.flat_map(move |link| {
@@ -103,7 +103,7 @@ fn shapes<'a>(robot: Node<'a, 'a>, kind: &'static str) -> impl Iterator<Item = (
     })
 }
 
-/// The shape, and the name of its material.
+/// Returns the visual, and the name of its material.
 fn visual(link: Node, node: Node) -> Option<(Visual, Option<String>)> {
     let (link_from_shape, shape) = placed(node)?;
     let material = child_of(node, "material");
@@ -112,7 +112,7 @@ fn visual(link: Node, node: Node) -> Option<(Visual, Option<String>)> {
     Some((visual, material.map(|material| name_of(material).to_owned())))
 }
 
-/// The shape of a `<visual>` or a `<collision>`, and where it is in the link's frame.
+/// Returns the shape of a `<visual>` or a `<collision>`, with its pose in the link's frame.
 fn placed(node: Node) -> Option<(UnitDualQuaternion, Shape)> {
     let origin = child_of(node, "origin");
     let three = |name: &str| match origin.and_then(|origin| origin.attribute(name)) {
@@ -155,7 +155,7 @@ fn vector(text: &str) -> Option<Vector3<f64>> {
     <[f64; 3]>::try_from(parts?).ok().map(Vector3::from)
 }
 
-/// A number that fits a picture \[m, rad\].
+/// Parses a number of plausible size for a shape \[m, rad\].
 fn number(text: &str) -> Option<f64> {
     text.trim().parse().ok().filter(|number: &f64| number.abs() <= 1e4)
 }
@@ -165,7 +165,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn shapes_have_their_place_and_their_color() {
+    fn shapes_have_their_pose_and_color() {
         let text = r#"<robot name="r"><material name="blue"><color rgba="0 0 1 1"/></material>
           <link name="a">
             <visual><origin xyz="0 0 1" rpy="0 0 1.5707963267948966"/><geometry><box size="1 2 3"/></geometry><material name="blue"/></visual>

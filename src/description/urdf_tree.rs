@@ -1,8 +1,8 @@
-//! The links and joints of a URDF document, and what hangs from what.
+//! The links and joints of a URDF document, and their tree.
 //!
-//! Read by roxmltree and not by urdf-rs (0.10): that reads every element of the robot where we need those of one chain, ends the process
-//! by a stack overflow on deeply nested text, does not name the element in which a number is wrong, and reads a missing limit as zeros. What is
-//! no XML is made one first, by [`as_xml`].
+//! It uses roxmltree instead of urdf-rs (0.10). urdf-rs reads every element of the robot instead of one chain, overflows the stack on
+//! deeply nested text, does not name the element with a wrong number, and reads a missing limit as zeros. A text that is not XML is first
+//! converted by [`as_xml`].
 
 use super::arm::DescriptionError;
 use super::urdf_lenient::{as_xml, line};
@@ -10,16 +10,16 @@ use dq_common::text::{self, cut};
 use roxmltree::{Document, Node, ParsingOptions};
 use std::collections::{HashMap, HashSet};
 
-/// The longest description that is read \[bytes\]: a humanoid's has 0.2 MB.
+/// Longest description that is read \[bytes\]. A humanoid's has 0.2 MB.
 pub const LONGEST_DESCRIPTION: usize = 4 << 20;
 
-/// The most joints that a chain may have.
+/// Largest number of joints in a chain.
 const MOST_JOINTS: usize = 64;
 
-/// The most XML nodes that a description may have.
+/// Largest number of XML nodes in a description.
 const MOST_NODES: u32 = 200_000;
 
-/// What `read` makes of the robot's document. A text that is no XML is read as ROS 2's own reader reads it, if that takes it.
+/// Calls `read` with the robot's document. A text that is not XML is read like ROS 2's own parser reads it, if that accepts it.
 pub(crate) fn with_document<T>(
     text: &str,
     read: impl FnOnce(&Document) -> Result<T, DescriptionError>,
@@ -35,7 +35,7 @@ pub(crate) fn with_document<T>(
     }
 }
 
-/// What to warn of where the text is no XML but is read all the same.
+/// Returns a warning if the text is not XML but can be read.
 pub fn oddity(text: &str) -> Option<String> {
     match strict(text) {
         Err(NotStrict::Odd { why, line }) => {
@@ -45,11 +45,11 @@ pub fn oddity(text: &str) -> Option<String> {
     }
 }
 
-/// Why a text is no document for the strict reader.
+/// Why the strict parser rejects a text.
 enum NotStrict {
-    /// Nobody reads it.
+    /// The text cannot be read.
     Refused(DescriptionError),
-    /// The lenient one may.
+    /// The lenient parser may read it.
     Odd { why: DescriptionError, line: u32 },
 }
 
@@ -87,7 +87,7 @@ fn strict(text: &str) -> Result<Document<'_>, NotStrict> {
     match of_xacro(&document) {
         None => Ok(document),
         Some((element, line)) if element.contains(':') => refused(DescriptionError::Xacro { element, line }),
-        // A prefix was left out: no element is a macro's.
+        // A missing prefix: no element is a macro.
         Some((element, line)) => {
             let why = DescriptionError::NotXml(format!("<{element}> is in xacro's namespace"));
             Err(NotStrict::Odd { why, line })
@@ -95,7 +95,7 @@ fn strict(text: &str) -> Result<Document<'_>, NotStrict> {
     }
 }
 
-/// The first element in the namespace of macros, as it is written, and its line.
+/// Returns the first element in xacro's namespace, as written, and its line.
 fn of_xacro(document: &Document) -> Option<(String, u32)> {
     let is_macro = |node: &Node| node.tag_name().namespace().is_some_and(|uri| uri.contains("xacro"));
     let mut of_xacro = document.descendants().filter(is_macro);
@@ -109,11 +109,11 @@ fn of_xacro(document: &Document) -> Option<(String, u32)> {
     Some((cut(&written(&shown)).into_owned(), document.text_pos_at(shown.range().start).row))
 }
 
-/// The names in a description, and what hangs from what.
+/// The names in a description, and the tree of its links.
 pub(crate) struct Tree<'a> {
     links: Vec<&'a str>,
     pub joints: Vec<Node<'a, 'a>>,
-    /// By the link that it carries: the link that carries it, and the joint.
+    /// For each child link, its parent link and the joint between them.
     by_child: HashMap<&'a str, (&'a str, Node<'a, 'a>)>,
 }
 
@@ -152,13 +152,13 @@ impl<'a> Tree<'a> {
         Ok(tree)
     }
 
-    /// That the way up from each link ends.
+    /// Checks that the links form no ring.
     fn check_rings(&self) -> Result<(), DescriptionError> {
         let mut ends: HashSet<&str> = HashSet::new();
         for link in &self.links {
             let (mut link, mut way) = (*link, Vec::new());
             while let Some((parent, joint)) = self.by_child.get(link).filter(|_| !ends.contains(link)) {
-                // As many steps as there are joints lead onto the ring, if there is one.
+                // A path with as many steps as there are joints has reached a ring.
                 if way.len() == self.joints.len() {
                     let why = format!("its child {:?} carries its parent {:?} too", cut(link), cut(parent));
                     return Err(wrong(*joint, format!("{why}: expected links that form a tree, no ring")));
@@ -172,7 +172,7 @@ impl<'a> Tree<'a> {
     }
 
     pub fn check_link(&self, frame: &'static str, name: &str) -> Result<(), DescriptionError> {
-        /// So many links are listed.
+        /// Largest number of links in the message.
         const LISTED: usize = 8;
         if self.links.contains(&name) {
             return Ok(());
@@ -186,7 +186,7 @@ impl<'a> Tree<'a> {
         Err(DescriptionError::NoSuchLink { frame, name: cut(name).into_owned(), known })
     }
 
-    /// The joints from one link to another, found from the tool back to the base.
+    /// Returns the joints from one link to another, which are found from the tool back to the base.
     pub fn between(&self, base: &str, tool: &str) -> Result<Vec<Node<'a, 'a>>, DescriptionError> {
         let (mut link, mut found) = (tool, Vec::new());
         while link != base {
@@ -212,14 +212,14 @@ impl<'a> Tree<'a> {
         Ok(found)
     }
 
-    /// The link that no joint carries.
+    /// Returns the link that is not the child of any joint.
     pub fn root(&self) -> Option<&'a str> {
         self.links.iter().copied().find(|link| !self.by_child.contains_key(link))
     }
 
-    /// The links of the arm that begins at the link `from`, for all that can be guessed.
+    /// Returns a guess of the arm's links, from the link `from` on.
     pub fn arm(&self, from: &'a str) -> Vec<&'a str> {
-        /// What carries fewer joints after the arm has parted is a gripper.
+        /// A branch with fewer joints after the arm is a gripper.
         const LEAST: usize = 3;
         let mut children: HashMap<&str, Vec<(&'a str, Node)>> = HashMap::new();
         for joint in &self.joints {
@@ -234,7 +234,8 @@ impl<'a> Tree<'a> {
             all.extend(of(link).iter().map(|(child, _)| *child));
             next += 1;
         }
-        // The most joints of an arm on any way from a link on, and whether anything moves there: what mimics is no arm's.
+        // For each link, the largest number of the arm's joints on any path from it, and whether anything moves there. Mimic joints are not
+        // of the arm.
         let mut most: HashMap<&str, (usize, bool)> =
             HashMap::from_iter(self.links.iter().map(|link| (*link, (0, false))));
         for link in all.into_iter().rev() {
@@ -260,19 +261,19 @@ impl<'a> Tree<'a> {
     }
 }
 
-/// Whether the joint can be an arm's: it moves, and by itself.
+/// Returns whether the joint can be one of the arm: it moves, and does not mimic.
 fn moves(joint: Node) -> bool {
     let moves = matches!(joint.attribute("type"), Some("revolute" | "continuous" | "prismatic"));
     moves && child_of(joint, "mimic").is_none()
 }
 
-/// The most joints of an arm from this one on, and whether anything moves, where it is so from its child on.
+/// Returns the largest number of the arm's joints from this joint on, and whether anything moves there, given these values for its child.
 fn carried(joint: Node, (most, moves_beyond): (usize, bool)) -> (usize, bool) {
     let is_fixed = joint.attribute("type") == Some("fixed");
     (most + usize::from(moves(joint)), moves_beyond || !is_fixed)
 }
 
-/// The names of these elements, each there once.
+/// Returns the names of these elements, after checking that each is unique.
 fn named<'a>(
     kind: &'static str,
     nodes: impl Iterator<Item = Node<'a, 'a>>,
@@ -310,7 +311,7 @@ pub(crate) fn child_of<'a>(node: Node<'a, 'a>, kind: &'static str) -> Option<Nod
     node.children().find(|child| child.has_tag_name(kind))
 }
 
-/// The link that the joint names as its parent or child.
+/// Returns the link that the joint names as its parent or child.
 pub(crate) fn linked<'a>(joint: Node<'a, 'a>, role: &'static str) -> Result<&'a str, DescriptionError> {
     child_of(joint, role)
         .and_then(|node| node.attribute("link"))

@@ -1,25 +1,25 @@
-//! The envelope: for each joint the speeds that its next command may have.
+//! The envelope: for each joint, the speeds that its next command may have.
 //!
-//! They are those from which a stop still keeps the limits on speed, acceleration, jerk and position, with the delay of the robot and the
-//! cycles that come late in it ([`Span`]). The next speed of a stop is one of them whatever the limits are, so that there always is one.
+//! They are the speeds from which a stop still keeps the limits on speed, acceleration, jerk and position, with the delay of the robot and
+//! its late cycles ([`Span`]). The next speed of a stop is always one of them, whatever the limits are, so the envelope is never empty.
 
 use crate::{Joints, Limits, STOP_TIME, Span, Violation, scale};
 use dq_kinematics::arm::Arms;
 
-/// What the joints may do in this cycle.
+/// The speeds that the joints may have in this cycle.
 #[derive(Debug)]
 pub struct Envelope {
     spans: Vec<Span>,
-    /// The speeds at which joints go on whose accelerations come to nothing [rad/s].
+    /// The speeds of the joints once their accelerations have ended [rad/s].
     rest: Vec<f64>,
-    /// Another command that may be [rad/s].
+    /// A candidate for the command [rad/s].
     other: Vec<f64>,
-    /// The first joint, counted from 0, that its position limit holds back.
+    /// The first joint (counted from 0) that its position limit stops.
     pub held_back: Option<usize>,
 }
 
 impl Envelope {
-    /// For so many joints.
+    /// Allocates for this many joints.
     pub fn new(joints: usize) -> Self {
         Self {
             spans: vec![Span::default(); joints],
@@ -29,27 +29,27 @@ impl Envelope {
         }
     }
 
-    /// Takes what holds in this cycle.
+    /// Computes the spans of this cycle.
     pub fn enclose(&mut self, joints: &Joints) {
         self.spans.iter_mut().enumerate().for_each(|(joint, span)| *span = joints.span(joint));
     }
 
-    /// Makes of the `velocity` that is wanted of `arms` the next command [rad/s, prismatic: m/s], one number a joint.
+    /// Turns the desired `velocity` of `arms` into the next command [rad/s, prismatic: m/s], one number per joint.
     pub fn admit(&mut self, joints: &Joints, arms: &Arms, velocity: &mut [f64]) {
         self.keep_range(joints, velocity);
-        // The joint that was slowed may have been what kept the tool slow.
+        // The joint that was slowed may have compensated others in the tool's motion.
         joints.keep_speeds(arms, velocity);
         self.go_towards(velocity, joints.braking.period);
         self.slow_tool(joints, arms, velocity);
     }
 
-    /// What of a command does not lie in the envelope, if anything.
+    /// Returns why a command is not in the envelope, if it is not.
     pub fn violation(&self, command: &[f64]) -> Option<Violation> {
         let mut joints = command.iter().zip(&self.spans).enumerate();
         joints.find_map(|(joint, (speed, span))| span.violation(joint, *speed))
     }
 
-    /// Cuts what goes too fast for a joint, which holds up no other one by that.
+    /// Limits each joint to its position limits. This does not slow the other joints.
     fn keep_range(&mut self, joints: &Joints, velocity: &mut [f64]) {
         let limits = &joints.limits.position;
         self.held_back = None;
@@ -62,11 +62,11 @@ impl Envelope {
         }
     }
 
-    /// Goes along the line from the last command to `velocity` as far as each joint can in a cycle, so that a switch neither steps the
-    /// command nor turns it.
+    /// Moves along the line from the last command to `velocity` as far as each joint can in a cycle, so that a switch neither steps nor
+    /// turns the command.
     ///
-    /// Where all of the line would take longer than a stop, because one joint may hardly accelerate, the joints that are to slow down do so
-    /// by themselves: a weak joint holds up no other one's braking.
+    /// If the whole line would take longer than a stop, because one joint can hardly accelerate, the joints that should slow down do so
+    /// independently: a weak joint does not delay the braking of others.
     fn go_towards(&self, velocity: &mut [f64], period: f64) {
         let part = self.part_of_change(velocity);
         for (speed, span) in velocity.iter_mut().zip(&self.spans) {
@@ -75,17 +75,17 @@ impl Envelope {
         }
     }
 
-    /// The part of the change to `velocity` that all joints can make in a cycle.
+    /// Returns the fraction of the change to `velocity` that all joints can make in a cycle.
     fn part_of_change(&self, velocity: &[f64]) -> f64 {
         let parts = velocity.iter().zip(&self.spans).map(|(wanted, span)| span.part_of_change(*wanted));
         parts.fold(1.0, f64::min)
     }
 
-    /// Slows the joints to the tool's speed limits: limits may have been lowered, and what was changed for one joint alone may have made the
-    /// tool faster. What counts is how fast the tool is when accelerations have come to nothing.
+    /// Slows the joints to the tool's speed limits. These may have been lowered, and changes of single joints may have made the tool
+    /// faster. The speed of the tool after the accelerations have ended counts.
     ///
-    /// If that is too fast although each joint is slowed down, none goes on accelerating either: under a limit on jerk it would have to be
-    /// slowed down again, and the tool would be too fast again and again.
+    /// If that is too fast although each joint slows down, no joint continues to accelerate. With limited jerk it would have to slow down
+    /// again, and the tool would be too fast repeatedly.
     fn slow_tool(&mut self, joints: &Joints, arms: &Arms, velocity: &mut [f64]) {
         if self.slow_at_rest(joints.limits, arms, velocity) || !joints.braking.limits_jerk() {
             return;
@@ -96,10 +96,10 @@ impl Envelope {
         }
     }
 
-    /// Slows the joints towards the speeds at which the tool keeps its limits. True if it does so anyway.
+    /// Slows the joints towards the speeds at which the tool keeps its limits. Returns true if it already keeps them.
     ///
-    /// Each joint slows down as far as it can, or all along the line, whichever leaves the tool slower: joints that slow down by themselves
-    /// turn a tool that they have kept from turning together, and a weak joint holds up the others along the line.
+    /// Either each joint slows down as far as it can, or all slow down along the line, whichever makes the tool slower. Joints that slow
+    /// down independently may turn a tool whose rotation they had cancelled; along the line a weak joint delays the others.
     fn slow_at_rest(&mut self, limits: &Limits, arms: &Arms, velocity: &mut [f64]) -> bool {
         let factor = self.share_at_rest(limits, arms, velocity);
         if factor >= 1.0 {
@@ -118,8 +118,8 @@ impl Envelope {
         false
     }
 
-    /// The factor, at most 1, that brings the tool under its speed limits when the accelerations after that `command` have come to nothing. The
-    /// speeds of the joints then are in `rest`.
+    /// Returns the factor, at most 1, that brings the tool under its speed limits once the accelerations after `command` have ended. Sets
+    /// `rest` to the joint speeds at that time.
     fn share_at_rest(&mut self, limits: &Limits, arms: &Arms, command: &[f64]) -> f64 {
         let joints = self.rest.iter_mut().zip(command).zip(&self.spans);
         joints.for_each(|((rest, speed), span)| *rest = span.rest(*speed));

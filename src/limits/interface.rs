@@ -1,14 +1,14 @@
-//! What kind of commands the robot's controller takes.
+//! The kind of commands that the robot's controller takes.
 
 use dq_common::named;
 use dq_params::{Declarer, ParameterError, Parameters};
 
 named! {
-    /// What kind of commands the robot's controller takes.
+    /// The kind of commands that the robot's controller takes.
     "command interface" Interface {
         /// Joint velocities [rad/s, prismatic: m/s].
         Velocity = "velocity",
-        /// Joint positions \[rad, prismatic: m\]: the velocities, integrated.
+        /// Joint positions \[rad, prismatic: m\], integrated from the velocities.
         Position = "position",
         /// The same positions, each as a trajectory of one point that is reached when the next one is due.
         Trajectory = "trajectory",
@@ -16,13 +16,13 @@ named! {
 }
 
 impl Interface {
-    /// Whether positions are sent.
+    /// Returns whether positions are sent.
     pub fn takes_positions(self) -> bool {
         self != Self::Velocity
     }
 }
 
-/// Of servo, plant and guard alike, so that one file can set all.
+/// Servo, plant and guard share this parameter, so that one file can set all.
 impl Parameters for Interface {
     fn declare(p: &mut Declarer) -> Result<Self, ParameterError> {
         #[derive(Parameters)]

@@ -1,17 +1,17 @@
-//! What a joint counted on when it set off.
+//! The limits that a joint relied on when it began to move.
 
 use crate::Limits;
 use serde::{Deserialize, Serialize};
 
-/// The limits on deceleration and jerk that each joint keeps: what the parameters say, but never less than they have said since it last stood.
-/// What a joint counted on when it set off, before a position limit or for a stop, no change of parameters takes from it.
+/// The deceleration and jerk limits of each joint: those of the parameters, but never less than any since the joint last stood. So a change
+/// of parameters does not reduce the braking that a joint relied on when it began to move.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LatchedLimits {
     /// [rad/s², prismatic: m/s²].
     decelerations: Vec<f64>,
     /// [rad/s³, prismatic: m/s³].
     jerks: Vec<f64>,
-    /// The last command [rad/s, prismatic: m/s], and what it changed.
+    /// The last command [rad/s, prismatic: m/s], and its change.
     last: Vec<f64>,
     steps: Vec<f64>,
     /// Which joints stood at the last command.
@@ -19,7 +19,7 @@ pub struct LatchedLimits {
 }
 
 impl LatchedLimits {
-    /// Those of joints that stand.
+    /// Creates the limits of standing joints.
     pub fn new(limits: &Limits) -> Self {
         let zeros = vec![0.0; limits.joint_velocity.len()];
         let mut latched = Self {
@@ -33,7 +33,7 @@ impl LatchedLimits {
         latched
     }
 
-    /// Adopts `limits` after that `command` [rad/s], of which `hold` moves nothing. A joint that stood for two commands keeps no other limits.
+    /// Adopts `limits` after `command` [rad/s], of which `hold` moves nothing. A joint that stood for two commands takes the new limits.
     pub fn update(&mut self, limits: &Limits, command: &[f64], hold: &[f64]) {
         for (joint, (speed, hold)) in command.iter().zip(hold).enumerate() {
             let stands = speed == hold;
@@ -47,13 +47,13 @@ impl LatchedLimits {
         }
     }
 
-    /// Goes on with a joint from that `command` [rad/s], which says nothing of how it came to its speed: it counts on nothing yet.
+    /// Continues joint number `joint` from `command` [rad/s] with an unknown history: it relies on no limits yet.
     pub fn begin(&mut self, joint: usize, command: f64, stands: bool) {
         (self.last[joint], self.decelerations[joint], self.jerks[joint]) = (command, 0.0, 0.0);
         self.stood[joint] = stands;
     }
 
-    /// The decelerations, the jerks [rad/s³], and what the last command has changed [rad/s], one number a joint each.
+    /// Returns the decelerations [rad/s²], the jerks [rad/s³] and the changes by the last command [rad/s], one number per joint each.
     pub fn each(&self) -> [&[f64]; 3] {
         [&self.decelerations, &self.jerks, &self.steps]
     }

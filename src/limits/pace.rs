@@ -1,32 +1,32 @@
-//! How a joint comes to rest, or to another speed, whose acceleration may not step.
+//! Brings a joint with limited jerk to rest, or to another speed.
 //!
-//! A cycle changes a joint's speed by a step, and the step by no more than its jerk allows. Without a limit on that, jerks are infinite.
+//! A cycle changes a joint's speed by a step, and the step by at most the jerk. Without a limit the jerk is infinite.
 
-/// Room for rounding in what a cycle changes, relative: less than what the invariants have.
+/// Relative tolerance for rounding of a cycle's change: less than that of the invariants.
 const ROUNDING: f64 = 1e-10;
 
-/// How fast a joint goes, and by what the last cycle has changed that [rad/s, prismatic: m/s].
+/// The speed of a joint, and its change in the last cycle [rad/s, prismatic: m/s].
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Pace {
-    /// How fast it goes.
+    /// The speed.
     pub speed: f64,
-    /// By what the last cycle has changed that.
+    /// The change of the speed in the last cycle.
     pub step: f64,
 }
 
 impl Pace {
-    /// The same in the other direction.
+    /// Returns the same pace in the other direction.
     pub fn mirrored(self) -> Self {
         Self { speed: -self.speed, step: -self.step }
     }
 
-    /// How far it goes until its steps come to nothing as fast as such a `jerk` [rad/s] allows, in cycles at 1 rad/s.
+    /// Returns the travel until the steps have decreased to zero, as fast as `jerk` [rad/s] allows, in cycles at 1 rad/s.
     pub fn travel_to_rest(self, jerk: f64) -> f64 {
         let cycles = self.step.abs() / jerk;
         cycles * (self.speed + cycles * self.step / 3.0)
     }
 
-    /// The speed [rad/s] at which it goes on where its steps come to nothing as fast as such a `jerk` [rad/s] allows.
+    /// Returns the speed [rad/s] after the steps have decreased to zero, as fast as `jerk` [rad/s] allows.
     pub fn rest(self, jerk: f64) -> f64 {
         let more = (self.step.abs() / jerk).floor();
         if more < 1.0 {
@@ -35,13 +35,13 @@ impl Pace {
         self.speed + (more * (self.step.abs() - 0.5 * jerk * (more + 1.0))).copysign(self.step)
     }
 
-    /// The next speed [rad/s] of a stop, in which a cycle slows down by at most `most`.
+    /// Returns the next speed [rad/s] of a stop, in which a cycle slows down by at most `most`.
     pub fn stopped(self, most: f64, jerk: f64) -> f64 {
         self.speed + self.towards(0.0, most, jerk)
     }
 
-    /// The next step towards the speed `wanted`, of at most `most`, and by at most `jerk` [rad/s] another one than the last. Those after it
-    /// can come to nothing at that speed, if this one could.
+    /// Returns the next step towards the speed `wanted`: at most `most`, and at most `jerk` [rad/s] different from the last step. The
+    /// following steps can decrease to zero at that speed, if the last one allowed it.
     pub fn towards(self, wanted: f64, most: f64, jerk: f64) -> f64 {
         let gap = wanted - self.speed;
         let step = most.min(eased(gap.abs(), jerk)).copysign(gap);
@@ -50,7 +50,8 @@ impl Pace {
     }
 }
 
-/// The first of the steps that add up to `gap` where each is by `jerk` smaller than the one before and the last is no larger than it.
+/// Returns the first of a series of steps that add up to `gap`. Each step is smaller than the one before by `jerk`, and the last is at most
+/// `jerk`.
 pub(crate) fn eased(gap: f64, jerk: f64) -> f64 {
     if jerk == f64::INFINITY {
         return gap;
@@ -69,7 +70,7 @@ mod tests {
         #![proptest_config(ProptestConfig::with_cases(2000))]
 
         #[test]
-        fn steps_that_are_eased_come_to_nothing_at_the_speed_that_is_wanted(gap in 1e-3..10.0f64, jerk in 1e-5..1.0f64) {
+        fn eased_steps_decrease_to_zero_at_the_desired_speed(gap in 1e-3..10.0f64, jerk in 1e-5..1.0f64) {
             let (mut pace, mut most) = (Pace { speed: 0.0, step: eased(gap, jerk) }, f64::INFINITY);
             for _ in 0..3000 {
                 let step = pace.towards(gap, f64::INFINITY, jerk);

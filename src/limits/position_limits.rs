@@ -3,19 +3,19 @@
 use dq_kinematics::arm::{JointKind, bounds};
 use dq_params::Parameters;
 
-/// Between which positions each joint may be, and where it slows down.
+/// The position range of each joint, and the margin in which the joint slows down.
 ///
-/// Only the joint that is near a limit is slowed, and only outward: to scale the whole velocity, as the speed limits do, would
-/// hold the whole arm as soon as one joint is at its limit. The others go on, and the law sees each cycle where that has led.
+/// Only a joint that is near its limit is slowed, and only outward. Scaling the whole velocity, as the speed limits do, would stop the
+/// whole arm as soon as one joint is at its limit. The others move on, and the law uses the resulting positions in each cycle.
 ///
-/// A servo's lists have a number for each joint, which is infinite for a joint without limit.
+/// The lists of a servo have one number per joint, which is infinite for a joint without limit.
 #[derive(Clone, Debug, PartialEq, Parameters)]
 #[parameters(prefix = "limits.joint_position_")]
 pub struct PositionLimits {
-    /// smallest joint positions, one a joint; empty: none \[rad, m\]
+    /// smallest joint positions, one per joint; empty: none \[rad, m\]
     #[parameter(range = -bounds::JOINT_ANGLE..=bounds::JOINT_ANGLE)]
     pub lower: Vec<f64>,
-    /// largest joint positions, one a joint; empty: none \[rad, m\]
+    /// largest joint positions, one per joint; empty: none \[rad, m\]
     #[parameter(range = -bounds::JOINT_ANGLE..=bounds::JOINT_ANGLE)]
     pub upper: Vec<f64>,
     /// distance from a position limit inside which the joint is slowed \[rad, m\]
@@ -23,12 +23,12 @@ pub struct PositionLimits {
     pub margin: f64,
 }
 
-/// How far [`PositionLimits::beside`] goes \[rad, prismatic: m\].
+/// The displacement by [`PositionLimits::beside`] \[rad, prismatic: m\].
 const ASIDE: [(JointKind, f64); 2] = [(JointKind::Revolute, 0.3), (JointKind::Prismatic, 0.1)];
 
 impl PositionLimits {
-    /// Positions a little aside of `positions`, inside the limits: the pose of the tool there is one that the arm reaches. Joints of these
-    /// kinds go up by 0.3 rad or 0.1 m, where their limits leave no room for it down, and where neither does half of the distance to the farther one.
+    /// Returns positions near `positions` within the limits, so that the tool's pose there is reachable. Joints move up by 0.3 rad or 0.1
+    /// m. If their limits leave no room for that, they move down; and if neither direction has room, by half of the larger distance.
     pub fn beside(&self, positions: &[f64], kinds: &[JointKind]) -> Vec<f64> {
         let bounds = self.lower.iter().zip(&self.upper);
         let aside = |((position, kind), (lower, upper)): ((&f64, &JointKind), (&f64, &f64))| {
@@ -45,12 +45,12 @@ impl PositionLimits {
         positions.iter().zip(kinds).zip(bounds).map(aside).collect()
     }
 
-    /// Smallest and largest position of each joint \[rad, prismatic: m\].
+    /// Returns the smallest and the largest position of each joint \[rad, prismatic: m\].
     pub fn ranges(&self) -> impl Iterator<Item = (f64, f64)> + Clone {
         self.lower.iter().copied().zip(self.upper.iter().copied())
     }
 
-    /// Whether these are positions of all joints within their limits.
+    /// Returns whether these are positions of all joints within their limits.
     pub fn contain(&self, positions: &[f64]) -> bool {
         let mut joints = positions.iter().zip(self.ranges());
         let is_within = |(position, (lower, upper)): (&f64, _)| {
@@ -59,7 +59,7 @@ impl PositionLimits {
         positions.len() == self.lower.len() && joints.all(is_within)
     }
 
-    /// No limits for `joint_count` joints.
+    /// Creates infinite limits for `joint_count` joints.
     pub fn none(joint_count: usize) -> Self {
         Self {
             lower: vec![f64::NEG_INFINITY; joint_count],
@@ -68,12 +68,12 @@ impl PositionLimits {
         }
     }
 
-    /// Whether the joint is nearer than the margin to a limit, or beyond it.
+    /// Returns whether the joint is within the margin of a limit, or beyond it.
     pub fn is_near(&self, joint: usize, position: f64) -> bool {
         (position - self.lower[joint]).min(self.upper[joint] - position) <= self.margin
     }
 
-    /// Whether the joint is nearer than the margin to the limit that lies in that `direction`, or beyond it.
+    /// Returns whether the joint is within the margin of the limit in that `direction`, or beyond it.
     pub fn is_near_towards(&self, joint: usize, position: f64, direction: f64) -> bool {
         let room = if direction > 0.0 { self.upper[joint] - position } else { position - self.lower[joint] };
         room <= self.margin

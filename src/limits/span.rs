@@ -1,31 +1,31 @@
-//! What one joint may do in a cycle.
+//! The speeds that one joint may have in a cycle.
 
 use crate::pace::eased;
 use crate::{Joints, Pace, Violation, between, ratio};
 
-/// Between which speeds [rad/s, prismatic: m/s] the next command of a joint may be.
+/// The range of the next command of a joint [rad/s, prismatic: m/s].
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Span {
-    /// How the last command has left it.
+    /// The joint's speed and step after the last command.
     pace: Pace,
-    /// By what a cycle may make it faster and slower, and by what it may change that [rad/s].
+    /// The largest increase and decrease of speed per cycle, and the largest change of these [rad/s].
     faster: f64,
     slower: f64,
     jerk: f64,
-    /// Between which speeds it stops before its position limits.
+    /// The range of speeds from which it stops before its position limits.
     positions: (f64, f64),
-    /// The lowest and the highest speed to which it may come in time \[rad/s, prismatic: m/s\], and those that its next command may have.
+    /// The range of speeds that it may reach eventually \[rad/s, prismatic: m/s\], and the range of its next command.
     pub range: (f64, f64),
     pub(crate) next: (f64, f64),
 }
 
 impl Joints<'_> {
-    /// What the joint number `joint` may do in this cycle.
+    /// Returns the range of speeds of joint number `joint` in this cycle.
     pub fn span(&self, joint: usize) -> Span {
         let Self { limits, braking, .. } = self;
         let (position, pace) = (self.positions[joint], self.pace(joint));
         let (approach, jerk) = (limits.approach(joint, braking), braking.jerk_step(joint));
-        // What an acceleration takes to come to nothing is gone before the joint can slow down.
+        // The distance that ending the acceleration takes is not available for braking.
         let top = |pace: Pace, room: f64| {
             approach.speed(room - (braking.cycle * pace.travel_to_rest(jerk)).max(0.0))
         };
@@ -41,7 +41,7 @@ impl Joints<'_> {
             range: (lowest.max(-velocity), highest.min(velocity)),
             next: (0.0, 0.0),
         };
-        // The stop lies in it by how it is computed; this is for rounding.
+        // The stop lies within the range by construction; this allows for rounding.
         let (stop, down) = (pace.stopped(span.slower, jerk), -span.highest(pace.mirrored(), -span.range.0));
         span.next = (stop.min(down), stop.max(span.highest(pace, span.range.1)));
         span
@@ -49,64 +49,64 @@ impl Joints<'_> {
 }
 
 impl Span {
-    /// The largest next speed at that `pace` of a joint that may come to the speed `top`, which is not below 0.
+    /// Returns the largest next speed at `pace` of a joint that may reach the speed `top`, which is not below 0.
     fn highest(&self, pace: Pace, top: f64) -> f64 {
         let most = match pace.speed {
             speed if speed > top => self.slower,
-            // No more than the acceleration is left of a deceleration where the joint turns round.
+            // When the joint reverses, a deceleration above the acceleration limit must end at rest.
             speed if speed < 0.0 => self.faster.max(self.slower.min(eased(-speed, self.jerk))),
             _ => self.faster,
         };
         pace.speed + pace.towards(top, most, self.jerk)
     }
 
-    /// The nearest speed that the next command may have.
+    /// Returns the nearest speed that the next command may have.
     pub fn hold(&self, speed: f64) -> f64 {
         between(speed, self.next.0, self.next.1)
     }
 
-    /// The nearest speed from which the joint stops before its position limits.
+    /// Returns the nearest speed from which the joint stops before its position limits.
     pub(crate) fn within_position_limits(&self, speed: f64) -> f64 {
         between(speed, self.positions.0, self.positions.1)
     }
 
-    /// The next speed towards `wanted` of a joint that goes there by itself.
+    /// Returns the next speed towards `wanted` of a joint that moves independently of the others.
     pub(crate) fn towards(&self, wanted: f64) -> f64 {
         self.hold(self.pace.speed + self.pace.towards(wanted, f64::INFINITY, self.jerk))
     }
 
-    /// The part of the change to the speed `wanted` that the acceleration limit allows in a cycle.
+    /// Returns the fraction of the change to the speed `wanted` that the acceleration limit allows in a cycle.
     pub(crate) fn part_of_change(&self, wanted: f64) -> f64 {
         let change = (wanted - self.pace.speed).abs();
         ratio(self.faster.min(eased(change, self.jerk)), change)
     }
 
-    /// The next speed after that part of the change to `wanted`.
+    /// Returns the next speed after the fraction `part` of the change to `wanted`.
     pub(crate) fn along(&self, wanted: f64, part: f64) -> f64 {
-        // The sum would be rounded where all of the change is made.
+        // For the whole change, the sum would be rounded.
         let along = if part < 1.0 { self.pace.speed + part * (wanted - self.pace.speed) } else { wanted };
         self.hold(along)
     }
 
-    /// What of the change to `wanted` is slowing down, if any is.
+    /// Returns the part of the change to `wanted` that slows down, if any.
     pub(crate) fn slower_than_last(&self, wanted: f64) -> Option<f64> {
         let last = self.pace.speed;
         let slower = between(wanted, last.min(0.0), last.max(0.0));
         (slower != last).then_some(slower)
     }
 
-    /// The next speed of a joint whose acceleration comes to nothing.
+    /// Returns the next speed of a joint whose acceleration ends.
     pub(crate) fn eased(&self) -> f64 {
         let step = (self.pace.step.abs() - self.jerk).max(0.0).copysign(self.pace.step);
         self.hold(self.pace.speed + step)
     }
 
-    /// The speed at which the joint goes on from that next `speed` where its acceleration comes to nothing.
+    /// Returns the speed of the joint after its next speed `speed`, once its acceleration has ended.
     pub(crate) fn rest(&self, speed: f64) -> f64 {
         Pace { speed, step: speed - self.pace.speed }.rest(self.jerk)
     }
 
-    /// What is wrong with `speed` as the next command of the joint number `joint`, if anything is.
+    /// Returns why `speed` may not be the next command of joint number `joint`, if it may not.
     pub(crate) fn violation(&self, joint: usize, speed: f64) -> Option<Violation> {
         let (lowest, highest) = self.next;
         let joint = joint + 1;

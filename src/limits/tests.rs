@@ -1,4 +1,4 @@
-//! The envelope of a joint, whatever it does and whatever its limits are.
+//! Tests of a joint's envelope under any motion and any limits.
 
 use crate::{Braking, Joints, LatchedLimits, Limits, Pace, PositionLimits, Span, Violation};
 use proptest::prelude::*;
@@ -40,7 +40,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(2000))]
 
     #[test]
-    fn a_stop_is_always_in_it(
+    fn a_stop_is_always_in_the_envelope(
         (velocity, acceleration, deceleration) in (exponent(-6.0..4.0), exponent(-6.0..4.0), exponent(-6.0..4.0)),
         jerk in prop_oneof![Just(f64::INFINITY), exponent(0.0..5.0)],
         (position, speed, step) in (-2.0..2.0f64, -6.0..6.0f64, -1.0..1.0f64),
@@ -58,9 +58,9 @@ proptest! {
         prop_assert_eq!(span.violation(0, span.hold(wanted)).is_some(), wanted.is_nan());
     }
 
-    /// The largest speed that a joint may have, cycle after cycle, takes it to its limit and not past it.
+    /// The largest allowed speed in every cycle takes a joint to its limit and not past it.
     #[test]
-    fn a_joint_that_goes_as_fast_as_it_may_stops_before_its_limit(
+    fn a_joint_at_its_largest_allowed_speed_stops_before_its_limit(
         jerk in prop_oneof![Just(f64::INFINITY), exponent(2.0..4.0)],
         (start, margin) in (-1.0..0.9f64, 0.0..0.5f64),
     ) {
@@ -78,7 +78,7 @@ proptest! {
 }
 
 #[test]
-fn what_is_not_in_it_is_named() {
+fn a_speed_outside_of_the_envelope_is_reported() {
     let span = span(&limits(f64::INFINITY), 0.0, Pace { speed: 0.3, step: 0.0 });
     let [too_fast, too_hard] = [0.311, 0.279].map(|speed| span.violation(0, speed));
     assert!(matches!(too_fast, Some(Violation::Envelope { joint: 1, .. })), "{too_fast:?}");
@@ -88,7 +88,7 @@ fn what_is_not_in_it_is_named() {
 }
 
 #[test]
-fn a_limit_that_is_lowered_in_motion_holds_from_when_the_joint_stands() {
+fn a_limit_lowered_in_motion_applies_once_the_joint_stands() {
     let (strong, weak) = (limits(5000.0), Limits { joint_deceleration: vec![1.0], ..limits(300.0) });
     let mut latched = LatchedLimits::new(&strong);
     let mut after = |limits: &Limits, speed: f64| {
@@ -96,7 +96,7 @@ fn a_limit_that_is_lowered_in_motion_holds_from_when_the_joint_stands() {
         latched.each().map(|of_each| of_each[0])
     };
     assert_eq!(after(&strong, 0.3), [20.0, 5000.0, 0.3]);
-    // Also where it turns round, and in the cycle in which it comes to stand.
+    // This also holds when it reverses, and in the cycle in which it comes to rest.
     for (speed, step) in [(0.2, -0.1), (-0.1, -0.3), (0.0, 0.1)] {
         let [deceleration, jerk, change] = after(&weak, speed);
         assert!((deceleration, jerk) == (20.0, 5000.0) && (change - step).abs() < 1e-12, "{speed}");

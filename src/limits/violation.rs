@@ -1,38 +1,38 @@
-//! What commands and positions may break.
+//! Violations of the rules by commands and positions.
 
 use dq_space::space::Pair;
 use thiserror::Error;
 
-/// An invariant that a command did not hold. Joints are counted from 1, arm after arm.
+/// A rule that a command or position breaks. Joints are counted from 1, arm after arm.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum Violation {
-    /// Not one number a joint.
+    /// There is not one number per joint.
     #[error("{got} numbers for {expected} joints")]
     WrongLength {
-        /// Joints that have limits.
+        /// The number of joints that have limits.
         expected: usize,
-        /// Numbers there were.
+        /// The number of numbers.
         got: usize,
     },
-    /// Infinite, or not a number.
+    /// A number is infinite or NaN.
     #[error("joint {joint}: {value} is not finite")]
     NonFinite {
         /// The joint.
         joint: usize,
-        /// What was found.
+        /// The number.
         value: f64,
     },
-    /// Faster than the velocity limit (rule 5).
+    /// A speed is beyond the velocity limit (rule 5).
     #[error("joint {joint}: {speed} is beyond the velocity limit of {limit} [rad/s, prismatic: m/s]")]
     Velocity {
         /// The joint.
         joint: usize,
         /// Its speed [rad/s].
         speed: f64,
-        /// What it may have [rad/s].
+        /// The velocity limit [rad/s].
         limit: f64,
     },
-    /// A larger step than the limits on acceleration and deceleration allow in the time (rule 6).
+    /// A step is larger than the acceleration and deceleration limits allow in the time (rule 6).
     #[error(
         "joint {joint}: a step of {step}, where the limits on acceleration allow {limit} [rad/s, prismatic: m/s]"
     )]
@@ -41,34 +41,34 @@ pub enum Violation {
         joint: usize,
         /// The step [rad/s].
         step: f64,
-        /// What it may be [rad/s].
+        /// The largest allowed step [rad/s].
         limit: f64,
     },
-    /// A step that differs by more from the one before than the limit on jerk allows (rule 6).
+    /// A step differs from the one before by more than the jerk limit allows (rule 6).
     #[error(
         "joint {joint}: a step that is another one by {change}, where the limit on jerk allows {limit} [rad/s, prismatic: m/s]"
     )]
     Jerk {
         /// The joint.
         joint: usize,
-        /// By how much it differs [rad/s].
+        /// The difference [rad/s].
         change: f64,
-        /// By how much it may [rad/s].
+        /// The largest allowed difference [rad/s].
         limit: f64,
     },
-    /// Not one of the speeds from which a stop keeps the limits (rules 5, 6 and 7).
+    /// A stop from this speed would not keep the limits (rules 5, 6 and 7).
     #[error("joint {joint}: {speed} is not between {lowest} and {highest} [rad/s, prismatic: m/s]")]
     Envelope {
         /// The joint.
         joint: usize,
         /// Its speed [rad/s].
         speed: f64,
-        /// What it may have at least [rad/s].
+        /// The lowest allowed speed [rad/s].
         lowest: f64,
-        /// What it may have at most [rad/s].
+        /// The highest allowed speed [rad/s].
         highest: f64,
     },
-    /// Not slowed down by the joint's deceleration although there was reason to stand (rules 1, 2, 3, 9 and ~/pause, ~/stop).
+    /// The joint does not slow down by its deceleration although there is a reason to stand (rules 1, 2, 3, 9 and ~/pause, ~/stop).
     #[error(
         "joint {joint}: {speed} after {before} [rad/s, prismatic: m/s], where the arm was to come to rest and to stay there"
     )]
@@ -80,32 +80,32 @@ pub enum Violation {
         /// Its speed before [rad/s].
         before: f64,
     },
-    /// A tool that is faster than its limit (rule 5).
+    /// A tool is faster than its limit (rule 5).
     #[error("a tool at {speed} {unit} is beyond its limit of {limit} {unit}")]
     ToolSpeed {
         /// Its speed.
         speed: f64,
-        /// What it may have.
+        /// The limit.
         limit: f64,
-        /// Their unit.
+        /// The unit of both.
         unit: &'static str,
     },
-    /// In what the arm must keep out of, or in itself, or out of what the tool must stay in (rule 22).
+    /// The arm overlaps with an obstacle or itself, or the tool is outside of its keep-in (rule 22).
     #[error("{}", .pair.explain_gap(*.gap, |joint| format!("joint {joint}")))]
     Gap {
-        /// The two.
+        /// The pair.
         pair: Pair,
         /// The gap between them \[m\].
         gap: f64,
     },
-    /// Farther beyond its position limit than it has been (rule 7).
+    /// A joint is farther beyond its position limit than before (rule 7).
     #[error("joint {joint}: at {position}, {beyond} beyond its position limit [rad, prismatic: m]")]
     Position {
         /// The joint.
         joint: usize,
-        /// Where it is \[rad\].
+        /// Its position \[rad\].
         position: f64,
-        /// How far beyond the limit \[rad\].
+        /// The distance beyond the limit \[rad\].
         beyond: f64,
     },
 }

@@ -1,21 +1,21 @@
-//! What a parameter is.
+//! Declarations of parameters.
 
 use super::{ParameterError, Value};
 use std::ops::RangeInclusive;
 
-/// What a parameter's value must satisfy beyond its type.
+/// A condition on a parameter's value beyond its type.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Constraint {
-    /// Nothing.
+    /// No condition.
     None,
-    /// A number, or each of an array, from `min` to `max`.
+    /// A number, or each number of an array, lies between `min` and `max`, both included.
     Range {
         /// Smallest value.
         min: f64,
         /// Largest value.
         max: f64,
     },
-    /// One of these strings.
+    /// The value is one of these strings.
     OneOf(&'static [&'static str]),
 }
 
@@ -31,30 +31,30 @@ impl From<RangeInclusive<i64>> for Constraint {
     }
 }
 
-/// What a parameter is: name, type, default, bounds and meaning.
+/// A declared parameter: name, type, default, bounds and meaning.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Declaration {
-    /// Name, with dots.
+    /// Full name; dots separate its namespaces.
     pub name: &'static str,
-    /// Its type, and its value where nothing else is said.
+    /// The default value, which also determines the type.
     pub default: Value,
-    /// What its value must satisfy.
+    /// Condition on the value.
     pub constraint: Constraint,
-    /// Unit; empty for none.
+    /// Unit, or an empty string if there is none.
     pub unit: &'static str,
-    /// What it does.
+    /// Description of what the parameter does.
     pub description: &'static str,
-    /// Only settable at start.
+    /// Whether the parameter can only be set at start.
     pub read_only: bool,
-    /// Whether it is given by whoever describes the robot: no default would serve.
+    /// Whether the user who describes the robot must give a value, because no default would be useful.
     pub required: bool,
 }
 
 impl Declaration {
-    /// `value` as this parameter takes it: of its type, and within its constraint.
+    /// Converts `value` to this parameter's type, and checks the constraint.
     ///
     /// # Errors
-    /// [`ParameterError::WrongType`], [`ParameterError::Invalid`].
+    /// [`ParameterError::WrongType`] if the value cannot be converted, [`ParameterError::Invalid`] if it violates the constraint.
     pub fn check(&self, value: Value) -> Result<Value, ParameterError> {
         let (name, expected) = (self.name, self.default.type_name());
         let wrong = |value| ParameterError::WrongType { name, expected, value };
@@ -79,7 +79,7 @@ impl Declaration {
         }
     }
 
-    /// The constraint in words; empty for texts that may be any.
+    /// Returns the constraint in words, or an empty string for texts without a constraint.
     pub fn expected(&self) -> String {
         let unit = |before: &str| {
             if self.unit.is_empty() { String::new() } else { format!("{before}{}", self.unit) }

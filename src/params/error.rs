@@ -1,74 +1,74 @@
-//! What is wrong with a parameter.
+//! Errors about parameters.
 
 use super::Value;
 use super::value::{article, visible};
 use std::fmt::Display;
 use thiserror::Error;
 
-/// A parameter that cannot be as it was asked for. One line: the value, and what would be right.
+/// An error about a parameter. Its one-line message names the value and what is expected.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum ParameterError {
-    /// No such parameter.
+    /// No parameter has this name.
     #[error("unknown parameter {name:?}{}", nearest.map(|near| format!(": did you mean {near:?}?")).unwrap_or_default())]
     Unknown {
-        /// The name that was asked for.
+        /// The requested name.
         name: String,
-        /// The declared name nearest to it.
+        /// The declared name that is most similar to it.
         nearest: Option<&'static str>,
     },
-    /// Another type.
+    /// The value has the wrong type.
     #[error("parameter {name:?} is {} {expected}, got the {} {}", article(expected), value.type_name(), visible(value))]
     WrongType {
-        /// The parameter.
+        /// The parameter's name.
         name: &'static str,
-        /// Its type.
+        /// The parameter's type.
         expected: &'static str,
-        /// The value.
+        /// The given value.
         value: Value,
     },
-    /// A value that is not allowed.
+    /// The value is not allowed.
     #[error("parameter {name:?} cannot be {}: expected {expected}", visible(value))]
     Invalid {
-        /// The parameter.
+        /// The parameter's name.
         name: &'static str,
-        /// The value.
+        /// The given value.
         value: String,
-        /// What would be right.
+        /// The values that are allowed.
         expected: String,
     },
-    /// Parameters that make sense only together, of which some are not given.
+    /// Some parameters that only make sense together are not given.
     #[error("{what} needs {} too: {why}", missing.join(", "))]
     Missing {
-        /// What they make together.
+        /// The thing that the parameters describe together.
         what: &'static str,
         /// The parameters that are not given.
         missing: Vec<&'static str>,
-        /// Why no others serve.
+        /// The reason why there are no useful defaults.
         why: &'static str,
     },
-    /// Only settable at start.
+    /// The parameter can only be set at start.
     #[error("parameter {0:?} is read-only while the node runs")]
     ReadOnly(&'static str),
-    /// A text that is no parameter value.
+    /// A text is not a valid parameter value.
     #[error("{text:?} is no parameter value: {why}")]
     NotAValue {
         /// The text.
         text: String,
-        /// What is wrong.
+        /// Description of the error.
         why: String,
     },
-    /// A parameter file that does not parse.
+    /// A parameter file cannot be read or parsed.
     #[error("{file}: {why}")]
     File {
         /// The file.
         file: String,
-        /// What is wrong.
+        /// Description of the error.
         why: String,
     },
 }
 
 impl ParameterError {
-    /// The parameter of that name has `value` where `expected` should be.
+    /// Returns the error that parameter `name` has the value `value` instead of `expected`.
     pub fn invalid(name: &'static str, value: impl Display, expected: impl Into<String>) -> Self {
         Self::Invalid { name, value: value.to_string(), expected: expected.into() }
     }

@@ -1,4 +1,4 @@
-//! ROS 2 parameter files.
+//! Reading of ROS 2 parameter files.
 
 use super::yaml::Yaml;
 use super::{ParameterError, Value};
@@ -6,44 +6,45 @@ use dq_common::text_file;
 use std::collections::BTreeSet;
 use std::path::Path;
 
-/// The length of the longest file that is read \[bytes\]; the file of a whole robot has a hundredth of it.
+/// Length of the longest file that is read \[bytes\]. The file of a whole robot is about a hundred times shorter.
 const LONGEST: u64 = 16 << 20;
 
-/// A value that somebody gives a parameter before the node starts.
+/// A value that a file or an argument gives a parameter before the node starts.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Given {
-    /// The parameter.
+    /// The parameter's name.
     pub name: String,
     /// Its value.
     pub value: Value,
-    /// The file or the argument that gives it.
+    /// The file or the argument that gives the value.
     pub source: String,
-    /// Whether it is for this node by name: then the parameter must exist. What is given to every node is ignored where it
-    /// does not, as ROS 2 ignores it, unless it is in a namespace of our parameters: no other node's is.
+    /// Whether the value is for this node by name, in which case the parameter must exist. A value for every node is ignored if the
+    /// parameter does not exist, as ROS 2 does. The exception is a name in a namespace of our parameters, which is an error because no
+    /// other node uses these namespaces.
     pub by_name: bool,
 }
 
-/// What the text of a ROS 2 parameter file says to one node.
+/// The content of a ROS 2 parameter file for one node.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FileParameters {
-    /// What it gives the node, in file order.
+    /// The values for the node, in file order.
     pub given: Vec<Given>,
-    /// The node names, or patterns of them, of all its sections.
+    /// The node names, or patterns of node names, of all sections of the file.
     pub sections: Vec<String>,
 }
 
 impl Given {
-    /// The value that `source` gives every node.
+    /// Returns a value that `source` gives every node.
     pub fn new(name: impl Into<String>, value: Value, source: impl Into<String>) -> Self {
         Self { name: name.into(), value, source: source.into(), by_name: false }
     }
 }
 
 impl FileParameters {
-    /// What the file says to the node `node` (fully qualified), see [`read`](Self::read).
+    /// Reads the file's values for the node `node` (fully qualified); see [`read`](Self::read).
     ///
     /// # Errors
-    /// [`ParameterError::File`] for what cannot be read or is no parameter file.
+    /// [`ParameterError::File`] if the file cannot be read or is not a parameter file.
     pub fn open(path: &Path, node: &str) -> Result<Self, ParameterError> {
         let file = path.display().to_string();
         match text_file::read(path, LONGEST) {
@@ -52,13 +53,13 @@ impl FileParameters {
         }
     }
 
-    /// What the text of the file called `file` says to the node `node` (fully qualified).
+    /// Reads the values for the node `node` (fully qualified) from the text of the file called `file`.
     ///
-    /// Node names may be nested or written with slashes, and may hold the wildcards `*` (one token) and `**` (any number).
-    /// Names nested under `ros__parameters` are joined by dots. What a section with a wildcard gives is given by no name.
+    /// Node names may be nested or written with slashes, and may contain the wildcards `*` (one token) and `**` (any number of tokens).
+    /// Names nested under `ros__parameters` are joined by dots. Values from a section with a wildcard do not count as given by name.
     ///
     /// # Errors
-    /// [`ParameterError::File`] with the name `file` for what is no parameter file.
+    /// [`ParameterError::File`] with the name `file` if the text is not a parameter file.
     pub fn read(text: &str, file: &str, node: &str) -> Result<Self, ParameterError> {
         let error = |why: String| ParameterError::File { file: file.to_owned(), why };
         let Yaml::Map(nodes) = Yaml::read(text).map_err(error)? else {
@@ -69,16 +70,16 @@ impl FileParameters {
         Ok(reader.found)
     }
 
-    /// Whether a section is for the node `node` (fully qualified), even one that gives it nothing.
+    /// Returns whether the file has a section for the node `node` (fully qualified), even an empty one.
     pub fn has_section_of(&self, node: &str) -> bool {
         self.sections.iter().any(|section| matches_node(section, node))
     }
 }
 
-/// Names and values of [`FileParameters::read`].
+/// Returns the names and values that [`FileParameters::read`] finds.
 ///
 /// # Errors
-/// [`ParameterError::File`].
+/// [`ParameterError::File`] if the text is not a parameter file.
 pub fn parameters_for(text: &str, file: &str, node: &str) -> Result<Vec<(String, Value)>, ParameterError> {
     let found = FileParameters::read(text, file, node)?;
     Ok(found.given.into_iter().map(|given| (given.name, given.value)).collect())
@@ -88,7 +89,7 @@ pub fn parameters_for(text: &str, file: &str, node: &str) -> Result<Vec<(String,
 struct Reader<'a> {
     file: &'a str,
     node: &'a str,
-    /// The parameters given so far, with their sections.
+    /// The parameters found so far, as pairs of section and name.
     seen: BTreeSet<(String, String)>,
     found: FileParameters,
 }
@@ -126,7 +127,7 @@ impl Reader<'_> {
                 Yaml::Map(inner) => self.take_parameters(inner, &name, path)?,
                 Yaml::Nothing => return Err(format!("parameter {name:?}: expected a value, got nothing")),
                 Yaml::Value(value) => {
-                    // The YAML parser refuses a name that is there twice in one spelling, but not in two.
+                    // The YAML parser refuses a name that occurs twice in the same spelling, but not in two spellings.
                     if !self.seen.insert((path.to_owned(), name.clone())) {
                         return Err(format!(
                             "parameter {name:?} of {path:?} is given twice, in two spellings"
@@ -141,7 +142,7 @@ impl Reader<'_> {
     }
 }
 
-/// Whether the pattern of a file names the node.
+/// Returns whether a file's pattern matches the node's name.
 fn matches_node(pattern: &str, node: &str) -> bool {
     fn tokens(name: &str) -> Vec<&str> {
         name.split('/').filter(|token| !token.is_empty()).collect()
@@ -155,7 +156,7 @@ fn matches_node(pattern: &str, node: &str) -> bool {
             _ => false,
         }
     }
-    // Each `**` multiplies the work of matching; no real file has more than one.
+    // Each `**` multiplies the cost of matching, and real files have one at most. Patterns with more than three therefore match nothing.
     let pattern = tokens(pattern);
     pattern.iter().filter(|token| **token == "**").count() <= 3 && matches(&pattern, &tokens(node))
 }
@@ -182,9 +183,9 @@ mod tests {
         assert_eq!(names(text, "/x/y/other"), ["a"]);
     }
 
-    /// rcl takes them, and one file may serve a whole robot.
+    /// rcl accepts such numbers, and one file may serve a whole robot.
     #[test]
-    fn numbers_that_nobody_here_wants_do_not_spoil_the_file() {
+    fn unusual_numbers_for_other_nodes_are_accepted() {
         let text = "
             lidar: {ros__parameters: {range_max: .inf, empty: -.inf, unknown: .nan, all: [1.0, .inf], id: 9223372036854775808}}
             dq_servo: {ros__parameters: {a: 1}}";
@@ -195,7 +196,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_parameter_file_gets_one_line() {
+    fn errors_about_files_are_one_line() {
         for text in [
             "",
             "3",
@@ -211,13 +212,13 @@ mod tests {
         ] {
             let message = parameters_for(text, "f.yaml", "/a").unwrap_err().to_string();
             assert!(message.starts_with("f.yaml: ") && !message.contains('\n'), "{message}");
-            // What is meant for programmers.
+            // Advice for programmers.
             assert!(!message.contains("Options") && !message.contains("from_str"), "{message}");
         }
     }
 
     #[test]
-    fn what_is_given_says_by_which_file_and_whether_by_name() {
+    fn each_value_has_its_source_and_whether_it_is_given_by_name() {
         let text = "
             /**: {ros__parameters: {a: 1}}
             dq_servo: {ros__parameters: {b: {c: true}}}";
@@ -233,7 +234,7 @@ mod tests {
     }
 
     #[test]
-    fn a_wrong_list_and_a_wrong_tag_are_found_by_the_error() {
+    fn errors_name_the_line_of_a_wrong_list_or_tag() {
         for (bad, place) in
             [("[1, x]", "line 3"), ("!!int x", "line 3"), ("!!seq 3", "line 3"), ("[[1]]", "line 3")]
         {
@@ -243,14 +244,14 @@ mod tests {
         }
     }
 
-    /// As other nodes have them: rcl takes any scalar for a name.
+    /// Other nodes use such names: rcl accepts any scalar as a name.
     #[test]
     fn names_that_look_like_numbers_are_names() {
         assert_eq!(names("a: {ros__parameters: {1: {true: x}}}", "/a"), ["1.true"]);
     }
 
     #[test]
-    fn a_section_that_gives_nothing_is_there_all_the_same() {
+    fn an_empty_section_counts_as_a_section_of_its_node() {
         for (text, node, expected) in [
             ("a: {ros__parameters: }", "/a", true),
             ("/**: {ros__parameters: {}}", "/b/a", true),

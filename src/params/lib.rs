@@ -1,6 +1,6 @@
-//! What any ROS 2 node has: values, declarations, the store, parameter files, and their errors.
+//! ROS 2 parameters for any node: values, declarations, the store, parameter files, and their errors.
 //!
-//! A node of one parameter, which starts with what a file gives it:
+//! The example declares a node with one parameter, and starts it with a value from a file:
 //!
 //! ```
 //! use dq_params::{FileParameters, ParameterStore, Parameters, Value};
@@ -18,16 +18,16 @@
 //! assert!(warnings.is_empty());
 //! assert_eq!(store.read::<Follower>()?.gain, 2.0);
 //!
-//! // While it runs: a change is checked as a whole before any of it is made.
+//! While the node runs, changes are checked as a whole before any of them takes effect.
 //! let too_much = store.with(&[("gain".to_owned(), Value::Double(11.0))]);
 //! assert!(too_much.unwrap_err().to_string().ends_with("expected 0 to 10 1/s"));
 //! # Ok::<(), dq_params::ParameterError>(())
 //! ```
 #![warn(clippy::unwrap_used, clippy::expect_used)]
-// Both panic where nobody reads: results go through cli::print, all else through stderr.
+// These macros panic if nobody reads the output: results go through cli::print, everything else through stderr.
 #![warn(clippy::print_stdout, clippy::print_stderr)]
 
-// What is derived names it so.
+// The derive macro generates paths that begin with this name.
 extern crate self as dq_params;
 
 mod declaration;

@@ -1,9 +1,9 @@
-//! The name that was meant.
+//! Search for the known name that is most similar to a misspelt one.
 
-/// The longest name for which a similar one is looked for \[bytes\].
+/// Length of the longest name for which a similar one is searched \[bytes\].
 const LONGEST: usize = 200;
 
-/// The name among `known` that shares most pairs of neighbouring letters with `name`, if it shares enough to be meant.
+/// Returns the name among `known` that shares most pairs of neighbouring letters with `name`, if it is similar enough.
 pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     if name.len() > LONGEST {
         return None;
@@ -13,12 +13,13 @@ pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Opti
     (score >= 0.5).then_some(best)
 }
 
-/// Whether `name` is one of `known` with mistakes, in a quarter of its letters at most.
+/// Returns whether `name` becomes one of `known` by changes to at most a quarter of its letters.
 pub fn is_misspelt<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> bool {
     known.into_iter().any(|known| 4 * strsim::damerau_levenshtein(name, known) <= name.len())
 }
 
-/// Whether `name` is in the namespace of one of `known`, or is it: `limits.x` and `limits` are where `limits.y` is known.
+/// Returns whether `name` is the namespace of one of `known`, or is in it. For example, `limits` and `limits.x` share the namespace of
+/// `limits.y`.
 pub fn shares_namespace<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> bool {
     let namespace = |name: &'a str| name.split_once('.').map(|(namespace, _)| namespace);
     let own = name.split('.').next();
@@ -30,7 +31,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_name_is_misspelt_where_it_looks_like_another_and_not_where_it_is_another() {
+    fn a_name_is_misspelt_if_it_resembles_another_but_not_if_it_is_another() {
         let known = ["controller", "joints", "robot_file", "limits.joint_velocity"];
         for name in ["controler", "contorller", "joint", "limits.joint_velocty"] {
             assert!(is_misspelt(name, known), "{name}");

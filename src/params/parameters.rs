@@ -5,13 +5,20 @@ use std::collections::HashMap;
 use std::str::FromStr;
 use std::time::Duration;
 
-/// Parameters of a node, each declared by one field: `#[derive(Parameters)]`.
+/// The parameters of a node, each declared by one field: `#[derive(Parameters)]`.
 ///
-/// The documentation of a field is its description, the brackets at its end its unit. `#[parameter(...)]` says the rest:
-/// `default = 0.5` (else 0, false or empty), `range = 0.0..=1.0`, `one_of = NAMES` for what is read from a name,
-/// `name = "..."` where the field is called otherwise, `fixed` for what is read-only while the node runs, `required` for what no
-/// default would serve. `#[parameter(group)]` takes in the parameters of another struct, a field without attribute is none, and
-/// `#[parameters(prefix = "limits.")]` on the struct stands before the names of its fields.
+/// The documentation of a field is the parameter's description, and brackets at its end contain the unit. The keywords in
+/// `#[parameter(...)]` give the rest:
+/// - `default = 0.5`: the default value. Without it, the default is 0, false or empty.
+/// - `range = 0.0..=1.0`: the allowed range.
+/// - `one_of = NAMES`: the allowed names, for a value that is read from its name.
+/// - `name = "..."`: the parameter's name, if it differs from the field's.
+/// - `fixed`: the parameter is read-only while the node runs.
+/// - `required`: the user must give a value, because no default would be useful.
+/// - `group`: the field is another struct whose parameters are included.
+///
+/// A field without the attribute is not a parameter. The attribute `#[parameters(prefix = "limits.")]` on the struct adds a prefix to the
+/// names of its fields.
 ///
 /// ```
 /// use dq_params::{Parameters, ParameterStore, Value};
@@ -33,34 +40,34 @@ use std::time::Duration;
 /// # Ok::<(), dq_params::ParameterError>(())
 /// ```
 pub trait Parameters: Sized {
-    /// Declares each parameter and reads it. Values that fit each other never change what is declared.
+    /// Declares each parameter and reads it. Which parameters are declared must not depend on their values.
     ///
     /// # Errors
-    /// [`ParameterError`] where values do not fit each other.
+    /// [`ParameterError`] if values do not fit each other.
     fn declare(p: &mut Declarer) -> Result<Self, ParameterError>;
 }
 
-/// Collects what a node declares, in order, and returns each parameter's value at once.
+/// Collects the declarations of a node in order, and returns each parameter's value as it is declared.
 pub struct Declarer {
     values: HashMap<String, Value>,
     declared: Vec<Declaration>,
 }
 
 impl Declarer {
-    /// Parameters get these values; those that have none here, or none that fits, their defaults.
+    /// Creates a declarer with these values. Parameters that have no value here, or one that does not fit, get their defaults.
     pub fn new(values: impl IntoIterator<Item = (String, Value)>) -> Self {
         Self { values: values.into_iter().collect(), declared: Vec::new() }
     }
 
-    /// What was declared, in that order.
+    /// Returns the declarations in their order.
     pub fn into_declarations(self) -> Vec<Declaration> {
         self.declared
     }
 
-    /// Declares a parameter and reads it.
+    /// Declares a parameter and reads its value.
     ///
     /// # Errors
-    /// [`ParameterError::Invalid`] for a list that has not as many numbers as the type.
+    /// [`ParameterError::Invalid`] if the length of a list does not match the type.
     pub fn read<T: ParameterType>(&mut self, declaration: Declaration) -> Result<T, ParameterError> {
         let given = self.values.get(declaration.name).cloned();
         let fitting = given.and_then(|value| declaration.check(value).ok());
@@ -69,10 +76,10 @@ impl Declarer {
         value
     }
 
-    /// Declares a parameter that has one of several names, and reads what has that name.
+    /// Declares a parameter whose value is one of several names, and parses the name.
     ///
     /// # Errors
-    /// [`ParameterError::Invalid`] for a name of nothing.
+    /// [`ParameterError::Invalid`] if the name cannot be parsed.
     pub fn read_name<T: FromStr>(&mut self, declaration: Declaration) -> Result<T, ParameterError> {
         let (name, expected) = (declaration.name, declaration.expected());
         let text: String = self.read(declaration)?;
@@ -80,15 +87,15 @@ impl Declarer {
     }
 }
 
-/// What a field that is a parameter can be.
+/// A type that a parameter field can have.
 pub trait ParameterType: Sized {
-    /// What it is where nothing else is said: 0, false or empty.
+    /// Returns the default if none is declared: 0, false or empty.
     fn empty() -> Value;
 
-    /// From the value of the parameter of that name, which is of the type of [`empty`](Self::empty).
+    /// Converts the value of the parameter called `name`. The value has the same type as [`empty`](Self::empty).
     ///
     /// # Errors
-    /// [`ParameterError`].
+    /// [`ParameterError`] if the value does not fit the type.
     fn read(name: &'static str, value: Value) -> Result<Self, ParameterError>;
 }
 
@@ -131,7 +138,7 @@ impl<const N: usize> From<[f64; N]> for Value {
     }
 }
 
-/// So many numbers.
+/// A list of exactly `N` numbers.
 impl<const N: usize> ParameterType for [f64; N] {
     fn empty() -> Value {
         Value::from([0.0; N])
@@ -144,7 +151,7 @@ impl<const N: usize> ParameterType for [f64; N] {
     }
 }
 
-/// Seconds.
+/// A time in seconds.
 impl ParameterType for Duration {
     fn empty() -> Value {
         f64::empty()
@@ -157,7 +164,7 @@ impl ParameterType for Duration {
     }
 }
 
-/// Seconds; 0: none.
+/// A time in seconds; 0 means `None`.
 impl ParameterType for Option<Duration> {
     fn empty() -> Value {
         f64::empty()
@@ -168,10 +175,10 @@ impl ParameterType for Option<Duration> {
     }
 }
 
-/// Fails where a list parameter has another number of items.
+/// Checks that a list parameter has `count` elements.
 ///
 /// # Errors
-/// [`ParameterError::Invalid`].
+/// [`ParameterError::Invalid`] if it has another number of elements.
 pub fn exactly<T>(name: &'static str, list: &[T], count: usize) -> Result<(), ParameterError> {
     match list.len() {
         length if length == count => Ok(()),
@@ -221,7 +228,7 @@ mod tests {
     }
 
     #[test]
-    fn a_field_declares_and_reads() {
+    fn each_field_declares_and_reads_a_parameter() {
         let mut store = ParameterStore::of::<Outer>().unwrap();
         let declared: Vec<_> = store.iter().map(|(one, _)| (one.name, one.read_only, one.required)).collect();
         let expected = [

@@ -1,48 +1,49 @@
-//! A node's parameters and their values.
+//! The parameters of a node and their values.
 
 use super::{Declaration, Declarer, Given, ParameterError, Parameters, Value, nearest, shares_namespace};
 use dq_common::text::cut;
 
-/// Declared parameters with their values, in the order of declaration.
+/// The declared parameters with their values, in the order of declaration.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ParameterStore {
     parameters: Vec<(Declaration, Value)>,
     also_known: Vec<&'static str>,
 }
 
-/// How many names of a source are listed in a warning; a file may serve a whole robot.
+/// Number of names per source that a warning lists. A file may serve a whole robot and contain many more.
 const LISTED: usize = 4;
 
 impl ParameterStore {
-    /// All parameters at their defaults. Overrides for the names `also_known` are passed over: one file serves several
-    /// nodes, and each takes its own.
+    /// Returns a store in which all parameters have their defaults. Overrides for the names `also_known` are ignored: one file serves
+    /// several nodes, and each takes its own values.
     pub fn new(declarations: Vec<Declaration>, also_known: Vec<&'static str>) -> Self {
         let with_default = |declared: Declaration| (declared.clone(), declared.default);
         Self { parameters: declarations.into_iter().map(with_default).collect(), also_known }
     }
 
-    /// The parameters of `P` at their defaults.
+    /// Returns a store with the parameters of `P` at their defaults.
     ///
     /// # Errors
-    /// [`ParameterError`] where the defaults do not fit each other.
+    /// [`ParameterError`] if the defaults do not fit each other.
     pub fn of<P: Parameters>() -> Result<Self, ParameterError> {
         let mut declarer = Declarer::new([]);
         P::declare(&mut declarer)?;
         Ok(Self::new(declarer.into_declarations(), Vec::new()))
     }
 
-    /// The values, typed.
+    /// Reads the values into a struct of parameters.
     ///
     /// # Errors
-    /// [`ParameterError`] where values do not fit each other.
+    /// [`ParameterError`] if values do not fit each other.
     pub fn read<P: Parameters>(&self) -> Result<P, ParameterError> {
         P::declare(&mut Declarer::new(self.values()))
     }
 
-    /// Sets a value before the node starts, which for read-only parameters is the only time.
+    /// Sets a value before the node starts. Read-only parameters can be set at no other time.
     ///
     /// # Errors
-    /// [`ParameterError`]; ROS 2 itself passes over unknown names, and hides typing errors so.
+    /// [`ParameterError`] if the value does not fit or the name is unknown. ROS 2 itself ignores unknown names, and thereby hides typing
+    /// errors.
     pub fn override_initial(&mut self, name: &str, value: Value) -> Result<(), ParameterError> {
         let ignored = self.also_known.contains(&name)
             || name.starts_with("qos_overrides.")
@@ -55,11 +56,11 @@ impl ParameterStore {
         Ok(())
     }
 
-    /// Takes the values with which `node` (fully qualified) starts, later ones over earlier ones, and returns what to warn of, a line a
-    /// source.
+    /// Applies the values with which `node` (fully qualified) starts; later ones override earlier ones. Returns the warnings to print, one
+    /// line per source.
     ///
     /// # Errors
-    /// What [`override_initial`](Self::override_initial) says of a value.
+    /// The errors of [`override_initial`](Self::override_initial), for the first value that has one.
     pub fn take(&mut self, node: &str, given: Vec<Given>) -> Result<Vec<String>, ParameterError> {
         let mut ignored: Vec<(String, Vec<String>)> = Vec::new();
         for Given { name, value, source, by_name } in given {
@@ -86,10 +87,10 @@ impl ParameterStore {
         Ok(ignored.into_iter().map(warning).collect())
     }
 
-    /// A copy with all of `changes` made.
+    /// Returns a copy of the store with all `changes` applied.
     ///
     /// # Errors
-    /// The first [`ParameterError`] among them.
+    /// The first [`ParameterError`] among the changes.
     pub fn with(&self, changes: &[(String, Value)]) -> Result<Self, ParameterError> {
         let mut candidate = self.clone();
         for (name, value) in changes {
@@ -102,27 +103,27 @@ impl ParameterStore {
         Ok(candidate)
     }
 
-    /// A parameter's value.
+    /// Returns a parameter's value.
     pub fn get(&self, name: &str) -> Option<&Value> {
         self.iter().find(|(declared, _)| declared.name == name).map(|(_, value)| value)
     }
 
-    /// A parameter's declaration.
+    /// Returns a parameter's declaration.
     pub fn declaration(&self, name: &str) -> Option<&Declaration> {
         self.iter().find(|(declared, _)| declared.name == name).map(|(declared, _)| declared)
     }
 
-    /// Each parameter's name and value.
+    /// Returns each parameter's name and value.
     pub fn values(&self) -> impl Iterator<Item = (String, Value)> {
         self.iter().map(|(declared, value)| (declared.name.to_owned(), value.clone()))
     }
 
-    /// All declarations with their values, in the order of declaration.
+    /// Returns all declarations with their values, in the order of declaration.
     pub fn iter(&self) -> impl Iterator<Item = (&Declaration, &Value)> {
         self.parameters.iter().map(|(declared, value)| (declared, value))
     }
 
-    /// The names of all parameters that this node or another one of the program has.
+    /// Returns the names of all parameters of this node, and the known names of the program's other nodes.
     fn known(&self) -> impl Iterator<Item = &'static str> {
         self.parameters.iter().map(|(declared, _)| declared.name).chain(self.also_known.iter().copied())
     }

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize, Serializer};
 use serde_saphyr::{DoubleQuoted, FlowSeq};
 use std::fmt;
 
-/// One of the nine types that a ROS 2 parameter can have.
+/// A parameter value of one of nine ROS 2 types.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Value {
     /// `boolean`
@@ -28,7 +28,7 @@ pub enum Value {
 }
 
 impl Value {
-    /// The type's name, as `ros2 param describe` prints it.
+    /// Returns the type's name as `ros2 param describe` prints it.
     pub fn type_name(&self) -> &'static str {
         match self {
             Self::Bool(_) => "boolean",
@@ -43,8 +43,8 @@ impl Value {
         }
     }
 
-    /// This value as one of the type of `like`, if it can be taken for one: integers for doubles, and an empty array
-    /// for any array. rclcpp refuses an integer for a double, and makes people write `1.0`.
+    /// Converts this value to the type of `like` if possible: integers become doubles, and an empty array becomes an empty array of any
+    /// type. In contrast, rclcpp refuses an integer for a double, so that users must write `1.0`.
     pub fn convert_like(self, like: &Self) -> Result<Self, Self> {
         match (self, like) {
             (Self::Integer(i), Self::Double(_)) => Ok(Self::Double(i as f64)),
@@ -59,7 +59,7 @@ impl Value {
         }
     }
 
-    /// An empty array of the same type; none of a scalar.
+    /// Returns an empty array of the same type, or `None` for a scalar.
     fn emptied(&self) -> Option<Self> {
         match self {
             Self::ByteArray(_) => Some(Self::ByteArray(Vec::new())),
@@ -72,13 +72,13 @@ impl Value {
     }
 }
 
-/// In a line of YAML 1.1, as PyYAML reads it: exponents have a point before them, and a sign.
+/// Writes a value as one line of YAML 1.1 that PyYAML can read: numbers with an exponent have a decimal point, and the exponent has a sign.
 fn yaml(value: impl Serialize) -> Result<String, fmt::Error> {
     let text = serde_saphyr::to_string(&value).map_err(|_| fmt::Error)?;
     Ok(text.trim_end_matches('\n').to_owned())
 }
 
-/// A text that stands without quotes where every tool of ROS 2 reads it as a text.
+/// A text that is written without quotes if every ROS 2 tool reads it as a text in that form.
 struct Text<'a>(&'a String);
 
 impl Serialize for Text<'_> {
@@ -86,7 +86,7 @@ impl Serialize for Text<'_> {
         let Self(text) = self;
         let is_word = text.bytes().all(|byte| byte.is_ascii_alphanumeric() || b"_./".contains(&byte))
             && text.starts_with(|first: char| first.is_ascii_alphabetic() || first == '/');
-        // rcl takes this one for a number, as C does; other words that are none are known to the serializer.
+        // rcl reads this word as a number, as C does. The serializer itself quotes the other words that would be read as another type.
         match is_word && !text.eq_ignore_ascii_case("infinity") {
             true => serializer.serialize_str(text),
             false => DoubleQuoted(text.as_str()).serialize(serializer),
@@ -94,12 +94,12 @@ impl Serialize for Text<'_> {
     }
 }
 
-/// "a" or "an", as it stands before `noun`.
+/// Returns the indefinite article for `noun`: "a" or "an".
 pub(super) fn article(noun: &str) -> &'static str {
     if noun.starts_with(['a', 'e', 'i', 'o', 'u']) { "an" } else { "a" }
 }
 
-/// As YAML that reads back as the same value; but bytes, which YAML does not have, read back as integers.
+/// Writes YAML that reads back as the same value. The exception are bytes, which YAML does not have: they read back as integers.
 impl fmt::Display for Value {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let text = match self {
@@ -117,7 +117,7 @@ impl fmt::Display for Value {
     }
 }
 
-/// The value in one line, with control characters as escapes.
+/// Returns the value in one line, with control characters escaped.
 pub(super) fn visible(value: &impl fmt::Display) -> String {
     let mut text = String::new();
     for character in value.to_string().chars() {
@@ -135,7 +135,7 @@ mod tests {
     use proptest::prelude::*;
 
     #[test]
-    fn yaml_gives_the_types_that_ros_2_gives() {
+    fn yaml_gives_the_same_types_as_ros_2() {
         let cases = [
             ("true", Value::Bool(true)),
             ("42", Value::Integer(42)),
@@ -147,7 +147,7 @@ mod tests {
             ("[1, 2.5]", Value::DoubleArray(vec![1.0, 2.5])),
             ("[a, b]", Value::StringArray(vec!["a".into(), "b".into()])),
             ("[true, false]", Value::BoolArray(vec![true, false])),
-            // The tags of YAML, which ROS 2 takes from Lyrical on.
+            // The tags of YAML, which ROS 2 supports from Lyrical on.
             ("!!float 10", Value::Double(10.0)),
             ("!!float .inf", Value::Double(f64::INFINITY)),
             ("!!str true", Value::String("true".into())),
@@ -181,7 +181,7 @@ mod tests {
     }
 
     #[test]
-    fn integers_are_taken_for_doubles_and_an_empty_list_for_any() {
+    fn integers_convert_to_doubles_and_an_empty_list_to_any_list() {
         assert_eq!(Value::Integer(2).convert_like(&Value::Double(0.0)), Ok(Value::Double(2.0)));
         let empty = Value::from_yaml("[]").unwrap();
         assert_eq!(empty.convert_like(&Value::DoubleArray(vec![1.0])), Ok(Value::DoubleArray(vec![])));
@@ -190,7 +190,7 @@ mod tests {
     }
 
     #[test]
-    fn strings_that_look_like_something_else_are_quoted() {
+    fn strings_that_look_like_another_type_are_quoted() {
         for text in [
             "", "true", "no", "~", "null", "42", "1e3", ".inf", "0x1f", "1:30", "a: b", "a, b", "[", "# x",
             "-", "a\nb", "é", "=", "<<",
@@ -203,9 +203,10 @@ mod tests {
         assert_eq!(Value::StringArray(vec!["a b".into(), "c".into()]).to_string(), "[\"a b\", c]");
     }
 
-    /// PyYAML, with which `ros2 param load` reads, takes exponents with point and sign alone; rcl takes the words of C for numbers.
+    /// PyYAML, which `ros2 param load` uses, reads an exponent only with a decimal point and a sign. rcl reads the same words as numbers as
+    /// C does.
     #[test]
-    fn numbers_and_words_are_written_as_the_tools_of_ros_2_read_them() {
+    fn numbers_and_words_are_written_so_that_ros_2_tools_read_them() {
         let numbers = [(1e-6, "1.0e-6"), (1.5e-7, "1.5e-7"), (1e16, "1.0e+16"), (-2.5e300, "-2.5e+300")];
         for (value, text) in
             numbers.into_iter().chain([(0.5, "0.5"), (3.0, "3.0"), (1e15, "1000000000000000.0")])
@@ -225,14 +226,14 @@ mod tests {
         }
 
         #[test]
-        fn every_finite_double_reads_back_as_it_was(value in any::<f64>().prop_filter("finite", |x| x.is_finite())) {
+        fn every_finite_double_reads_back_unchanged(value in any::<f64>().prop_filter("finite", |x| x.is_finite())) {
             prop_assert_eq!(Value::from_yaml(&Value::Double(value).to_string()), Ok(Value::Double(value)));
             let list = Value::DoubleArray(vec![value, 1.0]);
             prop_assert_eq!(Value::from_yaml(&list.to_string()), Ok(list));
         }
 
         #[test]
-        fn every_string_reads_back_as_it_was(texts in proptest::collection::vec(any::<String>(), 1..4)) {
+        fn every_string_reads_back_unchanged(texts in proptest::collection::vec(any::<String>(), 1..4)) {
             let value = Value::String(texts[0].clone());
             prop_assert_eq!(Value::from_yaml(&value.to_string()), Ok(value));
             let list = Value::StringArray(texts);

@@ -1,4 +1,4 @@
-//! Values, and maps of them, from YAML.
+//! Parsing of values, and of maps of values, from YAML.
 
 use super::{ParameterError, Value};
 use serde::de::value::SeqAccessDeserializer;
@@ -7,7 +7,7 @@ use serde::{Deserialize, Deserializer};
 use serde_saphyr::{NonFiniteFloatPolicy, Options};
 use std::fmt;
 
-/// A YAML node, with maps in the order of the document.
+/// A YAML node, whose maps keep the order of the document.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Yaml {
     Nothing,
@@ -15,7 +15,7 @@ pub(super) enum Yaml {
     Map(Vec<(String, Yaml)>),
 }
 
-/// The types of lists, in the order in which they are tried: integers among doubles count as doubles.
+/// The types of lists, in the order in which they are tried. A list of integers and doubles is read as doubles.
 #[derive(Deserialize)]
 #[expect(clippy::enum_variant_names, reason = "they are those of Value")]
 #[serde(remote = "Value", untagged, expecting = "expected all elements of a list to have one type")]
@@ -27,10 +27,10 @@ enum List {
 }
 
 impl Value {
-    /// The value that `text` has in YAML, as `ros2 param set` and `-p name:=text` read it.
+    /// Parses `text` as YAML, as `ros2 param set` and `-p name:=text` do.
     ///
     /// # Errors
-    /// [`ParameterError::NotAValue`].
+    /// [`ParameterError::NotAValue`] if the text is not a value.
     pub fn from_yaml(text: &str) -> Result<Self, ParameterError> {
         let error = |why| ParameterError::NotAValue { text: text.to_owned(), why };
         match Yaml::read(text).map_err(error)? {
@@ -42,10 +42,10 @@ impl Value {
 }
 
 impl Yaml {
-    /// Reads a document, and numbers as rcl does: infinite ones too.
+    /// Reads a document. Infinite and undefined numbers are accepted, as rcl does.
     ///
     /// # Errors
-    /// What is wrong, in a line.
+    /// A one-line description of the error.
     pub fn read(text: &str) -> Result<Self, String> {
         let mut options = Options::default();
         options.non_finite_float_policy = NonFiniteFloatPolicy::PassThrough;
@@ -53,7 +53,7 @@ impl Yaml {
     }
 }
 
-/// The first line of an error's text, without the word "error" and what programmers may do: an operator reads one line.
+/// Returns the first line of an error's text for an operator, without the word "error" and without advice for programmers.
 pub fn one_line(error: &impl fmt::Display) -> String {
     const TO_PROGRAMMERS: [&str; 2] = [", set DuplicateKeyPolicy", "; use from_str"];
     let text = error.to_string();
@@ -78,7 +78,7 @@ impl<'de> Deserialize<'de> for Yaml {
             fn visit_i64<E>(self, value: i64) -> Result<Yaml, E> {
                 Ok(Yaml::Value(Value::Integer(value)))
             }
-            /// A double where it is larger than any integer, as one below the least integer is.
+            /// Returns a double if the number is too large for an integer. Numbers below the least integer are doubles, too.
             fn visit_u64<E>(self, value: u64) -> Result<Yaml, E> {
                 let integer = i64::try_from(value).map(Value::Integer);
                 Ok(Yaml::Value(integer.unwrap_or(Value::Double(value as f64))))

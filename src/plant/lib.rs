@@ -1,4 +1,4 @@
-//! The robot's part: a kinematic arm that follows velocities, positions or trajectories of one point.
+//! The simulated robot: a kinematic arm that follows velocities, positions or single-point trajectories.
 //!
 //! ```
 //! use dq_plant::Plant;
@@ -7,14 +7,14 @@
 //! let mut arm = Plant::new(vec![0.0, 0.4], ms(100));
 //! arm.step(ms(0));
 //! arm.take_command(&[0.5, 0.0], ms(0))?; // [rad/s]
-//! // It stops by itself, 100 ms after the last command.
+//! The arm stops by itself 100 ms after the last command.
 //! (1..=500).for_each(|now| arm.step(ms(now)));
 //! assert!((arm.positions()[0] - 0.05).abs() < 1e-12);
 //! assert_eq!(arm.velocities(), [0.0, 0.0]);
 //! # Ok::<(), dq_plant::CommandError>(())
 //! ```
 #![warn(clippy::unwrap_used, clippy::expect_used)]
-// Both panic where nobody reads: results go through cli::print, all else through stderr.
+// These macros panic if nobody reads the output: results go through cli::print, everything else through stderr.
 #![warn(clippy::print_stdout, clippy::print_stderr)]
 
 mod realism;
@@ -26,15 +26,15 @@ use std::collections::VecDeque;
 use std::time::Duration;
 use thiserror::Error;
 
-/// A command that the plant does not take.
+/// An error in a command that the plant refuses.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum CommandError {
-    /// Not one number a joint.
+    /// The number of values does not match the number of joints.
     #[error("a command of {got} numbers, expected {expected}: one a joint")]
     WrongLength {
-        /// How many joints there are.
+        /// Number of joints.
         expected: usize,
-        /// How many numbers there were.
+        /// Number of values in the command.
         got: usize,
     },
     /// A number is infinite or not a number.
@@ -47,7 +47,8 @@ pub enum CommandError {
     },
 }
 
-/// An arm whose joints follow commands, at once but for its [`Realism`]. It stops by itself when velocities cease, and where positions have led it.
+/// An arm whose joints follow commands at once, except for its [`Realism`]. Without new velocity commands it stops by itself after a
+/// timeout. It also stops at the commanded positions once it has reached them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plant {
     initial_positions: Vec<f64>,
@@ -57,27 +58,27 @@ pub struct Plant {
     commanded: Option<Duration>,
     target: Option<Target>,
     realism: Realism,
-    /// Commands on their way in, with when they take effect.
+    /// Commands that have not yet taken effect, with the times at which they will.
     under_way: VecDeque<(Duration, Command)>,
     sensor: Sensor,
-    /// Up to when it has moved.
+    /// Time up to which the arm has moved.
     moved: Option<Duration>,
-    /// Positions are of no effect before.
+    /// Position commands received before this time are ignored.
     deaf_until: Duration,
     command_timeout: Duration,
 }
 
-/// A controller that has received a joint state sends a command that is based on it within this time.
+/// Time within which a controller that has received a joint state sends a command based on it.
 const REACTION: Duration = Duration::from_millis(100);
 
-/// A command that has been checked.
+/// A valid command.
 #[derive(Clone, Debug, PartialEq)]
 enum Command {
     Velocities(Vec<f64>),
     Positions(Target),
 }
 
-/// Where the joints are to be, and when.
+/// The positions that the joints are to reach, and the time at which they are to reach them.
 #[derive(Clone, Debug, PartialEq)]
 struct Target {
     positions: Vec<f64>,
@@ -85,7 +86,7 @@ struct Target {
 }
 
 impl Plant {
-    /// At rest at `initial_positions` \[rad, prismatic: m\]; a command older than `command_timeout` counts as zero.
+    /// Creates an arm at rest at `initial_positions` \[rad, prismatic: m\]. A velocity command older than `command_timeout` counts as zero.
     pub fn new(initial_positions: Vec<f64>, command_timeout: Duration) -> Self {
         let zeros = vec![0.0; initial_positions.len()];
         Self {
@@ -107,23 +108,24 @@ impl Plant {
     /// Takes joint velocities [rad/s, prismatic: m/s] received at `now`.
     ///
     /// # Errors
-    /// [`CommandError`]; the command before stays in force, until it times out.
+    /// [`CommandError`] if the command is invalid. The previous command then stays in force until it times out.
     pub fn take_command(&mut self, velocities: &[f64], now: Duration) -> Result<(), CommandError> {
         self.check(velocities)?;
         self.send(now + self.realism.command_latency, Command::Velocities(velocities.to_vec()));
         Ok(())
     }
 
-    /// Puts a command under way that takes effect at `at`. Those that it overtakes, as the latency has shrunk, are of no effect.
+    /// Queues a command that takes effect at `at`. If the latency has shrunk, earlier commands that would take effect later are discarded.
     fn send(&mut self, at: Duration, command: Command) {
         self.under_way.retain(|(before, _)| *before <= at);
         self.under_way.push_back((at, command));
     }
 
-    /// Takes joint positions \[rad, prismatic: m\], received at `now`, that are to be reached `time` later, evenly from where the arm is.
+    /// Takes joint positions \[rad, prismatic: m\] received at `now`. The arm reaches them after `time`, at constant speed from its current
+    /// positions.
     ///
     /// # Errors
-    /// [`CommandError`]; the arm goes on to the positions before.
+    /// [`CommandError`] if the command is invalid. The arm then continues to the previously commanded positions.
     pub fn take_positions(
         &mut self,
         positions: &[f64],
@@ -140,7 +142,7 @@ impl Plant {
         Ok(())
     }
 
-    /// Puts the commands into force that take effect by `now`.
+    /// Applies the commands that take effect by `now`.
     fn obey(&mut self, now: Duration) {
         while let Some((at, _)) = self.under_way.front().filter(|(at, _)| *at <= now) {
             let at = *at;
@@ -165,8 +167,8 @@ impl Plant {
         }
     }
 
-    /// Moves up to time `now`, for as long as has passed since it last did; no longer than a command counts, as a robot that was
-    /// stopped itself has not moved meanwhile.
+    /// Moves the arm by the time that has passed between the previous step and `now`. At a velocity command, the arm moves for at most the
+    /// command timeout, because a robot that was stopped itself has not moved in the meantime.
     pub fn step(&mut self, now: Duration) {
         self.obey(now);
         let fresh = self.commanded.is_some_and(|at| now.saturating_sub(at) <= self.command_timeout);
@@ -193,7 +195,7 @@ impl Plant {
         self.moved = Some(now);
     }
 
-    /// Goes its part of the way to `target` in the time `passed` until `now`.
+    /// Moves towards `target` by the share of the remaining way that the time `passed` until `now` allows.
     fn approach(&mut self, target: Target, now: Duration, passed: Duration) {
         let left = target.at.saturating_sub(now);
         let part = if left.is_zero() { 1.0 } else { passed.as_secs_f64() / (passed + left).as_secs_f64() };
@@ -204,12 +206,12 @@ impl Plant {
             *position = if left.is_zero() { *wanted } else { *position + way };
             *velocity = rate * way;
         }
-        // The cycle after the one that arrives is at rest.
+        // The cycle after the arrival is at rest.
         self.target = (!left.is_zero()).then_some(target);
     }
 
-    /// Back to the initial positions, at rest. Positions that are sent before anybody can have seen that are of no effect: a servo at
-    /// rest sends the same ones all the time, and would call the arm back.
+    /// Returns the arm to the initial positions, at rest. Positions sent before a controller can have seen the reset are ignored. Otherwise
+    /// a servo at rest, which sends the same positions all the time, would move the arm back.
     pub fn reset(&mut self) {
         let now = self.moved.unwrap_or_default();
         self.deaf_until = now + self.realism.state_interval + self.realism.state_latency + REACTION;
@@ -221,27 +223,27 @@ impl Plant {
         self.commanded = None;
     }
 
-    /// Joint positions \[rad, prismatic: m\].
+    /// Returns the joint positions \[rad, prismatic: m\].
     pub fn positions(&self) -> &[f64] {
         &self.positions
     }
 
-    /// Joint velocities [rad/s, prismatic: m/s].
+    /// Returns the joint velocities [rad/s, prismatic: m/s].
     pub fn velocities(&self) -> &[f64] {
         &self.velocities
     }
 
-    /// What comes out at `now` of where the arm is: its newest joint state, if one is due. `noise` gives numbers from −1 to 1.
+    /// Returns the newest joint state that the robot publishes at `now`, if one is due. `noise` returns numbers from −1 to 1.
     pub fn measure(&mut self, now: Duration, noise: impl FnMut() -> f64) -> Option<Measured> {
         self.sensor.measure(now, &self.realism, (&self.positions, &self.velocities), noise)
     }
 
-    /// Changes what the robot is like.
+    /// Changes the realism.
     pub fn set_realism(&mut self, realism: Realism) {
         self.realism = realism;
     }
 
-    /// When a command may be how old.
+    /// Changes the age up to which a velocity command counts.
     pub fn set_command_timeout(&mut self, command_timeout: Duration) {
         self.command_timeout = command_timeout;
     }
@@ -253,7 +255,7 @@ mod tests {
 
     const PERIOD: Duration = Duration::from_millis(2);
 
-    /// At rest at time 0.
+    /// Returns a plant that is at rest at time 0.
     fn plant() -> Plant {
         let mut plant = Plant::new(vec![1.0, 2.0], Duration::from_millis(100));
         plant.step(Duration::ZERO);
@@ -271,7 +273,7 @@ mod tests {
     }
 
     #[test]
-    fn late_steps_go_as_far_as_punctual_ones_but_no_further_than_a_command_counts() {
+    fn late_steps_move_as_far_as_punctual_ones_up_to_the_command_timeout() {
         let ms = Duration::from_millis;
         let mut late = plant();
         for time in [2, 15, 16, 40] {
@@ -285,7 +287,7 @@ mod tests {
     }
 
     #[test]
-    fn stops_by_itself_when_commands_cease() {
+    fn stops_after_the_command_timeout() {
         let mut plant = plant();
         plant.take_command(&[1.0, 1.0], Duration::ZERO).unwrap();
         plant.step(Duration::from_millis(100));
@@ -297,7 +299,7 @@ mod tests {
     }
 
     #[test]
-    fn positions_are_reached_at_once_or_evenly_in_their_time() {
+    fn positions_are_reached_at_once_or_at_constant_speed_within_their_time() {
         let mut plant = plant();
         let ms = Duration::from_millis;
         plant.take_positions(&[1.01, 2.0], ms(2), ms(0)).unwrap();
@@ -316,7 +318,7 @@ mod tests {
     }
 
     #[test]
-    fn commands_take_effect_late_and_a_velocity_is_gone_after_as_a_system_of_first_order() {
+    fn commands_take_effect_after_the_latency_and_velocities_follow_with_first_order_lag() {
         let ms = Duration::from_millis;
         let mut plant = plant();
         plant.set_realism(Realism { command_latency: ms(20), ..Realism::default() });
@@ -324,7 +326,7 @@ mod tests {
             plant.take_command(&[1.0, 0.0], ms(time)).unwrap();
             plant.step(ms(time));
         }
-        // From 22 ms on, with the step that ends then.
+        // The command takes effect from 22 ms on, including the step that ends then.
         assert!((plant.positions()[0] - 1.02).abs() < 1e-12, "{:?}", plant.positions());
         let mut plant = self::plant();
         plant.set_realism(Realism { velocity_time_constant: ms(50), ..Realism::default() });
@@ -341,7 +343,7 @@ mod tests {
     }
 
     #[test]
-    fn commands_that_are_overtaken_do_not_hold_up_those_that_came_after_them() {
+    fn overtaken_commands_do_not_delay_later_ones() {
         let ms = Duration::from_millis;
         let mut plant = plant();
         plant.set_realism(Realism { command_latency: ms(1000), ..Realism::default() });
@@ -356,7 +358,7 @@ mod tests {
     }
 
     #[test]
-    fn bad_commands_are_refused_and_change_nothing() {
+    fn invalid_commands_are_refused_and_change_nothing() {
         let mut plant = plant();
         let untouched = plant.clone();
         let wrong = CommandError::WrongLength { expected: 2, got: 3 };
@@ -376,7 +378,7 @@ mod tests {
     }
 
     #[test]
-    fn positions_count_again_once_a_reset_can_have_been_seen() {
+    fn positions_apply_again_once_a_reset_can_have_been_seen() {
         let ms = Duration::from_millis;
         let mut plant = plant();
         plant.take_positions(&[2.0, 2.0], ms(2), Duration::ZERO).unwrap();

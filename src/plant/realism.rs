@@ -1,33 +1,34 @@
-//! What real robots add between a command and the joint state that shows it.
+//! What real robots add between a command and the joint state that shows its effect: latency, noise, encoder resolution and lag.
 
 use dq_params::Parameters;
 use std::collections::VecDeque;
 use std::time::Duration;
 
-/// What the robot is like; all zero, as by default, is an arm that follows each command at once, and reports at once where it is.
+/// How the simulated robot deviates from an ideal arm. If all values are zero, as by default, the arm follows each command at once and
+/// reports its state at once.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Parameters)]
 pub struct Realism {
-    /// a command takes effect so much after it came \[s\]
+    /// time from the arrival of a command until it takes effect \[s\]
     #[parameter(range = 0.0..=1.0)]
     pub command_latency: Duration,
-    /// a joint state comes out so much after it was measured \[s\]
+    /// time from the measurement of a joint state until it is published \[s\]
     #[parameter(range = 0.0..=1.0)]
     pub state_latency: Duration,
-    /// a joint goes after a velocity command as a system of first order with it \[s\]
+    /// time constant with which a joint follows a velocity command, as a first-order system \[s\]
     #[parameter(range = 0.0..=10.0)]
     pub velocity_time_constant: Duration,
-    /// each measured position is off by up to this either way \[rad, m\]
+    /// largest deviation of a measured position from the true one, in either direction \[rad, m\]
     #[parameter(range = 0.0..=1.0)]
     pub position_noise: f64,
-    /// what one count of the encoders is; 0: they do not count \[rad, m\]
+    /// position difference of one encoder count; 0: positions are not rounded to counts \[rad, m\]
     #[parameter(range = 0.0..=1.0)]
     pub encoder_resolution: f64,
-    /// From one joint state to the next; zero: one each step.
+    /// Time from one joint state to the next. Zero means one per step.
     pub state_interval: Duration,
 }
 
 impl Realism {
-    /// The position \[rad\] as it is measured, with `noise` from −1 to 1.
+    /// Returns the position \[rad\] as it is measured, with `noise` from −1 to 1.
     fn measured(&self, position: f64, noise: f64) -> f64 {
         let noisy = position + self.position_noise * noise;
         match self.encoder_resolution > 0.0 {
@@ -37,10 +38,10 @@ impl Realism {
     }
 }
 
-/// A joint state as it comes out.
+/// A joint state as the robot publishes it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Measured {
-    /// When it was measured.
+    /// Time of the measurement.
     pub at: Duration,
     /// Joint positions \[rad\].
     pub positions: Vec<f64>,
@@ -48,7 +49,7 @@ pub struct Measured {
     pub velocities: Vec<f64>,
 }
 
-/// Joint states on their way out.
+/// The joint states that have been measured but not yet published.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Sensor {
     next: Duration,
@@ -56,7 +57,7 @@ pub(super) struct Sensor {
 }
 
 impl Sensor {
-    /// Measures at `now`, where a measurement is due, and gives the newest joint state that has come out, if one has.
+    /// Measures at `now` if a measurement is due, and returns the newest joint state whose latency has passed, if there is one.
     pub fn measure(
         &mut self,
         now: Duration,
@@ -64,9 +65,9 @@ impl Sensor {
         (positions, velocities): (&[f64], &[f64]),
         mut noise: impl FnMut() -> f64,
     ) -> Option<Measured> {
-        // One that is due later than the interval allows was planned when that was longer.
+        // If the next measurement is due later than the interval allows, it was planned while the interval was longer.
         if now >= self.next || self.next.saturating_sub(now) > realism.state_interval {
-            // On a grid, so that steps that are a little late do not make it slower; never made up for.
+            // Measurements stay on a grid, so that slightly late steps do not lower the rate. Missed measurements are not made up for.
             let next = self.next.min(now) + realism.state_interval;
             self.next = if next > now { next } else { now + realism.state_interval };
             let measured = |position: &f64| realism.measured(*position, noise());
@@ -80,7 +81,7 @@ impl Sensor {
         out
     }
 
-    /// Forgets what is on its way.
+    /// Discards the joint states that are not yet published.
     pub fn clear(&mut self) {
         self.under_way.clear();
     }
@@ -93,7 +94,7 @@ mod tests {
     const MS: Duration = Duration::from_millis(1);
 
     #[test]
-    fn states_come_late_at_their_own_rate_and_with_the_time_at_which_they_were_measured() {
+    fn states_are_delayed_at_their_own_rate_and_carry_their_time_of_measurement() {
         let realism = Realism { state_latency: 7 * MS, state_interval: 10 * MS, ..Realism::default() };
         let mut sensor = Sensor::default();
         let mut came = Vec::new();
@@ -108,7 +109,7 @@ mod tests {
     }
 
     #[test]
-    fn a_rate_that_is_raised_counts_from_now_on() {
+    fn a_raised_rate_applies_at_once() {
         let slow = Realism { state_interval: 1_000_000 * MS, ..Realism::default() };
         let mut sensor = Sensor::default();
         let mut comes =
@@ -123,7 +124,7 @@ mod tests {
     }
 
     #[test]
-    fn encoders_count_and_noise_is_bounded() {
+    fn positions_are_rounded_to_encoder_counts_and_noise_is_bounded() {
         let realism = Realism { position_noise: 0.009, encoder_resolution: 0.004, ..Realism::default() };
         for (noise, expected) in [(0.0, 1.0), (1.0, 1.008), (-1.0, 0.992)] {
             let measured = realism.measured(1.0, noise);

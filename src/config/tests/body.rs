@@ -1,4 +1,4 @@
-//! The body of an arm whose robot description has shapes.
+//! Tests of the body of an arm whose robot description has shapes.
 
 use dq_algebra::UnitDualQuaternion;
 use dq_config::{NodeParameters, ServoParameters};
@@ -8,7 +8,7 @@ use dq_space::space::Body;
 use nalgebra::{Point3, Vector3};
 use proptest::prelude::*;
 
-/// A stand, an arm of a joint that turns and one that slides, a flange fixed to it that has a finger, and a lamp on a joint of its own.
+/// A stand, an arm with a revolute and a prismatic joint, a flange with a finger, and a lamp on its own joint.
 const ROBOT: &str = r#"<robot name="r">
   <link name="stand"><collision><geometry><box size="2 2 0.5"/></geometry></collision></link>
   <link name="base"><collision><origin xyz="0 0 0.1"/><geometry><cylinder radius="0.1" length="0.2"/></geometry></collision></link>
@@ -45,7 +45,7 @@ fn store(text: &str, given: &[(&str, Value)]) -> (ParameterStore, Vec<String>) {
     ServoParameters::start("/dq_servo", given.collect()).unwrap()
 }
 
-/// The robot in a file beside its mesh.
+/// Writes the robot and its mesh into a folder.
 fn with_mesh() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("fore.obj"), FORE).unwrap();
@@ -67,14 +67,14 @@ fn body_with_mesh(folder: &tempfile::TempDir) -> Body {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(500))]
     #[test]
-    fn whatever_the_joints_do_the_shapes_are_inside(
+    fn the_shapes_are_inside_of_the_body_at_any_joint_positions(
         positions in prop::array::uniform2(-1.0..1.0f64), at in prop::array::uniform3(-1.0..1.0f64)
     ) {
         let folder = with_mesh();
         let (text, body) = (ROBOT, body_with_mesh(&folder));
         let description = Description::read(text, "base", "flange").unwrap();
         let frames = description.arm.chain().unwrap().link_poses(&positions).unwrap();
-        // Where links are, by the joints of the description themselves.
+        // The poses of the links by the joints of the description.
         let [turn, slide, wrist] = &description.arm.joints[..] else { panic!() };
         let upper = turn.parent_from_child(positions[0]);
         let fore = upper * slide.parent_from_child(positions[1]);
@@ -98,7 +98,7 @@ proptest! {
             let point = (*base_from_link * link_from_shape).frame() * Point3::from(point);
             let beyond = body.capsules.iter().map(|capsule| {
                 let frame = capsule.joint.checked_sub(1).map_or(UnitDualQuaternion::identity(), |at| frames[at]);
-                capsule.core.gap_of(&(frame.conjugate().frame() * point).coords).distance - capsule.radius
+                capsule.core.gap_of(&(frame.inverse().frame() * point).coords).distance - capsule.radius
             });
             let beyond = beyond.fold(f64::INFINITY, f64::min);
             prop_assert!(beyond <= 1e-9, "{link}: {beyond} beyond {body:?}");
@@ -107,10 +107,10 @@ proptest! {
 }
 
 #[test]
-fn it_is_the_body_where_nobody_gives_one_and_its_links_alone() {
+fn the_shapes_of_the_arms_links_are_the_body_unless_one_is_given() {
     let joints = |body: &Body| body.capsules.iter().map(|capsule| capsule.joint).collect::<Vec<_>>();
     let body = body_with_mesh(&with_mesh());
-    // The stand is no part of the arm, and the lamp moves by itself.
+    // The stand is not part of the arm, and the lamp moves independently.
     assert_eq!(joints(&body)[..2], [0, 1], "{body:?}");
     assert!(body.capsules.iter().all(|capsule| capsule.radius < 0.2), "{body:?}");
     let (given, _) = store(ROBOT, &[("body", Value::StringArray(vec!["0.07".to_owned()]))]);
@@ -121,7 +121,7 @@ fn it_is_the_body_where_nobody_gives_one_and_its_links_alone() {
 }
 
 #[test]
-fn a_shape_that_cannot_be_used_has_the_capsule_along_its_link_and_is_said() {
+fn a_link_with_an_unusable_shape_gets_a_capsule_and_a_warning() {
     let constraints = ("constraints", Value::Bool(true));
     let (found, warnings) = store(ROBOT, std::slice::from_ref(&constraints));
     let [warning] = &warnings[..] else { panic!("{warnings:?}") };
@@ -131,7 +131,7 @@ fn a_shape_that_cannot_be_used_has_the_capsule_along_its_link_and_is_said() {
         texts.iter().any(|text| text.starts_with("slide 0 0 0 ") && text.ends_with(" 0.0501")),
         "{texts:?}"
     );
-    // Who does not use it is not told.
+    // Nothing is reported without constraints.
     assert_eq!(store(ROBOT, &[]).1, Vec::<String>::new());
     let huge =
         ROBOT.replace("radius=\"0.04\"", "radius=\"40\"").replace("<sphere radius=\"0.05\"/>", "<capsule/>");

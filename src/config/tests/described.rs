@@ -1,4 +1,4 @@
-//! What nodes take of a robot description.
+//! Tests of what nodes take from a robot description.
 
 use crate::{given, start, started, text};
 use dq_config::{ForArm, NodeParameters, PlantParameters, ServoParameters};
@@ -20,7 +20,7 @@ pub fn frames(base: &str, tool: &str) -> [(&'static str, Value); 2] {
 }
 
 #[test]
-fn a_description_gives_what_nobody_gives_and_is_overridden_by_who_does() {
+fn a_description_provides_what_is_not_set_and_parameters_override_it() {
     let mut values = frames("a", "e").to_vec();
     values.push(("robot_description", text(GANTRY)));
     let limits = started(&values).unwrap().settings.limits;
@@ -39,7 +39,7 @@ fn a_description_gives_what_nobody_gives_and_is_overridden_by_who_does() {
     let (store, _) = start(&values).unwrap();
     let Some(Value::String(in_force)) = store.get("robot_description") else { panic!() };
     assert!(!in_force.contains("finger") && in_force.contains("j2"), "what counts of it: {in_force}");
-    // A dump starts another one that is the same.
+    // A dump starts an identical node.
     let dump: Vec<_> = store.iter().map(|(declared, value)| (declared.name, value.clone())).collect();
     assert_eq!(started(&dump).unwrap(), parameters);
     let (plant, _) = PlantParameters::start("/arm", given(&values)).unwrap();
@@ -48,7 +48,7 @@ fn a_description_gives_what_nobody_gives_and_is_overridden_by_who_does() {
 }
 
 #[test]
-fn a_description_without_what_it_needs_is_refused() {
+fn an_incomplete_description_is_rejected() {
     let description = ("robot_description", text(&GANTRY.replace("<limit velocity='3' effort='1'/>", "")));
     let with = |more: &[(&'static str, Value)]| {
         let mut values = frames("a", "e").to_vec();
@@ -87,7 +87,7 @@ fn a_description_from_a_file_is_the_same_arm() {
 }
 
 #[test]
-fn frames_that_are_guessed_are_told() {
+fn guessed_frames_are_reported() {
     let (store, warnings) = start(&[("robot_file", text(&file("ur5")))]).unwrap();
     let frames = "from base_frame \"base_link\" to tool_frame \"tool0\"";
     assert!(warnings.len() == 1 && warnings[0].contains(frames), "{warnings:?}");
@@ -96,7 +96,7 @@ fn frames_that_are_guessed_are_told() {
 }
 
 #[test]
-fn arms_with_a_description_are_what_it_says() {
+fn built_in_arms_match_their_descriptions() {
     for (name, base, tool, rounding) in
         [("panda", "panda_link0", "panda_link8", 1e-9), ("xarm7", "link_base", "link_eef", 1e-4)]
     {

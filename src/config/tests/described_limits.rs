@@ -1,5 +1,5 @@
-//! Limits in descriptions: those that are none (0, missing, or without room between them, as many exporters write them), and those
-//! that a description of rows is given.
+//! Tests of limits in descriptions: those that are not limits (0, missing, or an empty range, as many exporters write them), and those of a
+//! description made from DH rows.
 
 use crate::described::{GANTRY, frames};
 use crate::{given, started, text};
@@ -8,7 +8,7 @@ use dq_description::{DescribedArm, Description, Motion};
 use dq_params::{Given, Value, parameters_for};
 use nalgebra::Vector3;
 
-/// Numbers for a parameter.
+/// A parameter with its numbers.
 type List = (&'static str, Vec<f64>);
 
 fn values(document: &str, more: &[List]) -> Vec<(&'static str, Value)> {
@@ -24,7 +24,7 @@ fn with(from: &str, to: &str) -> String {
 }
 
 #[test]
-fn a_limit_that_is_none_is_refused_with_what_to_give_and_overridden_by_who_gives_it() {
+fn an_invalid_limit_is_rejected_with_advice_and_can_be_overridden() {
     let velocity = ("limits.joint_velocity", vec![1.0, 0.2, 1.0]);
     let range = [
         ("limits.joint_position_lower", vec![-0.5, 0.1, -9.0]),
@@ -61,21 +61,21 @@ fn a_limit_that_is_none_is_refused_with_what_to_give_and_overridden_by_who_gives
             "{why}"
         );
     }
-    // What is given wrongly is named, not what would follow from it.
+    // An invalid given value is reported itself, not its consequences.
     let fast = values(GANTRY, &[]).into_iter().chain([("limits.joint_velocity", text("fast"))]);
     for wrong in [values(GANTRY, &[("limits.joint_velocity", vec![1.0, 0.0, 1.0])]), fast.collect()] {
         let refused = started(&wrong).unwrap_err();
         assert!(refused.starts_with("parameter \"limits.joint_velocity\""), "{refused}");
     }
-    // Half of a range is none.
+    // Half of a range is not enough.
     let flat = with("lower='-1' upper='2' ", "");
     let refused = started(&values(&flat, &range[..1])).unwrap_err();
     assert!(refused.contains("limits.joint_position_lower and limits.joint_position_upper"), "{refused}");
 }
 
-/// A controller is to keep within the soft limits, which are inside the hard ones: a controller of the robot's own stops or brakes there.
+/// A controller should keep within the soft limits, which are inside of the hard ones: there the robot's own controller stops or brakes.
 #[test]
-fn of_a_limit_and_a_soft_one_the_tighter_counts() {
+fn the_tighter_of_a_hard_and_a_soft_limit_counts() {
     let limit = "<limit lower='-1' upper='2' velocity='1.5' effort='1'/>";
     let first = |soft: &str| {
         let document = with(limit, &format!("{limit}<safety_controller k_velocity='10' {soft}/>"));
@@ -94,7 +94,7 @@ fn of_a_limit_and_a_soft_one_the_tighter_counts() {
 }
 
 #[test]
-fn a_plant_stands_within_the_limits_in_force_and_needs_none() {
+fn a_plant_starts_within_the_effective_limits_and_needs_none() {
     let start = |document: &str, more: &[List]| {
         let (store, _) = PlantParameters::start("/arm", given(&values(document, more))).unwrap();
         PlantParameters::from_store(&store).unwrap().initial_positions
@@ -110,7 +110,7 @@ fn a_plant_stands_within_the_limits_in_force_and_needs_none() {
 }
 
 #[test]
-fn limits_that_are_none_by_their_size_are_taken_as_none() {
+fn limits_of_extreme_size_count_as_none() {
     let document = with(
         "lower='-1' upper='2' velocity='1.5'",
         "lower='-1e16' upper='inf' velocity='1.5' acceleration='0'",
@@ -120,7 +120,7 @@ fn limits_that_are_none_by_their_size_are_taken_as_none() {
     assert_eq!(limits.joint_acceleration[0], 3.0);
 }
 
-/// A rail along x from 0 to 4 m, on it a post of 0.3 m, a swivel and an arm of 0.5 m.
+/// A rail along x from 0 to 4 m, with a post of 0.3 m, a swivel and an arm of 0.5 m on it.
 const RAIL: &str = "<robot name='r'><link name='a'/><link name='b'/><link name='c'/><link name='e'/>
   <joint name='rail' type='prismatic'><parent link='a'/><child link='b'/><limit lower='0' upper='4' velocity='1' effort='1'/></joint>
   <joint name='swivel' type='continuous'><parent link='b'/><child link='c'/><origin xyz='0 0 0.3'/><limit velocity='1' effort='1'/></joint>
@@ -131,7 +131,7 @@ fn is_beyond(document: &str, goal: [f64; 3], more: &[List]) -> bool {
     servo.arms.reach(&Vector3::from(goal), servo.settings.limits.position.ranges()).is_beyond(1e-3)
 }
 
-/// How far a joint slides is a matter of the limits in force, not of the description's.
+/// The reach of prismatic joints depends on the effective limits, not on those of the description.
 #[test]
 fn an_arm_reaches_as_far_as_its_limits_let_it_slide() {
     // Links of 0.37 m and 0.5 m, and 0.4 m of sliding.
@@ -144,7 +144,7 @@ fn an_arm_reaches_as_far_as_its_limits_let_it_slide() {
 }
 
 #[test]
-fn an_arm_on_a_rail_reaches_as_far_as_its_links_from_where_the_rail_can_take_it() {
+fn an_arm_on_a_rail_reaches_as_far_as_its_links_from_any_point_of_the_rail() {
     for (goal, beyond) in [
         ([-0.7, 0.0, 0.0], false),
         ([-0.9, 0.0, 0.0], true),
@@ -155,7 +155,7 @@ fn an_arm_on_a_rail_reaches_as_far_as_its_links_from_where_the_rail_can_take_it(
     ] {
         assert_eq!(is_beyond(RAIL, goal, &[]), beyond, "{goal:?}");
     }
-    // Where all joints slide, all that they reach is at the very edge of what is within reach.
+    // If all joints are prismatic, only their range itself is within reach.
     let slides = RAIL.replace("type='continuous'", "type='prismatic'").replace(
         "<limit velocity='1' effort='1'/>",
         "<axis xyz='0 0.6 0.8'/><limit lower='-1' upper='1' velocity='1' effort='1'/>",
@@ -180,16 +180,16 @@ fn joints_that_start_beyond_their_limits_are_named() {
     );
 }
 
-/// The parameters of an arm of the box.
+/// Returns the parameters of a built-in arm.
 pub fn of_arm(name: &str) -> Vec<Given> {
     let (name, text) = arm_file(name).unwrap();
     let values = parameters_for(text, name, "/dq_servo").unwrap().into_iter();
     values.map(|(name, value)| Given::new(name, value, "the box")).collect()
 }
 
-/// What RViz and others read of an arm of rows: its parameters' limits.
+/// RViz and other tools read the limits from the description of an arm of rows.
 #[test]
-fn the_description_of_rows_has_the_limits_that_the_parameters_give() {
+fn the_description_of_rows_has_the_limits_of_the_parameters() {
     let (store, _) = PlantParameters::start("/arm", of_arm("ur5e")).unwrap();
     let plant = PlantParameters::from_store(&store).unwrap();
     let links: Vec<_> = (1..=6).map(|i| format!("link{i}")).collect();
@@ -203,7 +203,7 @@ fn the_description_of_rows_has_the_limits_that_the_parameters_give() {
     assert_eq!((limits[2].lower, limits[2].upper), (Some(of_servo.0), Some(of_servo.1)));
     assert_eq!(limits[2].velocity, Some(of_servo.2));
     assert!(read.moving().all(|joint| joint.motion == Motion::Revolute));
-    // URDF has no limits without a speed: nobody could read those.
+    // URDF requires a speed with position limits.
     let without_speeds = |value: &Given| value.name != "limits.joint_velocity";
     let given: Vec<_> = of_arm("ur5e").into_iter().filter(without_speeds).collect();
     let (store, _) = PlantParameters::start("/arm", given).unwrap();
@@ -212,7 +212,7 @@ fn the_description_of_rows_has_the_limits_that_the_parameters_give() {
     let read =
         Description::read(&arm.unwrap().with_limits(plant.limits).drawn_urdf(), "base", "tool0").unwrap().arm;
     assert!(read.moving().all(|joint| joint.motion == Motion::Continuous));
-    // The built-in arm has speeds alone, and an arm of nothing but rows has none.
+    // The built-in arm only has speeds, and an arm of bare rows has no limits.
     let limits = |given| {
         let (store, _) = PlantParameters::start("/arm", given).unwrap();
         PlantParameters::from_store(&store).unwrap().limits

@@ -1,4 +1,4 @@
-//! Descriptions that are no XML, as ROS 2's own reader takes them.
+//! Tests of descriptions that are not valid XML, compared with ROS 2's own parser.
 
 use crate::{start, text};
 use dq_config::{NodeParameters, ServoParameters};
@@ -9,7 +9,7 @@ fn bytes(hex: &str) -> Vec<u8> {
     pairs.map(|pair| u8::from_str_radix(pair, 16).unwrap()).collect()
 }
 
-/// The mutation of a line, and what urdfdom makes of it, as `make.py` beside the data explains them.
+/// Returns the mutation of a line, and urdfdom's result, as explained in `make.py` with the data.
 fn mutation<'a>(robot: &str, line: &'a str) -> (Vec<u8>, Option<&'a str>) {
     let [at, cut, piece, verdict] = line.splitn(4, ' ').collect::<Vec<_>>().try_into().unwrap();
     let [at, cut]: [usize; 2] = [at, cut].map(|number| number.parse().unwrap());
@@ -19,7 +19,7 @@ fn mutation<'a>(robot: &str, line: &'a str) -> (Vec<u8>, Option<&'a str>) {
     (text, Some(verdict).filter(|verdict| *verdict != "-"))
 }
 
-/// The joints' names in hexadecimal numbers, and where the tool is with all of them at 0.
+/// Returns the joints' names in hexadecimal, and the position of the tool with all joints at 0.
 fn verdict(store: &ParameterStore) -> (Vec<String>, [f64; 3]) {
     let parameters = ServoParameters::from_store(store).unwrap();
     let hex = |name: &String| name.bytes().map(|byte| format!("{byte:02x}")).collect::<String>();
@@ -29,7 +29,7 @@ fn verdict(store: &ParameterStore) -> (Vec<String>, [f64; 3]) {
 }
 
 #[test]
-fn what_urdfdom_reads_of_a_mutated_description_is_read_alike() {
+fn mutated_descriptions_are_read_as_urdfdom_reads_them() {
     let data = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/data/urdf_lenient");
     let robot = std::fs::read_to_string(format!("{data}/robot.urdf")).unwrap();
     let mutations = std::fs::read_to_string(format!("{data}/mutations.txt")).unwrap();
@@ -42,7 +42,7 @@ fn what_urdfdom_reads_of_a_mutated_description_is_read_alike() {
         let (bytes, expected) = mutation(&robot, line);
         std::fs::write(&mutated, &bytes).unwrap();
         let read = start(&values);
-        // What urdfdom refuses may be read here: only it must not end the process.
+        // A description that urdfdom rejects may be accepted here, but must not end the process.
         let Some(expected) = expected else { continue };
         let shown = String::from_utf8_lossy(&bytes);
         let Ok((store, warnings)) = read else {

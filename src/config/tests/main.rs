@@ -1,4 +1,4 @@
-//! The parameters of our nodes, and the arms that they describe.
+//! Tests of the parameters of the nodes, and of the arms that they describe.
 
 mod body;
 mod described;
@@ -20,12 +20,12 @@ fn given(values: &[(&str, Value)]) -> Vec<Given> {
     values.iter().map(|(name, value)| Given::new(*name, value.clone(), "test")).collect()
 }
 
-/// What a servo that is given these parameters has, and what it warns of.
+/// Returns the store of a servo with these parameters, and its warnings.
 fn start(values: &[(&str, Value)]) -> Result<(ParameterStore, Vec<String>), ParameterError> {
     ServoParameters::start("/dq_servo", given(values))
 }
 
-/// The servo that is given these parameters, of which it warns of none.
+/// Returns the typed parameters of a servo; it must not warn.
 fn started(values: &[(&str, Value)]) -> Result<ServoParameters, String> {
     let (store, warnings) = start(values).map_err(|why| why.to_string())?;
     assert_eq!(warnings, [""; 0]);

@@ -1,4 +1,4 @@
-//! The parameters of our nodes: what is taken, what is refused, and how an arm is described.
+//! Tests of the parameters of the nodes: accepted and rejected values, and the description of an arm.
 
 use dq_config::*;
 use dq_core::servo::{Posture, Settings};
@@ -27,14 +27,14 @@ fn change(name: &str, yaml: &str) -> Vec<(String, Value)> {
     vec![(name.to_owned(), Value::from_yaml(yaml).unwrap())]
 }
 
-/// The settings after these changes.
+/// Returns the settings after these changes.
 fn with(changes: &[(&str, &str)]) -> Result<Settings, ParameterError> {
     let changes: Vec<_> = changes.iter().flat_map(|(name, yaml)| change(name, yaml)).collect();
     ServoParameters::from_store(&store().with(&changes).unwrap()).map(|all| all.settings)
 }
 
 #[test]
-fn changes_are_taken_together_or_refused_with_a_reason() {
+fn changes_are_taken_together_or_rejected_with_a_reason() {
     let store = store();
     let two = |law: &str| [change("gains.diffc", "10"), change("controller", law)].concat();
     let changed = store.with(&two("diffc")).unwrap();
@@ -86,7 +86,7 @@ fn each_law_has_as_many_gains_as_it_takes() {
 }
 
 #[test]
-fn a_deceleration_stops_each_joint_within_a_second_or_is_refused() {
+fn a_deceleration_that_does_not_stop_each_joint_within_a_second_is_rejected() {
     let with = |changes: &[(&str, &str)]| with(changes).map(|settings| settings.limits);
     let (velocity, deceleration) = ("limits.joint_velocity", "limits.joint_deceleration");
     assert_eq!(with(&[(deceleration, "[5, 5, 5, 5, 5, 5]")]).unwrap().joint_deceleration, [5.0; 6]);
@@ -95,13 +95,13 @@ fn a_deceleration_stops_each_joint_within_a_second_or_is_refused() {
     let expected = "parameter \"limits.joint_deceleration\" cannot be 4.9 for joint 3: expected at least 5 rad/s^2, which stops it from its velocity limit in 1 s";
     assert_eq!(slow, expected);
     assert!(with(&[(deceleration, "[5, 5, 5, 5, 5, 5]"), (velocity, "[5, 5, 5, 5, 5, 5.1]")]).is_err());
-    // Where none is given the accelerations are, and no less than what stops in a second.
+    // Missing decelerations equal the accelerations, but at least stop within a second.
     let limits = with(&[("limits.joint_acceleration", "[1e-6, 50, 50, 50, 50, 50]")]).unwrap();
     assert_eq!((limits.deceleration(0), limits.deceleration(1)), (5.0, 50.0));
 }
 
 #[test]
-fn a_jerk_is_one_for_all_joints_or_one_each_and_lets_accelerations_come_in_time() {
+fn a_jerk_is_one_number_or_one_per_joint_and_reaches_accelerations_in_time() {
     let with = |changes: &[(&str, &str)]| with(changes).map(|settings| settings.limits);
     let jerk = "limits.jerk";
     assert_eq!(with(&[]).unwrap().joint_jerk, [f64::INFINITY; 6]);
@@ -119,7 +119,7 @@ fn a_jerk_is_one_for_all_joints_or_one_each_and_lets_accelerations_come_in_time(
 }
 
 #[test]
-fn what_is_to_be_kept_out_of_is_read_or_refused_with_the_reason() {
+fn keep_outs_are_read_or_rejected_with_the_reason() {
     let with = |changes: &[(&str, &str)]| with(changes).map(|settings| settings.scene);
     let keep_out = |text: &str| with(&[("keep_out", &format!("[\"{text}\"]"))]);
     assert_eq!(keep_out("table half_space 0 0 1 -0.1"), Ok(None), "constraints are off");
@@ -214,7 +214,7 @@ const ARM: [(&str, &str); 8] = [
 ];
 
 #[test]
-fn an_arm_is_whole_or_refused_with_what_is_missing() {
+fn an_incomplete_arm_is_rejected_with_what_is_missing() {
     let start = |values: &[(&str, &str)]| ServoParameters::start("/dq_servo", given(values));
     let (store, warnings) = start(&ARM).unwrap();
     assert_eq!(warnings, [""; 0]);
@@ -232,7 +232,7 @@ fn an_arm_is_whole_or_refused_with_what_is_missing() {
 }
 
 #[test]
-fn without_an_arm_the_built_in_one_serves() {
+fn without_an_arm_the_built_in_one_is_used() {
     let limit = given(&[("limits.joint_velocity", "[1, 1, 1, 1, 1, 1]")]);
     let (store, _) = ServoParameters::start("/x", limit).unwrap();
     let parameters = ServoParameters::from_store(&store).unwrap();
@@ -240,7 +240,7 @@ fn without_an_arm_the_built_in_one_serves() {
 }
 
 #[test]
-fn simulated_time_is_taken_by_every_node_at_its_start() {
+fn every_node_accepts_simulated_time_at_its_start() {
     fn start<P: NodeParameters>() -> P {
         let (store, warnings) = P::start("/node", given(&[("use_sim_time", "true")])).unwrap();
         assert_eq!(warnings, [""; 0]);
@@ -252,7 +252,7 @@ fn simulated_time_is_taken_by_every_node_at_its_start() {
 }
 
 #[test]
-fn a_guard_that_is_less_patient_than_three_periods_of_its_servo_is_refused() {
+fn a_guard_timeout_below_three_periods_of_its_servo_is_rejected() {
     let of = |values: &[(&str, &str)]| {
         let (store, _) = GuardParameters::start("/guard", given(values)).unwrap();
         GuardParameters::from_store(&store).map(|guard| guard.command_timeout).map_err(|why| why.to_string())
@@ -269,9 +269,9 @@ fn a_guard_that_is_less_patient_than_three_periods_of_its_servo_is_refused() {
     }
 }
 
-/// What the servo refuses nobody could read in the plant's robot_description either.
+/// A plant's robot_description with limits that the servo rejects could not be read either.
 #[test]
-fn limits_of_no_range_are_refused_by_servo_and_plant() {
+fn empty_position_ranges_are_rejected_by_servo_and_plant() {
     let crossed = given(&[
         ("limits.joint_position_lower", "[-1, -1, 2, -1, -1, -1]"),
         ("limits.joint_position_upper", "[1, 1, 2, 1, 1, 1]"),
@@ -289,7 +289,7 @@ fn limits_of_no_range_are_refused_by_servo_and_plant() {
 }
 
 #[test]
-fn what_every_node_is_given_is_ignored_with_one_warning_where_it_fits_none() {
+fn values_for_all_nodes_that_fit_none_are_ignored_with_one_warning() {
     let mut values = given(&[("controler", "lq"), ("nope", "1"), ("command_timeout", "1")]);
     let (_, warnings) = ServoParameters::start("/dq_servo", values.clone()).unwrap();
     let [warning] = warnings.as_slice() else { panic!("{warnings:?}") };
@@ -302,9 +302,9 @@ fn what_every_node_is_given_is_ignored_with_one_warning_where_it_fits_none() {
     assert!(refused.to_string().contains("\"nope\""));
 }
 
-/// `param set` answers before the cycle takes what was set.
+/// `param set` answers before the cycle takes the new values.
 #[test]
-fn what_the_parameters_take_a_running_servo_takes() {
+fn a_running_servo_accepts_what_the_parameters_accept() {
     let store = store();
     let mut servo = ServoParameters::from_store(&store).unwrap().build().unwrap();
     let mut taken = 0;
@@ -332,9 +332,9 @@ fn what_the_parameters_take_a_running_servo_takes() {
     assert!(servo.configure(spoilt.settings).is_err());
 }
 
-/// Nobody else's parameters are there: who wrote one believes that it holds.
+/// No other parameters exist in these namespaces, and whoever sets one expects an effect.
 #[test]
-fn a_name_in_a_namespace_of_ours_that_none_of_our_nodes_has_is_refused_whoever_it_is_given_to() {
+fn unknown_names_in_our_namespaces_are_rejected_for_every_node() {
     for (name, near) in [
         ("limits.joint_velocty", "limits.joint_velocity"),
         ("damping.mx", "damping.max"),
@@ -350,7 +350,7 @@ fn a_name_in_a_namespace_of_ours_that_none_of_our_nodes_has_is_refused_whoever_i
     assert!(PlantParameters::start("/puma560", given(&[("gains.diffc", "1")])).unwrap().1.is_empty());
 }
 
-/// A typed setting is read where it is declared: a value that the store takes is the one that is read.
+/// A value that the store accepts is the one that is read.
 #[test]
 fn each_live_number_is_read_as_it_was_set() {
     let store = store();
@@ -381,7 +381,7 @@ fn each_live_number_is_read_as_it_was_set() {
 }
 
 #[test]
-fn every_arm_is_declared_alike() {
+fn every_arm_has_the_same_declarations() {
     for (_, arm) in ARMS {
         let values = parameters_for(arm, "arm.yaml", "/dq_servo").unwrap();
         let mut declarer = Declarer::new(values);

@@ -1,4 +1,4 @@
-//! Chains and servos of arms by name, by robot description and by DH rows.
+//! Tests of chains and servos by name, by robot description and by DH rows.
 
 use crate::described::{GANTRY, frames};
 use crate::{started, text};
@@ -9,7 +9,7 @@ use dq_params::parameters_for;
 use std::time::Duration;
 
 #[test]
-fn every_arm_of_the_box_has_its_servo_by_its_name_and_another_name_is_refused_with_theirs() {
+fn every_built_in_arm_has_its_servo_by_name_and_other_names_are_rejected() {
     for (name, text) in ARMS {
         let parameters = ServoParameters::for_arm(name).unwrap();
         let values = parameters_for(text, name, "/dq_servo").unwrap();
@@ -26,7 +26,7 @@ fn every_arm_of_the_box_has_its_servo_by_its_name_and_another_name_is_refused_wi
 }
 
 #[test]
-fn a_robot_description_gives_what_its_parameters_give_and_what_it_lacks_is_told() {
+fn a_robot_description_equals_its_parameters_and_what_it_lacks_is_reported() {
     let values = [&[("robot_description", text(GANTRY))][..], &frames("a", "e")].concat();
     let parameters = ServoParameters::from_urdf(GANTRY, "a", "e").unwrap();
     assert_eq!(parameters, started(&values).unwrap());
@@ -39,7 +39,7 @@ fn a_robot_description_gives_what_its_parameters_give_and_what_it_lacks_is_told(
 }
 
 #[test]
-fn an_arm_of_ones_own_needs_one_limit_a_joint() {
+fn your_own_arm_needs_one_limit_per_joint() {
     let row = |a| DhRow { alpha: 0.0, a, d: 0.0, theta_offset: 0.0 };
     let chain = Chain::new(Convention::StandardDh, &[row(0.5), row(0.25)]).unwrap();
     let of = |velocity: &[f64], acceleration: &[f64]| {
@@ -49,7 +49,7 @@ fn an_arm_of_ones_own_needs_one_limit_a_joint() {
     assert_eq!(parameters.joints[0].names(), ["joint1", "joint2"]);
     let limits = &parameters.settings.limits;
     assert_eq!((limits.deceleration(0), limits.position.upper[1]), (3.0, f64::INFINITY));
-    // All else is as a node has it to which nothing is given.
+    // Everything else is as in a node without settings.
     let values = parameters_for(BUILTIN_FILE, "", "/dq_servo").unwrap();
     let node = ServoParameters::from_values(values, "").unwrap();
     assert_eq!(parameters.settings.controller, node.settings.controller);

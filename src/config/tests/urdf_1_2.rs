@@ -1,4 +1,4 @@
-//! What URDF 1.2 adds: rotations as quaternions, capsules, limits of acceleration, deceleration and jerk.
+//! Tests of URDF 1.2: rotations as quaternions, capsules, limits of acceleration, deceleration and jerk.
 
 use crate::text;
 use dq_config::{NodeParameters, ServoParameters};
@@ -23,10 +23,10 @@ fn with_rotation(rotation: &str) -> String {
 }
 
 #[test]
-fn a_quaternion_is_the_rotation_that_angles_would_be() {
+fn a_quaternion_equals_the_rotation_by_angles() {
     let read = |text: &str| Description::read(text, "base", "l6").unwrap().arm.chain().unwrap();
     let place = |text: &str| read(text).forward_kinematics(&[0.1, 0.2, 0.3, 0.4, 0.5, 0.6]).unwrap();
-    // (0, y, 0, w) is a turn about y, of any length; and two turns one after the other, of which pin (4.1.0) has the matrix.
+    // (0, y, 0, w) is a rotation about y, of any length. The others are two rotations one after the other, with matrices from pin (4.1.0).
     let same = [
         ("quat_xyzw=\"0 0.7071068 0 0.7071068\"", "rpy=\"0 1.5707963267948966 0\""),
         ("quat_xyzw=\"0 2 0 2\"", "rpy=\"0 1.5707963267948966 0\""),
@@ -41,7 +41,7 @@ fn a_quaternion_is_the_rotation_that_angles_would_be() {
 }
 
 #[test]
-fn a_quaternion_that_is_none_or_that_ros_2_would_leave_out_is_refused() {
+fn an_invalid_quaternion_or_one_that_ros_2_ignores_is_rejected() {
     for (text, why) in [
         (with_rotation("rpy=\"0 0 0\" quat_xyzw=\"0 0 0 1\""), "is there beside rpy"),
         (with_rotation("quat_xyzw=\"0 0 0\""), "\"0 0 0\": expected a quaternion x y z w"),
@@ -59,14 +59,14 @@ fn accelerations_decelerations_and_jerks_are_defaults() {
     let (store, warnings) = start(ARM, &[]);
     assert_eq!(warnings, Vec::<String>::new());
     assert_eq!(numbers(&store, "limits.joint_acceleration"), [10.0, 10.0, 10.0, 4.0, 4.0, 4.0]);
-    // Without a deceleration it is the acceleration's, and without a jerk as good as none.
+    // A missing deceleration equals the acceleration, and a missing jerk is practically unlimited.
     assert_eq!(numbers(&store, "limits.joint_deceleration"), [5.0, 5.0, 5.0, 4.0, 4.0, 4.0]);
     assert_eq!(numbers(&store, "limits.jerk"), [50.0, 50.0, 50.0, 1e6, 1e6, 1e6]);
     assert!(ServoParameters::from_store(&store).is_ok());
     let own = Value::DoubleArray(vec![2.0; 6]);
     let (store, _) = start(ARM, &[("limits.joint_deceleration", own.clone())]);
     assert_eq!(numbers(&store, "limits.joint_deceleration"), [2.0; 6], "parameters come first");
-    // Where a parameter gives more acceleration, the jerk must bring it in time.
+    // If a parameter gives more acceleration, the jerk must reach it in time.
     let (store, warnings) = start(ARM, &[("limits.joint_acceleration", Value::DoubleArray(vec![40.0; 6]))]);
     assert_eq!(numbers(&store, "limits.jerk")[0], 200.0);
     assert!(
@@ -76,7 +76,7 @@ fn accelerations_decelerations_and_jerks_are_defaults() {
 }
 
 #[test]
-fn a_stop_comes_in_time_whatever_the_description_says() {
+fn a_stop_is_in_time_whatever_the_description_says() {
     for (limit, name, taken) in
         [("deceleration=\"5.0\"", "limits.joint_deceleration", 2.0), ("jerk=\"50.0\"", "limits.jerk", 50.0)]
     {
@@ -92,13 +92,14 @@ fn a_stop_comes_in_time_whatever_the_description_says() {
 }
 
 #[test]
-fn a_capsule_is_the_capsule_of_the_body() {
+fn a_urdf_capsule_becomes_the_capsule_of_the_body() {
     let (store, warnings) = start(ARM, &[("constraints", Value::Bool(true))]);
     assert_eq!(warnings, Vec::<String>::new());
     let scene = ServoParameters::from_store(&store).unwrap().settings.scene.unwrap();
     let [first, second, ..] = &scene.body().capsules[..] else { panic!() };
     assert_eq!((first.joint, second.joint), (0, 1));
-    // 0.25 m about the origin that is 0.25 m above the joint; its own radius, but for the tenth of a millimetre that the parameter rounds.
+    // 0.25 m to both sides of an origin 0.25 m above the joint; with its own radius, except for the tenth of a millimeter by which the
+    // parameter rounds.
     let mut ends = second.core.ends.map(|end| end.z);
     ends.sort_by(f64::total_cmp);
     assert_eq!(ends, [0.0, 0.5]);

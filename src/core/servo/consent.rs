@@ -1,58 +1,60 @@
-//! Consent: the arm moves if and only if somebody asked for it later than everything that revoked it.
+//! Consent: the arm moves only while someone's request is newer than the last event that revoked consent.
 //!
-//! Whoever asks *pushes*: a publisher of goals or of twists with its first message after a silence, or after a twist of zero; a client of
-//! `~/pause` (false) with its request, which asks for the goal in force once more. What follows without a silence belongs to the same push,
-//! so whoever goes on after a revocation asks for nothing. A single goal is a stream of one.
+//! A *push* begins with a request that follows no earlier one: the first message of a publisher of goals or twists after a silence or after
+//! a zero twist, or a request to `~/pause` (false), which asks for the current goal again. Later messages without a silence in between
+//! belong to the same push. So a publisher that only continues after a revocation does not give consent again. A single goal is a stream of
+//! one.
 //!
-//! A revocation revokes every push until a time: `~/stop` until now, a robot that came until `rearm_timeout` before that, a robot that has
-//! jumped until the joint state before. Two publishers that push at the same time are rivals, and revoke each other.
+//! A revocation revokes every push up to a time: `~/stop` up to now, a robot that appeared up to `rearm_timeout` before that, a robot that
+//! jumped up to the joint state before. Two publishers that push at the same time are rivals, and revoke each other.
 
 use super::Rejection;
 use super::revocation::{Contended, Revocation, Rivals};
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
-/// A publisher that is silent for this time has let go, where `rearm_timeout` is not longer. `ros2 topic pub` sends once a second.
+/// How long a publisher may be silent before its request lapses, unless `rearm_timeout` is longer. `ros2 topic pub` sends once a second.
 pub const STREAM: Duration = Duration::from_millis(1500);
 
-/// So many publishers are told apart; while there are more, one that is not known has pushed before anything that revokes.
+/// Largest number of publishers that are told apart. While there are more, the push of an unknown publisher counts as older than every
+/// revocation.
 const MOST: usize = 16;
 
-/// Who asks for motion.
+/// The sender of a request for motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Asker {
-    /// The publisher of that number, by a goal.
+    /// The publisher with this number, by a goal.
     Goal(u32),
-    /// The publisher of that number, by a twist.
+    /// The publisher with this number, by a twist.
     Twist(u32),
     /// A client of `~/pause`.
     Resume,
 }
 
 impl Asker {
-    /// Whether it asks for a goal.
+    /// Returns whether the request is for a goal.
     fn is_for_goal(self) -> bool {
         !matches!(self, Self::Twist(_))
     }
 }
 
-/// What somebody asked, and what has become of it. Times are of the cycle's clock.
+/// A request, and what has become of it. Times are of the cycle's clock.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Ask {
-    /// Who asked.
+    /// The sender of the request.
     pub by: Asker,
     /// When the first message was sent.
     pub pushed: Duration,
-    /// When the last message came.
+    /// When the last message arrived.
     pub heard: Duration,
-    /// What has revoked it since, if anything has.
+    /// The event that has revoked it since, if any.
     pub revoked: Option<Revocation>,
 }
 
 /// The latest revocation.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Revoked {
-    /// What was pushed until then is revoked.
+    /// Every push up to this time is revoked.
     pub until: Duration,
     /// When it happened.
     pub at: Duration,
@@ -61,7 +63,7 @@ pub struct Revoked {
 }
 
 impl Revoked {
-    /// What happened to what was `pushed` then.
+    /// Returns the reason for a request that was `pushed` at that time.
     fn why_of(&self, pushed: Duration) -> Revocation {
         match self.why {
             Revocation::CameLater(_) => Revocation::CameLater(self.at.saturating_sub(pushed).as_secs_f64()),
@@ -69,7 +71,7 @@ impl Revoked {
         }
     }
 
-    /// Revokes what was pushed until then. The first revocation of a push stays its reason.
+    /// Revokes `ask` if it was pushed by then. The first revocation of a push stays its reason.
     fn apply(&self, ask: &mut Ask) {
         if ask.pushed <= self.until {
             ask.revoked.get_or_insert(self.why_of(ask.pushed));
@@ -77,7 +79,7 @@ impl Revoked {
     }
 }
 
-/// Whether the arm may move: who asked for it last, and what has revoked that.
+/// Whether the arm may move: the last request, and what has revoked it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Consent {
     ask: Option<Ask>,
@@ -87,80 +89,81 @@ pub struct Consent {
 }
 
 impl Consent {
-    /// Who asked last; none where nobody does any more.
+    /// Returns the last request, or `None` if nobody asks for motion anymore.
     pub fn ask(&self) -> Option<&Ask> {
         self.ask.as_ref()
     }
 
-    /// What revoked last.
+    /// Returns the last revocation.
     pub fn last_revocation(&self) -> Option<&Revoked> {
         self.revoked.as_ref()
     }
 
-    /// Whether the servo is paused.
+    /// Returns whether the servo is paused.
     pub fn is_paused(&self) -> bool {
         self.paused
     }
 
-    /// Whether a stop has not brought the arm to rest yet.
+    /// Returns whether a stop is still bringing the arm to rest.
     pub fn is_stopping(&self) -> bool {
         self.stopping
     }
 
-    /// Whether somebody asks for what nothing has revoked.
+    /// Returns whether there is a request that nothing has revoked.
     pub(super) fn is_asked(&self) -> bool {
         self.ask.is_some_and(|ask| ask.revoked.is_none())
     }
 
-    /// Whether the arm may move.
+    /// Returns whether the arm may move.
     pub fn is_given(&self) -> bool {
         self.is_asked() && !self.paused && !self.stopping
     }
 
-    /// What has revoked the consent in force.
+    /// Returns what has revoked the current request.
     pub fn revocation(&self) -> Option<Revocation> {
         self.ask.and_then(|ask| ask.revoked)
     }
 
-    /// Whether a twist asked last.
+    /// Returns whether the last request was a twist.
     pub fn is_of_twist(&self) -> bool {
         self.ask.is_some_and(|ask| !ask.by.is_for_goal())
     }
 }
 
-/// What a publisher pushes, and when the first message of it came.
+/// The push of one publisher, and when its first message arrived.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Push {
     ask: Ask,
     came: Duration,
-    /// Until when its goals may have waited for a frame that was lost, unheard.
+    /// Until when unheard goals of this publisher may have waited for a lost frame.
     waited: Duration,
 }
 
 impl Push {
-    /// Whether its publisher has not been silent for longer than `silence` until `now`.
+    /// Returns whether its publisher was never silent for longer than `silence` until `now`.
     fn goes_on(&self, now: Duration, silence: Duration) -> bool {
         now.saturating_sub(self.ask.heard) <= silence
     }
 
-    /// The same, if its goals may have waited.
+    /// Returns the same, counting time in which its goals may have waited as heard.
     fn may_go_on(&self, now: Duration, silence: Duration) -> bool {
         now.saturating_sub(self.ask.heard.max(self.waited)) <= silence
     }
 
-    /// Whether it is of a stream of goals that was heard lately. One that may wait for its frame unheard keeps nobody from ending a pause.
+    /// Returns whether it is a stream of goals that was heard recently. Goals that may be waiting for a frame do not count, so that they
+    /// prevent nobody from ending a pause.
     fn streams(&self, now: Duration, silence: Duration) -> bool {
         let is_heard = now.saturating_sub(self.ask.heard) <= silence;
         self.ask.by.is_for_goal() && self.came != self.ask.heard && is_heard
     }
 }
 
-/// Everybody who asks, and the consent that comes of it: the only writer of that.
+/// All requests, and the consent that results from them. Nothing else writes the consent.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Asks {
     consent: Consent,
     pushes: Vec<Push>,
-    /// When a twist last moved the arm: that revokes every goal pushed until then.
+    /// When a twist last moved the arm, which revokes every goal pushed until then.
     jogged: Option<Revoked>,
 }
 
@@ -171,19 +174,20 @@ impl Default for Asks {
 }
 
 impl Asks {
-    /// The consent that comes of all.
+    /// Returns the resulting consent.
     pub fn consent(&self) -> &Consent {
         &self.consent
     }
 
-    /// Hears a message of `by`, which was sent so long `ago`, at `now`; a publisher that was silent for longer than `silence`
-    /// pushes anew.
+    /// Notes a message of `by` that arrives at `now` and was sent `ago` before. A publisher that was silent for longer than `silence`
+    /// begins a new push.
     pub fn hear(&mut self, by: Asker, ago: Duration, now: Duration, silence: Duration) -> Ask {
         self.pushes.retain(|push| push.ask.by != by || push.goes_on(now, silence));
         self.hear_found(by, ago, now, silence)
     }
 
-    /// The same of a goal that has waited for its frame, before which others of its publisher may have waited in vain.
+    /// Notes a goal like [`hear`](Self::hear), if it has waited for its frame. Earlier goals of its publisher may have waited too, without
+    /// success.
     pub fn hear_found(&mut self, by: Asker, ago: Duration, now: Duration, silence: Duration) -> Ask {
         self.pushes.retain(|push| push.may_go_on(now, silence));
         if let Some(push) = self.pushes.iter_mut().find(|push| push.ask.by == by) {
@@ -200,7 +204,7 @@ impl Asks {
         ask
     }
 
-    /// Forgets the oldest publisher that was heard once only, where there is no room for another one: it is no stream.
+    /// Makes room for another publisher by removing the oldest one that was heard only once, because it is not a stream.
     fn make_room(&mut self) {
         let singles = self.pushes.iter().enumerate().filter(|(_, push)| push.came == push.ask.heard);
         let oldest = singles.min_by_key(|(_, push)| push.came).map(|(place, _)| place);
@@ -209,29 +213,29 @@ impl Asks {
         }
     }
 
-    /// What has revoked a push whose first message, sent then, comes only now. Of a push and a revocation at one time the later one to come
-    /// is the later one.
+    /// Returns what has revoked a push that was sent at `pushed` and arrives only now. If a push and a revocation have the same time, the
+    /// one that arrives later counts as later.
     fn revoked_before(&self, by: Asker, pushed: Duration) -> Option<Revocation> {
         let jogged = self.jogged.filter(|jogged| by.is_for_goal() && pushed <= jogged.until);
         jogged.or(self.consent.revoked.filter(|last| pushed < last.until)).map(|last| last.why_of(pushed))
     }
 
-    /// Hears no goals at `now`, as they wait for a frame that is lost.
+    /// Notes that goals cannot be heard at `now`, because they wait for a lost frame.
     pub fn wait(&mut self, now: Duration) {
         self.pushes.iter_mut().filter(|push| push.ask.by.is_for_goal()).for_each(|push| push.waited = now);
     }
 
-    /// Hears that a publisher asks for nothing.
+    /// Notes that a publisher no longer asks for motion.
     pub fn release(&mut self, by: Asker) {
         self.pushes.retain(|push| push.ask.by != by);
     }
 
-    /// Whether a publisher still pushes what it pushed, without a silence longer than `silence` until `now`.
+    /// Returns whether the publisher's push continues, without a silence longer than `silence` until `now`.
     pub fn is_pushed(&self, by: Asker, now: Duration, silence: Duration) -> bool {
         self.pushes.iter().any(|push| push.ask.by == by && push.goes_on(now, silence))
     }
 
-    /// What a publisher asks for is taken; whether it asks anew. What is asked for while something newer is in force is not newer than that.
+    /// Makes `ask` the current request, and returns whether it is new. While a newer request is in force, its time of push is kept.
     pub fn take(&mut self, ask: Ask) -> bool {
         let newest = self.consent.ask.filter(|before| before.revoked.is_none() && ask.by.is_for_goal());
         let pushed = newest.map_or(ask.pushed, |before| before.pushed.max(ask.pushed));
@@ -239,7 +243,7 @@ impl Asks {
         before.is_none_or(|before| (before.by, before.pushed) != (ask.by, pushed))
     }
 
-    /// Two publishers of one kind that push at the same time: the one that was there first was heard again since the other is there.
+    /// Returns two publishers of one kind that push at the same time: the first one was heard again after the other began.
     pub fn rivals(&self, now: Duration, silence: Duration) -> Option<Rivals> {
         let is_asking = |push: &&Push| {
             push.goes_on(now, silence) && matches!(push.ask.revoked, None | Some(Revocation::Rivals(_)))
@@ -260,7 +264,7 @@ impl Asks {
         })
     }
 
-    /// Revokes at `now` what was pushed until then.
+    /// Revokes at `now` everything pushed until `until`.
     pub fn revoke(&mut self, until: Duration, now: Duration, why: Revocation) {
         let revoked = Revoked { until, at: now, why };
         self.pushes.iter_mut().for_each(|push| revoked.apply(&mut push.ask));
@@ -270,7 +274,7 @@ impl Asks {
         }
     }
 
-    /// A twist moves the arm at `now`: every goal until then is revoked.
+    /// Notes that a twist moves the arm at `now`, which revokes every goal until then.
     pub fn jog(&mut self, now: Duration) {
         let jogged = Revoked { until: now, at: now, why: Revocation::Jogged };
         let goals = self.pushes.iter_mut().map(|push| &mut push.ask).filter(|ask| ask.by.is_for_goal());
@@ -283,12 +287,12 @@ impl Asks {
         self.consent.paused = true;
     }
 
-    /// Ends a pause, and asks once more for the goal in force, if there is one, by a request that was `sent` then and came at `now`; true if
-    /// that had been revoked.
+    /// Ends a pause, and asks again for the current goal, if there is one. The request was `sent` at that time and arrived at `now`.
+    /// Returns whether the goal had been revoked.
     ///
     /// # Errors
-    /// [`Rejection::Overtaken`] if something was revoked since it was sent, [`Rejection::StreamsOn`] if a publisher goes on with goals that
-    /// are revoked, without a `silence`. Then nothing changes.
+    /// [`Rejection::Overtaken`] if a revocation is newer than the request, [`Rejection::StreamsOn`] if a publisher still sends revoked
+    /// goals without a silence longer than `silence`. Then nothing changes.
     pub fn resume(&mut self, sent: Duration, now: Duration, silence: Duration) -> Result<bool, Rejection> {
         if let Some(last) = self.consent.revoked.filter(|last| sent < last.until) {
             return Err(Rejection::Overtaken(last.why_of(sent)));
@@ -307,20 +311,20 @@ impl Asks {
         Ok(was_revoked)
     }
 
-    /// Stops the arm at `now`: nothing moves it before it stands, and nobody asks for a goal any more.
+    /// Stops the arm at `now`: nothing moves it before it has come to rest, and the goal is dropped.
     pub fn stop(&mut self, now: Duration) {
         self.revoke(now, now, Revocation::Stopped);
         self.consent.stopping = true;
-        // A stick that is held asks on, in vain.
+        // A stick that is still held remains a request, but a revoked one.
         self.consent.ask = self.consent.ask.filter(|ask| !ask.by.is_for_goal());
     }
 
-    /// The arm stands.
+    /// Notes that the arm has come to rest.
     pub fn stand(&mut self) {
         self.consent.stopping = false;
     }
 
-    /// Nobody asks any more.
+    /// Drops the current request.
     pub fn withdraw(&mut self) {
         self.consent.ask = None;
     }
@@ -332,7 +336,7 @@ mod tests {
 
     const MS: Duration = Duration::from_millis(1);
 
-    /// Hears a goal of that publisher at that time \[ms\], and takes it where nothing has revoked it.
+    /// Notes a goal of publisher `by` at the time `at` \[ms\], and takes it unless it is revoked.
     fn goal(asks: &mut Asks, by: u32, at: u32) -> Option<Revocation> {
         let ask = asks.hear(Asker::Goal(by), Duration::ZERO, at * MS, STREAM);
         if ask.revoked.is_none() {
@@ -341,13 +345,13 @@ mod tests {
         ask.revoked
     }
 
-    /// Resumes at that time \[ms\]; true if the goal in force had been revoked.
+    /// Resumes at the time `at` \[ms\]; returns true if the current goal had been revoked.
     fn resume(asks: &mut Asks, at: u32) -> bool {
         asks.resume(at * MS, at * MS, STREAM).unwrap()
     }
 
     #[test]
-    fn who_streams_on_after_a_revocation_asks_for_nothing_until_it_has_paused() {
+    fn a_stream_that_continues_after_a_revocation_is_rejected_until_it_pauses() {
         let mut asks = Asks::default();
         assert!(!asks.consent().is_given(), "nobody has asked");
         assert_eq!(goal(&mut asks, 0, 10), None);
@@ -360,7 +364,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_pushed_counts_where_it_was_sent_after_what_revokes() {
+    fn a_push_counts_if_it_was_sent_after_the_revocation() {
         let mut asks = Asks::default();
         goal(&mut asks, 0, 10);
         asks.revoke(9 * MS, 20 * MS, Revocation::WasAway(1.0));
@@ -375,7 +379,7 @@ mod tests {
     }
 
     #[test]
-    fn a_pause_holds_what_is_asked_and_its_end_asks_for_the_goal_once_more() {
+    fn a_pause_holds_the_arm_and_its_end_asks_for_the_goal_again() {
         let mut asks = Asks::default();
         asks.pause();
         goal(&mut asks, 0, 12);
@@ -388,7 +392,7 @@ mod tests {
     }
 
     #[test]
-    fn a_twist_revokes_goals_and_a_stick_that_is_held_asks_once() {
+    fn a_twist_revokes_goals_and_a_held_stick_asks_once() {
         let mut asks = Asks::default();
         let twist = |asks: &mut Asks, by, at: u32| {
             let ask = asks.hear(Asker::Twist(by), Duration::ZERO, at * MS, STREAM);
@@ -409,7 +413,7 @@ mod tests {
     }
 
     #[test]
-    fn two_that_push_in_turn_are_rivals_and_one_that_follows_another_is_none() {
+    fn two_publishers_that_alternate_are_rivals_and_a_successor_is_not() {
         let mut asks = Asks::default();
         goal(&mut asks, 0, 0);
         goal(&mut asks, 1, 500);
@@ -425,7 +429,7 @@ mod tests {
     }
 
     #[test]
-    fn of_too_many_publishers_none_pushes_after_a_revocation() {
+    fn with_too_many_publishers_a_new_push_counts_as_revoked() {
         let mut asks = Asks::default();
         asks.stop(MS);
         for by in 0..100 {

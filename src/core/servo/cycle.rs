@@ -1,4 +1,4 @@
-//! The cycle itself.
+//! The cycle of the servo.
 
 mod elsewhere;
 mod escaping;
@@ -25,77 +25,78 @@ use super::{
 };
 use dq_algebra::UnitDualQuaternion;
 use dq_link::Link;
-use elsewhere::Elsewhere;
+use elsewhere::JointLine;
 use output::Output;
 pub use own_program::Measured;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use std::time::Duration;
 
-/// The servo: takes joint states, goals and settings as they come, and makes one command a cycle.
+/// The servo: takes joint states, goals and settings, and makes one command per cycle.
 ///
-/// Once a cycle [`cycle`](Self::cycle) is called with where the joints are. To whom more comes than that calls
-/// [`cycle_with`](Self::cycle_with), or [`step`](Self::step) after what takes each thing by itself. Then the robot is to be sent what
-/// [`output`](Self::output) gives, and nothing where that gives none.
+/// Call [`cycle`](Self::cycle) once per control period with the measured joint positions. If there are more inputs, call
+/// [`cycle_with`](Self::cycle_with), or take each input individually and then call [`step`](Self::step). Send the robot what
+/// [`output`](Self::output) returns; if that is `None`, send nothing.
 pub struct Servo {
     robot: Robot,
     frames: Frames,
     settings: Settings,
-    /// How often they were changed, and when that was last.
+    /// How often the settings were changed, and when they were last changed.
     configurations: u64,
     configured: Option<Duration>,
     clock: Clock,
-    /// Who asks, and the consent that comes of it.
+    /// The requests, and the resulting consent.
     asks: Asks,
     mode: Mode,
-    /// What [`Servo::set_goal`] has set since the last cycle.
+    /// The goal that [`Servo::set_goal`] has set since the last cycle.
     set: Option<UnitDualQuaternion>,
-    /// The goals of the last moments, and whether the tool's motion explains theirs.
+    /// The recent goals, and whether the tool's motion explains theirs.
     stream: GoalStream,
     explanation: Explanation,
     escape: Escape,
-    elsewhere: Elsewhere,
+    joint_line: JointLine,
     output: Output,
-    /// Motions of which there is news.
+    /// The updates of motions that nobody has collected yet.
     motions: MotionLog,
     status: Status,
     rejections: Arc<RejectionCounts>,
 }
 
-/// What is known of the robot.
+/// The state of the robot.
 struct Robot {
-    /// Where the arms were measured.
+    /// The arms at the measured positions.
     arms: Arms,
-    /// Where they should be when the next command reaches them.
+    /// The arms at the positions predicted for the time at which the next command takes effect.
     predicted: Arms,
     link: Link,
 }
 
-/// The frames in which goals and twists come.
+/// The frames of goals and twists.
 struct Frames {
     goal: String,
-    /// The tool's own, in which twists may come too; empty for none.
+    /// The tool's own frame, in which twists may also be given; empty if there is none.
     tool: String,
 }
 
-/// The cycle's times.
+/// The times of the cycle.
 #[derive(Serialize, Deserialize)]
 struct Clock {
-    /// From one cycle to the next \[s\].
+    /// The control period \[s\].
     period: f64,
-    /// The time of what comes now.
+    /// The time of the current inputs.
     now: Duration,
-    /// When the last cycle was.
+    /// The time of the last cycle.
     stepped: Duration,
 }
 
 impl Servo {
-    /// A servo at rest that waits for its first joint states; one cycle a `period`. `joints` are the joint names of each arm;
-    /// goals come in `goal_frame`. Twists in the tool's own frame are taken where [`with_tool_frame`](Self::with_tool_frame) names it.
+    /// Creates a servo at rest that waits for its first joint states, with one cycle every `period`. `joints` are the joint names of each
+    /// arm; goals are given in `goal_frame`. To allow twists in the tool's own frame, name it with
+    /// [`with_tool_frame`](Self::with_tool_frame).
     ///
     /// # Errors
-    /// [`SettingsError`] where the joint names or a list in the settings does not have one entry a joint, a limit is no number or below 0,
-    /// or the period is 0.
+    /// [`SettingsError`] if the joint names or a list in the settings do not have one entry per joint, if a limit is NaN or below 0, or if
+    /// the period is 0.
     pub fn new(
         mut arms: Arms,
         joints: Vec<JointOrder>,
@@ -120,7 +121,7 @@ impl Servo {
             motions: MotionLog::default(),
             escape: Escape::new(arms.clone()),
             output: Output::new(&arms, &settings, period.as_secs_f64()),
-            elsewhere: Elsewhere::new(arms.clone()),
+            joint_line: JointLine::new(arms.clone()),
             robot: Robot {
                 predicted: arms.clone(),
                 arms,
@@ -134,12 +135,13 @@ impl Servo {
         })
     }
 
-    /// Puts new settings into force from the next cycle on. Other ones end a stall where they were last changed longer than
-    /// `progress_timeout` ago: whoever changes them all the time restarts no watch. Another tool, or something else that is controlled,
-    /// revokes the consent: nobody has asked to move that.
+    /// Applies `settings` from the next cycle on. A change ends a stall if the change before was longer than `progress_timeout` ago:
+    /// constant changes do not restart a stalled motion. Another tool, or another aim, revokes consent, because nobody has asked for that
+    /// motion.
     ///
     /// # Errors
-    /// [`SettingsError`] where [`new`](Self::new) would not take them either, or they are for commands of another kind; those in force stay.
+    /// [`SettingsError`] if [`new`](Self::new) would reject the settings, or if they are for another kind of command. Then the present
+    /// settings remain.
     pub fn configure(&mut self, settings: Settings) -> Result<(), SettingsError> {
         settings.check(self.robot.arms.joint_count(), self.settings.interface)?;
         if self.settings.controller.aim != settings.controller.aim {
@@ -149,7 +151,7 @@ impl Servo {
             self.robot.arms.set_tool_offset(&settings.tool_offset);
             self.robot.predicted.set_tool_offset(&settings.tool_offset);
             self.escape.set_tool_offset(&settings.tool_offset);
-            self.elsewhere.set_tool_offset(&settings.tool_offset);
+            self.joint_line.set_tool_offset(&settings.tool_offset);
             self.output.filters.set_tool_offset(&settings.tool_offset);
             self.explanation.restart();
             self.revoke_motion(Revocation::AnotherTool);
@@ -160,38 +162,38 @@ impl Servo {
             }
             self.settings = settings;
             let before = self.configured.replace(self.clock.now);
-            self.look_again(before);
+            self.settings_changed(before);
         }
         self.configurations += 1;
         Ok(())
     }
 
-    /// Revokes what was asked for until the last cycle, as what moves, or is to, is another thing from now on. What was set is answered before
-    /// the cycle takes it, so that a goal in the same cycle may have been sent after that.
+    /// Revokes all requests until the last cycle, because the tool or the aim is another one from now on. Settings are answered before the
+    /// cycle takes them, so a goal in the same cycle may have been sent after the answer.
     fn revoke_motion(&mut self, why: Revocation) {
         self.set = None;
         self.asks.revoke(self.clock.stepped, self.clock.now, why);
         self.end_motion(Outcome::Revoked(why));
         if let Some(pursuit) = self.mode.pursuit_mut() {
-            // They were of another tool, or of another part of the pose.
+            // The figures belong to another tool, or to another part of the pose.
             (pursuit.record.meter, pursuit.record.settled) = (None, false);
         }
     }
 
-    /// Decelerates and holds, or asks for the goal in force once more and goes on from the measured state. A request to go on that cannot be
-    /// met is counted as rejected.
+    /// Decelerates and holds, or asks again for the current goal and continues from the measured state. A request to continue that cannot
+    /// be met is counted as rejected.
     pub fn pause(&mut self, paused: bool) {
         if paused {
             return self.asks.pause();
         }
-        // What is rejected is counted.
+        // `resume` counts the rejection.
         let _ = self.resume(Duration::ZERO);
     }
 
-    /// Asks for the goal in force once more, with a request sent so long `ago`, and goes on from the measured state.
+    /// Asks again for the current goal, by a request sent `ago` before, and continues from the measured state.
     ///
     /// # Errors
-    /// [`Rejection::Late`], [`Rejection::Overtaken`] and [`Rejection::StreamsOn`], which are counted; a pause goes on.
+    /// [`Rejection::Late`], [`Rejection::Overtaken`] and [`Rejection::StreamsOn`], which are counted; the pause continues.
     pub(super) fn resume(&mut self, ago: Duration) -> Result<(), Rejection> {
         let (now, silence) = (self.clock.now, self.silence());
         let resumed = match ago > self.settings.rearm_timeout {
@@ -202,7 +204,7 @@ impl Servo {
         let joints = self.output.command.len();
         if let Some(pursuit) = self.mode.pursuit_mut() {
             if was_revoked {
-                pursuit.begin_anew(Asker::Resume, joints);
+                pursuit.restart_motion(Asker::Resume, joints);
                 self.motions.count += 1;
             }
             pursuit.try_again();
@@ -211,8 +213,8 @@ impl Servo {
         Ok(())
     }
 
-    /// Decelerates to rest and drops the goal; a publisher that goes on with goals or twists must pause first. A servo that is paused
-    /// stays so.
+    /// Decelerates to rest and drops the goal. A publisher that continues with goals or twists must be silent before it is heard again. A
+    /// paused servo stays paused.
     pub fn stop(&mut self) {
         self.asks.stop(self.clock.now);
         self.drop_goal(Revocation::Stopped);
@@ -226,7 +228,7 @@ impl Servo {
         }
     }
 
-    /// Goes over to the next mode: what was before has come to that end.
+    /// Ends the present motion with the outcome `end`, and changes to the mode `next`.
     fn enter(&mut self, next: Mode, end: Outcome) {
         self.end_motion(end);
         self.stream.clear();
@@ -234,90 +236,91 @@ impl Servo {
         self.mode = next;
     }
 
-    /// A publisher that is silent for longer than this has let go.
+    /// Returns how long a publisher may be silent before its request lapses.
     fn silence(&self) -> Duration {
         self.settings.rearm_timeout.max(STREAM)
     }
 
-    /// What is [taken](Self::take) from here on comes at `now`.
+    /// Sets the time `now` of the inputs that are [taken](Self::take) from here on.
     pub fn begin(&mut self, now: Duration) {
         self.clock.now = now;
     }
 
-    /// The time of what comes now.
+    /// Returns the time of the current inputs.
     pub(super) fn now(&self) -> Duration {
         self.clock.now
     }
 
-    /// Whether the last command was zero for every joint.
+    /// Returns whether the last command was zero for every joint.
     pub fn at_rest(&self) -> bool {
         self.output.at_rest()
     }
 
-    /// The last joint velocity command [rad/s, prismatic: m/s]. What is to be sent is [`output`](Self::output).
+    /// Returns the last joint velocity command [rad/s, prismatic: m/s]. To drive the robot, send [`output`](Self::output).
     pub fn command(&self) -> &[f64] {
         &self.output.command
     }
 
-    /// What is to be sent to the robot after this cycle, joint after joint: velocities [rad/s, prismatic: m/s] or positions
-    /// \[rad, prismatic: m\], by its [`Interface`](super::Interface). Where it is none, nothing is to be sent: before the arm was driven, as
-    /// what nobody has asked for might be a motion for a controller of another kind, and to an arm that takes positions and was elsewhere since.
+    /// Returns what to send to the robot after this cycle, one number per joint: velocities [rad/s, prismatic: m/s] or positions \[rad,
+    /// prismatic: m\], by its [`Interface`](super::Interface). If it is `None`, send nothing. It is `None` before the arm was first driven,
+    /// since even a zero command may be a motion for another kind of controller; and for an arm that takes positions and has been moved by
+    /// something else since.
     pub fn output(&self) -> Option<&[f64]> {
         self.output.to_send()
     }
 
-    /// Whether the arm may move: who asked for it, and what revoked that.
+    /// Returns whether the arm may move: the last request, and what revoked it.
     pub fn consent(&self) -> &Consent {
         self.asks.consent()
     }
 
-    /// The motions of which there is news since this was last asked, the oldest first: each when it begins, when the arm stalls, and when
-    /// it ends. Of many that nobody asks for the last [`MOTIONS`](super::MOTIONS) are kept.
+    /// Returns the updates of motions since the last call, the oldest first. A motion has an update when it begins, when the arm stalls,
+    /// and when it ends. At most the latest [`MOTIONS`](super::MOTIONS) updates are kept.
     pub fn take_motions(&mut self) -> impl Iterator<Item = Motion> {
-        self.motions.news.drain(..)
+        self.motions.updates.drain(..)
     }
 
-    /// What the last cycle did.
+    /// Returns what the last cycle did.
     pub fn status(&self) -> &Status {
         &self.status
     }
 
-    /// Messages rejected so far. Who keeps them does not see later ones.
+    /// Returns the counts of rejected messages so far. A clone of the `Arc` does not see later rejections.
     pub fn rejections(&self) -> &Arc<RejectionCounts> {
         &self.rejections
     }
 
-    /// Commands that the last gate has replaced by braking.
+    /// Returns how many commands the last check has replaced by braking.
     pub fn replaced(&self) -> &Replaced {
         self.output.filters.replaced()
     }
 
-    /// How often the settings were changed.
+    /// Returns how often the settings were changed.
     pub fn configurations(&self) -> u64 {
         self.configurations
     }
 
-    /// The settings in force.
+    /// Returns the present settings.
     pub fn settings(&self) -> &Settings {
         &self.settings
     }
 
-    /// The arms at the last joint state; none before the first.
+    /// Returns the arms at the last joint state, or `None` before the first.
     pub fn arms(&self) -> Option<&Arms> {
         self.robot.link.received().map(|_| &self.robot.arms)
     }
 
-    /// The controlled pose at the last joint state; none before the first.
+    /// Returns the controlled pose at the last joint state, or `None` before the first.
     pub fn pose(&self) -> Option<UnitDualQuaternion> {
         self.arms().map(Arms::pose)
     }
 
-    /// The smallest singular value of the Jacobian of what is controlled, at the joint state of the last cycle.
+    /// Returns the smallest singular value of the controlled Jacobian at the joint state of the last cycle.
     pub fn smallest_singular_value(&self) -> f64 {
         self.settings.controller.smallest_singular_value(self.robot.arms.state())
     }
 
-    /// Counts a rejection.
+    /// Counts a rejection in `result`, and returns `result`.
     pub(super) fn counted<V>(&mut self, result: Result<V, Rejection>) -> Result<V, Rejection> {
         result.inspect_err(|rejection| Arc::make_mut(&mut self.rejections).count(rejection))
     }

@@ -1,25 +1,25 @@
-//! Whether an arm that is inside the tolerances stays there, or passes through: where its error leads.
+//! The trend of an error: whether an arm within its tolerances stays there, or passes through.
 
 use dq_algebra::UnitDualQuaternion;
 use nalgebra::Vector6;
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
-/// So many errors are kept, so far apart.
+/// Number of errors that are kept, and their spacing.
 const KEPT: usize = 32;
 const SPACING: Duration = Duration::from_millis(30);
 
-/// The last errors of a motion to one goal.
+/// The recent errors of a motion to one goal.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub(super) struct ErrorTrend {
-    /// When each was measured \[s\], and the screw log.
+    /// The time \[s\] and the screw log of each error.
     errors: [(f64, Vector6<f64>); KEPT],
-    /// How many were, and when the last one \[s\].
+    /// How many errors were noted so far.
     count: usize,
 }
 
 impl ErrorTrend {
-    /// Begins anew, as the goal is another.
+    /// Clears the errors, because the goal has changed.
     pub fn restart(&mut self) {
         self.count = 0;
     }
@@ -34,8 +34,8 @@ impl ErrorTrend {
         }
     }
 
-    /// The error in which the one of `now`, whose screw log this is, comes to rest if it has changed as one that decays in `time` \[s\]:
-    /// what it has changed by in this time goes on once more. An error that decays to 0 passes that by less than it is now.
+    /// Returns the error at rest, if the error of `now` (whose screw log is `log`) decays in `time` \[s\]: its change in the last `time` is
+    /// added once more. An error that decays to 0 overshoots it by less than its present value.
     pub fn leads_to(&self, now: Duration, log: &Vector6<f64>, time: f64) -> UnitDualQuaternion {
         let now = now.as_secs_f64();
         let kept = (self.count.saturating_sub(KEPT)..self.count).map(|number| &self.errors[number % KEPT]);
@@ -52,7 +52,7 @@ impl ErrorTrend {
 mod tests {
     use super::*;
 
-    /// Where the error `of` a time \[s\] leads at each time from 1 s on, in mm along x.
+    /// Yields the error `of` each time from 1 s on, and the error to which it leads, in mm along x.
     fn leads(of: impl Fn(f64) -> f64) -> impl Iterator<Item = (f64, f64)> {
         let mut trend = ErrorTrend::default();
         (0..1500).filter_map(move |cycle| {
@@ -70,7 +70,7 @@ mod tests {
     }
 
     #[test]
-    fn one_that_passes_through_does_not() {
+    fn an_error_that_passes_through_does_not_stay_inside() {
         for rest in [1.01, 1.2, 3.5, 70.0] {
             let passes = leads(|time| 500.0 * (-4.0 * time).exp() - rest);
             assert!(passes.filter(|(now, _)| now.abs() <= 1.0).all(|(_, then)| then.abs() > 1.0), "{rest}");
@@ -78,7 +78,7 @@ mod tests {
     }
 
     #[test]
-    fn one_that_has_just_begun_leads_nowhere() {
+    fn a_single_error_leads_to_itself() {
         let log = Vector6::new(0.0, 0.0, 0.0, 1e-3, 0.0, 0.0);
         let there = ErrorTrend::default().leads_to(Duration::ZERO, &log, 0.25);
         assert!((there.translation().x - 1e-3).abs() < 1e-12);

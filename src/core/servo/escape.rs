@@ -1,9 +1,9 @@
-//! The escape from a singularity at which a law stands still although its error can be reduced from there.
+//! The escape from a singularity at which a law stands still although its error can be reduced there.
 //!
-//! Where the error `e` lies along a direction that the joints have lost, `Jᵀ e = 0`: a law that feeds back the error stands, and a
-//! hair's breadth beside it takes long to get going. Such a configuration is a critical point of `½|e|²`. At a saddle, as a folded
-//! elbow is for a goal further out, the error falls to second order along the direction of the most negative curvature, to both
-//! sides alike. At a minimum nothing near is nearer to the goal.
+//! If the error `e` lies along a direction that the joints have lost, `Jᵀ e = 0`: a law that feeds back the error stands, and close to that
+//! configuration it takes long to get going. Such a configuration is a critical point of `½|e|²`. At a saddle, such as a folded elbow for a
+//! goal farther out, the error falls to second order along the direction of the most negative curvature, equally in both directions. At a
+//! minimum, no configuration nearby is nearer to the goal.
 
 use super::{Arms, PositionLimits};
 use dq_algebra::UnitDualQuaternion;
@@ -12,47 +12,48 @@ use dq_kinematics::control::Controller;
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
-/// The least speed along the escape [rad/s], over all joints.
+/// The least speed along the escape, over all joints [rad/s].
 pub(super) const SPEED: f64 = 0.3;
 
-/// The least curvature that counts as an escape, as a part of the squared error: where two joints have to move for the error to
-/// fall, as at a singular wrist, the curvature goes with the square of the error.
+/// The least curvature that counts as an escape, as a fraction of the squared error. If two joints have to move for the error to fall, as
+/// at a singular wrist, the curvature is proportional to the square of the error.
 const LEAST_CURVATURE: f64 = 1e-3;
 
-/// Half the distance \[rad\] of the configurations whose difference gives the curvature.
+/// Half the distance \[rad\] between the two configurations from which a curvature is computed.
 const STEP: f64 = 1e-5;
 
-/// So often is a matrix squared to find its largest eigenvalue: the power of 2²⁰ separates eigenvalues that differ by 1e-5 of it.
+/// Number of squarings of a matrix in the search for its largest eigenvalue: its 2²⁰th power separates eigenvalues that differ by 1e-5 of
+/// their size.
 const SQUARINGS: usize = 20;
 
-/// What there is of an escape.
+/// The result of the search for an escape.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum FoundEscape {
-    /// One that can be taken.
+    /// An escape that can be taken.
     Open,
-    /// One that this joint, counted from 0, cannot take in either direction, as it is at a position limit.
+    /// An escape in neither direction of which this joint (counted from 0) can move, because of its position limits.
     Barred(usize),
-    /// None: nothing near is nearer to the goal.
+    /// No escape: no configuration nearby is nearer to the goal.
     None,
 }
 
-/// The direction of the joints that leads out, of unit length.
+/// The direction of the escape in joint space, of unit length.
 #[derive(Serialize, Deserialize)]
 pub(super) struct EscapeDirection(DVector<f64>);
 
 impl EscapeDirection {
-    /// Raises the speed of `theta_dot` [rad/s] along the direction to the least that it has there.
+    /// Raises the speed of `theta_dot` [rad/s] along the direction to the least speed of an escape.
     pub fn lead(&self, theta_dot: &mut [f64]) {
         let missing = (SPEED - self.along(theta_dot)).max(0.0);
         theta_dot.iter_mut().zip(&self.0).for_each(|(speed, part)| *speed += missing * part);
     }
 
-    /// The part of `values`, one a joint, that is along the direction: of joint velocities the speed [rad/s].
+    /// Returns the component of `values`, one per joint, along the direction; for joint velocities that is the speed [rad/s].
     pub fn along(&self, values: &[f64]) -> f64 {
         self.0.iter().zip(values).map(|(part, value)| part * value).sum()
     }
 
-    /// The first joint with a large part in the direction that has a position limit there.
+    /// Returns the first joint that has a large share in the direction and a position limit there.
     fn bar(&self, theta: &[f64], limits: &PositionLimits) -> Option<usize> {
         let mut joints = self.0.iter().zip(theta).enumerate();
         joints.find_map(|(joint, (part, angle))| {
@@ -61,49 +62,49 @@ impl EscapeDirection {
     }
 }
 
-/// How free the joints are to reduce the law's error.
+/// How freely the joints can reduce the law's error.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Freedom {
     /// The law's error `|e|`.
     pub error: f64,
-    /// The part of it that the joints can change, `|Jᵀ e| / |e|`.
+    /// The fraction of the error that the joints can change, `|Jᵀ e| / |e|`.
     pub part: f64,
-    /// By which part of itself the error falls along the escape that was last found [1/rad].
+    /// The rate at which the error falls along the last escape, as a fraction of itself [1/rad].
     pub fall: f64,
 }
 
-/// Looks for the escape, with the memory that finding it takes.
+/// Finds escapes, with the buffers for that.
 pub(super) struct Escape {
     pub direction: EscapeDirection,
-    /// To try configurations on.
+    /// The arms at tried configurations.
     trial: Arms,
     search: Search,
     descent: Vec<f64>,
 }
 
 impl Escape {
-    /// For the arms of `trial`.
+    /// Creates the finder for the arms of `trial`.
     pub fn new(trial: Arms) -> Self {
         let joints = trial.joint_count();
         let direction = EscapeDirection(DVector::zeros(joints));
         Self { direction, trial, search: Search::new(joints), descent: vec![0.0; joints] }
     }
 
-    /// Puts the tool that is tried at `tool_offset`.
+    /// Sets the tool offset of the arms that are tried.
     pub fn set_tool_offset(&mut self, tool_offset: &UnitDualQuaternion) {
         self.trial.set_tool_offset(tool_offset);
     }
 
-    /// How free the joints of `arm` are to come nearer to the goal.
+    /// Returns how freely the joints of `arm` can reduce the error.
     pub fn freedom(&mut self, arm: &ArmState, controller: &Controller, goal: &UnitDualQuaternion) -> Freedom {
         let error = controller.steepest_descent(arm, goal, &mut self.descent);
         let descent = self.descent.iter().map(|slope| slope * slope).sum::<f64>().sqrt();
-        // Of no error they can change all: it is not they that hold the arm.
+        // Without an error, the joints do not restrict the arm.
         let part = if error > 0.0 { descent / error } else { 1.0 };
         Freedom { error, part, fall: self.direction.along(&self.descent) / error }
     }
 
-    /// Looks for the escape at the joint angles `theta` \[rad\].
+    /// Finds the escape at the joint positions `theta` \[rad\].
     pub fn find(
         &mut self,
         controller: &Controller,
@@ -115,12 +116,12 @@ impl Escape {
         let curvature = search.steepest_bend(trial, controller, goal, theta, &mut direction.0);
         trial.evaluate(theta);
         let error = controller.steepest_descent(trial.state(), goal, descent);
-        // A curvature that is no number is none.
+        // A NaN curvature counts as no escape.
         let is_open = curvature > 0.0 && curvature >= LEAST_CURVATURE * error * error;
         if !is_open {
             return FoundEscape::None;
         }
-        // Both sides are the same to second order; what the law does already decides, be it ever so little.
+        // Both directions are equal to second order; the slope of the error decides, however small.
         let slope = direction.along(descent);
         let largest = direction.0[direction.0.icamax()];
         if slope < 0.0 || (slope == 0.0 && largest < 0.0) {
@@ -133,9 +134,9 @@ impl Escape {
     }
 }
 
-/// The memory of a search.
+/// The buffers of a search.
 struct Search {
-    /// `−∂²(½|e|²)/∂θ²`, a column a joint, as far as differences of `Jᵀ e` give it: not quite symmetric.
+    /// `−∂²(½|e|²)/∂θ²`, one column per joint, from differences of `Jᵀ e`; not exactly symmetric.
     bend: DMatrix<f64>,
     power: DMatrix<f64>,
     square: DMatrix<f64>,
@@ -144,14 +145,14 @@ struct Search {
 }
 
 impl Search {
-    /// For so many joints.
+    /// Creates the buffers for this many joints.
     fn new(joints: usize) -> Self {
         let (zeros, square) = (vec![0.0; joints], DMatrix::zeros(joints, joints));
         let descent = [zeros.clone(), zeros.clone()];
         Self { bend: square.clone(), power: square.clone(), square, positions: zeros, descent }
     }
 
-    /// Turns `direction` to where the error bends down most; how much \[per rad²\].
+    /// Sets `direction` to that of the largest downward curvature of the error, and returns the curvature [per rad²].
     fn steepest_bend(
         &mut self,
         arms: &mut Arms,
@@ -176,8 +177,8 @@ impl Search {
         self.largest_eigenvalue(direction)
     }
 
-    /// The largest eigenvalue of the symmetric part of the bend, whose eigenvector becomes `direction`: a high power of the matrix,
-    /// shifted so that no eigenvalue is negative, is the product of that vector with itself.
+    /// Returns the largest eigenvalue of the symmetric part of the curvature, and sets `direction` to its eigenvector. The matrix is
+    /// shifted so that no eigenvalue is negative; a high power of it is then proportional to the product of the eigenvector with itself.
     fn largest_eigenvalue(&mut self, direction: &mut DVector<f64>) -> f64 {
         let shift = self.bend.norm();
         self.bend.transpose_to(&mut self.square);
@@ -194,7 +195,7 @@ impl Search {
                 self.power.copy_from(&self.square);
                 self.power /= scale;
             } else {
-                // The error bends as little, or as much to the other side, in every direction: each is as steep as the others.
+                // The shifted matrix is zero: all eigenvalues are equal, and any direction is an eigenvector.
                 self.power.fill_with_identity();
             }
         }
@@ -217,7 +218,7 @@ impl Search {
 mod tests {
     use super::*;
 
-    /// The largest eigenvalue of the matrix with these rows, and its eigenvector.
+    /// Returns the largest eigenvalue of the matrix with these rows, and its eigenvector.
     fn largest(rows: &[f64]) -> (f64, Vec<f64>) {
         let count = rows.len().isqrt();
         let (mut search, mut direction) = (Search::new(count), DVector::zeros(count));
@@ -226,7 +227,7 @@ mod tests {
     }
 
     #[test]
-    fn the_largest_eigenvalue_is_a_number_where_all_are_negative_or_zero() {
+    fn the_largest_eigenvalue_is_found_also_if_all_are_negative_or_zero() {
         for (rows, value) in [
             (&[-2.5][..], -2.5),
             (&[0.0], 0.0),
@@ -235,7 +236,7 @@ mod tests {
             (&[-3.0, 0.0, 0.0, -3.0], -3.0),
             (&[-3.0, 0.0, 0.0, -2.0], -2.0),
             (&[-3.0, 0.0, 0.0, 1.0], 1.0),
-            // So small that their squares are zero.
+            // The squares of these numbers underflow to zero.
             (&[-1e-200], -1e-200),
             (&[-1e-200, 0.0, 0.0, -1e-200], -1e-200),
         ] {

@@ -1,20 +1,20 @@
-//! Where a motion is with respect to singularities.
+//! The phase of a motion with respect to singularities.
 
 use super::escape::SPEED;
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
-/// The escape is over where the error rises along it by more than this part of itself per rad: the law knows better.
+/// The escape ends if the error rises along it by more than this fraction of itself per rad: then the law does better.
 const RISE: f64 = 1e-3;
 
-/// An escape that has not ended after this \[rad\] leads nowhere.
+/// An escape that is longer than this \[rad\] has failed.
 const LONGEST: f64 = 3.0;
 
-/// Where a motion is with respect to singularities.
+/// The phase of a motion with respect to singularities.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct EscapePhase {
     pub phase: Phase,
-    /// The error where the last escape began.
+    /// The error at which the last escape began.
     pub began: f64,
 }
 
@@ -29,13 +29,13 @@ pub(super) enum Phase {
         /// \[rad\]
         travelled: f64,
     },
-    /// Stuck, and there is no escape.
+    /// Stuck without an escape.
     Closed,
 }
 
 impl Phase {
-    /// An escape so far \[rad\] goes on while it is not over: where the law goes along it by itself, at `speed` [rad/s], or the error
-    /// rises, as it does by a negative `fall`, a part of itself per rad. NaN ends the escape.
+    /// Returns the next phase of an escape over `travelled` \[rad\]. It ends if the law itself moves along it at `speed` [rad/s], or if the
+    /// error rises (a negative `fall`, as a fraction of the error per rad). NaN ends the escape.
     pub fn escaping(travelled: f64, speed: f64, fall: f64) -> Self {
         let leads_on = speed < SPEED && fall >= -RISE;
         match leads_on {
@@ -53,12 +53,12 @@ impl Default for EscapePhase {
 }
 
 impl EscapePhase {
-    /// Whether the arm is being led out of a singularity.
+    /// Returns whether the arm is being led out of a singularity.
     pub fn is_escaping(&self) -> bool {
         matches!(self.phase, Phase::Escaping { .. })
     }
 
-    /// Adds what the arm goes along the escape in this cycle \[rad\].
+    /// Adds the motion along the escape in this cycle \[rad\].
     pub fn travel(&mut self, further: f64) {
         if let Phase::Escaping { travelled } = &mut self.phase {
             *travelled += further;
@@ -71,7 +71,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_escape_ends_where_the_law_goes_by_itself_or_the_error_rises_or_it_is_too_long() {
+    fn an_escape_ends_if_the_law_moves_along_it_or_the_error_rises_or_it_is_too_long() {
         let (slow, fast, nan) = (0.9 * SPEED, SPEED, f64::NAN);
         for (travelled, speed, fall, expected) in [
             (1.0, slow, 0.0, Phase::Escaping { travelled: 1.0 }),

@@ -1,48 +1,48 @@
-//! What comes to a servo for its next cycle. A node takes it live, a replay from a bag, a test from a list: only where it comes from, the
-//! clock and what becomes of the command differ.
+//! The events for a servo's next cycle. A node takes them from live messages, a replay from a bag, and a test from a list. Apart from that,
+//! only the clock and the use of the command differ.
 
 use super::{Found, JointReading, Rejection, Servo, Settings};
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
-/// Who sent a message, and how long before it came.
+/// The sender of a message, and its age on arrival.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Sent {
-    /// Its publisher: a number for each.
+    /// The number of its publisher.
     pub by: u32,
-    /// How long it was under way, where that is known.
+    /// The age of the message on arrival; 0 if unknown.
     pub ago: Duration,
 }
 
-/// What comes to a servo for its next cycle.
+/// An input for a servo's next cycle.
 #[derive(Clone, Debug)]
 pub enum Event<'a> {
     /// [`Servo::configure`].
     Configure(Box<Settings>),
-    /// [`Servo::pause`]; a request to go on is dated by when it was sent. It is rejected if that is longer ago than `rearm_timeout`, if
-    /// something has revoked the goal since, or if goals that are revoked go on.
+    /// [`Servo::pause`]. A request to continue counts from the time at which it was sent. It is rejected if it is older than
+    /// `rearm_timeout`, if something has revoked the goal since, or if a publisher still sends revoked goals.
     Pause {
-        /// Whether to pause, or to go on.
+        /// Whether to pause or to continue.
         paused: bool,
-        /// How long it was under way.
+        /// The age of the request on arrival.
         ago: Duration,
     },
     /// [`Servo::stop`].
     Stop,
-    /// [`Servo::reconfigure`]; a request that was under way for longer than `rearm_timeout` is rejected.
+    /// [`Servo::reconfigure`]; a request older than `rearm_timeout` is rejected.
     Reconfigure {
-        /// How long it was under way.
+        /// The age of the request on arrival.
         ago: Duration,
     },
-    /// What the search came to that was [asked](Servo::ask); nothing where that is not asked any more.
+    /// The result of the search that was [asked](Servo::ask); ignored if the question is out of date.
     Found(Found<'a>),
-    /// [`Servo::take_joint_state`] of the arm of that number.
+    /// [`Servo::take_joint_state`] of the arm with this number.
     JointState(usize, JointReading<'a>),
-    /// [`Servo::set_listeners`] of the arm of that number.
+    /// [`Servo::set_listeners`] of the arm with this number.
     Listeners(usize, bool),
-    /// [`Servo::set_rival`] of the arm of that number.
+    /// [`Servo::set_rival`] of the arm with this number.
     Rival(usize, bool),
-    /// [`Servo::set_speed_scaling`] of the arm of that number.
+    /// [`Servo::set_speed_scaling`] of the arm with this number.
     SpeedScaling(usize, f64),
     /// [`Servo::take_stamped_goal`].
     Goal(GoalReading<'a>),
@@ -50,66 +50,66 @@ pub enum Event<'a> {
     GoalMotion(GoalMotion<'a>),
     /// [`Servo::take_twist`].
     Twist(TwistReading<'a>),
-    /// A message that nothing can be made of, and why.
+    /// A message that could not be converted, and why.
     Unusable(Rejection),
 }
 
-/// A goal as it came.
+/// A goal as received.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct GoalReading<'a> {
     /// Position \[m\].
     pub position: [f64; 3],
     /// Orientation (x, y, z, w).
     pub orientation_xyzw: [f64; 4],
-    /// The frame that both are in; empty for the servo's own.
+    /// The frame of position and orientation; empty for the servo's own.
     pub frame_id: &'a str,
-    /// When its sender says that it holds \[ns\]; 0 where it does not say.
+    /// The time stamp of its message \[ns\]; 0 if there is none.
     pub stamp: i64,
-    /// For how long it has waited, since it came, until its frame was found.
+    /// How long it has waited for its frame since it arrived.
     pub waited: Duration,
-    /// By whom it was sent, and how long before it came.
+    /// Its sender, and its age on arrival.
     pub sent: Sent,
 }
 
-/// What has become of the goal in force, which moves with its frame.
+/// The motion of the current goal with its frame.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum GoalMotion<'a> {
-    /// The frame has taken it there.
+    /// The frame has moved the goal to this pose.
     #[serde(borrow)]
     To(GoalReading<'a>),
-    /// It is not known any more where the frame is.
+    /// TF no longer has the frame.
     Lost,
 }
 
-/// A twist as it came.
+/// A twist as received.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TwistReading<'a> {
     /// Velocity of the tool point [m/s].
     pub linear: [f64; 3],
     /// Angular velocity of the tool [rad/s].
     pub angular: [f64; 3],
-    /// The frame along whose axes both are; empty for the servo's own.
+    /// The frame along whose axes both are given; empty for the servo's own.
     pub frame_id: &'a str,
-    /// By whom it was sent, and how long before it came.
+    /// Its sender, and its age on arrival.
     pub sent: Sent,
 }
 
 impl Servo {
-    /// The whole cycle at time `now`: takes the events in their order, then the goal that was [set](Servo::set_goal), and makes the [`step`](Self::step) to the next command, whose joint
-    /// velocities it returns [rad/s, prismatic: m/s]. What is to be sent to the arm is not these but [`output`](Self::output). Whatever is
-    /// rejected is counted, and the last good one of its kind stays in force.
+    /// Runs the whole cycle at time `now`: takes the events in their order, then the goal that was [set](Servo::set_goal), and makes the
+    /// [`step`](Self::step) to the next command. Returns its joint velocities [rad/s, prismatic: m/s]; to drive the arm, send
+    /// [`output`](Self::output) instead. Rejected events are counted, and the last valid one of their kind remains.
     pub fn cycle_with<'a>(&mut self, now: Duration, events: impl IntoIterator<Item = Event<'a>>) -> &[f64] {
         self.begin(now);
         for event in events {
-            // What is rejected is counted.
+            // `take` counts a rejection.
             let _ = self.take(event);
         }
         let _ = self.take_set_goal(now);
         self.step(now)
     }
 
-    /// Takes what has come since the cycle before, after [`begin`](Self::begin). True where it counts: a joint state of a second publisher
-    /// does not.
+    /// Takes one event since the last cycle; call it after [`begin`](Self::begin). Returns false for a joint state that does not count,
+    /// because it is of a second publisher.
     ///
     /// # Errors
     /// The [`Rejection`], which is counted.

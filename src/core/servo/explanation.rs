@@ -1,12 +1,13 @@
-//! Whether the tool's own motion explains the motion of a goal.
+//! Determines whether the tool's own motion explains the motion of a goal.
 //!
-//! Visual servoing, hand guiding or "1 cm lower than now" publish where the tool was a moment ago with an offset. To feed such a goal's
-//! velocity forward would add the tool's own to the law's: the arm would run away. A frame on the tool, or on what the tool has grasped,
-//! moves with the tool, too: the law would drive the arm towards it for ever. One question answers both: is there a lag and a constant
-//! offset by which the tool's motion of the last moments is the goal's? The answer holds for a sliding window and is asked again with each
-//! goal.
+//! Visual servoing, hand guiding or "1 cm lower than now" publish the tool's pose of a moment ago with an offset. Feeding the velocity of
+//! such a goal forward would add the tool's own velocity to the law's, and the arm would run away. A frame on the tool, or on an object
+//! that the tool has grasped, also moves with the tool: the law would drive the arm towards it forever. One question answers both: is there
+//! a lag and a constant offset by which the tool's recent motion equals the goal's? The answer holds for a sliding window, and is computed
+//! again with each goal.
 //!
-//! A tool that follows its goal well explains the goal's motion at no lag. Then the window says nothing new, and the answer before stays.
+//! A tool that tracks its goal well explains the goal's motion at lag zero. Then the window has no new evidence, and the last answer
+//! remains.
 
 mod places;
 
@@ -18,54 +19,56 @@ use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 use std::time::Duration;
 
-/// Goals are compared over this time \[s\] ...
+/// Goals are compared over this time \[s\], ...
 const WINDOW: f64 = 0.6;
 
-/// ... at this interval \[s\] at least, and if there are this many at least.
+/// ... at least at this interval \[s\], and if there are at least this many.
 const GOAL_STEP: f64 = 0.019;
 const FEWEST: usize = 4;
 const MOST_GOALS: usize = 33;
 
-/// The tool's pose comes back as a goal after this many times this lag \[s\] at most. With a longer one the arm could hardly run away.
+/// Number of lags to compare, and their step \[s\]: the tool's pose returns as a goal after at most their product. With a longer lag the
+/// arm could hardly run away.
 const LAGS: u32 = 30;
 const LAG_STEP: f64 = 0.05;
 
-/// The best of these lags is improved by halves of that step, this often.
+/// Number of times that the step is halved to refine the best lag.
 const HALVINGS: i32 = 4;
 
-/// The tool's poses are kept at this interval \[s\], over the longest lag and the window.
+/// The interval at which the tool's poses are kept \[s\], over the longest lag and the window.
 const TOOL_STEP: f64 = 0.0099;
 const MOST_POSES: usize = 214;
 
-/// A goal moves if it spreads by this much [m, rad], root mean square: 5 mm or 0.02 rad along a line.
+/// A goal moves if its root mean square spread is this large [m, rad]: 5 mm or 0.02 rad along a line.
 const MOVES: [f64; 2] = [1.5e-3, 6e-3];
 
-/// It moves by itself if the tool leaves more than this part of its spread, and more than this many times its noise, unexplained.
+/// A goal moves independently if the tool leaves more than this fraction of its spread, and more than this multiple of its noise,
+/// unexplained.
 const BY_ITSELF: f64 = 0.05;
 const NOISE: f64 = 3.0;
 
-/// The tool follows a goal if its error is below this part of what the law leaves behind a goal that moves, without feed-forward.
+/// The tool tracks a goal if its error is below this fraction of the law's error without feed-forward.
 const FOLLOWED: f64 = 0.4;
 
-/// The tool has reached a goal that is within this many tolerances.
+/// The tool has reached a goal if the error is at most this many tolerances.
 const REACHED: f64 = 10.0;
 
 /// The tool carries a goal if it has moved this far [m, rad] and still explains the goal's motion.
 const CARRIED: [f64; 2] = [0.1, 0.3];
 
-/// Compares the motion of a goal with the tool's. Lists of two are of position and rotation.
+/// Compares the motion of a goal with the tool's. Arrays of two hold position and rotation.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Explanation {
     tool: VecDeque<Place>,
     goals: VecDeque<Place>,
-    /// When the goal last leapt, which is no motion \[s\].
+    /// When the goal last jumped \[s\]; a jump is not a motion.
     leapt: f64,
     by_itself: [bool; 2],
-    /// Where the tool was when it began to carry the goal, as far as that is known.
+    /// The tool's pose when it began to carry the goal, if it does.
     carries_since: Option<UnitDualQuaternion>,
 }
 
-/// How far the tool is from its goal, and what counts as near.
+/// The tool's error with respect to its goal, and what counts as near.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Nearness {
     pub error: GoalError,
@@ -77,11 +80,11 @@ pub(super) struct Nearness {
 /// What moves one part of a goal's pose in the window.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Motion {
-    /// Nothing, or there are too few goals.
+    /// Nothing moves it, or there are too few goals.
     None,
-    /// The tool.
+    /// The tool moves it.
     Tool,
-    /// The goal itself.
+    /// It moves independently of the tool.
     Goal,
 }
 
@@ -98,13 +101,13 @@ impl Default for Explanation {
 }
 
 impl Explanation {
-    /// Forgets the goals.
+    /// Clears the goals.
     pub fn restart(&mut self) {
         self.goals.clear();
         (self.by_itself, self.carries_since) = ([false; 2], None);
     }
 
-    /// Notes where the tool is measured at `now`. The last place is always the newest one.
+    /// Notes the measured pose of the tool at `now`. The newest pose is always kept.
     pub fn note(&mut self, now: Duration, pose: UnitDualQuaternion) {
         let mut place = Place::of(now, &pose);
         if let Some(last) = self.tool.back() {
@@ -122,8 +125,9 @@ impl Explanation {
         self.tool.push_back(place);
     }
 
-    /// Looks at a goal that came at `now`; whether it `goes_on` from the one before, or has leapt. True if it says something new.
-    pub fn look(
+    /// Compares a goal that arrived at `now`; `goes_on` tells whether it continues the one before, or has jumped. Returns true if the goal
+    /// provides new evidence.
+    pub fn compare(
         &mut self,
         now: Duration,
         goal: &UnitDualQuaternion,
@@ -154,12 +158,12 @@ impl Explanation {
         true
     }
 
-    /// Whether position and rotation of the goal move by themselves.
+    /// Returns whether position and rotation of the goal move independently of the tool.
     pub fn moves_by_itself(&self) -> [bool; 2] {
         self.by_itself
     }
 
-    /// Whether the `tool` carries the goal: it has travelled with the goal, which it neither reaches nor follows.
+    /// Returns whether the `tool` carries the goal: it has moved along with the goal, but neither reaches nor tracks it.
     pub fn is_carried(&mut self, tool: &UnitDualQuaternion, nearness: &Nearness) -> bool {
         let Nearness { error, tolerance, .. } = nearness;
         let errors = [error.position / tolerance.linear, error.rotation / tolerance.angular];
@@ -173,7 +177,7 @@ impl Explanation {
         (0..2).any(|part| recedes(part) && travelled[part] >= CARRIED[part])
     }
 
-    /// Whether the tool is nearer to its goal than the law alone would be at the goal's speed.
+    /// Returns whether the tool is nearer to its goal than the law alone would be at the goal's speed.
     fn follows(&self, nearness: &Nearness) -> [bool; 2] {
         let (Some(first), Some(last)) = (self.goals.front(), self.goals.back()) else { return [false; 2] };
         let Nearness { error, rates, .. } = nearness;
@@ -182,7 +186,7 @@ impl Explanation {
         std::array::from_fn(|part| errors[part] * rates[part] * seconds <= FOLLOWED * travelled[part])
     }
 
-    /// What has moved the goal since then, in the window.
+    /// Returns what has moved the goal since the time `since`, within the window.
     fn motions(&self, since: f64) -> [Motion; 2] {
         let first = self.goals.partition_point(|goal| goal.time < since);
         let goals = || self.goals.range(first..);
@@ -207,7 +211,7 @@ impl Explanation {
         })
     }
 
-    /// What the best lag leaves unexplained of the goals from the number `first` on [m, rad].
+    /// Returns what the best lag leaves unexplained of the goals from index `first` on [m, rad].
     fn least_unexplained(&self, first: usize) -> [f64; 2] {
         let mut best = [(0.0, f64::INFINITY); 2];
         let look = |lag: f64, best: &mut [(f64, f64); 2]| {
@@ -228,8 +232,8 @@ impl Explanation {
         best.map(|(_, left)| left)
     }
 
-    /// What the tool's motion, `lag` before, leaves unexplained of the goals from the number `first` on [m, rad]. The offset is constant along
-    /// the base's axes or along the tool's.
+    /// Returns what the tool's motion, `lag` earlier, leaves unexplained of the goals from index `first` on [m, rad]. The offset is
+    /// constant along the axes of the base or along those of the tool.
     fn unexplained(&self, first: usize, lag: f64) -> [f64; 2] {
         let (mut by_base, mut by_tool) = (Spread::default(), Spread::default());
         for (point, turn, back) in self.goals.range(first..).filter_map(|goal| self.seen_from_tool(goal, lag))
@@ -241,8 +245,8 @@ impl Explanation {
         std::array::from_fn(|part| by_base[part].min(by_tool[part]))
     }
 
-    /// The goal from where the tool was `lag` before, along the base's axes, its rotation, and the inverse of the tool's then. Before it was
-    /// first measured the tool stood.
+    /// Returns the goal's position relative to the tool `lag` earlier along the base's axes, the goal's rotation, and the inverse of the
+    /// tool's rotation at that time. Before its first measurement the tool counts as standing.
     fn seen_from_tool(
         &self,
         goal: &Place,
@@ -252,7 +256,7 @@ impl Explanation {
         let newest = self.tool.len().checked_sub(1)?;
         let after = self.tool.partition_point(|place| place.time <= time).min(newest).max(1);
         let (before, next) = (self.tool.get(after - 1)?, self.tool.get(after)?);
-        // After the newest place the tool goes on as it went last.
+        // Beyond the newest pose, the last motion of the tool is extrapolated.
         let share = ((time - before.time) / (next.time - before.time)).clamp(0.0, 2.0);
         let (point, turn) = (before.point.lerp(&next.point, share), before.turn.nlerp(&next.turn, share));
         Some((goal.point - point, goal.turn, turn.inverse()))
@@ -267,7 +271,8 @@ mod tests {
         UnitDualQuaternion::from_translation_angle_axis(Vector3::new(x, 0.0, 0.0), angle, &Vector3::z_axis())
     }
 
-    /// What is found within 2 s, by a law of 4 1/s: whether the goal ever moves by itself, and whether the tool carries it.
+    /// Returns what is found within 2 s with a law of 4 1/s: whether position and rotation ever move independently, and whether the tool
+    /// carries the goal.
     fn found(
         tool: impl Fn(f64) -> UnitDualQuaternion,
         goal: impl Fn(f64) -> UnitDualQuaternion,
@@ -284,7 +289,7 @@ mod tests {
             let tolerance = Tolerance { linear: 1e-3, angular: 1e-2 };
             let error = GoalError { position, rotation };
             let nearness = Nearness { error, tolerance, rates: [4.0; 2] };
-            explanation.look(now, &goal, true, &nearness);
+            explanation.compare(now, &goal, true, &nearness);
             let [moves, turns] = explanation.moves_by_itself();
             found.0 = [found.0[0] | moves, found.0[1] | turns];
             found.1 |= explanation.is_carried(&tool, &nearness);
@@ -292,13 +297,13 @@ mod tests {
         found
     }
 
-    /// A tool that sets off at 0.2 s, at 0.5 m/s.
+    /// A tool that starts at 0.2 s, at 0.5 m/s.
     fn straight(time: f64) -> UnitDualQuaternion {
         at(0.5 * (time - 0.2).max(0.0), 0.0)
     }
 
     #[test]
-    fn a_goal_that_keeps_its_distance_is_carried_however_late_it_is_told() {
+    fn a_goal_that_keeps_its_distance_is_carried_at_any_lag() {
         for late in [0.0, 0.02, 0.4, 1.3] {
             let goal = move |time: f64| at(1.0, 0.0) * straight(time - late);
             assert_eq!(found(straight, goal), ([false; 2], true), "{late} s");
@@ -308,7 +313,7 @@ mod tests {
     }
 
     #[test]
-    fn a_goal_that_moves_otherwise_than_the_tool_moves_by_itself() {
+    fn a_goal_that_moves_differently_from_the_tool_moves_independently() {
         assert_eq!(found(straight, |time| at(0.3 * time + 0.4, 0.0)), ([true, false], false));
         assert_eq!(found(|_| at(0.0, 0.0), |time| at(0.1 * time, 0.0)), ([true, false], false));
         let followed = |time: f64| at(0.1 * time - 0.02 * (1.0 - (-4.0 * time).exp()), 0.0);
@@ -316,13 +321,13 @@ mod tests {
     }
 
     #[test]
-    fn position_and_rotation_are_judged_apart() {
+    fn position_and_rotation_are_judged_separately() {
         let goal = |time: f64| at(0.01 + straight(time).translation().x, time);
         assert_eq!(found(straight, goal).0, [false, true]);
     }
 
     #[test]
-    fn a_goal_that_turns_with_the_tool_is_carried_and_one_beside_a_tool_that_turns_is_not() {
+    fn a_goal_that_turns_with_the_tool_is_carried_and_a_fixed_goal_near_a_turning_tool_is_not() {
         let turning = |time: f64| at(0.0, (time - 0.2).max(0.0));
         assert_eq!(found(turning, |time| turning(time) * at(0.2, 0.5)), ([false; 2], true));
         assert!(!found(turning, |_| at(0.2, 1.0)).1);

@@ -1,4 +1,4 @@
-//! Goals as they come over the wire.
+//! Goals, checked.
 
 use super::{GoalError, Rejection, Tolerance};
 use dq_algebra::{UnitDualQuaternion, unit_rotation};
@@ -13,7 +13,7 @@ pub struct Goal {
     base_from_goal: UnitDualQuaternion,
 }
 
-/// q and −q are one goal.
+/// q and −q are the same goal.
 impl PartialEq for Goal {
     fn eq(&self, other: &Self) -> bool {
         let (one, other) = (self.base_from_goal, other.base_from_goal);
@@ -22,10 +22,10 @@ impl PartialEq for Goal {
 }
 
 impl Goal {
-    /// From position \[m\], orientation (x, y, z, w) and the frame they are in, which is `base_frame` or empty.
+    /// Creates a goal from a position \[m\] and an orientation (x, y, z, w) in the frame `frame_id`, which must be `base_frame` or empty.
     ///
     /// # Errors
-    /// A [`Rejection`] for another frame, a number that is not finite or beyond [`bounds`], or a quaternion that is not unit.
+    /// A [`Rejection`] for another frame, for a number that is not finite or beyond [`bounds`], or for a quaternion that is not a unit one.
     pub fn new(
         position: [f64; 3],
         orientation_xyzw: [f64; 4],
@@ -44,30 +44,30 @@ impl Goal {
         Ok(Self::of(UnitDualQuaternion::from_parts(rotation, Vector3::from(position))))
     }
 
-    /// The goal of that pose.
+    /// Creates the goal with this pose.
     pub fn of(base_from_goal: UnitDualQuaternion) -> Self {
         Self { base_from_goal }
     }
 
-    /// How far `other` is from this goal. q and −q are the same.
+    /// Returns the distance of `other` from this goal. q and −q are the same.
     pub fn distance(&self, other: &Self) -> GoalError {
         let [position, rotation] = self.base_from_goal.distances(&other.base_from_goal);
         GoalError { position, rotation }
     }
 
-    /// Whether `other` is this goal within `tolerance`: reaching one reaches the other.
+    /// Returns whether `other` is this goal within `tolerance`, so that reaching one reaches the other.
     pub fn is_same(&self, other: &Self, tolerance: &Tolerance) -> bool {
         let distance = self.distance(other);
         distance.position <= tolerance.linear && distance.rotation <= tolerance.angular
     }
 
-    /// The goal pose, with the sign it came with.
+    /// Returns the goal pose, with its original sign.
     pub fn base_from_goal(&self) -> &UnitDualQuaternion {
         &self.base_from_goal
     }
 }
 
-/// Whether a goal in `frame_id` is in `base_frame`, as one in no frame is.
+/// Returns whether `frame_id` is `base_frame` or empty.
 pub fn is_own_frame(frame_id: &str, base_frame: &str) -> bool {
     // ROS 1 wrote frames with a leading slash, and some tools still do.
     let frame = frame_id.trim_start_matches('/');

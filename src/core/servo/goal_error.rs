@@ -1,4 +1,4 @@
-//! How far a tool is from its goal.
+//! The error of a tool with respect to its goal.
 
 use super::Tolerance;
 use dq_algebra::UnitDualQuaternion;
@@ -6,7 +6,7 @@ use dq_kinematics::arm::ArmState;
 use dq_kinematics::control::Aim;
 use serde::{Deserialize, Serialize};
 
-/// How far from the goal, in what is asked for; 0 for what is left free.
+/// The distance from the goal in the components of the aim; 0 for components that are free.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct GoalError {
     /// Distance \[m\].
@@ -16,7 +16,7 @@ pub struct GoalError {
 }
 
 impl GoalError {
-    /// How far the tool of `arm` is from `base_from_goal`, whose sign is chosen already.
+    /// Returns the error of the tool of `arm` with respect to `base_from_goal`, whose sign is already chosen.
     pub fn of(aim: Aim, arm: &ArmState, base_from_goal: &UnitDualQuaternion) -> Self {
         let tool = arm.base_from_tool();
         Self {
@@ -25,7 +25,7 @@ impl GoalError {
         }
     }
 
-    /// Whether both parts are.
+    /// Returns whether both errors are within `tolerance`.
     pub fn is_within(&self, tolerance: &Tolerance) -> bool {
         self.position <= tolerance.linear && self.rotation <= tolerance.angular
     }

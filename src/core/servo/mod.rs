@@ -1,11 +1,11 @@
-//! The servo cycle: (state, goal, clock) → command and status. Every safety rule lives here.
+//! The servo cycle: (state, goal, clock) → command and status. Every safety rule is in this module.
 //!
-//! No I/O, no clock, no threads: time is an argument, so that each rule is tested in fake time.
+//! This module does no I/O, reads no clock and starts no threads: time is an argument, so that each rule can be tested in fake time.
 //!
-//! Who drives an arm with a [`Servo`] tells the servo once a cycle where the joints are ([`Servo::cycle`]) and sends the arm what it returns:
-//! nothing where that is none, as before the arm is driven for the first time.
+//! Call [`Servo::cycle`] once per control period with the measured joint positions, and send its output to the arm. The output is `None`
+//! until the arm is first driven: then send nothing.
 //!
-//! A UR5e under logc, ten cycles on its way to a goal, with joints that follow at once:
+//! A UR5e under logc, ten cycles on its way to a goal, with joints that follow immediately:
 //!
 //! ```
 //! use dq_config::ForArm;

@@ -1,4 +1,5 @@
-//! What the servo is about to do: nothing, a goal, or a twist. What a goal needs to be watched lives inside it, and ends with it.
+//! What the servo is doing: idle, moving to a goal, or following a twist. Each variant owns the state that its monitoring needs, so that
+//! state ends with the mode.
 
 use super::error_trend::ErrorTrend;
 use super::escape_phase::EscapePhase;
@@ -13,19 +14,18 @@ use dq_kinematics::control::SignMemory;
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
-/// A goal of a stream that has moved by less than this part of the distance that is left is no reason to hope again for an arm that
-/// gets no nearer.
+/// The next goal of a stream restarts the monitoring of progress only if it has moved by more than this fraction of the remaining error.
 const REASON_TO_HOPE: f64 = 0.1;
 
-/// What the servo is about to do.
+/// What the servo is doing.
 #[derive(Default, Serialize, Deserialize)]
 pub(super) enum Mode {
-    /// Nothing: there is neither a goal nor a twist.
+    /// Idle: there is neither a goal nor a twist.
     #[default]
     Idle,
-    /// To bring the tool to a goal.
+    /// Moving the tool to a goal.
     Goal(Box<Pursuit>),
-    /// To move the tool by a twist.
+    /// Moving the tool by a twist.
     Jog(Jog),
 }
 
@@ -43,7 +43,7 @@ impl Mode {
     }
 }
 
-/// The twist in force.
+/// The current twist.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Jog {
     pub twist: Twist,
@@ -51,48 +51,47 @@ pub(super) struct Jog {
     pub received: Duration,
 }
 
-/// The goal in force and the motion to it.
+/// The current goal and the motion to it.
 #[derive(Serialize, Deserialize)]
 pub(super) struct Pursuit {
     pub goal: Goal,
-    /// The stamp of its message \[ns\], and who sent it.
+    /// The stamp of its message \[ns\], and its sender.
     pub stamp: i64,
     pub asker: Asker,
-    /// When it was last heard of, by a message or from its frame, and by a message.
+    /// When the goal was last updated by a message or its frame, and when by a message.
     pub received: Duration,
     heard: Duration,
-    /// The goal with which the motion began, or to which a stream has last moved it: one that is the same within the tolerances is no
-    /// other.
+    /// The goal with which the motion began, or to which a stream last moved it. A goal within the tolerances of it counts as the same.
     begun: Goal,
-    /// When a stream last moved the goal, where one has.
+    /// When a stream last moved the goal, if one has.
     pub moved: Option<Duration>,
-    /// Chosen when the first goal is tracked, by where the arm is then.
+    /// The sign, chosen by the arm's pose when the goal is first tracked.
     pub sign: Option<SignMemory>,
-    /// Whether the goal is farther away than the arm reaches, and under which settings that was found out.
+    /// Whether the goal is beyond reach, and the number of the settings for which that was determined.
     pub beyond_reach: Option<(u64, bool)>,
-    /// Since when it is not known where the frame is with which the goal moves.
+    /// Since when TF does not have the frame with which the goal moves.
     pub lost: Option<Duration>,
     pub record: Record,
     pub watch: Watch,
 }
 
-/// What the motion was like so far.
+/// The figures of the motion so far.
 #[derive(Default, Serialize, Deserialize)]
 pub(super) struct Record {
     pub meter: Option<MotionMeter>,
     /// When the motion began, and the controlled pose then.
     pub start: Option<(Duration, UnitDualQuaternion)>,
-    /// Of each joint its largest speed as a part of its limit.
+    /// The largest speed of each joint as a fraction of its limit.
     pub peak_speeds: Vec<f64>,
-    /// When the smallest singular value was last looked at.
+    /// When the smallest singular value was last computed.
     pub looked: Duration,
-    /// What was last recorded of the motion.
+    /// The last recorded outcome of the motion.
     pub outcome: Option<Outcome>,
-    /// How the error came to be what it is.
+    /// The recent errors.
     pub trend: ErrorTrend,
     /// Whether the arm is within the tolerances of this goal; it may then leave them a little.
     pub settled: bool,
-    /// Whether the arm has set out to another configuration.
+    /// Whether the arm has started a reconfiguration.
     pub reconfigured: bool,
 }
 
@@ -101,30 +100,30 @@ impl Record {
         Self { peak_speeds: vec![0.0; joint_count], ..Self::default() }
     }
 
-    /// Whether the motion has come to its end.
+    /// Returns whether the motion has ended.
     pub fn is_over(&self) -> bool {
         self.outcome.is_some_and(|outcome| outcome.is_end())
     }
 }
 
-/// Watches whether the arm gets nearer, as long as it is driven.
+/// Monitors whether the arm gets nearer while it is driven.
 #[derive(Serialize, Deserialize)]
 pub(super) struct Watch {
-    /// The goal for which it began.
+    /// The goal for which the monitoring began.
     goal: Goal,
-    /// How far the arm was when it was last looked at.
+    /// The error of the arm in the last cycle.
     pub error: GoalError,
     pub progress: Progress,
-    /// The same of the law's own error, for an arm that need not wait for a law that creeps.
+    /// Progress of the law's own error at a higher pace, for an arm that need not wait for a creeping law.
     pub pace: Progress,
     /// The size of the law's own error.
     pub law_error: f64,
-    /// The part of the law's gains that the delay allows.
+    /// The fraction of the law's gains that the delay allows.
     pub gain_factor: f64,
     pub escape: EscapePhase,
-    /// Why the motion was given up, until there is reason to try again.
+    /// Why the motion has stalled, until there is a reason to try again.
     pub stall: Option<Stall>,
-    /// What is known of a way round that.
+    /// What is known of a reconfiguration.
     pub reconfiguration: Reconfiguration,
     pub oscillation: Oscillation,
 }
@@ -145,12 +144,12 @@ impl Watch {
         }
     }
 
-    /// Begins anew for `goal`. Only the watch for oscillations goes on: a goal that moves gets here every few cycles.
+    /// Restarts for `goal`. Only the monitoring of oscillations continues, because a moving goal causes a restart every few cycles.
     fn restart(&mut self, goal: Goal) {
         *self = Self { oscillation: std::mem::take(&mut self.oscillation), ..Self::new(goal) };
     }
 
-    /// Whether `goal`, of a stream, is too near to the one for which this began to be reason to begin anew.
+    /// Returns whether `goal`, of a stream, is too near to the last goal for a restart.
     fn goes_on_for(&self, goal: &Goal, tolerance: &Tolerance) -> bool {
         let reach = Tolerance {
             linear: tolerance.linear.max(REASON_TO_HOPE * self.error.position),
@@ -159,13 +158,15 @@ impl Watch {
         self.goal.is_same(goal, &reach)
     }
 
-    /// Gives the motion up for `stall`, and looks for a way round it where that is wanted and was not done yet.
+    /// Stalls the motion for the reason `stall`. Starts the search for a reconfiguration if it is enabled and was not done yet.
     pub fn give_up(&mut self, stall: Stall, reconfigure: Reconfigure, now: Duration) {
         self.stall = Some(stall);
         self.oscillation.restart();
         self.reconfiguration = match self.reconfiguration {
             Reconfiguration::Underway(_) => Reconfiguration::Taken,
-            Reconfiguration::Unknown if reconfigure != Reconfigure::Never && stall.may_be_gone_round() => {
+            Reconfiguration::Unknown
+                if reconfigure != Reconfigure::Never && stall.allows_reconfiguration() =>
+            {
                 Reconfiguration::Searching(now)
             }
             same => same,
@@ -174,7 +175,7 @@ impl Watch {
 }
 
 impl Pursuit {
-    /// To `goal`, whose message has that stamp \[ns\] and sender, and could be taken at `received`; of an arm with so many joints.
+    /// Starts a motion to `goal`, received at `received` from `asker` in a message with time stamp `stamp` \[ns\].
     pub fn new(goal: Goal, stamp: i64, asker: Asker, received: Duration, joint_count: usize) -> Self {
         Self {
             goal,
@@ -192,12 +193,12 @@ impl Pursuit {
         }
     }
 
-    /// Whether a goal that came from `asker` at `now` goes on with this motion: it is of the same stream.
+    /// Returns whether a goal received from `asker` at `now` belongs to the same stream, and so continues this motion.
     pub fn streams(&self, asker: Asker, now: Duration) -> bool {
         self.asker == asker && now.saturating_sub(self.heard) <= STREAM
     }
 
-    /// Goes on to `goal` of the same stream, whose message has that stamp \[ns\] and could be taken at `now`.
+    /// Continues to the next `goal` of the stream, received at `now` with time stamp `stamp` \[ns\].
     pub fn stream_to(&mut self, goal: Goal, stamp: i64, now: Duration, tolerance: &Tolerance) {
         if !self.begun.is_same(&goal, tolerance) {
             (self.begun, self.moved) = (goal, Some(now));
@@ -206,8 +207,8 @@ impl Pursuit {
         (self.stamp, self.heard) = (stamp, now);
     }
 
-    /// Takes over from the motion before. Of one that has come to its end nothing is left. Of one that is under way the sign goes on; and
-    /// what is the same goal within `tolerance` gives no new hope to an arm that gets no nearer.
+    /// Takes over from the previous motion. If that has ended, nothing carries over. Otherwise the new motion keeps the quaternion sign;
+    /// and if its goal is the same within `tolerance`, a lack of progress carries over.
     pub fn take_over(&mut self, before: &mut Self, tolerance: &Tolerance) {
         if before.record.is_over() {
             return;
@@ -222,7 +223,7 @@ impl Pursuit {
         }
     }
 
-    /// Moves on to `goal`, where a stream or its frame has taken it by `now`.
+    /// Moves the goal to `goal`, where a stream or its frame has moved it by `now`.
     pub fn move_to(&mut self, goal: Goal, now: Duration, tolerance: &Tolerance) {
         let carried = |sign: &SignMemory| sign.carried(self.goal.base_from_goal(), goal.base_from_goal());
         self.sign = self.sign.as_ref().map(carried);
@@ -237,13 +238,13 @@ impl Pursuit {
         }
     }
 
-    /// Begins the motion anew, as `asker` asks for it, of an arm with so many joints.
-    pub fn begin_anew(&mut self, asker: Asker, joint_count: usize) {
+    /// Restarts the motion, as requested by `asker`.
+    pub fn restart_motion(&mut self, asker: Asker, joint_count: usize) {
         let Self { goal, stamp, received, lost, .. } = *self;
         *self = Self { lost, ..Self::new(goal, stamp, asker, received, joint_count) };
     }
 
-    /// Ends a stall, and what was found out since; a reconfiguration that is under way is no stall, and goes on.
+    /// Ends a stall and clears the monitoring since. A reconfiguration that is under way continues.
     pub fn try_again(&mut self) {
         let (underway, law_error, error) =
             (self.watch.reconfiguration, self.watch.law_error, self.watch.error);
@@ -255,12 +256,12 @@ impl Pursuit {
         }
     }
 
-    /// Whether the arm goes to another configuration.
+    /// Returns whether the arm moves to another configuration.
     pub fn is_reconfiguring(&self) -> bool {
         matches!(self.watch.reconfiguration, Reconfiguration::Underway(_))
     }
 
-    /// The sign chosen for the goal: +1 or −1.
+    /// Returns the sign chosen for the goal: +1 or −1.
     pub fn sign(&self) -> f64 {
         self.sign.as_ref().map_or(1.0, SignMemory::sign)
     }

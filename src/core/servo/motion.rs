@@ -1,13 +1,13 @@
-//! What a motion was like: the project's one definition of each figure.
+//! The figures of a motion: the project's one definition of each.
 //!
-//! | figure | formula, of samples k at times t_k |
+//! | figure | formula, for samples k at times t_k |
 //! |---|---|
-//! | settling time | the last t_k with an error above `max(2 %  of e_0, tolerance)`, where the last error is within that |
+//! | settling time | the last t_k with an error above `max(2 %  of e_0, tolerance)`, if the last error is within that |
 //! | path length | `Σ \|p_k − p_{k−1}\|` |
 //! | straight line | `\|p_n − p_0\|` |
 //! | path ratio | path length / straight line |
 //! | overshoot | `max_k (p_k − g)·(g − p_0)/\|g − p_0\|`, not below 0 |
-//! | effort | `Σ \|θ̇_{k−1}\|² (t_k − t_{k−1})` of commands that are held, by trapezoids of velocities that change continuously |
+//! | effort | `Σ \|θ̇_{k−1}\|² (t_k − t_{k−1})` for commands that are held; the trapezoidal rule for continuous velocities |
 //! | peak joint speed | `max_k max_i \|θ̇_{k,i}\|` |
 
 use super::{GoalError, Tolerance};
@@ -15,7 +15,7 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
-/// The settling time of a component is when its error begins to stay within this part of its initial value (paper §3, §8: 2 %).
+/// The settling time of a component is when its error begins to stay within this fraction of its initial value (paper §3, §8: 2 %).
 const SETTLING_BAND: f64 = 0.02;
 
 /// One component's error over time.
@@ -27,8 +27,8 @@ pub struct Settling {
 }
 
 impl Settling {
-    /// The band is 2 % of `reference` (the initial error, or a final value), and never narrower than the tolerance within
-    /// which the goal counts as met.
+    /// Creates a band of 2 % of `reference` (the initial error, or a final value), but not narrower than `tolerance`, within which the goal
+    /// counts as met.
     pub fn new(reference: f64, tolerance: f64) -> Self {
         Self {
             band: (SETTLING_BAND * reference.abs()).max(tolerance),
@@ -45,29 +45,29 @@ impl Settling {
         }
     }
 
-    /// When the error entered the band for good, if it is inside.
+    /// Returns when the error entered the band for good, if it is inside.
     pub fn time(&self) -> Option<Duration> {
         self.inside.then_some(self.last_outside)
     }
 }
 
-/// Measures a motion to one goal as it goes on; memory does not grow.
+/// Measures a motion to one goal while it goes on, in constant memory.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MotionMeter {
     started: Duration,
     rotation: Settling,
     position: Settling,
     start_point: Vector3<f64>,
-    /// Where the tool was when the goal last moved, or at the start.
+    /// The tool's position when the goal last moved, or at the start.
     line_start: Vector3<f64>,
     goal_point: Vector3<f64>,
     last: Option<LastSample>,
-    /// Whether velocities change continuously, instead of being held from one sample to the next.
+    /// Whether velocities change continuously instead of being held from one sample to the next.
     continuous: bool,
     figures: Figures,
 }
 
-/// What the next sample is measured against.
+/// The previous sample.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 struct LastSample {
     time: Duration,
@@ -76,7 +76,7 @@ struct LastSample {
     speed_squared: f64,
 }
 
-/// Declares [`Figures`], each with the one name that it has in statuses and files, which ends with its unit.
+/// Declares [`Figures`] with the name of each figure in statuses and files, which ends with its unit.
 macro_rules! figures {
     ($($(#[$doc:meta])* $field:ident: $kind:ty = $name:literal,)*) => {
         /// The figures of a motion.
@@ -84,12 +84,12 @@ macro_rules! figures {
         pub struct Figures { $($(#[$doc])* #[serde(rename = $name)] pub $field: $kind,)* }
 
         impl Figures {
-            /// The figures with their names; none for those that there are not yet.
+            /// Yields the figures with their names; `None` for those that are not known yet.
             pub fn named(&self) -> impl Iterator<Item = (&'static str, Option<f64>)> {
                 [$(($name, Option::from(self.$field)),)*].into_iter()
             }
 
-            /// The figures out of what `value` has under their names; 0 for those that there always are.
+            /// Builds the figures from what `value` has under their names; 0 for missing figures that always exist.
             pub fn from_named(value: impl Fn(&str) -> Option<f64>) -> Self {
                 Self { $($field: Named(value($name)).into(),)* }
             }
@@ -97,7 +97,7 @@ macro_rules! figures {
     };
 }
 
-/// What there is under a figure's name.
+/// The value under a figure's name.
 struct Named(Option<f64>);
 
 impl From<Named> for Option<f64> {
@@ -123,9 +123,9 @@ figures! {
     arrival_time: Option<f64> = "arrival_time_s",
     /// Length of the tool's path so far \[m\].
     path_length: f64 = "path_length_m",
-    /// Distance from the start to where the tool is now \[m\].
+    /// Distance from the start to the tool \[m\].
     straight_line: f64 = "straight_line_m",
-    /// The path's length by that distance; none where it is below a millimetre.
+    /// The path's length divided by that distance; `None` if it is below a millimeter.
     path_ratio: Option<f64> = "path_ratio",
     /// Distance to the goal \[m\].
     position_error: f64 = "position_error_m",
@@ -133,25 +133,25 @@ figures! {
     rotation_error: f64 = "rotation_error_rad",
     /// Largest joint speed commanded [rad/s].
     peak_joint_speed: f64 = "peak_joint_speed_rad_s",
-    /// How far past the goal the tool went, along the line to the goal from the start, or from where it was when the goal last moved
-    /// \[m\].
+    /// How far past the goal the tool went \[m\], along the line to the goal from the tool's position when the goal last moved, or at the
+    /// start.
     overshoot: f64 = "overshoot_m",
     /// Control effort `∫|θ̇|² dt` [rad²/s].
     effort: f64 = "effort_rad2_s",
-    /// The smallest singular value of the Jacobian of what is controlled; none where nobody looked.
+    /// The smallest singular value of the controlled Jacobian; `None` if it was not computed.
     smallest_singular_value: Option<f64> = "min_singular_value",
-    /// How often the servo gave the motion up, to try again.
+    /// Number of times that the motion stalled.
     stalls: f64 = "stalls",
 }
 
 impl Figures {
-    /// The longer of both settling times to 2 % \[s\].
+    /// Returns the longer of both settling times to 2 % \[s\].
     pub fn settling_time(&self) -> Option<f64> {
         Some(self.settling_time_rotation?.max(self.settling_time_position?))
     }
 }
 
-/// A path whose ends are nearer to each other has no ratio to the line between them \[m\].
+/// Least distance between the ends of a path for which the path ratio is computed \[m\].
 const APART: f64 = 1e-3;
 
 impl MotionMeter {
@@ -176,14 +176,14 @@ impl MotionMeter {
         }
     }
 
-    /// The same of joint velocities that change continuously, as in a simulation in continuous time.
+    /// Measures the effort of velocities that change continuously, as in a simulation in continuous time.
     #[must_use]
     pub fn of_continuous_velocities(mut self) -> Self {
         self.continuous = true;
         self
     }
 
-    /// The goal has moved to `goal_point` \[m\].
+    /// Notes that the goal has moved to `goal_point` \[m\].
     pub fn aim_at(&mut self, goal_point: Vector3<f64>) {
         if goal_point != self.goal_point {
             self.line_start = self.last.map_or(self.start_point, |last| last.point);
@@ -220,13 +220,13 @@ impl MotionMeter {
         self.last = Some(LastSample { time: now, point, speed_squared });
     }
 
-    /// Notes the smallest singular value of the Jacobian of what is controlled, as it is now.
+    /// Notes the present smallest singular value of the controlled Jacobian.
     pub fn see_singular_value(&mut self, sigma: f64) {
         let smallest = self.figures.smallest_singular_value.map_or(sigma, |smallest| smallest.min(sigma));
         self.figures.smallest_singular_value = Some(smallest);
     }
 
-    /// Notes that the motion is given up.
+    /// Notes that the motion has stalled.
     pub fn stalled(&mut self) {
         self.figures.stalls += 1.0;
     }
@@ -236,7 +236,7 @@ impl MotionMeter {
         self.figures.arrival_time.get_or_insert(self.figures.elapsed);
     }
 
-    /// The figures so far.
+    /// Returns the figures so far.
     pub fn figures(&self) -> Figures {
         self.figures
     }
@@ -247,7 +247,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn overshoot_is_past_the_goal_on_the_way_there_from_where_it_last_moved() {
+    fn overshoot_is_along_the_line_to_the_goal_since_the_goal_last_moved() {
         let tolerance = Tolerance { linear: 1e-3, angular: 1e-2 };
         let (x, error) = (|x| Vector3::new(x, 0.0, 0.0), GoalError { position: 1.0, rotation: 0.0 });
         let mut motion = MotionMeter::begin(Duration::ZERO, x(0.0), x(1.0), &error, &tolerance);
@@ -258,17 +258,17 @@ mod tests {
         assert_eq!(overshoot(&mut motion, 0.0), 0.0);
         assert_eq!(overshoot(&mut motion, 0.5), 0.0);
         motion.aim_at(x(0.25));
-        assert_eq!(overshoot(&mut motion, 0.375), 0.0, "it comes back to the goal that leapt behind it");
+        assert_eq!(overshoot(&mut motion, 0.375), 0.0, "it comes back to the goal that jumped behind it");
         assert_eq!(overshoot(&mut motion, 0.125), 0.125);
         motion.aim_at(x(0.25));
         assert_eq!(overshoot(&mut motion, 0.0), 0.25, "the goal has not moved since");
         assert_eq!(motion.figures().path_ratio, None, "it is back at its start");
     }
 
-    /// A tool that goes round a quarter of a circle of 0.2 m within 1 s, its joints at 3 and then at 1 rad/s, towards a goal at the end of
-    /// that quarter from which it was 0.2 √2 m away.
+    /// A tool that moves along a quarter of a circle of radius 0.2 m within 1 s, its joints at 3 and then at 1 rad/s. The goal is at the
+    /// end of that quarter, 0.2 √2 m from the start.
     #[test]
-    fn figures_are_what_their_formulas_say() {
+    fn figures_match_their_formulas() {
         const COUNT: u32 = 1000;
         let tolerance = Tolerance { linear: 1e-3, angular: 1e-2 };
         let at = |part: f64| {
@@ -291,7 +291,7 @@ mod tests {
             let arc = 0.2 * std::f64::consts::FRAC_PI_2;
             assert!((path_length - arc).abs() < 1e-6 && (straight_line - 0.2 * 2.0_f64.sqrt()).abs() < 1e-12);
             assert_eq!((path_ratio, overshoot), (Some(path_length / straight_line), 0.0));
-            // The chord to the goal is 2 % of the first one, and the angle 2 % of 1 rad.
+            // The chord to the goal is 2 % of the initial chord, and the angle 2 % of 1 rad.
             let chord = 1.0 - 4.0 / std::f64::consts::PI * (0.02 * 0.5_f64.sqrt()).asin();
             let settled = motion.figures();
             assert!((settled.settling_time_position.unwrap() - chord).abs() <= 1e-3, "{settled:?}");
@@ -300,7 +300,7 @@ mod tests {
             assert_eq!((settled.smallest_singular_value, settled.elapsed), (Some(1.0), 1.0));
             effort
         });
-        // Held, 9 rad²/s² for 0.25 s and 1 for the rest; by trapezoids one step is half way between the two.
+        // For held commands, 9 rad²/s² for 0.25 s and 1 for the rest; by trapezoids, one step is half way between the two.
         assert!((efforts[1] - (9.0 * 0.25 + 0.75)).abs() < 1e-9, "{efforts:?}");
         assert!((efforts[0] - (efforts[1] - 0.5 * (9.0 - 1.0) * 1e-3)).abs() < 1e-9, "{efforts:?}");
     }

@@ -1,66 +1,66 @@
-//! Whether the commands swing to and fro instead of bringing the arm to its goal.
+//! Detects that the commands oscillate instead of bringing the arm to its goal.
 //!
-//! A sound motion swings too: a joint may turn round some ten times in two seconds on its way. So swings count where they are many,
-//! or where the law's own error, which a sound motion only reduces, swings with them.
+//! A sound motion may reverse, too: a joint may change direction about ten times in two seconds. So reversals count as an oscillation only
+//! if they are frequent, or if the law's own error, which a sound motion only reduces, reverses with them.
 //!
-//! A goal that moves makes commands and errors swing, too. What it changes of the error at once is not the arm's doing, and each such change
-//! may turn a joint round twice: there and back.
+//! A moving goal also makes commands and errors reverse. A change of the error that the goal causes at once is not counted, and each such
+//! change may reverse a joint twice: there and back.
 
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
-/// Swings are counted over this time, and over the same time again.
+/// The time over which reversals are counted; two successive windows decide.
 const WINDOW: Duration = Duration::from_millis(900);
 
-/// So many reversals of one joint in a window are more than a sound motion has: 4.4 Hz and more.
+/// Least number of reversals of one joint per window that a sound motion does not have: 4.4 Hz or more.
 const MANY: u32 = 8;
 
-/// So many reversals of the law's error in a window are more than a sound motion has, if some joint reverses with them.
+/// Least number of reversals of the law's error per window that a sound motion does not have, if some joint reverses with the error.
 const ERROR_REVERSALS: u32 = 3;
 
-/// A joint reverses with the error if it does so this often in the window.
+/// Least number of reversals per window at which a joint counts as reversing with the error.
 const FEW: u32 = 2;
 
-/// A swing of a joint [rad/s] from one reversal to the next that counts where the error gets no smaller, and one that counts always.
+/// Least swing of a joint [rad/s] between two reversals: that counts if the error does not shrink, and that always counts.
 const SWING: f64 = 0.05;
 const LARGE_SWING: f64 = 0.5;
 
-/// A swing of the error's logarithm that counts: by a twentieth of itself.
+/// Least swing of the error's logarithm: a twentieth of the error.
 const ERROR_SWING: f64 = 0.05;
 
-/// A swing of the error that counts is larger than this many typical changes by the goal, which delays let the arm follow too late.
+/// Swings of the error up to this many typical changes by the goal do not count, because the arm follows such changes with a delay.
 const CHANGES: f64 = 2.0;
 
-/// How much one change adds to what is typical.
+/// The weight of one change in the typical change.
 const MEMORY: f64 = 0.2;
 
-/// A change of the goal may turn a joint round this often.
+/// Number of reversals of a joint that one change of the goal may cause.
 const TURNS: u32 = 2;
 
-/// The error gets smaller if its largest value in a window is less than this part of that in the window before.
+/// The error counts as shrinking if its largest value in a window is below this fraction of that in the window before.
 const SHRINKS: f64 = 0.8;
 
-/// Watches the commands of a motion.
+/// Monitors the commands of a motion.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(super) struct Oscillation {
     joints: Vec<[Zigzag; 2]>,
     error: Zigzag,
-    /// The typical change of the error by a change of the goal.
+    /// The typical change of the error when the goal changes.
     change: f64,
-    /// Changes of the goal in the window.
+    /// Number of changes of the goal in the window.
     changes: u32,
     window: Option<Window>,
     before: Option<Verdict>,
 }
 
-/// What a window has seen so far.
+/// The window in progress.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Window {
     began: Duration,
     worst_error: f64,
 }
 
-/// What a window has seen.
+/// The result of a window.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Verdict {
     swings: bool,
@@ -87,28 +87,27 @@ impl Zigzag {
         }
     }
 
-    /// How many reversals there were; they are counted from 0 again.
+    /// Returns the number of reversals, and resets it to 0.
     fn take(&mut self) -> u32 {
         std::mem::take(&mut self.reversals)
     }
 }
 
 impl Oscillation {
-    /// Begins anew, in the memory that there is.
+    /// Restarts without an allocation.
     pub fn restart(&mut self) {
         self.joints.clear();
         *self = Self { joints: std::mem::take(&mut self.joints), ..Self::default() };
     }
 
-    /// The goal has moved, which has changed the law's own error `before` to that `after`.
+    /// Notes that the goal has moved, which changed the law's own error from `before` to `after`.
     pub fn goal_moved(&mut self, before: f64, after: f64) {
         self.error.extreme += logarithm(after) - logarithm(before);
         self.change += MEMORY * ((after - before).abs() - self.change);
         self.changes += 1;
     }
 
-    /// Adds the `command` [rad/s] made at `now` with the law's own error of this size: true where the arm has been oscillating, for two
-    /// windows.
+    /// Adds the `command` [rad/s] at `now`, with the size of the law's own error. Returns true if the arm has oscillated for two windows.
     pub fn update(&mut self, now: Duration, command: &[f64], error: f64) -> bool {
         self.joints.resize(command.len(), Default::default());
         for ([small, large], speed) in self.joints.iter_mut().zip(command) {
@@ -128,7 +127,7 @@ impl Oscillation {
         self.before.replace(verdict).is_some_and(|before| before.goes_on(&verdict))
     }
 
-    /// Of a window that is over.
+    /// Ends a window, and returns its result.
     fn verdict(&mut self, worst_error: f64) -> Verdict {
         let many = MANY + TURNS * std::mem::take(&mut self.changes);
         let most = self
@@ -140,7 +139,7 @@ impl Oscillation {
     }
 }
 
-/// The logarithm of an error, which may be 0.
+/// Returns the logarithm of an error, which may be 0.
 fn logarithm(error: f64) -> f64 {
     error.max(f64::MIN_POSITIVE).ln()
 }
@@ -157,8 +156,8 @@ mod tests {
     use super::*;
     use std::f64::consts::TAU;
 
-    /// When it is seen, of a swing of this frequency [Hz] and amplitude [rad/s], the error swinging by this part of itself and shrinking
-    /// by this rate [1/s].
+    /// Returns when an oscillation with this frequency [Hz] and amplitude [rad/s] is detected. The error oscillates by the fraction `part`
+    /// of itself and shrinks at `rate` [1/s].
     fn seen(frequency: f64, amplitude: f64, part: f64, rate: f64) -> Option<f64> {
         let mut oscillation = Oscillation::default();
         (0..5000).find_map(|cycle| {
@@ -172,7 +171,7 @@ mod tests {
     }
 
     #[test]
-    fn swings_are_seen_within_3_s() {
+    fn oscillations_are_detected_within_3_s() {
         for (frequency, amplitude, part) in [(3.0, 0.05, 0.1), (5.0, 2.5, 0.0), (50.0, 0.05, 0.0)] {
             assert!(
                 seen(frequency, amplitude, part, 0.0).unwrap() < 3.0,
@@ -183,7 +182,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_small_slow_or_on_the_way_is_none() {
+    fn small_or_slow_swings_and_shrinking_errors_are_not_oscillations() {
         assert_eq!(seen(5.0, 0.02, 0.0, 0.0), None);
         assert_eq!(seen(1.0, 2.5, 0.5, 0.0), None);
         assert_eq!(seen(3.0, 2.5, 0.0, 0.0), None, "the error does not swing");

@@ -1,38 +1,39 @@
-//! Whether a motion still gets nearer to its goal.
+//! Monitors whether a motion still gets nearer to its goal.
 
 use super::{GoalError, Tolerance};
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
-/// In each `progress_timeout` an error has to shrink by this part of itself, so that a slow law which arrives is not given up: with 5 s,
-/// from 0.5 m to 1 mm in at most 52 min. A gain of 0.003/s is enough. A redundant arm that a payload pulls drifts by itself, and its error
-/// changes by up to half of this.
+/// The fraction of itself by which an error has to shrink in each `progress_timeout`. It is small, so that a slow law that arrives is not
+/// stalled: with 5 s it allows 52 min from 0.5 m to 1 mm, and a gain of 0.003/s is enough. The drift of a redundant arm under a payload
+/// changes its error by up to half of this fraction.
 pub(super) const SHARE: f64 = 1.0 / 100.0;
 
-/// And by this part where the arm need not wait for a law that creeps, as there may be another way to its goal.
+/// The same fraction if the arm need not wait for a creeping law, because there may be another path to its goal.
 pub(super) const BRISK: f64 = 0.2;
 
-/// The smallest errors of a motion so far, and how long it has been driven since without a smaller one.
+/// The smallest errors of a motion so far, and the time that the arm was driven since without a smaller one.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Progress {
     position: f64,
     rotation: f64,
     law: f64,
-    /// The part of itself by which an error has to shrink to count.
+    /// The fraction of itself by which an error has to shrink to count.
     share: f64,
     without: Duration,
 }
 
 impl Progress {
-    /// Begins with no error so far; by `share` of itself one has to shrink.
+    /// Starts without any error; an error counts if it shrinks by the fraction `share`.
     pub fn new(share: f64) -> Self {
         let most = f64::INFINITY;
         Self { position: most, rotation: most, law: most, share, without: Duration::ZERO }
     }
 
-    /// Adds the error of a cycle in which the arm was driven for the time `driven`: for how long it was driven since a part of the error that
-    /// was not within its tolerance became smaller than ever before by its share, or by its whole tolerance. The law's own error counts too:
-    /// a law may trade one part for the other, and the way to a goal that is only turned away may begin with metres.
+    /// Adds the error of a cycle in which the arm was driven for the time `driven`. Returns the driven time since the last progress.
+    /// Progress is a new minimum of an error outside its tolerance, lower than the last by the fraction `share` or by its whole tolerance.
+    /// The law's own error counts too: a law may trade position for rotation, and the path to a goal that differs only in rotation may
+    /// begin with meters.
     pub fn update(
         &mut self,
         driven: Duration,
@@ -50,7 +51,7 @@ impl Progress {
     }
 }
 
-/// Whether the error has come below the smallest so far, which it then is, by `share` of that or by `amount`.
+/// Returns whether `error` is below the `smallest` so far by the fraction `share` of it or by `amount`, and makes it the smallest.
 fn shrinks(smallest: &mut f64, error: f64, amount: f64, share: f64) -> bool {
     let first = smallest.is_infinite() && error.is_finite();
     let shrinks = first || (error < *smallest && error <= *smallest - amount.min(share * *smallest));
@@ -66,10 +67,10 @@ mod tests {
 
     const TOLERANCE: Tolerance = Tolerance { linear: 1e-3, angular: 1e-2 };
 
-    /// How long the longest time without progress was over `seconds` with the position error `position` and a rotation that is met.
+    /// Returns the longest time without progress over `seconds`, with the position error `position` and a rotation within its tolerance.
     fn longest(seconds: f64, position: impl Fn(f64) -> f64) -> f64 {
         let error = |time: f64| GoalError { position: position(time), rotation: 5e-3 - 1e-5 * time };
-        // As long as the other error counts for nothing, so does the law's.
+        // The law's error is constant, so that only the position error counts.
         let mut progress = Progress::new(SHARE);
         let times = (0..).map(|cycle| 0.01 * f64::from(cycle)).take_while(|time| *time <= seconds);
         let without = times.filter(|time| position(*time) > TOLERANCE.linear).map(|time| {
@@ -80,14 +81,14 @@ mod tests {
 
     #[test]
     fn a_slow_law_that_arrives_makes_progress_all_the_way() {
-        // Gains of 1 and 0.003 1/s; a linear speed of 0.3 mm/s.
+        // Gains of 1 and 0.003 1/s, and a linear speed of 0.3 mm/s.
         assert!(longest(10.0, |t| 0.5 * (-t).exp()) < 0.1);
         assert!(longest(2400.0, |t| 0.5 * (-0.003 * t).exp()) < 4.0);
         assert!(longest(2000.0, |t| 0.5 - 3e-4 * t) < 5.0);
     }
 
     #[test]
-    fn one_error_traded_for_the_other_is_progress_where_the_law_says_so() {
+    fn trading_one_error_for_the_other_is_progress_if_the_laws_error_shrinks() {
         let mut progress = Progress::new(SHARE);
         progress.update(Duration::ZERO, GoalError { position: 0.0, rotation: 0.4 }, 0.4, &TOLERANCE);
         for second in 1..30_u32 {
@@ -99,10 +100,10 @@ mod tests {
     }
 
     #[test]
-    fn creeping_is_no_progress() {
-        // 10 µm in 5 s, a tenth of a metre from the goal: it would take half a day.
+    fn creeping_is_not_progress() {
+        // 10 µm in 5 s, a tenth of a meter from the goal: it would take half a day.
         assert!(longest(20.0, |t| 0.1 - 2e-6 * t) > 15.0);
-        // Ever nearer to 20 mm from a goal that is out of reach.
+        // Asymptotically to 20 mm from a goal that is out of reach.
         assert!(longest(20.0, |t| 0.02 + 0.5 * (-t).exp()) > 8.0);
         assert!(longest(400.0, |t| 0.02 + 0.1 / (1.0 + t)) > 10.0);
     }

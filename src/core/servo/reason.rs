@@ -1,40 +1,40 @@
-//! Why the arm stands, or is not driven as its law would.
+//! The reasons why the arm stands, or is not driven as its law would.
 
 use super::{Contended, Revocation, Rivals};
 use dq_kinematics::arm::JointKind;
 
-/// A reason in words, where the state alone does not say enough.
+/// A reason, for states that do not say enough by themselves.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Reason {
-    /// What was asked for is revoked (state `holding`).
+    /// The request is revoked (state `holding`).
     Revoked(Revocation),
-    /// What is revoked is a twist (state `holding`).
+    /// The request is a twist, and it is revoked (state `holding`).
     Release(Revocation),
-    /// Two publish what may have one publisher only (state `holding`).
+    /// An input that may have only one publisher has two (state `holding`).
     Rivals(Rivals),
-    /// The goals are a stream, and it has ceased (state `stale_goal`).
+    /// The stream of goals has ended (state `stale_goal`).
     StreamEnded,
-    /// It is not known any more where the frame is with which the goal moves (state `stale_goal`).
+    /// TF no longer has the frame with which the goal moves (state `stale_goal`).
     FrameLost,
-    /// Nobody subscribes to the commands for the arm of this number (state `not_following`).
+    /// Nobody subscribes to the commands for the arm with this number (state `not_following`).
     NobodyListens(usize),
-    /// The joint, counted from 1, moves at that speed [rad/s, prismatic: m/s] where it is commanded to stand (states `holding`, `paused`,
-    /// `stopping`).
+    /// The joint (counted from 1) moves at this speed [rad/s, prismatic: m/s] although it is commanded to stand (states `holding`,
+    /// `paused`, `stopping`).
     Sagging {
         /// The joint.
         joint: usize,
-        /// How fast it moves.
+        /// Its speed.
         speed: f64,
-        /// Of what kind it is.
+        /// Its kind.
         kind: JointKind,
     },
-    /// The joint of this number, counted from 1, does not move as commanded (state `not_following`).
+    /// The joint with this number, counted from 1, does not move as commanded (state `not_following`).
     DoesNotMove(usize),
 }
 
 impl Reason {
-    /// A sentence for people; `joint` names a joint by its number, `publisher` the publisher of that number, and `topic` the topic of
-    /// the commands by the number of the arm.
+    /// Explains the reason in a sentence. `joint` names a joint by its number, `publisher` a publisher by its number, and `topic` the topic
+    /// of the commands by the number of the arm.
     pub fn explain(
         &self,
         joint: impl Fn(usize) -> String,

@@ -1,4 +1,4 @@
-//! The way round what a motion has stalled at: another configuration of the joints, in which the goal can be reached.
+//! Reconfiguration of a stalled motion: another configuration of the joints in which the goal can be reached.
 
 use super::Stall;
 use dq_common::named;
@@ -8,84 +8,84 @@ use std::time::Duration;
 use thiserror::Error;
 
 named! {
-    /// Whether an arm that has stalled goes to another configuration of its joints.
+    /// Whether a stalled arm moves to another configuration of its joints.
     "reconfigure" Reconfigure {
-        /// Never, and none is looked for.
+        /// Never; none is searched.
         Never = "never",
-        /// Where somebody asks for it.
+        /// On request.
         Ask = "ask",
         /// As soon as one is found.
         Always = "always",
     }
 }
 
-/// What another configuration asks of the joint that goes farthest for it.
+/// Another configuration, described by the joint that moves farthest for it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Detour {
     /// The joint, counted from 1 arm after arm.
     pub joint: usize,
-    /// What it does.
+    /// Its kind.
     pub kind: JointKind,
-    /// Where it is \[rad, prismatic: m\].
+    /// Its present position \[rad, prismatic: m\].
     pub from: f64,
-    /// Where it has to go \[rad, prismatic: m\].
+    /// Its position in the other configuration \[rad, prismatic: m\].
     pub to: f64,
-    /// When it was found, by the cycle's clock: who asks for it must have done so since.
+    /// When it was found, by the cycle's clock. Only requests since then count.
     pub found: Duration,
 }
 
-/// What is known of another configuration of the joints within their limits in which the goal of a motion can be reached.
+/// What is known of another configuration within the joint limits in which the goal of a motion can be reached.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub enum Reconfiguration {
-    /// Nothing: none was looked for, or nobody has answered.
+    /// Nothing: none was searched, or the search has not answered.
     #[default]
     Unknown,
-    /// One is looked for, since that time of the cycle's clock.
+    /// A search is under way, since this time of the cycle's clock.
     Searching(Duration),
-    /// There is one, and the arm goes there where somebody asks for it.
+    /// There is one, and the arm moves there on request.
     Found(Detour),
-    /// None was found.
+    /// The search found nothing.
     NotFound {
-        /// From how many starts.
+        /// The number of starts of the search.
         starts: u32,
     },
-    /// The arm goes there.
+    /// The arm moves there.
     Underway(Detour),
-    /// The arm has gone there, as far as it could: another one is not looked for.
+    /// The arm has moved there, as far as it could. There is no further search.
     Taken,
 }
 
-/// Why an arm does not go to another configuration although somebody asks for it.
+/// Why a request to move to another configuration is rejected.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 pub enum NoWayRound {
-    /// No motion has stalled, or the consent to it is revoked.
+    /// No motion has stalled, or its consent is revoked.
     #[error("no goal has stalled: there is nothing to go round")]
     NothingStalled,
-    /// No configuration was looked for, as nobody may go there.
+    /// No configuration was searched, because the parameter `reconfigure` is `never`.
     #[error("the parameter reconfigure is never")]
     Never,
-    /// No configuration was looked for: another one does not help, or nobody has answered.
+    /// No configuration was searched: another one would not help, or the search has not answered.
     #[error("no other configuration was looked for: {}", .0.explain(|joint| format!("joint {joint}")))]
     NotLookedFor(Stall),
-    /// The search goes on.
+    /// The search is still under way.
     #[error("the search for another configuration goes on: ask again")]
     Searching,
     /// There is none.
     #[error("no configuration within the limits was found in {starts} starts")]
     NotFound {
-        /// From how many starts it was looked for.
+        /// The number of starts of the search.
         starts: u32,
     },
-    /// The arm is there.
+    /// The arm has already moved there.
     #[error("the arm has gone to the other configuration already, and has stalled all the same")]
     Taken,
 }
 
 impl Reconfiguration {
-    /// The word for one that waits for somebody to ask for it.
+    /// The name of a configuration that waits for a request.
     pub const FOUND: &str = "found";
 
-    /// One word, for programs.
+    /// Returns a name for programs.
     pub fn name(&self) -> &'static str {
         match self {
             Self::Unknown => "unknown",
@@ -97,7 +97,7 @@ impl Reconfiguration {
         }
     }
 
-    /// Why a motion has stalled, and what there is to do about it, for people; `joint` names a joint by its number.
+    /// Explains why a motion has stalled and what to do about it, in words; `joint` names a joint by its number.
     pub fn explain(&self, stall: &Stall, joint: impl Fn(usize) -> String) -> String {
         match self {
             Self::Found(detour) => format!(
@@ -114,7 +114,7 @@ impl Reconfiguration {
 }
 
 impl Detour {
-    /// What it is, for people; `joint` names a joint by its number.
+    /// Describes the other configuration in words; `joint` names a joint by its number.
     pub fn explain(&self, joint: impl Fn(usize) -> String) -> String {
         let Self { joint: number, kind, from, to, .. } = self;
         let unit = kind.unit();
@@ -129,7 +129,7 @@ mod tests {
     const STALL: Stall = Stall::AtLimit { joint: 3 };
 
     #[test]
-    fn a_stall_says_what_to_do_about_it() {
+    fn a_stall_explains_what_to_do_about_it() {
         let found = Duration::from_secs(9);
         let detour = Detour { joint: 3, kind: JointKind::Revolute, from: 2.356, to: -0.52, found };
         let says = |reconfiguration: Reconfiguration| {

@@ -1,4 +1,4 @@
-//! Why a message, or settings, were not taken.
+//! Why a message or settings were rejected.
 
 use super::{NoWayRound, Reach, Revocation, SettingsError};
 use dq_algebra::NotUnit;
@@ -9,16 +9,16 @@ use dq_space::frames::FrameError;
 use std::time::Duration;
 use thiserror::Error;
 
-/// A message, or settings, that the servo rejected; the last good ones stay in force.
+/// A message, or settings, that the servo rejected. The last valid ones remain.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum Rejection {
-    /// A number that cannot be meant.
+    /// A number that is not finite or out of bounds.
     #[error(transparent)]
     Number(#[from] NumberError),
     /// The quaternion's norm is too far from 1 to be rounding.
     #[error(transparent)]
     NotUnit(#[from] NotUnit),
-    /// The goal is in a frame that the servo does not know.
+    /// The frame of the goal is unknown to the servo.
     #[error("frame_id is {got:?}: expected {} or an empty one", expected.iter().map(|frame| format!("{frame:?}")).collect::<Vec<_>>().join(", "))]
     UnknownFrame {
         /// The frame of the goal or twist.
@@ -26,17 +26,17 @@ pub enum Rejection {
         /// The frames that the servo knows.
         expected: Vec<String>,
     },
-    /// The goal is in a frame whose place TF does not say.
+    /// TF does not have the frame of the goal.
     #[error("frame_id is {got:?}, not {expected:?}, and {why}")]
     NoTransform {
         /// The frame of the goal.
         got: String,
         /// The base frame.
         expected: String,
-        /// Why it does not.
+        /// Why TF does not have it.
         why: FrameError,
     },
-    /// A goal or twist that was under way for too long, or since before the servo was there.
+    /// A goal, twist or request that is too old, or was sent before the servo started.
     #[error("it was sent {:.1} s before it came, by its sender's clock: send it again", .0.as_secs_f64())]
     Late(Duration),
     /// A goal that the arm cannot reach.
@@ -45,23 +45,23 @@ pub enum Rejection {
         .0.goal, .0.longest
     )]
     BeyondReach(Reach),
-    /// A goal that came while a twist rules.
+    /// A goal that arrived while a twist is in force.
     #[error("a twist on target_twist rules: goals are taken again when it has ceased")]
     Jogging,
-    /// A goal that was sent before something revoked it, or of a publisher that has sent goals on since.
+    /// A goal that was sent before a revocation, or whose publisher continued without a silence since.
     #[error("after its publisher began to send {}: let it send nothing for 1.5 s, and then send the goal again", .0.explain(|joint| format!("joint {joint}")))]
     Superseded(Revocation),
-    /// A request to go on that was sent before something revoked what it asks for.
+    /// A request to continue that was sent before its goal was revoked.
     #[error("after it was sent {}: ask again if the arm may go on", .0.explain(|joint| format!("joint {joint}")))]
     Overtaken(Revocation),
-    /// A request to go on to a goal of a stream that was revoked and has not paused since: the arm would go to that goal while later ones
-    /// are rejected.
+    /// A request to continue to the goal of a stream that was revoked and had no silence since. The arm would move to that goal while later
+    /// ones are rejected.
     #[error("goals are sent on since {}: let their publisher send nothing for 1.5 s, and then ask again", .0.explain(|joint| format!("joint {joint}")))]
     StreamsOn(Revocation),
-    /// Nobody can go to another configuration.
+    /// The request to move to another configuration cannot be met.
     #[error(transparent)]
     NoWayRound(#[from] NoWayRound),
-    /// Settings that cannot be the servo's.
+    /// Invalid settings.
     #[error("settings are not taken: {0}")]
     Settings(#[from] SettingsError),
     /// A joint state of an arm that the servo does not have.
@@ -72,29 +72,29 @@ pub enum Rejection {
         /// How many arms there are.
         arms: usize,
     },
-    /// What is no joint state of the arm.
+    /// An invalid joint state.
     #[error(transparent)]
     State(#[from] StateError),
-    /// Positions or velocities that are not one a joint.
+    /// The number of positions or velocities differs from the number of joints.
     #[error("the joint state has {got} numbers, expected {expected}: one a joint, arm after arm")]
     OnePerJoint {
-        /// How many joints the servo has.
+        /// The number of joints of the servo.
         expected: usize,
-        /// How many positions or velocities there are.
+        /// The number of positions or velocities.
         got: usize,
     },
-    /// The message's bytes are no such message.
+    /// The bytes of a message cannot be decoded.
     #[error("malformed message: {0}")]
     Malformed(String),
 }
 
 impl Rejection {
-    /// The reason in words, cut.
+    /// Returns the reason in words, cut to the length of a message.
     pub fn text(&self) -> String {
         cut(&self.to_string()).into_owned()
     }
 
-    /// The reason in one word, as `/diagnostics` counts it.
+    /// Returns the reason in one word, as `/diagnostics` counts it.
     pub fn label(&self) -> &'static str {
         match self {
             Self::Number(number) => number.label(),
@@ -116,7 +116,7 @@ impl Rejection {
     }
 }
 
-/// How many messages were rejected, by reason.
+/// The number of rejected messages by reason.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RejectionCounts {
     counts: Vec<(&'static str, u64)>,
@@ -124,7 +124,7 @@ pub struct RejectionCounts {
 }
 
 impl RejectionCounts {
-    /// Counts one. The cycle does, for up to a thousand messages: what they were rejected for is put into words by who reports it.
+    /// Counts one rejection. The cycle does so for up to a thousand messages, so the text is left to the reporter.
     pub fn count(&mut self, rejection: &Rejection) {
         let label = rejection.label();
         match self.counts.iter_mut().find(|(reason, _)| *reason == label) {
@@ -134,17 +134,17 @@ impl RejectionCounts {
         self.last = Some(rejection.clone());
     }
 
-    /// Reason and count, in the order of first appearance.
+    /// Returns each reason and its count, in the order of first appearance.
     pub fn by_reason(&self) -> &[(&'static str, u64)] {
         &self.counts
     }
 
-    /// All of them.
+    /// Returns the total count.
     pub fn total(&self) -> u64 {
         self.counts.iter().map(|(_, count)| count).sum()
     }
 
-    /// The last one.
+    /// Returns the last rejection.
     pub fn last(&self) -> Option<&Rejection> {
         self.last.as_ref()
     }
@@ -155,7 +155,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_thousand_are_counted_without_a_word_and_the_last_is_kept() {
+    fn counting_a_thousand_rejections_allocates_nothing_and_keeps_the_last() {
         let why = Rejection::Late(Duration::from_secs(3));
         let mut counts = RejectionCounts::default();
         counts.count(&Rejection::Jogging);

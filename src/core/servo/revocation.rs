@@ -1,65 +1,65 @@
-//! What takes consent back, and of what there may be one publisher only.
+//! The events that revoke consent, and the inputs that may have only one publisher.
 
 use dq_kinematics::arm::JointKind;
 use serde::{Deserialize, Serialize};
 
-/// What two publishers give at the same time, of which there may be one only.
+/// An input that two publishers send at the same time although it may have only one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Contended {
-    /// Joint states of the arm of that number.
+    /// Joint states of the arm with this number.
     JointStates(usize),
     /// Goals.
     Goals,
     /// Twists.
     Twists,
-    /// Commands to the arm of that number.
+    /// Commands to the arm with this number.
     Commands(usize),
 }
 
-/// Two publishers of what may have one only.
+/// Two publishers of an input that may have only one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Rivals {
-    /// What they publish.
+    /// The input.
     pub of: Contended,
-    /// The number of the publisher that was there first.
+    /// The number of the first publisher.
     pub first: u32,
-    /// The number of the other one.
+    /// The number of the other publisher.
     pub second: u32,
 }
 
-/// What revokes a consent.
+/// An event that revokes consent.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Revocation {
-    /// The robot came this long after the consent \[s\].
+    /// The robot appeared this long after the request \[s\].
     CameLater(f64),
-    /// The robot was away for so long \[s\].
+    /// The robot was away for this time \[s\].
     WasAway(f64),
-    /// The joint, counted from 1 arm after arm and of that kind, is this far \[rad, prismatic: m\] from where it was a moment before.
+    /// The joint (counted from 1 arm after arm, of this kind) jumped by this distance \[rad, prismatic: m\].
     IsElsewhere(usize, f64, JointKind),
     /// There were two publishers.
     Rivals(Contended),
-    /// The joint, counted from 1 arm after arm and of that kind, is this far \[rad, prismatic: m\] from where it was sent and should be.
+    /// The joint (counted from 1 arm after arm, of this kind) is this far \[rad, prismatic: m\] from its expected setpoint.
     FellBehind(usize, f64, JointKind),
-    /// The joint, counted from 1 arm after arm, has not obeyed for so long \[s\].
+    /// The joint (counted from 1 arm after arm) has not obeyed for this time \[s\].
     NotObeyed(usize, f64),
-    /// The joint, counted from 1 arm after arm, ceased to follow for the third time within 10 s.
+    /// The joint (counted from 1 arm after arm) stopped following for the third time within 10 s.
     KeepsLosing(usize),
-    /// The frame with which the goal moves was lost for so long \[s\].
+    /// The frame with which the goal moves was lost for this time \[s\].
     FrameWasAway(f64),
     /// The goal's frame moves with the tool.
     MovesWithTool,
     /// The servo was stopped.
     Stopped,
-    /// A twist moved the arm; it revokes goals only.
+    /// A twist moved the arm. It revokes goals only.
     Jogged,
-    /// Something else is controlled than when it was given.
+    /// The aim has changed.
     AnotherAim,
-    /// The tool is another.
+    /// The tool has changed.
     AnotherTool,
 }
 
 impl Revocation {
-    /// What happened, for people; `joint` names a joint by its number.
+    /// Explains what happened in words; `joint` names a joint by its number.
     pub fn explain(&self, joint: impl Fn(usize) -> String) -> String {
         match self {
             Self::CameLater(seconds) => format!("the robot came {seconds:.1} s after it was asked to move"),
@@ -100,7 +100,7 @@ impl Revocation {
         }
     }
 
-    /// The revocation in one word, as `~/status` has it.
+    /// Returns the name of the revocation in `~/status`.
     pub fn name(&self) -> &'static str {
         match self {
             Self::CameLater(_) => "robot_came",

@@ -1,9 +1,9 @@
-//! The search for joint positions within the limits at which the tool is at its goal, in whatever configuration of the arm.
+//! Searches joint positions within the limits at which the tool is at its goal, in any configuration of the arm.
 //!
-//! From many starts, spread evenly over what the limits allow, the error is reduced by damped least squares (Wampler 1986; Nakamura &
-//! Hanafusa 1986). The damping falls with the error (Sugihara 2011), so that goals at singularities are reached too, as at the edge of the
-//! workspace. For random reachable poses 64 starts have found the goal each time, with six joints as with seven; with more of them the
-//! way that is taken gets a little shorter.
+//! From many starts, spread evenly over the joint ranges, the error is reduced by damped least squares (Wampler 1986; Nakamura & Hanafusa
+//! 1986). The damping falls with the error (Sugihara 2011), so that goals at singularities, for example at the edge of the workspace, are
+//! reached too. For random reachable poses of six and seven joints, 64 starts always found the goal. More starts make the path slightly
+//! shorter.
 
 use super::{Arms, GoalError, PositionLimits, Settings, Tolerance};
 use dq_algebra::UnitDualQuaternion;
@@ -12,64 +12,64 @@ use dq_kinematics::control::{Aim, Damping, PoseError, nearer_goal};
 use std::f64::consts::{PI, TAU};
 use std::time::Duration;
 
-/// So many starts are tried, where there is time.
+/// The number of starts to try, if there is time.
 pub const STARTS: u32 = 256;
 
-/// A start from which the goal is not reached in so many steps leads to it slowly, or never.
+/// Largest number of steps from one start. Starts that need more converge slowly or never.
 const STEPS: u32 = 60;
 
-/// No joint moves farther in a step \[rad, prismatic: m\]: what is linear there is so only near.
+/// Largest step of a joint \[rad, prismatic: m\], within which the linearization holds.
 const LONGEST_STEP: f64 = 0.5;
 
-/// λ of the damped inverse, and σ₀ below which it damps: this part of the error ...
+/// λ of the damped inverse, and σ₀ below which it damps, as this fraction of the error, ...
 const DAMPING: f64 = 0.3;
 
-/// ... and not more than this, nor less than that.
+/// ... but not more than the first, plus the second.
 const DAMPINGS: (f64, f64) = (0.2, 1e-3);
 
-/// The tool is at the goal within this part of the goal tolerance, so that the law finds it settled.
+/// The tool counts as at the goal within this fraction of the goal tolerance, so that the law then finds it settled.
 const CLOSE: f64 = 0.1;
 
-/// A joint that slides and has no limits is looked for so far from where it is \[m\].
+/// The range of a prismatic joint without limits, to each side of its position \[m\].
 const SLIDE: f64 = 1.0;
 
-/// What is looked for, the memory that looking for it takes, and what was found.
+/// A search: its question, its buffers and its result.
 pub struct Search {
-    /// The time of the cycle that asks; none before the first one.
+    /// The time of the cycle that asks; `None` before the first question.
     asked: Option<Duration>,
     goal: UnitDualQuaternion,
     aim: Aim,
     tolerance: Tolerance,
     limits: PositionLimits,
-    /// The largest speed of each joint [rad/s, prismatic: m/s]: of two displacements the one that takes less time is shorter.
+    /// The largest speed of each joint [rad/s, prismatic: m/s], by which displacements are compared in time.
     speeds: Vec<f64>,
-    /// Where the arm is \[rad, prismatic: m\].
+    /// The joint positions of the arm \[rad, prismatic: m\].
     from: Vec<f64>,
-    /// To try positions on.
+    /// The arms at tried positions.
     trial: Arms,
     kinds: Vec<JointKind>,
     positions: Vec<f64>,
     step: Vec<f64>,
     starts: u32,
-    /// The positions that are nearest in time so far.
+    /// The positions found so far that are nearest in time.
     nearest: Vec<f64>,
-    /// How long it takes \[s\].
+    /// The time to reach them \[s\].
     shortest: f64,
 }
 
-/// What a search came to.
+/// The result of a search.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Found<'a> {
     /// The time of the servo's cycle that asked.
     pub asked: Duration,
-    /// From how many starts the goal was looked for.
+    /// The number of starts of the search.
     pub starts: u32,
-    /// The joint positions \[rad, prismatic: m\] that were found, one a joint, those that are nearest in time; none where there are none.
+    /// The joint positions \[rad, prismatic: m\] found, one per joint: those that are nearest in time. `None` if there are none.
     pub positions: Option<&'a [f64]>,
 }
 
 impl Search {
-    /// For these arms; nothing is looked for yet.
+    /// Creates a search for these arms, without a question yet.
     pub fn new(arms: Arms) -> Self {
         let joints = arms.joint_count();
         let zeros = vec![0.0; joints];
@@ -91,13 +91,13 @@ impl Search {
         }
     }
 
-    /// When what is looked for was asked; none before the first time.
+    /// Returns when the question was asked; `None` before the first question.
     pub fn asked(&self) -> Option<Duration> {
         self.asked
     }
 
-    /// Begins anew: `goal` is looked for, for joints at `from` \[rad, prismatic: m\], one number a joint, under `settings`; asked at that
-    /// time. Allocates nothing.
+    /// Sets the question, asked at the time `asked`: reach `goal` from the joint positions `from` \[rad, prismatic: m\], one per joint,
+    /// under `settings`. Allocates nothing.
     pub fn put(&mut self, asked: Duration, goal: &UnitDualQuaternion, from: &[f64], settings: &Settings) {
         let Settings { controller, limits, goal_tolerance, tool_offset, .. } = settings;
         (self.asked, self.goal, self.aim) = (Some(asked), *goal, controller.aim);
@@ -110,7 +110,7 @@ impl Search {
         (self.starts, self.shortest) = (0, f64::INFINITY);
     }
 
-    /// Looks for the goal from `most` starts, as long as it `goes_on`; allocates nothing.
+    /// Searches from up to `most` starts while `goes_on` returns true. Allocates nothing.
     pub fn run(&mut self, most: u32, mut goes_on: impl FnMut() -> bool) {
         while self.starts < most && goes_on() {
             self.start();
@@ -121,14 +121,14 @@ impl Search {
         }
     }
 
-    /// What it came to.
+    /// Returns the result.
     pub fn found(&self) -> Found<'_> {
         let positions = self.shortest.is_finite().then_some(self.nearest.as_slice());
         Found { asked: self.asked.unwrap_or_default(), starts: self.starts, positions }
     }
 
-    /// Goes to the next start: first where the arm is, then to the points `frac(½ + n φᵢ)` of the range of each joint, with
-    /// `φᵢ = g⁻ⁱ`, `g^(d+1) = g + 1`, for d joints: a sequence that leaves no large gaps (Roberts 2018).
+    /// Sets the positions to the next start: first those of the arm, then the points `frac(½ + n φᵢ)` of the range of each joint, with `φᵢ
+    /// = g⁻ⁱ`, `g^(d+1) = g + 1`, for d joints, a sequence that leaves no large gaps (Roberts 2018).
     fn start(&mut self) {
         let (from, limits) = (&self.from, &self.limits);
         let root = (0..ROOT_STEPS).fold(1.5_f64, |g, _| (1.0 + g).powf(1.0 / (from.len() as f64 + 1.0)));
@@ -137,7 +137,7 @@ impl Search {
         for (((position, from), (lower, upper)), kind) in joints {
             step /= root;
             let half = if *kind == JointKind::Revolute { PI } else { SLIDE };
-            // A whole turn has every place of a joint that turns; beyond its range it has none.
+            // For a revolute joint a whole turn covers all positions, within its range.
             let lowest = (from - half).min(upper - 2.0 * half).max(lower);
             let highest = (lowest + 2.0 * half).min(upper);
             *position = match self.starts {
@@ -147,7 +147,7 @@ impl Search {
         }
     }
 
-    /// Whether the goal is reached from where the joints are, which they then are at.
+    /// Reduces the error from the present positions, and returns whether the goal is reached.
     fn reaches_goal(&mut self) -> bool {
         let (goal, aim, limits) = (&self.goal, self.aim, &self.limits);
         let Tolerance { linear, angular } = self.tolerance;
@@ -173,8 +173,8 @@ impl Search {
         false
     }
 
-    /// Keeps the positions, each turn of a joint by whole turns as near to where that is as its limits allow, where the way there is the
-    /// shortest so far.
+    /// Keeps the positions if they are nearer in time than any before. Revolute joints are first shifted by whole turns to the nearest
+    /// equal position within their limits.
     fn keep(&mut self) {
         let (from, limits, speeds) = (&self.from, &self.limits, &self.speeds);
         let mut time = 0.0_f64;
@@ -195,5 +195,5 @@ impl Search {
     }
 }
 
-/// Fixed-point steps to the root of `g^(d+1) = g + 1`: each divides the error by three or more.
+/// Number of fixed-point steps to the root of `g^(d+1) = g + 1`; each divides the error by three or more.
 const ROOT_STEPS: u32 = 34;

@@ -1,63 +1,64 @@
-//! Where an arm that takes positions is sent: the velocity command, integrated from where the arm was.
+//! The setpoint of an arm that takes positions: the velocity command, integrated from the position of the arm.
 
 use super::PositionLimits;
 use dq_kinematics::arm::JointKind;
 use serde::{Deserialize, Serialize};
 
-/// The positions \[rad\] that an arm is sent, joint after joint; none before it is driven, and after it was elsewhere.
+/// The position setpoints \[rad\] of all joints; none before the arm is driven, or after it was moved by something else.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Setpoint {
     positions: Vec<f64>,
-    /// How fast the last cycle has moved them on [rad/s].
+    /// The speed of the setpoints in the last cycle [rad/s].
     speeds: Vec<f64>,
     kinds: Vec<JointKind>,
     phase: Phase,
 }
 
-/// What becomes of the positions.
+/// How the setpoints change.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 enum Phase {
-    /// Nothing is sent: the controller holds what it was sent last.
+    /// Nothing is sent: the controller holds its last setpoint.
     Released,
-    /// They go on by the commands.
+    /// They advance by the commands.
     Leading,
-    /// The arm does not follow: as soon as it is to stand they are where it is, so that it does not leap when it is released.
+    /// The arm does not follow. Once it should stand, the setpoints become its measured positions, so that it does not jump when it is
+    /// freed.
     GivingWay,
-    /// They are where the arm is, and are sent once more.
+    /// They are the measured positions, and are sent once more.
     Back,
 }
 
 impl Setpoint {
-    /// None yet, for joints of these kinds.
+    /// Creates a setpoint without positions, for joints of these kinds.
     pub fn new(kinds: Vec<JointKind>) -> Self {
         let zeros = vec![0.0; kinds.len()];
         Self { positions: zeros.clone(), speeds: zeros, kinds, phase: Phase::Released }
     }
 
-    /// The positions to send \[rad\], if there are any.
+    /// Returns the positions to send \[rad\], if there are any.
     pub fn get(&self) -> Option<&[f64]> {
         (self.phase != Phase::Released).then_some(self.positions.as_slice())
     }
 
-    /// How fast the arm is sent on [rad/s]: where cycles were missed, more slowly than it is commanded.
+    /// Returns the speed of the setpoints [rad/s]; after missed cycles it is lower than the command.
     pub fn speeds(&self) -> &[f64] {
         &self.speeds
     }
 
-    /// Nothing is sent any more: the controller holds what it was sent last.
+    /// Stops sending: the controller holds its last setpoint.
     pub fn release(&mut self) {
         self.phase = Phase::Released;
         self.speeds.fill(0.0);
     }
 
-    /// The arm does not follow.
+    /// Notes that the arm does not follow.
     pub fn give_way(&mut self) {
         if self.phase == Phase::Leading {
             self.phase = Phase::GivingWay;
         }
     }
 
-    /// Goes on with an arm that is driven: where it is `measured` \[rad\], unless there are positions.
+    /// Continues with a driven arm. Without positions, the setpoint begins at the `measured` positions \[rad\].
     pub fn lead(&mut self, measured: &[f64]) {
         if self.phase == Phase::Released {
             self.positions.copy_from_slice(measured);
@@ -65,7 +66,7 @@ impl Setpoint {
         self.phase = Phase::Leading;
     }
 
-    /// Goes back to an arm that is to stand, does not follow, and is `measured` \[rad\] elsewhere; after that nothing is sent any more.
+    /// Sets the setpoints of a standing arm that does not follow to the `measured` positions \[rad\]. After that nothing is sent.
     pub fn go_back(&mut self, measured: &[f64]) {
         match self.phase {
             Phase::GivingWay => {
@@ -77,8 +78,8 @@ impl Setpoint {
         }
     }
 
-    /// Moves on, if there are positions, by the `command` [rad/s] of a cycle of `period` \[s\], the first one after so many `cycles`: never
-    /// for longer, so that no step is larger than the speed limits allow; and not past a position limit.
+    /// Advances the positions, if there are any, by the `command` [rad/s] of one `period` \[s\], `cycles` periods after the last cycle.
+    /// They advance by one period only, so that no step exceeds the speed limits, and never past a position limit.
     pub fn advance(&mut self, command: &[f64], limits: &PositionLimits, period: f64, cycles: f64) {
         if self.phase == Phase::Released {
             return;
@@ -93,8 +94,8 @@ impl Setpoint {
         }
     }
 
-    /// The joint, counted from 1, that is farthest from where it was sent, how far \[rad, prismatic: m\] and its kind; the arm should be
-    /// at `expected`.
+    /// Returns the joint (counted from 1) that is farthest from its setpoint, its distance \[rad, prismatic: m\] and its kind. The arm
+    /// should be at `expected`.
     pub fn farthest(&self, expected: &[f64]) -> Option<(usize, f64, JointKind)> {
         let leads = self.get()?.iter().zip(expected).zip(&self.kinds);
         let leads = leads.map(|((sent, is), kind)| (kind.displacement(*is, *sent).abs(), *kind));
@@ -108,7 +109,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn it_begins_where_the_arm_is_and_stays_within_position_limits() {
+    fn it_begins_at_the_measured_positions_and_stays_within_position_limits() {
         let limits = PositionLimits { lower: vec![-1.0, 0.0], upper: vec![1.0, 5.0], margin: 0.1 };
         let mut setpoint = Setpoint::new(vec![JointKind::Revolute, JointKind::Prismatic]);
         assert_eq!((setpoint.get(), setpoint.farthest(&[0.0; 2])), (None, None));

@@ -1,4 +1,4 @@
-//! What may change while the servo runs.
+//! The settings that may change while the servo runs.
 
 use dq_common::named;
 use dq_kinematics::arm::bounds;
@@ -11,7 +11,7 @@ use dq_space::space::{KeepOut, Scene, SceneError};
 use std::sync::Arc;
 use std::time::Duration;
 
-/// How near counts as arrived.
+/// The goal tolerance within which the arm counts as arrived.
 #[derive(Clone, Copy, Debug, PartialEq, Parameters)]
 #[parameters(prefix = "goal_tolerance.")]
 pub struct Tolerance {
@@ -24,32 +24,32 @@ pub struct Tolerance {
 }
 
 named! {
-    /// What becomes of a goal that the arm cannot reach.
+    /// What to do with a goal that the arm cannot reach.
     "goal_beyond_reach" BeyondReach {
-        /// It is rejected.
+        /// Reject it.
         Reject = "reject",
-        /// The arm goes as near as it can.
+        /// Move as near to it as possible.
         Approach = "approach",
     }
 }
 
 named! {
-    /// What becomes of a goal in a frame that moves.
+    /// What to do with a goal in a frame that moves.
     "mode" GoalFrameMode {
-        /// It stays where it was at its stamp.
+        /// Leave it at its pose at the time of its stamp.
         Latch = "latch",
-        /// It moves with its frame.
+        /// Move it with its frame.
         Follow = "follow",
     }
 }
 
-/// How goals in frames of TF are taken.
+/// How to treat goals in TF frames.
 #[derive(Clone, Copy, Debug, PartialEq, Parameters)]
 pub struct GoalFrames {
-    /// how long a goal in a frame of TF waits for its transform, and how long a frame that is followed may be silent \[s\]
+    /// how long a goal in a TF frame waits for its transform, and how long the transform of a followed frame may be missing \[s\]
     #[parameter(default = GoalFrames::default().tf_timeout.as_secs_f64(), range = 0.0..=2.0)]
     pub tf_timeout: Duration,
-    /// what becomes of the next goal in a frame of TF: latch, it stays where it was at its stamp; follow, it moves with its frame
+    /// what happens to the next goal in a TF frame: latch, it stays at its pose at the time of its stamp; follow, it moves with its frame
     #[parameter(name = "frame_mode", one_of = GoalFrameMode::NAMES, default = GoalFrames::default().mode)]
     pub mode: GoalFrameMode,
 }
@@ -60,32 +60,31 @@ impl Default for GoalFrames {
     }
 }
 
-/// Where the joints go, as far as the tool leaves them free; by default nowhere.
+/// The posture to which the joints move as far as the tool leaves them free; by default none.
 #[derive(Clone, Debug, Default, PartialEq, Parameters)]
 #[parameters(prefix = "posture.")]
 pub struct Posture {
-    /// where the joints of an arm of more than the task needs go as far as the tool leaves them free, one a joint; empty: nowhere
-    /// \[rad, m\]
+    /// posture to which the joints move as far as the tool leaves them free, one number per joint; empty: none \[rad, m\]
     #[parameter(range = -bounds::JOINT_ANGLE..=bounds::JOINT_ANGLE)]
     pub positions: Vec<f64>,
-    /// how fast they go there; 0: not at all [1/s]
+    /// rate at which the joints move to the posture; 0: not at all [1/s]
     #[parameter(range = 0.0..=10.0)]
     pub gain: f64,
 }
 
-/// The servo's live settings. Its parameters are those of every servo; law, tool, frames, scene and posture come of others.
+/// The servo's live settings. Its parameters are those of every servo; law, tool, frames, scene and posture have their own.
 #[derive(Clone, Debug, PartialEq, Parameters)]
 pub struct Settings {
     /// The law and its gains.
     pub controller: Controller,
-    /// The tool that is controlled, in the tool frame of the arm.
+    /// The controlled tool, in the tool frame of the arm.
     pub tool_offset: UnitDualQuaternion,
-    /// How goals in frames of TF are taken, where they are.
+    /// How to treat goals in TF frames.
     pub goal_frames: GoalFrames,
-    /// what becomes of a goal that the arm cannot reach: reject, or approach, by which the arm goes as near as it can
+    /// what happens to a goal that the arm cannot reach: reject, or approach, by which the arm moves as near to it as it can
     #[parameter(name = "goal_beyond_reach", one_of = BeyondReach::NAMES, default = BeyondReach::Reject)]
     pub beyond_reach: BeyondReach,
-    /// the motion of a goal that moves is added to the law's, so that the tool does not lag behind
+    /// adds the motion of a moving goal to the law's, so that the tool does not lag behind
     #[parameter(default = true)]
     pub feed_forward: bool,
     /// how far past a half turn the sign of the goal is kept
@@ -95,25 +94,25 @@ pub struct Settings {
     /// Speed, acceleration and position limits.
     #[parameter(group)]
     pub limits: Limits,
-    /// What the arm must keep out of, and its body; none where it need not.
+    /// The obstacles that the arm must keep clear of, and its body; `None` if there is nothing to keep clear of.
     pub scene: Option<Arc<Scene>>,
-    /// What an arm of more joints than the tool needs does with the rest.
+    /// What an arm does with the joints that the tool leaves free.
     pub posture: Posture,
-    /// How near counts as arrived.
+    /// The goal tolerance.
     #[parameter(group)]
     pub goal_tolerance: Tolerance,
     /// age at which a joint state is stale: the arm decelerates \[s\]
     #[parameter(default = 0.1, range = 0.001..=10.0)]
     pub state_timeout: Duration,
-    /// a robot that was away for longer is driven again only by a new goal or ~/pause (false); a goal that was under way for longer is
-    /// rejected; a stick silent for longer was let go of \[s\]
+    /// a robot that was away for longer is driven again only by a new goal or ~/pause (false); a goal that is older is rejected; a stick
+    /// that is silent for longer counts as released \[s\]
     #[parameter(default = 1.0, range = 0.1..=3600.0)]
     pub rearm_timeout: Duration,
     /// time from a command to the joint state that shows it; 0: estimated from stamps and motion \[s\]
     #[parameter(range = 0.0..=0.5)]
     pub latency: Option<Duration>,
-    /// rate at which a payload, or gravity that the robot does not compensate, is balanced, and the joints are held against it; of an arm that
-    /// takes velocities; 0: not at all [1/s]
+    /// rate at which a payload, or gravity that the robot does not compensate, is balanced; only for an arm that takes velocities; 0: not
+    /// at all [1/s]
     #[parameter(range = 0.0..=10.0)]
     pub integral: f64,
     /// age at which a goal is stale; 0: goals are latched \[s\]
@@ -122,26 +121,26 @@ pub struct Settings {
     /// age at which a twist is stale: the arm decelerates, and holds \[s\]
     #[parameter(default = 0.1, range = 0.01..=1.0)]
     pub twist_timeout: Duration,
-    /// time without progress after which a motion is given up: the arm holds; 0: never \[s\]
+    /// time without progress after which a motion stalls, and the arm holds; 0: never \[s\]
     #[parameter(default = 5.0, range = 0.0..=3600.0)]
     pub progress_timeout: Option<Duration>,
-    /// whether an arm that has stalled goes to another configuration in which the goal can be reached, along a straight line in joint
-    /// space: never, where ~/reconfigure asks for it, or always
+    /// whether a stalled arm moves to another configuration in which the goal can be reached, along a straight line in joint space: never,
+    /// ask (when ~/reconfigure is called), or always
     #[parameter(one_of = Reconfigure::NAMES, default = Reconfigure::Ask)]
     pub reconfigure: Reconfigure,
-    /// What kind of commands the robot takes; it stays as it is while the servo runs.
+    /// The kind of commands that the robot takes. It does not change while the servo runs.
     #[parameter(group)]
     pub interface: Interface,
-    /// how far a joint that takes positions may be from where it was sent and should be: beyond, the arm holds \[rad, m\]
+    /// how far a joint that takes positions may be from its expected setpoint: beyond, the arm holds \[rad, m\]
     #[parameter(default = 0.2, range = 0.001..=3.0)]
     pub following_error: f64,
 }
 
 impl Settings {
-    /// The same, with `more` to keep out of besides, where there is a scene.
+    /// Returns the settings with the additional keep-outs `more`, if there is a scene.
     ///
     /// # Errors
-    /// [`SceneError`] where that is more than a scene may have.
+    /// [`SceneError`] if the scene would have too many parts.
     pub fn keeping_out_of(&self, more: &[KeepOut]) -> Result<Self, SceneError> {
         let mut settings = self.clone();
         if let Some(scene) = settings.scene.as_mut().filter(|_| !more.is_empty()) {

@@ -1,4 +1,4 @@
-//! What settings must be for a servo to take them.
+//! Checks that settings are valid for a servo.
 
 use super::{Interface, Limits, Settings};
 use dq_kinematics::control::{Controller, Law};
@@ -6,45 +6,45 @@ use std::slice::from_ref;
 use std::time::Duration;
 use thiserror::Error;
 
-/// Settings, or joint names, that a servo does not take.
+/// Invalid settings or joint names.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum SettingsError {
-    /// A list that does not have one entry a joint, of all arms together.
+    /// A list that does not have one entry per joint, of all arms together.
     #[error("{list} has {got} entries, expected {expected}: one a joint")]
     Length {
-        /// Which list.
+        /// The list.
         list: &'static str,
-        /// How many joints there are.
+        /// The number of joints.
         expected: usize,
-        /// How many entries the list has.
+        /// The number of entries in the list.
         got: usize,
     },
-    /// A number that cannot be meant.
+    /// An invalid number.
     #[error("{name} has {value}, expected {expected}")]
     Number {
-        /// Where it is.
+        /// Its name.
         name: &'static str,
         /// The number.
         value: f64,
-        /// What is taken there.
+        /// The valid numbers.
         expected: &'static str,
     },
-    /// Commands of another kind than those that the servo was made for.
+    /// Commands of another kind than the servo was created for.
     #[error("interface is {got}, expected {expected}: it stays as it is while the servo runs")]
     AnotherInterface {
-        /// What the servo was made for.
+        /// The kind that the servo was created for.
         expected: Interface,
-        /// What was asked for.
+        /// The requested kind.
         got: Interface,
     },
 }
 
-/// Fails where the list of that name does not have one entry a joint.
+/// Checks that the list with this name has one entry per joint.
 pub(super) fn check_length(list: &'static str, got: usize, expected: usize) -> Result<(), SettingsError> {
     if got == expected { Ok(()) } else { Err(SettingsError::Length { list, expected, got }) }
 }
 
-/// Fails where there is no time from one cycle to the next.
+/// Checks that the control period is not 0.
 pub(super) fn check_period(period: Duration) -> Result<(), SettingsError> {
     match period.is_zero() {
         true => Err(SettingsError::Number { name: "period", value: 0.0, expected: "a time above 0" }),
@@ -52,7 +52,7 @@ pub(super) fn check_period(period: Duration) -> Result<(), SettingsError> {
     }
 }
 
-/// Whether a number is taken, and what is.
+/// A check of a number, and the description of valid numbers.
 type Taken = (fn(f64) -> bool, &'static str);
 
 const FINITE: Taken = (f64::is_finite, "a finite number");
@@ -61,11 +61,11 @@ const BOUND: Taken = (|value| !value.is_nan(), "a number, or an infinite one for
 const TOLERANCE: Taken = (|value| value >= 0.0, "a number not below 0");
 
 impl Settings {
-    /// Fails where these cannot be the settings of a servo of so many joints that sends such commands. Those for which this does not fail
-    /// such a servo takes, whenever they come.
+    /// Checks that these are valid settings for a servo with `joint_count` joints and commands of the kind `interface`. Such a servo
+    /// accepts valid settings at any time.
     ///
     /// # Errors
-    /// [`SettingsError`].
+    /// [`SettingsError`] for the first fault.
     pub fn check(&self, joint_count: usize, interface: Interface) -> Result<(), SettingsError> {
         self.check_lengths(joint_count)?;
         self.check_numbers()?;

@@ -1,15 +1,15 @@
-//! Up to which delay a law is stable.
+//! The largest delay at which a law is stable.
 
 use std::f64::consts::PI;
 use std::time::Duration;
 
-/// The largest rate λ [1/s] at which a law is stable that is computed once a `period` T from positions that show commands only after
-/// `latency` τ: `(2/T) sin(π T / (2 (2 τ + T)))`, which for short cycles is `π / (2 (τ + T/2))`.
+/// Returns the largest rate λ [1/s] at which a law is stable that is computed once per `period` T, from positions that show commands after
+/// `latency` τ: `(2/T) sin(π T / (2 (2 τ + T)))`, which for short periods is `π / (2 (τ + T/2))`.
 ///
-/// An error δ that the law makes decay at the rate λ follows `δ(k+1) = δ(k) − λ T δ(k−d)` with τ = d T. On the border of stability
-/// a root of `z^(d+1) − z^d + λ T` is `exp(i φ)`; that is so first for φ = π/(2d + 1), with λ T = 2 sin(φ/2).
+/// An error δ that the law makes decay at the rate λ follows `δ(k+1) = δ(k) − λ T δ(k−d)` with τ = d T. At the limit of stability, `z^(d+1)
+/// − z^d + λ T` has a root `exp(i φ)`. The first such φ is π/(2d + 1), with λ T = 2 sin(φ/2).
 ///
-/// With a period of 0 the law is computed all the time, and the rate is `π / (2 τ)`: infinite where nothing is late either.
+/// A period of 0 stands for a law in continuous time: the rate is `π / (2 τ)`, and infinite if the latency is also 0.
 pub fn largest_rate(latency: Duration, period: Duration) -> f64 {
     let (latency, period) = (latency.as_secs_f64(), period.as_secs_f64());
     if period == 0.0 {
@@ -18,21 +18,21 @@ pub fn largest_rate(latency: Duration, period: Duration) -> f64 {
     2.0 / period * (0.5 * PI * period / (2.0 * latency + period)).sin()
 }
 
-/// How fast a law's rate is, and how fast it may be at this delay, where the arm is.
+/// The law's rate and its bound by the present delay, at the present pose.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RateBound {
-    /// The fastest rate at which it makes an error decay [1/s].
+    /// The fastest rate at which the law makes an error decay [1/s].
     pub rate: f64,
-    /// The largest that is stable, by [`largest_rate`] [1/s].
+    /// The largest stable rate, by [`largest_rate`] [1/s].
     pub largest: f64,
-    /// From a command to the joint state that shows it, as known \[s\].
+    /// The known time from a command to the joint state that shows it \[s\].
     pub latency: f64,
-    /// From one joint state to the next, or from one cycle to the next if that is longer \[s\].
+    /// The interval of joint states, or the control period if that is longer \[s\].
     pub period: f64,
 }
 
 impl RateBound {
-    /// Whether the law by itself would swing ever more.
+    /// Returns whether the law alone would oscillate with growing amplitude.
     pub fn is_too_much(&self) -> bool {
         self.rate > self.largest
     }
@@ -42,7 +42,7 @@ impl RateBound {
 mod tests {
     use super::*;
 
-    /// Whether an error decays, of a law of that rate [1/s] and a delay of so many cycles of 2 ms.
+    /// Returns whether an error decays under a law with `rate` [1/s] and a delay of `delay` cycles of 2 ms.
     fn decays(rate: f64, delay: usize) -> bool {
         let mut errors = vec![1.0; delay + 1];
         for cycle in delay..delay + 20_000 {
@@ -62,13 +62,13 @@ mod tests {
     }
 
     #[test]
-    fn for_short_cycles_it_is_a_quarter_turn_over_the_delay() {
+    fn for_short_periods_the_largest_rate_is_a_quarter_turn_over_the_delay() {
         let largest = largest_rate(Duration::from_millis(100), Duration::from_micros(100));
         assert!((largest - PI / (2.0 * 0.10005)).abs() < 1e-4, "{largest}");
     }
 
     #[test]
-    fn without_cycles_it_is_what_ever_shorter_ones_come_to() {
+    fn without_a_period_the_largest_rate_is_the_limit_of_short_periods() {
         let late = Duration::from_millis(100);
         let (short, none) = (largest_rate(late, Duration::from_nanos(1)), largest_rate(late, Duration::ZERO));
         assert!((none - short).abs() < 1e-6, "{none} {short}");

@@ -1,39 +1,39 @@
-//! Why a motion was given up.
+//! The reasons why a motion stalls.
 
 use super::{ClosePair, GoalError, Reach};
 use dq_kinematics::arm::JointKind;
 use serde::{Deserialize, Serialize};
 
-/// Why a motion was given up. Joints are counted from 1, arm after arm.
+/// The reason why a motion has stalled. Joints are counted from 1, arm after arm.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Stall {
     /// The goal is farther away than the links are long.
     BeyondReach(Reach),
     /// No small motion of the joints brings the arm nearer.
     Unreachable,
-    /// The goal lies along a direction that the joints have lost, and the escape was not open, or led nowhere.
+    /// The goal lies along a direction that the joints have lost, and there was no escape, or it failed.
     Singular {
         /// The smallest singular value of the Jacobian.
         sigma: f64,
     },
-    /// A joint is held back by its position limit.
+    /// A joint is at its position limit.
     AtLimit {
         /// The joint.
         joint: usize,
     },
-    /// The arm would come too near to what it must keep out of, or to itself.
+    /// The arm would come too close to an obstacle or to itself.
     Constrained(ClosePair),
-    /// The commands swing to and fro.
+    /// The commands oscillate.
     Oscillating,
-    /// Something pulls at the joints as much as the law does: the arm stands beside its goal.
+    /// Something pulls at the joints as strongly as the law does: the arm stands off its goal.
     Sagging {
-        /// The joint that is pulled at most.
+        /// The joint with the largest pull.
         joint: usize,
-        /// How much slower it goes than commanded [rad/s, prismatic: m/s].
+        /// How much slower than commanded it moves [rad/s, prismatic: m/s].
         speed: f64,
-        /// Of what kind it is.
+        /// Its kind.
         kind: JointKind,
-        /// How far the arm is from its goal.
+        /// The error of the arm with respect to its goal.
         error: GoalError,
     },
     /// The law drives the arm, too slowly or without effect.
@@ -41,7 +41,7 @@ pub enum Stall {
 }
 
 impl Stall {
-    /// One word, for programs.
+    /// Returns a name for programs.
     pub fn name(&self) -> &'static str {
         match self {
             Self::BeyondReach(_) | Self::Unreachable => "unreachable",
@@ -54,22 +54,22 @@ impl Stall {
         }
     }
 
-    /// The joint that is held back by its position limit.
+    /// Returns the joint that is at its position limit.
     pub(super) fn joint(&self) -> Option<usize> {
         if let Self::AtLimit { joint } = self { Some(*joint) } else { None }
     }
 
-    /// The pair that would come too near to each other.
+    /// Returns the pair that would come too close to each other.
     pub(super) fn pair(&self) -> Option<ClosePair> {
         if let Self::Constrained(pair) = self { Some(*pair) } else { None }
     }
 
-    /// Whether there may be another configuration of the joints in which nothing holds the arm up.
-    pub(super) fn may_be_gone_round(&self) -> bool {
+    /// Returns whether another configuration of the joints may help.
+    pub(super) fn allows_reconfiguration(&self) -> bool {
         matches!(self, Self::Unreachable | Self::Singular { .. } | Self::AtLimit { .. })
     }
 
-    /// A sentence for people, and what to try; `joint` names a joint by its number.
+    /// Explains the stall in a sentence, and what to try; `joint` names a joint by its number.
     pub fn explain(&self, joint: impl Fn(usize) -> String) -> String {
         let advice = match self {
             Self::BeyondReach(_) => "",
@@ -86,7 +86,7 @@ impl Stall {
         self.what(joint) + advice
     }
 
-    /// What holds the arm up; `joint` names a joint by its number.
+    /// Describes what stops the arm; `joint` names a joint by its number.
     pub(super) fn what(&self, joint: impl Fn(usize) -> String) -> String {
         match self {
             Self::BeyondReach(Reach { goal, longest }) => {

@@ -1,11 +1,11 @@
-//! What the servo is doing.
+//! The states of the servo.
 
 use dq_common::named;
 
 named! {
-    /// The servo's state: one at a time. `~/status` carries its name.
+    /// The servo's state, one at a time. `~/status` carries its name.
     "state" State {
-        /// No joint state has come yet.
+        /// No joint state has arrived yet.
         WaitingForState = "waiting_for_state",
         /// No goal: standing still.
         Holding = "holding",
@@ -13,22 +13,21 @@ named! {
         Tracking = "tracking",
         /// Moving to another configuration of the joints, from where the law reaches the goal.
         Reconfiguring = "reconfiguring",
-        /// Moving as a twist asks for.
+        /// Moving by a twist.
         Jogging = "jogging",
-        /// Arrived: at the goal, within the tolerances. The settling time to 2 % is another thing: see [`Figures`](super::Figures).
+        /// Arrived: at the goal, within the tolerances. The settling time to 2 % is something else: see [`Figures`](super::Figures).
         Settled = "settled",
-        /// No progress for `progress_timeout`: decelerating, then standing, until there is reason to try again.
+        /// No progress for `progress_timeout`: decelerating, then standing, until there is a reason to try again.
         Stalled = "stalled",
-        /// On the way to the goal, but a joint is held back by its position limit.
+        /// On the way to the goal, but a joint is at its position limit.
         JointLimit = "joint_limit",
-        /// On the way to the goal, but held back by what the arm must keep out of, or by itself.
+        /// On the way to the goal, but an obstacle or the arm itself is in the path.
         Constrained = "constrained",
-        /// The arm does not move as commanded, or nobody subscribes to the commands: zeros, but for a gentle try once a second.
+        /// The arm does not move as commanded, or nobody subscribes to the commands: zeros, except for a gentle attempt once a second.
         NotFollowing = "not_following",
         /// The joint state is older than `state_timeout`: decelerating, then standing.
         StaleState = "stale_state",
-        /// The stream of goals is silent for longer than `goal_timeout`, or the frame with which the goal moves is lost: decelerating, then
-        /// standing.
+        /// No goal has arrived for longer than `goal_timeout`, or the frame with which the goal moves is lost: decelerating, then standing.
         StaleGoal = "stale_goal",
         /// Paused by the service `~/pause`: decelerating, then standing.
         Paused = "paused",
@@ -38,7 +37,7 @@ named! {
 }
 
 impl State {
-    /// Whether the arm may move in it other than to come to rest.
+    /// Returns whether the arm may move in this state, other than to come to rest.
     pub fn is_driven(self) -> bool {
         matches!(
             self,
@@ -52,12 +51,12 @@ impl State {
         )
     }
 
-    /// Whether the arm gets nearer to its goal in it, as long as nothing is wrong.
+    /// Returns whether a sound motion gets nearer to its goal in this state.
     pub(super) fn gets_nearer(self) -> bool {
         matches!(self, Self::Tracking | Self::JointLimit | Self::Constrained | Self::Reconfiguring)
     }
 
-    /// Whether an operator should look.
+    /// Returns whether an operator should look at the robot.
     pub fn is_warning(self) -> bool {
         matches!(
             self,

@@ -1,4 +1,4 @@
-//! What the servo did in its last cycle.
+//! The report of the last cycle.
 
 use dq_common::named;
 
@@ -6,7 +6,7 @@ use super::{ClosePair, Consent, Figures, Goal, Reason, Reconfiguration, Stall, S
 use nalgebra::Vector6;
 
 named! {
-    /// Which input rules.
+    /// The input in force.
     "input" Input {
         /// None: the arm stands.
         None = "none",
@@ -17,64 +17,64 @@ named! {
     }
 }
 
-/// What the servo did in its last cycle.
+/// The report of the last cycle.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Status {
     /// The state.
     pub state: State,
-    /// Why, where the state alone does not say enough.
+    /// The reason, if the state alone does not say enough.
     pub reason: Option<Reason>,
-    /// Who asked for motion, and what has revoked that.
+    /// The last request, and what has revoked it.
     pub consent: Consent,
-    /// Which input rules.
+    /// The input in force.
     pub input: Input,
-    /// Number of motions begun since the start: by another goal, or by one that was revoked and asked for again.
+    /// Number of motions begun since the start: to another goal, or to a goal that was revoked and requested again.
     pub goal_count: u64,
-    /// The goal in force.
+    /// The current goal.
     pub goal: Option<Goal>,
-    /// The stamp of the message that last gave it \[ns\].
+    /// The stamp of its last message \[ns\].
     pub goal_stamp: i64,
-    /// Whether the goal is farther away than the arm can reach.
+    /// Whether the goal is beyond the reach of the arm.
     pub goal_beyond_reach: bool,
     /// The sign chosen for the goal's dual quaternion (+1 or −1).
     pub sign: f64,
-    /// The joint that its position limit holds back, counted from 1, arm after arm.
+    /// The joint that its position limit stops, counted from 1, arm after arm.
     pub joint_at_limit: Option<usize>,
-    /// The pair of the body and what it must keep out of, or of the body alone, that keeps the arm from where it is to go.
+    /// The pair that keeps the arm from its desired motion: a part of the body, and an obstacle or another part of the body.
     pub held_by: Option<ClosePair>,
-    /// The nearest such pair, where one is near.
+    /// The closest such pair, if one is near.
     pub closest: Option<ClosePair>,
-    /// The joint, counted from 1 arm after arm, that goes too far, and how many times as far as commanded.
+    /// The joint (counted from 1 arm after arm) that moves too far, and the ratio of its motion to the command.
     pub too_far: Option<(usize, f64)>,
-    /// The part of the commanded speed at which the robot moves, as estimated or as it says: below 1 where it was told to be slow.
+    /// The fraction of the commanded speed at which the robot moves, as estimated or reported; below 1 if the robot was told to be slow.
     pub speed_factor: f64,
-    /// Whether the arm is being led out of a singularity at which the law stood still.
+    /// Whether the arm is being led out of a singularity at which the law stands still.
     pub leaving_singularity: bool,
-    /// Why the motion was given up, in the state `stalled`.
+    /// Why the motion has stalled, in the state `stalled`.
     pub stall: Option<Stall>,
     /// What is known of another configuration in which the goal can be reached.
     pub reconfiguration: Reconfiguration,
-    /// Figures of the motion to the goal.
+    /// The figures of the motion to the goal.
     pub figures: Figures,
-    /// The screw log of the pose error, `(ω, v)` [rad, m], without what of the goal the tool is not asked for.
+    /// The screw log of the pose error, `(ω, v)` [rad, m], without the parts of the goal that the aim ignores.
     pub pose_error: Vector6<f64>,
-    /// From a command to the joint state that shows it \[s\], as estimated.
+    /// The estimated time from a command to the joint state that shows it \[s\].
     pub latency: f64,
-    /// The part of the law's gain that this latency allows: 1 where it does not limit.
+    /// The fraction of the law's gain that this latency allows; 1 if it does not limit the gain.
     pub gain_factor: f64,
 }
 
-/// A robot that moves at less than this part of the commanded speed was told to be slow.
+/// A robot that moves at less than this fraction of the commanded speed was told to be slow.
 const SLOW: f64 = 0.7;
 
-/// The name of the joint of that number, counted from 1, of these names of all joints, arm after arm.
+/// Returns the name of the joint with this number, counted from 1 among the names of all joints, arm after arm.
 pub fn joint_name(number: usize, joints: &[String]) -> String {
     joints.get(number.wrapping_sub(1)).cloned().unwrap_or_else(|| number.to_string())
 }
 
 impl Status {
-    /// Why the arm does not arrive, in words, and what to try, where there is no [`Reason`] for it; none where nothing holds it up. `joints`
-    /// are the names of all joints, arm after arm.
+    /// Explains why the arm does not arrive and what to try, if there is no [`Reason`]; `None` if nothing stops it. `joints` are the names
+    /// of all joints, arm after arm.
     pub fn explain(&self, joints: &[String]) -> Option<String> {
         let name = |number: usize| joint_name(number, joints);
         match self.state {

@@ -1,4 +1,4 @@
-//! How a goal moves that comes again and again: its twist, estimated from the poses of the last moments.
+//! The motion of a goal that is sent repeatedly: its twist, estimated from the recent poses.
 
 use dq_algebra::UnitDualQuaternion;
 use nalgebra::{Matrix3, SMatrix, Vector3, Vector6};
@@ -6,46 +6,46 @@ use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 use std::time::Duration;
 
-/// Poses are looked at over this time \[s\] ...
+/// Poses are used over this time \[s\], ...
 const WINDOW: f64 = 0.12;
 
-/// ... but so many at least, and no more than there is room for.
+/// ... but at least this many, and at most as many as there is room for.
 const FEWEST: usize = 3;
 const MOST: usize = 64;
 
-/// A motion is believed that so many poses show, over this time \[s\].
+/// A motion counts only if it is shown by this many poses, over this time \[s\].
 const PROOF: usize = 3;
 const SPAN: f64 = 0.03;
 
-/// Poses that are further apart in time \[s\] are single goals.
+/// Poses with a longer interval \[s\] are single goals.
 const LONGEST_INTERVAL: f64 = 0.25;
 
-/// Stamps count where messages were all under way for the same time, but for this \[s\] and this part of the time looked at: else the
-/// sender's clock goes wrong.
+/// Stamps are used if all messages had the same transport time, within this \[s\] plus this fraction of the time span. Otherwise the
+/// sender's clock is wrong.
 const SPREAD: f64 = 0.01;
 const SPREAD_SHARE: f64 = 0.25;
 
-/// A pose that is off the expected one by more than this part of the goal's motion, and this much [rad, m] besides, has jumped: what was
-/// before it counts no more.
+/// A pose has jumped if it differs from the expected pose by more than this fraction of the goal's motion plus this [rad, m]. Earlier poses
+/// then no longer count.
 const JUMP: f64 = 0.5;
 const STEP: [f64; 2] = [5e-3, 1e-3];
 
-/// So many of its standard errors of a velocity are taken for noise.
+/// A velocity counts as noise up to this many of its standard errors.
 const NOISE: f64 = 2.0;
 
-/// How much one pose adds to what is known of the noise.
+/// The weight of one pose in the estimated noise.
 const MEMORY: f64 = 0.1;
 
-/// What moves by less than this [rad, m] stands.
+/// A goal that moves by less than this [rad, m] stands.
 const ROUNDING: f64 = 1e-6;
 
-/// A pose as it came.
+/// A pose as received.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct StampedPose {
     pose: UnitDualQuaternion,
     stamp: i64,
     received: i64,
-    /// When it held, by the cycle's clock \[ns\].
+    /// The time at which it is valid, by the cycle's clock \[ns\].
     time: i64,
 }
 
@@ -53,39 +53,39 @@ struct StampedPose {
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Fit {
     pose: UnitDualQuaternion,
-    /// When it was there, by the cycle's clock \[ns\].
+    /// The time of the newest pose, by the cycle's clock \[ns\].
     time: i64,
-    /// Where it was then, seen from `pose`, its twist and the change of that, of a screw log over time \[s\].
+    /// The fitted pose relative to `pose`, its twist and the rate of change of the twist, as screw logs over time \[s\].
     coefficients: [Vector6<f64>; 3],
-    /// The inverse of the normal matrix, of powers of the time by `span` \[s\].
+    /// The inverse of the normal matrix, for powers of the time divided by `span` \[s\].
     covariance: Matrix3<f64>,
     span: f64,
 }
 
-/// A goal that moves.
+/// A moving goal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct MovingGoal {
-    /// Where it should be now.
+    /// Its expected pose.
     pub pose: UnitDualQuaternion,
     /// Its body twist `(ω, v)` [rad/s, m/s].
     pub twist: Vector6<f64>,
 }
 
 impl MovingGoal {
-    /// The same goal `seconds` later.
+    /// Returns the same goal `seconds` later.
     pub fn after(&self, seconds: f64) -> Self {
         Self { pose: self.pose * UnitDualQuaternion::screw_exp(&(seconds * self.twist)), ..*self }
     }
 }
 
-/// The poses of a goal in the last moments.
+/// The recent poses of a goal.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct GoalStream {
     samples: VecDeque<StampedPose>,
     fit: Option<Fit>,
-    /// The squares of the noise of a pose, of its rotation [rad²] and its position [m²].
+    /// The variance of the poses' noise, of rotation [rad²] and position [m²].
     noise: [f64; 2],
-    /// How many poses that was seen of.
+    /// The number of poses in that estimate.
     heard: u32,
 }
 
@@ -104,14 +104,14 @@ fn nanoseconds(time: Duration) -> i64 {
 }
 
 impl GoalStream {
-    /// Forgets all.
+    /// Clears the poses and the estimates.
     pub fn clear(&mut self) {
         self.samples.clear();
         (self.fit, self.noise, self.heard) = (None, [0.0; 2], 0);
     }
 
-    /// Adds a pose that its sender stamped `stamp` \[ns\], received at `now`. Of several that come in one cycle the last counts. True if it
-    /// goes on from the poses before; false after a jump or a pause.
+    /// Adds a pose that its sender stamped `stamp` \[ns\], received at `now`. Of several in one cycle the last counts. Returns true if it
+    /// continues the poses before; false after a jump or a pause.
     pub fn add(&mut self, pose: &UnitDualQuaternion, stamp: i64, now: Duration) -> bool {
         let received = nanoseconds(now);
         if self.samples.back().is_some_and(|last| last.received >= received) {
@@ -141,7 +141,8 @@ impl GoalStream {
         goes_on
     }
 
-    /// Times by the stamps, as if all messages had been under way for as long as the fastest, where the stamps allow it; else by receipt.
+    /// Sets the times from the stamps, as if every message had the transport time of the fastest, if the stamps are usable; otherwise from
+    /// receipt.
     fn set_times(&mut self) {
         let mut stamps = self.samples.iter().zip(self.samples.iter().skip(1));
         let in_order = stamps.all(|(one, next)| one.stamp < next.stamp);
@@ -156,7 +157,7 @@ impl GoalStream {
         }
     }
 
-    /// Whether the newest pose is not where the others lead to; by how much it is off is noise otherwise.
+    /// Returns whether the newest pose is not where the others lead. If it is, the deviation updates the noise.
     fn has_jumped(&mut self) -> bool {
         let (Some(fit), Some(newest)) = (&self.fit, self.samples.back()) else { return false };
         let interval = seconds(newest.time.saturating_sub(fit.time));
@@ -185,7 +186,7 @@ impl GoalStream {
         }
     }
 
-    /// The least squares of a motion with a constant twist, or from three poses on with one that changes steadily.
+    /// Fits a motion with a constant twist by least squares; with three poses or more, a twist that changes at a constant rate.
     fn find_fit(&self) -> Option<Fit> {
         let (first, newest) = (self.samples.front()?, self.samples.back()?);
         let span = seconds(newest.time.saturating_sub(first.time));
@@ -215,10 +216,11 @@ impl GoalStream {
         finite.then_some(Fit { pose: newest.pose, time: newest.time, coefficients, covariance, span })
     }
 
-    /// Where the goal is at `now` and how it moves; `None` if it stands, or has no motion that could be believed. Only position and rotation
-    /// that move `by_itself` do.
+    /// Returns the goal's pose and twist at `now`; `None` if it stands, or has no significant motion. Only parts (position, rotation) that
+    /// move `by_itself` count.
     ///
-    /// It goes on for no longer than its poses have been apart lately; then it stands for as long, and is where it was last seen.
+    /// Extrapolates for at most the longest recent age of a pose. For the same time after that, returns the last extrapolated pose with a
+    /// twist of zero.
     pub fn at(&self, now: Duration, by_itself: [bool; 2]) -> Option<MovingGoal> {
         let fit = self.believed(by_itself)?;
         let (age, longest) = (seconds(nanoseconds(now).saturating_sub(fit.time)), self.longest_age());
@@ -229,7 +231,7 @@ impl GoalStream {
         (age <= 2.0 * longest).then_some(stands)
     }
 
-    /// The motion without what may be noise of it, rotation and translation each by itself; none where nothing is left.
+    /// Returns the motion without what may be noise, for rotation and translation separately; `None` if nothing is left.
     fn believed(&self, [position, rotation]: [bool; 2]) -> Option<Fit> {
         let mut fit = self.fit.filter(|fit| self.samples.len() >= PROOF && fit.span >= SPAN)?;
         let error = fit.covariance[(1, 1)] / fit.span.powi(2);
@@ -248,7 +250,7 @@ impl GoalStream {
         moves.then_some(fit)
     }
 
-    /// How old a pose became before the next one came \[s\].
+    /// Returns the longest age of a pose before the next one arrived \[s\].
     fn longest_age(&self) -> f64 {
         let ages = self.samples.iter().zip(self.samples.iter().skip(1));
         ages.map(|(one, next)| seconds(next.received.saturating_sub(one.time)))
@@ -257,20 +259,20 @@ impl GoalStream {
     }
 }
 
-/// Rotation and translation of a log.
+/// Splits a log into rotation and translation.
 fn halves(log: &Vector6<f64>) -> [Vector3<f64>; 2] {
     [log.fixed_rows::<3>(0).into(), log.fixed_rows::<3>(3).into()]
 }
 
 impl Fit {
-    /// How far the pose at `s` \[s\] after the newest one may be off, by the variance of one pose.
+    /// Returns the variance of the pose at `s` \[s\] after the newest one, relative to that of a single pose.
     fn variance_at(&self, s: f64) -> f64 {
         let s = s / self.span;
         let basis = Vector3::new(1.0, s, s * s);
         basis.dot(&(self.covariance * basis))
     }
 
-    /// The goal at `s` \[s\] after the newest pose.
+    /// Returns the goal at `s` \[s\] after the newest pose.
     fn after(&self, s: f64) -> MovingGoal {
         let [place, twist, change] = &self.coefficients;
         let log = place + s * twist + 0.5 * s * s * change;

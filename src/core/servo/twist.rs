@@ -1,4 +1,4 @@
-//! Twists as they come over the wire.
+//! Twists, checked.
 
 use super::Rejection;
 use dq_common::text::cut;
@@ -6,23 +6,23 @@ use dq_kinematics::arm::bounds;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-/// How the tool point is to move, checked.
+/// A desired motion of the tool point, checked.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Twist {
     /// Velocity of the tool point [m/s].
     pub linear: Vector3<f64>,
     /// Angular velocity of the tool [rad/s].
     pub angular: Vector3<f64>,
-    /// Whether both are along the tool's axes, else along the base's.
+    /// Whether both are along the tool's axes; otherwise they are along the base's.
     pub in_tool: bool,
 }
 
 impl Twist {
-    /// From the velocities and the frame they are in: the first of `frames`, the base, which an empty name stands for too, or the
+    /// Creates a twist from the velocities and their frame: the first of `frames`, the base, for which an empty name also stands, or the
     /// second, the tool.
     ///
     /// # Errors
-    /// A [`Rejection`] for another frame, or a number that is not finite or beyond [`bounds`].
+    /// A [`Rejection`] for another frame, or for a number that is not finite or beyond [`bounds`].
     pub fn new(
         linear: [f64; 3],
         angular: [f64; 3],
@@ -42,7 +42,7 @@ impl Twist {
         Ok(Self { linear: linear.into(), angular: angular.into(), in_tool })
     }
 
-    /// Whether it asks for no motion.
+    /// Returns whether it asks for no motion.
     pub fn is_zero(&self) -> bool {
         self.linear == Vector3::zeros() && self.angular == Vector3::zeros()
     }

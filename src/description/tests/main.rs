@@ -1,4 +1,4 @@
-//! Arms that robot descriptions give, and descriptions that give none.
+//! Tests of arms in robot descriptions, and of descriptions without an arm.
 
 #[path = "../../kinematics/tests/jacobians.rs"]
 mod jacobians;
@@ -16,7 +16,7 @@ use proptest::prelude::*;
 use std::process::{Command, Output};
 use tolerance::ALGEBRA;
 
-/// What an independent implementation is met to.
+/// Tolerance in comparisons with an independent implementation.
 const ORACLE: f64 = 1e-10;
 
 fn text(name: &str) -> String {
@@ -36,10 +36,10 @@ fn done(output: Output, what: &str) -> Vec<u8> {
     output.stdout
 }
 
-/// A Python with Pinocchio, which tests/install.sh makes.
+/// A Python with Pinocchio, installed by tests/install.sh.
 const PYTHON: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../target/venv/bin/python");
 
-/// Numbers one after the other.
+/// A sequence of numbers.
 struct Numbers(std::vec::IntoIter<f64>);
 
 impl Numbers {
@@ -52,7 +52,7 @@ impl Numbers {
     }
 }
 
-/// Poses and Jacobians at 1000 random configurations against Pinocchio's.
+/// Compares poses and Jacobians at 1000 random configurations with Pinocchio's.
 fn check_against_pinocchio(document: &str, base: &str, tool: &str, kinds: &[JointKind]) {
     const COUNT: usize = 1000;
     let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/pin.py");
@@ -112,7 +112,7 @@ fn pinocchio_agrees_on_the_ur5_the_panda_the_tiago_and_the_puma() {
     check_against_pinocchio(document.to_str().unwrap(), "base_link", "tool0", &[Revolute; 6]);
 }
 
-/// Revolute about x, prismatic along a slant, continuous about −z, and a tool.
+/// A revolute joint about x, a prismatic one along a slant, a continuous one about −z, and a tool.
 const GANTRY: &str = include_str!("../../../tests/data/urdf/gantry.urdf");
 
 fn gantry() -> Chain {
@@ -120,7 +120,7 @@ fn gantry() -> Chain {
 }
 
 #[test]
-fn any_axis_is_taken_and_what_is_written_reads_back_to_the_last_bit() {
+fn any_axis_is_accepted_and_a_written_description_is_read_back_exactly() {
     let description = Description::read(GANTRY, "a", "e").unwrap();
     let [turn, slide, shift] = [0.7, 0.3, -1.1];
     let pose = gantry().forward_kinematics(&[turn, slide, shift]).unwrap();
@@ -152,13 +152,13 @@ fn any_axis_is_taken_and_what_is_written_reads_back_to_the_last_bit() {
 }
 
 #[test]
-fn the_description_of_a_chain_is_that_chain_or_none() {
+fn the_description_of_a_chain_is_that_chain() {
     let puma = (puma(), vec![0.3, -1.2, 0.7, 2.0, -0.4, 1.1]);
     for (chain, theta) in [puma, (gantry(), vec![0.7, 0.3, -1.1])] {
         let described = describe(&chain);
         for text in [described.urdf(), described.drawn_urdf()] {
             let read = Description::read(&text, "base_link", "tool0").unwrap().arm;
-            // A slide without limits is none in URDF.
+            // URDF does not allow a prismatic joint without limits.
             assert!(read == described || chain.kinds().contains(&JointKind::Prismatic), "{read:?}");
             let read = read.chain().unwrap();
             assert_eq!(read.kinds(), chain.kinds());
@@ -186,9 +186,9 @@ proptest! {
     }
 }
 
-/// What does not move mimics nothing.
+/// A joint that does not move cannot mimic.
 #[test]
-fn a_fixed_joint_that_mimics_is_read() {
+fn a_fixed_joint_that_mimics_is_accepted() {
     let fixed = "<joint name='j4' type='fixed'>";
     let mimicking = GANTRY.replace(fixed, &format!("{fixed}<mimic joint='j2'/>"));
     let read = |text: &str| Description::read(text, "a", "e").unwrap().arm;
@@ -196,7 +196,7 @@ fn a_fixed_joint_that_mimics_is_read() {
 }
 
 #[test]
-fn what_gives_no_arm_is_refused_in_one_line_that_names_the_element() {
+fn a_description_without_an_arm_is_rejected_in_one_line_that_names_the_element() {
     let with = |from: &str, to: &str| GANTRY.replacen(from, to, 1);
     let nested = format!("<robot>{}{}</robot>", "<a>".repeat(50_000), "</a>".repeat(50_000));
     let cases: Vec<(String, &[&str])> = vec![
@@ -264,7 +264,7 @@ fn what_gives_no_arm_is_refused_in_one_line_that_names_the_element() {
 }
 
 #[test]
-fn what_is_beside_the_chain_may_be_wrong() {
+fn joints_outside_of_the_chain_may_be_invalid() {
     let broken = GANTRY.replace("<mimic joint='j2'/>", "<axis xyz='none'/><limit lower='x'/>");
     let read = Description::read(&broken, "a", "e").unwrap();
     let [stiff] = read.beside.as_slice() else { panic!("{:?}", read.beside) };
@@ -273,9 +273,9 @@ fn what_is_beside_the_chain_may_be_wrong() {
     assert!(Description::read(&free, "a", "e").unwrap().beside.is_empty());
 }
 
-/// The longest arm, without wheels, head, gripper and fingers; from `base_link` to `tool0`, where there are these.
+/// The longest arm, without wheels, head, gripper and fingers; from `base_link` to `tool0`, if these exist.
 #[test]
-fn frames_that_nobody_names_are_guessed() {
+fn missing_frames_are_guessed() {
     for (robot, base, tool, joints) in [
         ("panda", "panda_link0", "panda_hand", 7),
         ("scara", "link0", "tool", 4),

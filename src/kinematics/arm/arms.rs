@@ -1,11 +1,11 @@
-//! What is controlled: the tool of one arm, or the tool of one arm as seen from that of another.
+//! The controlled arms: one arm with its tool, or two arms with one tool relative to the other.
 
 use super::{ArmState, Chain, JointKind};
 use dq_algebra::UnitDualQuaternion;
 use nalgebra::{UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
-/// How fast the fastest tool moves.
+/// The speed of the fastest tool.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ToolSpeed {
     /// Speed of the tool point [m/s].
@@ -14,25 +14,26 @@ pub struct ToolSpeed {
     pub angular: f64,
 }
 
-/// How far the goal is from where the arm stands, or can slide to, and how far the arm reaches from there \[m\].
+/// The distance of a goal from the foot of the arm (or from the nearest point to which the foot can slide), and the reach of the arm from
+/// there \[m\].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Reach {
     /// Distance of the goal.
     pub goal: f64,
-    /// The length of the links together, which no pose of the tool is beyond.
+    /// The total length of the links, an upper bound of the reach.
     pub longest: f64,
 }
 
 impl Reach {
-    /// Whether the links are too short to come within `tolerance` \[m\] of the goal.
+    /// Returns whether the links are too short to reach the goal within `tolerance` \[m\].
     pub fn is_beyond(&self, tolerance: f64) -> bool {
         self.goal > self.longest + tolerance
     }
 }
 
-/// One arm, or two whose right tool is controlled as seen from the left one (paper §4), at some joint positions.
+/// One arm, or two arms whose right tool is controlled relative to the left one (paper §4), at some joint positions.
 ///
-/// Two arms are one to every law and every safety rule: [`ArmState::relative`], with the joints of both.
+/// To every law and safety rule, two arms look like one: [`ArmState::relative`], with the joints of both.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Arms {
     left: Arm,
@@ -45,11 +46,11 @@ struct Arm {
     state: ArmState,
 }
 
-/// The other arm of two.
+/// The right arm of two.
 #[derive(Clone, Debug, PartialEq)]
 struct Right {
     arm: Arm,
-    /// Both as one.
+    /// The state of both arms as one.
     relative: ArmState,
 }
 
@@ -59,7 +60,7 @@ impl Arm {
     }
 
     fn evaluate(&mut self, theta: &[f64]) {
-        // A list of another length says nothing of this arm.
+        // A list of another length does not belong to this arm, and changes nothing.
         let _ = self.chain.evaluate(theta, &mut self.state);
     }
 
@@ -70,47 +71,47 @@ impl Arm {
 }
 
 impl Arms {
-    /// One arm.
+    /// Creates a single arm.
     pub fn one(chain: Chain) -> Self {
         Self { left: Arm::new(chain), right: None }
     }
 
-    /// Two arms, both in one base frame.
+    /// Creates two arms in one base frame.
     pub fn two(left: Chain, right: Chain) -> Self {
         let (left, arm) = (Arm::new(left), Arm::new(right));
         let relative = ArmState::relative(&left.state, &arm.state);
         Self { left, right: Some(Right { arm, relative }) }
     }
 
-    /// The arm, or the left one of two.
+    /// Returns the arm, or the left one of two.
     pub fn chain(&self) -> &Chain {
         &self.left.chain
     }
 
-    /// All arms, the left one first.
+    /// Yields all arms, the left one first.
     pub fn chains(&self) -> impl Iterator<Item = &Chain> {
         let right = self.right.as_ref().map(|right| &right.arm.chain);
         std::iter::once(&self.left.chain).chain(right)
     }
 
-    /// The joints of all arms.
+    /// Returns the number of joints of all arms.
     pub fn joint_count(&self) -> usize {
         self.state().joint_count()
     }
 
-    /// What they do, arm after arm.
+    /// Returns the kinds of their joints, arm after arm.
     pub fn joint_kinds(&self) -> Vec<JointKind> {
         self.chains().flat_map(|chain| chain.kinds().iter().copied()).collect()
     }
 
-    /// Puts each arm's tool at `tool_offset` in its tool frame, from the next [`evaluate`](Self::evaluate) on.
+    /// Sets the offset of each arm's tool in its tool frame, from the next [`evaluate`](Self::evaluate) on.
     pub fn set_tool_offset(&mut self, tool_offset: &UnitDualQuaternion) {
         self.left.chain.set_tool_offset(tool_offset);
         self.right.iter_mut().for_each(|right| right.arm.chain.set_tool_offset(tool_offset));
     }
 
-    /// Moves the joints to `theta` \[rad, prismatic: m\], one number a joint, arm after arm. An arm for whose joints there are not as many
-    /// numbers stays where it was.
+    /// Evaluates the arms at the joint positions `theta` \[rad, prismatic: m\], one per joint, arm after arm. An arm with too few or too
+    /// many numbers remains at its last positions.
     pub fn evaluate(&mut self, theta: &[f64]) {
         let (of_left, of_right) = self.split(theta);
         self.left.evaluate(of_left);
@@ -120,7 +121,7 @@ impl Arms {
         }
     }
 
-    /// The numbers of the left arm's joints, and those of the right one's.
+    /// Splits numbers into those of the left arm's joints and those of the right arm's.
     fn split<'a>(&self, numbers: &'a [f64]) -> (&'a [f64], &'a [f64]) {
         match self.right {
             Some(_) => numbers.split_at(self.left.chain.joint_count().min(numbers.len())),
@@ -128,25 +129,25 @@ impl Arms {
         }
     }
 
-    /// The arm, or two arms as one, as laws take it.
+    /// Returns the state of the arm, or of two arms as one, for the laws.
     pub fn state(&self) -> &ArmState {
         self.right.as_ref().map_or(&self.left.state, |right| &right.relative)
     }
 
-    /// The controlled pose: the tool in the base frame, or the right tool in the left tool's frame.
+    /// Returns the controlled pose: the tool in the base frame, or the right tool in the left tool's frame.
     pub fn pose(&self) -> UnitDualQuaternion {
         self.state().base_from_tool()
     }
 
-    /// The axes of the frame in which twists of the tool come, along which [`pose`](Self::pose) is given: of one arm those of its tool
-    /// frame, which the offset may turn away from.
+    /// Returns the orientation of the frame in which twists of the tool are given, relative to the frame of [`pose`](Self::pose). For one
+    /// arm that is its tool frame, which the tool offset may rotate.
     pub fn tool_axes(&self) -> UnitQuaternion<f64> {
         let (tool, offset) = (self.pose().rotation(), self.left.chain.tool_offset().rotation());
         let is_tool_frame = self.right.is_some() || offset == UnitQuaternion::identity();
         if is_tool_frame { tool } else { tool * offset.inverse() }
     }
 
-    /// The fastest tool at joint velocities `theta_dot` [rad/s, prismatic: m/s].
+    /// Returns the speed of the fastest tool at joint velocities `theta_dot` [rad/s, prismatic: m/s].
     pub fn tool_speed(&self, theta_dot: &[f64]) -> ToolSpeed {
         let (of_left, of_right) = self.split(theta_dot);
         let left = self.left.tool_speed(of_left);
@@ -156,7 +157,8 @@ impl Arms {
         ToolSpeed { linear: left.linear.max(right.linear), angular: left.angular.max(right.angular) }
     }
 
-    /// How far the goal's position \[m\] is, and how far the links reach with joints within these `ranges` \[rad, prismatic: m\], arm after arm.
+    /// Returns the distance of the goal's position \[m\], and the reach of the links with joints within these `ranges` \[rad, prismatic:
+    /// m\], arm after arm.
     pub fn reach(
         &self,
         goal_point: &Vector3<f64>,

@@ -7,36 +7,36 @@ use super::{ArmError, ArmState, Convention, DhRow, Joint, JointKind, bounds};
 use dq_algebra::UnitDualQuaternion;
 use nalgebra::{Isometry3, Quaternion, Unit, UnitQuaternion, Vector3};
 
-/// Axes are square to each other whose directions have no larger product.
+/// Largest product of the directions of two axes that count as perpendicular.
 const SQUARE: f64 = 1e-9;
 
 /// A serial arm with any number of revolute and prismatic joints.
 ///
-/// DH rows of both conventions and joints about any axes become one form: before each rotation about z, or shift along it, there is a
-/// fixed transform, and after the last a fixed transform to the tool.
+/// DH rows of both conventions, and joints about any axes, are converted to one form: a fixed transform before each rotation about z, or
+/// translation along z, and a fixed transform to the tool after the last.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Chain {
-    /// Link i−1 (or the base) from the frame in which joint i turns about z or slides along it, at position 0.
+    /// For each joint i, link i−1 (or the base) from the frame in which the joint turns about z or slides along z, at position 0.
     before_joint: Vec<Isometry3<f64>>,
     kinds: Vec<JointKind>,
-    /// Of the tool without its offset; none where that is the last link.
+    /// The tool without its offset; `None` if it is at the last link.
     last_link_from_flange: Option<Isometry3<f64>>,
-    /// None where the tool is the last link.
+    /// The tool; `None` if it is at the last link.
     last_link_from_tool: Option<Isometry3<f64>>,
     tool_offset: UnitDualQuaternion,
-    /// The same links, two at a time.
+    /// The links, two at a time.
     pairs: Vec<LinkPair>,
-    /// The turn about z that is left before the first joint.
+    /// The rotation about z before the first joint.
     first_turn: ChainEnd,
-    /// Where the arm stands.
+    /// The position of the arm's base.
     base_point: Vector3<f64>,
 }
 
 impl Chain {
-    /// From DH rows, base first.
+    /// Creates a chain from DH rows, base first.
     ///
     /// # Errors
-    /// [`ArmError::NoJoints`], [`ArmError::NonFinite`], [`ArmError::OutOfRange`].
+    /// [`ArmError::NoJoints`], [`ArmError::NonFinite`] or [`ArmError::OutOfRange`].
     pub fn new(convention: Convention, rows: &[DhRow]) -> Result<Self, ArmError> {
         if rows.is_empty() {
             return Err(ArmError::NoJoints);
@@ -58,10 +58,10 @@ impl Chain {
         Ok(Self::of(before, vec![JointKind::Revolute; rows.len()], last_link_from_tool))
     }
 
-    /// From joints, base first, and the tool in the last joint's frame.
+    /// Creates a chain from joints, base first, and the tool in the last joint's frame.
     ///
     /// # Errors
-    /// [`ArmError::NoJoints`], [`ArmError::NonFinite`] (of an axis too, as `Unit::new_normalize` makes one of zeros),
+    /// [`ArmError::NoJoints`], [`ArmError::NonFinite`] (also for an axis, because `Unit::new_normalize` makes NaN of zeros) or
     /// [`ArmError::OutOfRange`].
     pub fn from_joints(
         joints: &[Joint],
@@ -71,7 +71,7 @@ impl Chain {
             return Err(ArmError::NoJoints);
         }
         let mut before_joint = Vec::with_capacity(joints.len());
-        // From the frame whose z is the last joint's axis to the joint's own.
+        // Transforms from the frame whose z is the last joint's axis to that joint's own frame.
         let mut z_from_joint = Isometry3::identity();
         for (i, joint) in joints.iter().enumerate() {
             bounds::length("origin", i + 1, joint.parent_from_joint.translation().norm())?;
@@ -106,12 +106,12 @@ impl Chain {
         chain.with_links()
     }
 
-    /// What each joint does, base first.
+    /// Returns the kind of each joint, base first.
     pub fn kinds(&self) -> &[JointKind] {
         &self.kinds
     }
 
-    /// With its links as its transforms are.
+    /// Recomputes the links from the transforms.
     fn with_links(mut self) -> Self {
         let links: Vec<_> = self.before_joint.iter().map(Link::new).collect();
         let befores = links.iter().map(|(_, before, _)| *before);
@@ -127,12 +127,12 @@ impl Chain {
         self
     }
 
-    /// The number of joints.
+    /// Returns the number of joints.
     pub fn joint_count(&self) -> usize {
         self.before_joint.len()
     }
 
-    /// The same arm standing at `world_from_base`: from then on its base frame is the world.
+    /// Returns the same arm with its base at `world_from_base`; its base frame is then the world.
     pub fn standing_at(mut self, world_from_base: &UnitDualQuaternion) -> Self {
         if let Some(first) = self.before_joint.first_mut() {
             *first = world_from_base.frame() * *first;
@@ -141,7 +141,7 @@ impl Chain {
         self.with_links()
     }
 
-    /// Moves the tool by `flange_from_tool`, seen from where it is without an offset.
+    /// Sets the tool offset `flange_from_tool`, relative to the tool without an offset.
     pub fn set_tool_offset(&mut self, flange_from_tool: &UnitDualQuaternion) {
         self.tool_offset = *flange_from_tool;
         let flange = self.last_link_from_flange;
@@ -151,24 +151,25 @@ impl Chain {
         };
     }
 
-    /// The tool, seen from where it is without an offset.
+    /// Returns the tool offset, relative to the tool without an offset.
     pub fn tool_offset(&self) -> &UnitDualQuaternion {
         &self.tool_offset
     }
 
-    /// Where the arm stands \[m\].
+    /// Returns the position of the arm's base \[m\].
     pub fn base_point(&self) -> Vector3<f64> {
         self.base_point
     }
 
-    /// An upper bound of the distance from where the arm stands to its tool \[m\], with joints in these ranges \[rad, prismatic: m\]; a joint
-    /// that slides and has none stays at 0.
+    /// Returns an upper bound of the distance from the arm's base to its tool \[m\], with joints in these ranges \[rad, prismatic: m\]. A
+    /// prismatic joint without a range counts as fixed at 0.
     pub fn reach(&self, ranges: impl Iterator<Item = (f64, f64)>) -> f64 {
         self.length_from(0, ranges)
     }
 
-    /// How far `point` is from where the arm's foot can be at the nearest, and an upper bound of how far from there its tool can be \[m\],
-    /// with joints in these ranges \[rad, prismatic: m\]. The foot is on the joints that slide square to each other before any turns.
+    /// Returns the distance of `point` from the nearest possible position of the arm's foot, and an upper bound of the distance from there
+    /// to the tool \[m\], with joints in these ranges \[rad, prismatic: m\]. The foot is carried by the prismatic joints that are
+    /// perpendicular to each other and come before any revolute one.
     pub fn gap(&self, point: &Vector3<f64>, ranges: impl Iterator<Item = (f64, f64)> + Clone) -> (f64, f64) {
         let (mut foot, mut axes, mut count) = (Isometry3::identity(), [Vector3::zeros(); 3], 0);
         for before in self
@@ -193,7 +194,7 @@ impl Chain {
         (way.norm(), self.length_from(count, ranges))
     }
 
-    /// The length of all links from that of joint number `first`, counted from 0, to the tool \[m\], and of what slides between them.
+    /// Returns the total length of the links from joint number `first` (counted from 0) to the tool \[m\], including prismatic travel.
     fn length_from(&self, first: usize, ranges: impl Iterator<Item = (f64, f64)>) -> f64 {
         let starts = std::iter::once(self.base_point).chain(std::iter::repeat(Vector3::zeros()));
         let lengths = self
@@ -212,20 +213,20 @@ impl Chain {
         links.sum::<f64>() + tool
     }
 
-    /// `base_from_tool` at joint positions `theta` \[rad, prismatic: m\] (eq. 14), with the sign that the product of the factors has.
+    /// Returns `base_from_tool` at the joint positions `theta` \[rad, prismatic: m\] (eq. 14), with the sign of the product of the factors.
     ///
     /// # Errors
-    /// [`ArmError::JointCount`].
+    /// [`ArmError::JointCount`] if `theta` does not have one number per joint.
     pub fn forward_kinematics(&self, theta: &[f64]) -> Result<UnitDualQuaternion, ArmError> {
         self.check_count(theta)?;
         let (rotation, point) = self.for_each_pair(theta, |_| ()).tool(self.last_link_from_tool.as_ref());
         Ok(UnitDualQuaternion::from_parts(rotation, point))
     }
 
-    /// `base_from_link` of each link: the frame that moves with joint i, z along its axis.
+    /// Returns `base_from_link` of each link: the frame that moves with joint i, with z along its axis.
     ///
     /// # Errors
-    /// [`ArmError::JointCount`].
+    /// [`ArmError::JointCount`] if `theta` does not have one number per joint.
     pub fn link_poses(&self, theta: &[f64]) -> Result<Vec<UnitDualQuaternion>, ArmError> {
         self.check_count(theta)?;
         let mut links = Vec::with_capacity(self.joint_count());
@@ -233,7 +234,7 @@ impl Chain {
         Ok(links)
     }
 
-    /// Calls `each` with the same frames, base first, of as many joints as there are numbers in `theta`, without allocating.
+    /// Calls `each` with these frames, base first, for as many joints as there are numbers in `theta`, without allocating.
     pub fn for_each_link(&self, theta: &[f64], mut each: impl FnMut(&Isometry3<f64>)) {
         let mut frame = Isometry3::identity();
         for ((before, kind), position) in self.before_joint.iter().zip(&self.kinds).zip(theta) {
@@ -246,16 +247,16 @@ impl Chain {
         }
     }
 
-    /// Where each joint is in the link before it, or the base, at position 0 \[m\], base first.
+    /// Yields the origin of each joint in the link before it, or in the base, at position 0 \[m\], base first.
     pub fn joint_origins(&self) -> impl Iterator<Item = Vector3<f64>> + '_ {
         self.before_joint.iter().map(|before| before.translation.vector)
     }
 
     /// Fills `state` with the tool pose and the joint axes at `theta` \[rad, prismatic: m\], without allocating. A state of another arm
-    /// of as many joints becomes one of this arm, whatever its joints did.
+    /// with the same number of joints becomes one of this arm, whatever the kinds of its joints.
     ///
     /// # Errors
-    /// [`ArmError::JointCount`] where `theta` or `state` have not as many joints as this arm.
+    /// [`ArmError::JointCount`] if `theta` or `state` do not have as many joints as this arm.
     pub fn evaluate(&self, theta: &[f64], state: &mut ArmState) -> Result<(), ArmError> {
         self.check_count(theta)?;
         let motions = state.motions_mut(self.joint_count())?;
@@ -279,9 +280,9 @@ impl Chain {
         Ok(())
     }
 
-    /// Calls `each` with two joints at a time, base first, by the frames whose z axes are theirs; returns the last link.
+    /// Calls `each` with two joints at a time, base first: with the frames whose z axes are theirs. Returns the last link.
     ///
-    /// Fast because the half turns of the next two are on their way while these two are multiplied up, one after the other.
+    /// This is fast because the half turns of the next two joints are computed while these two are multiplied.
     #[inline]
     fn for_each_pair(&self, theta: &[f64], mut each: impl FnMut(&[ChainEnd; 2])) -> ChainEnd {
         let mut end = self.first_turn;
@@ -309,13 +310,13 @@ impl Chain {
         end
     }
 
-    /// The tool in the last link.
+    /// Returns the tool in the last link.
     pub fn last_link_from_tool(&self) -> UnitDualQuaternion {
         let (rotation, point) = ChainEnd::turned(0.0).tool(self.last_link_from_tool.as_ref());
         UnitDualQuaternion::from_parts(rotation, point)
     }
 
-    /// Each joint's frame at θ = 0 in the link before it (or the base), base first.
+    /// Returns each joint's frame at θ = 0 in the link before it (or the base), base first.
     pub fn parent_from_joint(&self) -> Vec<UnitDualQuaternion> {
         self.before_joint.iter().map(|frame| (*frame).into()).collect()
     }
@@ -328,7 +329,7 @@ impl Chain {
     }
 }
 
-/// The frame turned about its own z axis by the angle whose half has this cosine and sine.
+/// Returns the frame rotated about its own z axis by the angle whose half has this cosine and sine.
 fn turned(frame: &Isometry3<f64>, cos: f64, sin: f64) -> Isometry3<f64> {
     let q = frame.rotation.quaternion();
     let rotation = Quaternion::new(
@@ -340,8 +341,8 @@ fn turned(frame: &Isometry3<f64>, cos: f64, sin: f64) -> Isometry3<f64> {
     Isometry3::from_parts(frame.translation, UnitQuaternion::new_unchecked(rotation))
 }
 
-/// A rotation that takes z to this direction, exact to rounding everywhere, which one by way of the arc cosine of their product is
-/// not near the poles: the shortest one, or from −z on, after half a turn about x.
+/// Returns a rotation that takes z to this direction, exact to rounding everywhere (a formula with the arc cosine is inexact near the
+/// poles). It is the shortest rotation, or, if the direction points below, the shortest from −z after half a turn about x.
 fn from_z(direction: &Unit<Vector3<f64>>) -> UnitQuaternion<f64> {
     let (x, y, z) = (direction.x, direction.y, direction.z);
     UnitQuaternion::new_normalize(match z >= 0.0 {
@@ -351,7 +352,7 @@ fn from_z(direction: &Unit<Vector3<f64>>) -> UnitQuaternion<f64> {
 }
 
 impl ArmState {
-    /// The arm with all joints at 0.
+    /// Creates the state with all joints at 0.
     pub fn new(chain: &Chain) -> Self {
         let mut state = Self::of_joints(chain.joint_count());
         // The counts are equal by construction.

@@ -5,12 +5,12 @@ use dq_algebra::UnitDualQuaternion;
 use nalgebra::Vector3;
 use std::str::FromStr;
 
-/// Which of the two Denavit–Hartenberg conventions a row follows.
+/// The Denavit–Hartenberg convention of a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Convention {
-    /// Craig's: `Rx(α) Tx(a) Tz(d) Rz(θ)`, α and a of the link before the joint.
+    /// Craig's convention: `Rx(α) Tx(a) Tz(d) Rz(θ)`, with α and a of the link before the joint.
     ModifiedDh,
-    /// The original: `Rz(θ) Tz(d) Tx(a) Rx(α)`.
+    /// The original convention: `Rz(θ) Tz(d) Tx(a) Rx(α)`.
     StandardDh,
 }
 
@@ -25,7 +25,7 @@ impl FromStr for Convention {
     }
 }
 
-/// One joint and its link.
+/// The Denavit–Hartenberg parameters of one joint and its link.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DhRow {
     /// Link twist \[rad\].
@@ -34,12 +34,12 @@ pub struct DhRow {
     pub a: f64,
     /// Link offset \[m\].
     pub d: f64,
-    /// Added to the joint angle \[rad\].
+    /// The offset added to the joint angle \[rad\].
     pub theta_offset: f64,
 }
 
 impl DhRow {
-    /// The part of the row that does not move, in the order of the convention.
+    /// Returns the fixed part of the row, in the order of the convention.
     pub(super) fn fixed(&self, convention: Convention) -> UnitDualQuaternion {
         let turn =
             UnitDualQuaternion::from_translation_angle_axis(Vector3::zeros(), self.alpha, &Vector3::x_axis());

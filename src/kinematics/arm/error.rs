@@ -1,59 +1,59 @@
-//! What cannot be an arm, or its joint angles.
+//! Errors in the description of an arm or in its joint positions.
 
 use thiserror::Error;
 
-/// An error of the arm room.
+/// An error in the description of an arm or in its joint positions.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum ArmError {
     /// A chain without joints.
     #[error("an arm needs at least one joint, got none")]
     NoJoints,
-    /// A DH parameter, or a length, is infinite or not a number.
+    /// A DH parameter or a length is infinite or NaN.
     #[error("{parameter} of joint {joint} is {value}: expected a finite number")]
     NonFinite {
-        /// Which parameter.
+        /// The parameter.
         parameter: &'static str,
         /// The joint, counted from 1.
         joint: usize,
         /// Its value.
         value: f64,
     },
-    /// A DH parameter, or a length, larger than any arm's.
+    /// A DH parameter or a length is larger than that of any arm.
     #[error(
         "{parameter} of joint {joint} is {value} {unit}: expected at most {bound:.5} {unit} either way{}",
         hint(unit)
     )]
     OutOfRange {
-        /// Which parameter.
+        /// The parameter.
         parameter: &'static str,
         /// The joint, counted from 1.
         joint: usize,
         /// Its value.
         value: f64,
-        /// The largest that it may be.
+        /// The largest allowed value.
         bound: f64,
-        /// Their unit.
+        /// The unit of both.
         unit: &'static str,
     },
-    /// A list of joint values that does not fit the arm.
+    /// The number of joint values does not match the arm.
     #[error("got {got} joint values, expected {expected}: the arm has {expected} joints")]
     JointCount {
-        /// How many the arm has.
+        /// The number of joints of the arm.
         expected: usize,
-        /// How many there were.
+        /// The number of values.
         got: usize,
     },
-    /// Names, or other things that each joint has one of, that do not fit the arm.
+    /// The number of names, or of other things that each joint has one of, does not match the arm.
     #[error("got {got} {what}, expected {expected}: the arm has {expected} joints")]
     OnePerJoint {
-        /// What each joint has one of.
+        /// The things.
         what: &'static str,
-        /// How many joints the arm has.
+        /// The number of joints of the arm.
         expected: usize,
-        /// How many there were.
+        /// The number of things.
         got: usize,
     },
-    /// A name that is no DH convention.
+    /// An unknown name of a DH convention.
     #[error("unknown DH convention {0:?}: expected modified_dh or standard_dh")]
     UnknownConvention(String),
 }

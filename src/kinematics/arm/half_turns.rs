@@ -3,24 +3,24 @@
 use std::f64::consts::FRAC_1_PI;
 use wide::{bytemuck, f64x2, u64x2};
 
-/// Beyond this angle \[rad\] a number of half turns times the long part of π is not exact any more.
+/// Largest angle \[rad\] for which the number of half turns times the long part of π is exact.
 const LARGEST: f64 = 1e6;
 
-/// π in two parts: the first has so few digits that its product with a number of half turns is exact.
+/// The long part of π, with so few digits that its product with a number of half turns is exact.
 const PI_LONG: f64 = 3.141_592_621_803_283_7;
-/// π without its long part.
+/// The rest of π.
 const PI_SHORT: f64 = 3.178_650_954_705_639e-8;
 
-/// Adding and subtracting 1.5·2⁵² rounds to an integer, and leaves the integer's last bit in the sum's last bit.
+/// Adding and subtracting 1.5·2⁵² rounds to an integer. The last bit of the sum is that of the integer.
 const ROUNDER: f64 = 6_755_399_441_055_744.0;
 
-/// Cosines and sines of `½θ + offset` of each angle θ \[rad\]; offsets are at most π.
+/// Returns the cosines and sines of `½θ + offset` of each angle θ \[rad\]; offsets are at most π.
 ///
-/// Fast because both angles take the same steps without a branch, in one register: libm's `sin_cos` goes through them one by one, and
-/// is half of the kinematics. With k half turns taken off, `½θ + offset = kπ + 2y`, and |y| ≤ ¼π short polynomials in y² are exact to
-/// the last digit; then `sin 2y = 2 sin y cos y`, `cos 2y = 1 − 2 sin² y`, and an odd k changes both signs. The even and the odd powers
-/// of y² are summed side by side, as each power waits for the one before, and offsets become half turns beside the angles. It is part of
-/// the loop that calls it, as two numbers that pass through memory on their way are waited for.
+/// It is fast because both angles take the same steps without a branch, in one register; libm's `sin_cos` computes them one by one, and
+/// takes half the time of the kinematics. After k half turns are subtracted, `½θ + offset = kπ + 2y`. For |y| ≤ ¼π, short polynomials in y²
+/// are exact to the last digit; then `sin 2y = 2 sin y cos y`, `cos 2y = 1 − 2 sin² y`, and an odd k changes both signs. The even and the
+/// odd powers of y² are summed in parallel, because each power depends on the one before. The function is inlined into the calling loop,
+/// because passing two numbers through memory would stall it.
 #[inline(always)]
 pub(super) fn half_turns(angles: f64x2, offsets: f64x2) -> (f64x2, f64x2) {
     if angles.to_array().iter().any(|angle| angle.abs() > LARGEST) {
@@ -39,26 +39,26 @@ pub(super) fn half_turns(angles: f64x2, offsets: f64x2) -> (f64x2, f64x2) {
     ((1.0 - twice * sin) ^ odd, (twice * cos) ^ odd)
 }
 
-/// Coefficients of y³, y⁵ … y¹³ of the sine, by y; every other one, the last one first. With the polynomial the sine has its own values
-/// at six Chebyshev points of y², computed with 60 digits, and between those it is off by 1.3e-17 at most.
+/// Coefficients of y³, y⁵ … y¹³ of the sine divided by y: two lists of alternate coefficients, each with the last one first. The polynomial
+/// equals the sine at six Chebyshev points of y², computed with 60 digits; between them the error is at most 1.3e-17.
 const SINE: ([f64; 3], [f64; 3]) = (
     [-2.505_113_184_500_362_4e-8, -1.984_126_983_675_885_7e-4, -0.166_666_666_666_666_66],
     [1.591_812_929_486_660_8e-10, 2.755_731_610_255_244e-6, 8.333_333_333_330_948e-3],
 );
 
-/// Coefficients of y², y⁴ … y¹⁴ of the cosine; every other one, the last one first. Of seven points, and 1.2e-19 off at most.
+/// Coefficients of y², y⁴ … y¹⁴ of the cosine, in the same order, from seven points. The error is at most 1.2e-19.
 const COSINE: ([f64; 4], [f64; 3]) = (
     [-1.136_799_865_402_249_4e-11, -2.755_731_556_634_189_5e-7, -1.388_888_888_888_077_5e-3, -0.5],
     [2.087_588_673_804_705_2e-9, 2.480_158_729_369_346e-5, 0.041_666_666_666_666_64],
 );
 
-/// The polynomial in x with these even and odd coefficients, that of the highest power first.
+/// Evaluates the polynomial in x with these even and odd coefficients, the highest power first.
 fn series<const N: usize, const M: usize>(x: f64x2, (even, odd): &([f64; N], [f64; M])) -> f64x2 {
     let square = x * x;
     horner(square, even) + x * horner(square, odd)
 }
 
-/// The polynomial in x with these coefficients, that of the highest power first.
+/// Evaluates the polynomial in x with these coefficients, the highest power first.
 fn horner<const N: usize>(x: f64x2, coefficients: &[f64; N]) -> f64x2 {
     let [first, rest @ ..] = coefficients.as_slice() else { return f64x2::ZERO };
     rest.iter().fold(f64x2::splat(*first), |sum, coefficient| sum * x + *coefficient)
@@ -72,7 +72,7 @@ mod tests {
 
     fn check(angle: f64, offset: f64) {
         let (cosines, sines) = half_turns(f64x2::splat(angle), f64x2::splat(offset));
-        // `½θ + offset` itself is rounded.
+        // The sum `½θ + offset` itself would be rounded.
         let (sin, cos) = (0.5 * angle).sin_cos();
         let (sin, cos) = (sin * offset.cos() + cos * offset.sin(), cos * offset.cos() - sin * offset.sin());
         for (cosine, sine) in cosines.to_array().into_iter().zip(sines.to_array()) {
@@ -82,7 +82,7 @@ mod tests {
     }
 
     #[test]
-    fn multiples_of_quarter_turns_and_the_ends_of_the_range_are_as_libm_has_them() {
+    fn multiples_of_quarter_turns_and_the_ends_of_the_range_match_libm() {
         (-4000..4000).map(|n| f64::from(n) * std::f64::consts::FRAC_PI_8).for_each(|angle| check(angle, 0.0));
         [0.0, 1e-300, 5e-324, 999_999.9, -1e6, 1e6 + 1.0, -1e300]
             .into_iter()
@@ -92,7 +92,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn any_angle_is_as_libm_has_it(small in -10.0..10.0f64, large in -1e6..1e6f64, beyond in -1.1e6..1.1e6f64, offset in -PI..PI) {
+                fn any_angle_matches_libm(small in -10.0..10.0f64, large in -1e6..1e6f64, beyond in -1.1e6..1.1e6f64, offset in -PI..PI) {
             check(small, 0.0);
             check(beyond, 0.0);
             check(small, offset);

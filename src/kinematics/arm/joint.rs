@@ -1,21 +1,21 @@
-//! A joint: what it does, and where.
+//! Joints: their kind and their place in a chain.
 
 use dq_algebra::UnitDualQuaternion;
 use nalgebra::{Unit, Vector3};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
-/// What a joint does.
+/// The kind of a joint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum JointKind {
-    /// It turns about its axis: its position is an angle \[rad\].
+    /// The joint turns about its axis: its position is an angle \[rad\].
     Revolute,
-    /// It slides along its axis: its position is a length \[m\].
+    /// The joint slides along its axis: its position is a length \[m\].
     Prismatic,
 }
 
 impl JointKind {
-    /// The unit of its position.
+    /// Returns the unit of its position.
     pub fn unit(self) -> &'static str {
         match self {
             Self::Revolute => "rad",
@@ -23,8 +23,8 @@ impl JointKind {
         }
     }
 
-    /// The displacement from one position to another: of a joint that turns the shorter one \[rad\], as encoders wrap; of one that slides the
-    /// whole one \[m\].
+    /// Returns the displacement from one position to another: for a revolute joint the shorter one \[rad\], because encoders wrap; for a
+    /// prismatic joint the difference \[m\].
     pub fn displacement(self, from: f64, to: f64) -> f64 {
         let whole = to - from;
         match self {
@@ -37,9 +37,9 @@ impl JointKind {
 /// A joint of a chain, as a robot description gives it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Joint {
-    /// What it does.
+    /// Its kind.
     pub kind: JointKind,
-    /// Its frame at position 0 in that of the joint before it, or in the base frame.
+    /// Its frame at position 0, relative to the joint before it or to the base.
     pub parent_from_joint: UnitDualQuaternion,
     /// Its axis, in its own frame.
     pub axis: Unit<Vector3<f64>>,

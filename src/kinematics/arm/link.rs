@@ -1,27 +1,27 @@
-//! The fixed part of a link in the form that is cheapest to multiply up.
+//! The fixed part of a link, in the form that is cheapest to multiply.
 
 use super::JointKind;
 use super::pair::side_by_side;
 use nalgebra::{Isometry3, Quaternion, UnitQuaternion, Vector3};
 use wide::f64x2;
 
-/// Any fixed transform before a joint, with what it turns about z given away: `Rz(γ) T(offset) Rx(α) Rz(φ)`. γ is added to the joint
-/// before, φ to this joint's angle, so that what is left to multiply is a turn about x and a turn about z.
+/// A fixed transform before a joint as `Rz(γ) T(offset) Rx(α) Rz(φ)`, without its rotations about z: γ is added to the joint before, and φ
+/// to the angle of this joint. So only a rotation about x and one about z remain to be multiplied.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Link {
     /// `cos ½α`, twice.
     cos: f64x2,
     /// `sin ½α`, twice.
     sin: f64x2,
-    /// None where the axis meets the one before it there.
+    /// The offset; `None` if the axis intersects the one before at its origin.
     offset: Option<Vector3<f64>>,
 }
 
 impl Link {
-    /// The link of a fixed transform, and the half angles ½γ and ½φ \[rad\].
+    /// Returns the link of a fixed transform, and the half angles ½γ and ½φ \[rad\].
     ///
     /// With the transform's quaternion `(w, x, y, z)`: `½γ + ½φ` is the angle of (w, z), `½γ − ½φ` that of (x, y), and their lengths are
-    /// `cos ½α` and `sin ½α`. Where one of the lengths is 0 any angle will do.
+    /// `cos ½α` and `sin ½α`. If one of the lengths is 0, its angle is arbitrary.
     pub fn new(transform: &Isometry3<f64>) -> (Self, f64, f64) {
         let q = transform.rotation.quaternion();
         let ((cos, sum), (sin, difference)) = (polar(q.w, q.k), polar(q.i, q.j));
@@ -34,27 +34,27 @@ impl Link {
     }
 }
 
-/// Two joints one after the other, or one and none, with the links before them: half turns of two are computed at once.
+/// Two successive joints (or the last one alone) with the links before them. The half turns of two joints are computed at once.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct LinkPair {
     pub links: [Link; 2],
-    /// What the joints' half angles get from the links \[rad\].
+    /// The half angles that the links add to the joints \[rad\].
     pub half_angles: f64x2,
-    /// None where there are two, and both turn.
+    /// The kinds of the joints; `None` if there are two, both revolute.
     pub kinds: Option<Kinds>,
 }
 
-/// What each of two joints does, by factors; all are 0 for a joint that there is not.
+/// The kinds of two joints as factors; all are 0 for a missing second joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Kinds {
-    /// 1 for a joint that turns, else 0.
+    /// 1 for a revolute joint, otherwise 0.
     pub turns: f64x2,
-    /// 1 for a joint that slides, else 0.
+    /// 1 for a prismatic joint, otherwise 0.
     pub slides: f64x2,
 }
 
 impl LinkPair {
-    /// Of one or two joints, by the link before each, what its half angle gets \[rad\], and its kind.
+    /// Creates a pair from one or two joints, each with the link before it, its additional half angle \[rad\], and its kind.
     pub fn new(joints: &[(Link, f64, JointKind)]) -> Self {
         let none = (Link::new(&Isometry3::identity()).0, 0.0);
         let both = [0, 1].map(|i| joints.get(i).map_or(none, |(link, half_angle, _)| (*link, *half_angle)));
@@ -71,37 +71,37 @@ impl LinkPair {
     }
 }
 
-/// Length and angle in [−½π, ½π]; the length is negative where that takes it.
+/// Returns the length and the angle in [−½π, ½π] of (x, y); a negative length extends the angle's range.
 fn polar(x: f64, y: f64) -> (f64, f64) {
     let sign = 1.0_f64.copysign(x);
     (sign * x.hypot(y), (sign * y).atan2(sign * x))
 }
 
-/// Where a chain has got to: rotation and point of the frame at its end, in the base.
+/// The end of a chain so far: rotation and position of its frame, in the base.
 ///
-/// Fast because a frame is a quaternion and a point, not a dual quaternion: a quarter less to multiply, and the point is what the Jacobian
-/// needs. A turn about one axis takes twelve operations, a product of quaternions twenty-eight; and with the quaternion as two
-/// complex numbers, `w + iz` and `x + iy`, two of them are done at once: a turn about z multiplies both by complex
-/// numbers of length 1, one about x mixes them by real ones. The signs are those of the product of dual quaternions.
+/// A quaternion and a point instead of a dual quaternion save a quarter of the multiplications, and the Jacobian needs the point. A
+/// rotation about one axis takes twelve operations instead of the twenty-eight of a quaternion product. With the quaternion as two complex
+/// numbers, `w + iz` and `x + iy`, two of the operations are done at once: a rotation about z multiplies both by complex numbers of length
+/// 1, and one about x mixes them with real factors. The signs are those of the product of dual quaternions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct ChainEnd {
     /// (w, z).
     along: f64x2,
     /// (x, y).
     across: f64x2,
-    /// The point's x and y, and its z.
+    /// The x and y of the point, and its z.
     xy: f64x2,
     z: f64,
 }
 
 impl ChainEnd {
-    /// At the origin, turned about z by twice this angle \[rad\].
+    /// Creates an end at the origin, rotated about z by twice this angle \[rad\].
     pub fn turned(half_angle: f64) -> Self {
         let (sin, cos) = half_angle.sin_cos();
         Self { along: f64x2::new([cos, sin]), across: f64x2::ZERO, xy: f64x2::ZERO, z: 0.0 }
     }
 
-    /// Goes on to the next joint, whose axis is then z.
+    /// Moves on to the next joint, whose axis is then z.
     #[inline(always)]
     pub fn follow(&mut self, link: &Link) {
         if let Some(offset) = &link.offset {
@@ -115,14 +115,14 @@ impl ChainEnd {
         self.across = link.cos * across + link.sin * along;
     }
 
-    /// Goes on by a way along the base's axes \[m\].
+    /// Moves by `way` along the base's axes \[m\].
     #[inline(always)]
     pub fn advance(&mut self, way: Vector3<f64>) {
         self.xy += side_by_side(way.x, way.y);
         self.z += way.z;
     }
 
-    /// Turns about z by the angle whose half has this cosine and sine.
+    /// Rotates about z by the angle whose half has this cosine and sine.
     #[inline(always)]
     pub fn turn(&mut self, cos: f64, sin: f64) {
         let (cos, sin) = (f64x2::splat(cos), f64x2::new([-sin, sin]));
@@ -130,13 +130,13 @@ impl ChainEnd {
         self.across = cos * self.across - sin * swapped(self.across);
     }
 
-    /// Where z points.
+    /// Returns the direction of z.
     #[inline(always)]
     pub fn z_axis(&self) -> Vector3<f64> {
         Self::z_axes(&[*self; 2]).0.map(|same| same.to_array()[0])
     }
 
-    /// Where z points in each of both, and their points.
+    /// Returns the directions of z of both ends, and their points.
     #[inline(always)]
     pub fn z_axes(both: &[Self; 2]) -> (Vector3<f64x2>, Vector3<f64x2>) {
         let [w, z] = f64x2::transpose(both.map(|end| end.along));
@@ -147,7 +147,7 @@ impl ChainEnd {
         (direction, Vector3::new(x, y, side_by_side(both[0].z, both[1].z)))
     }
 
-    /// Rotation and point of a tool in this frame, or of the frame, with the rounding of the products taken out.
+    /// Returns rotation and position of a tool in this frame, or of this frame, with the rotation normalized.
     #[inline(always)]
     pub fn tool(&self, tool: Option<&Isometry3<f64>>) -> (UnitQuaternion<f64>, Vector3<f64>) {
         let (mut rotation, mut point) = (self.rotation(), self.point());
@@ -172,7 +172,7 @@ impl ChainEnd {
     }
 }
 
-/// With its numbers in the other order.
+/// Swaps both numbers.
 #[inline(always)]
 fn swapped(numbers: f64x2) -> f64x2 {
     let [first, second] = numbers.to_array();

@@ -1,18 +1,18 @@
-//! Two numbers, or two vectors, side by side: those of two joints, of which both are computed at once.
+//! Two numbers or two vectors in one register, for two joints that are computed at once.
 
 use nalgebra::Vector3;
 use wide::f64x2;
 
-/// Two vectors side by side.
+/// Two vectors in one register.
 pub(crate) type Pair = Vector3<f64x2>;
 
-/// Zeros: of a library's vector of one element the compiler makes a loop.
+/// Zeros; the compiler would make a loop of nalgebra's zero vector.
 pub(crate) const ZEROS: Pair = Vector3::new(f64x2::ZERO, f64x2::ZERO, f64x2::ZERO);
 
-/// What two joints do to a tool, for each unit of their own speeds: how they turn it, and the velocity of its point.
+/// The motion of a tool per unit of speed of each of two joints: its angular velocity and the velocity of its point.
 pub(crate) type Motions = (Pair, Pair);
 
-/// The first two numbers, or one and 0.
+/// Loads the first two numbers, or one and 0.
 #[inline(always)]
 pub(crate) fn two(numbers: &[f64]) -> f64x2 {
     match numbers.first_chunk() {
@@ -21,29 +21,29 @@ pub(crate) fn two(numbers: &[f64]) -> f64x2 {
     }
 }
 
-/// The first of two numbers.
+/// Returns the first of two numbers.
 #[inline(always)]
 pub(crate) fn first(numbers: f64x2) -> f64 {
     let [first, _] = numbers.to_array();
     first
 }
 
-/// Two numbers side by side.
+/// Puts two numbers into one register.
 ///
-/// Fast because it is made in a register: two numbers that are stored one by one are waited for by who loads both.
+/// It is fast because it avoids memory: loading two numbers right after storing them separately would stall.
 #[inline(always)]
 pub(crate) fn side_by_side(first: f64, second: f64) -> f64x2 {
     let [numbers, _] = f64x2::transpose([f64x2::splat(first), f64x2::splat(second)]);
     numbers
 }
 
-/// Two vectors side by side.
+/// Puts two vectors into one register.
 #[inline(always)]
 pub(crate) fn beside(one: &Vector3<f64>, other: &Vector3<f64>) -> Pair {
     one.zip_map(other, side_by_side)
 }
 
-/// Puts both numbers where there is room for two, or the first.
+/// Stores both numbers, or only the first if `room` has one place.
 #[inline(always)]
 pub(crate) fn put(numbers: f64x2, room: &mut [f64]) {
     let [first, second] = numbers.to_array();
@@ -54,19 +54,19 @@ pub(crate) fn put(numbers: f64x2, room: &mut [f64]) {
     }
 }
 
-/// The same vector twice.
+/// Duplicates a vector.
 #[inline(always)]
 pub(crate) fn twice(v: &Vector3<f64>) -> Pair {
     v.map(f64x2::splat)
 }
 
-/// The products of the first vectors and of the second ones.
+/// Returns the dot products of the first vectors and of the second vectors.
 #[inline(always)]
 pub(crate) fn dot(a: &Pair, b: &Pair) -> f64x2 {
     a.x * b.x + a.y * b.y + a.z * b.z
 }
 
-/// The sum of both vectors, twice.
+/// Returns the sum of both vectors, duplicated.
 #[inline(always)]
 pub(crate) fn sum_twice(v: &Pair) -> Pair {
     v.map(|numbers| {

@@ -1,22 +1,23 @@
-//! An arm at given joint angles: tool pose, what each joint does to the tool, and the Jacobians that this gives.
+//! The state of an arm at given joint positions: tool pose, motion of the tool by each joint, and Jacobians.
 
 use super::ArmError;
 use super::pair::{Motions, Pair, ZEROS, beside, dot, put};
 use dq_algebra::{UnitDualQuaternion, Vector8};
 use nalgebra::{Matrix6xX, OMatrix, Quaternion, U8, UnitQuaternion, Vector3, Vector6};
 
-/// Tool pose of an arm and what each joint does to the tool; [`Chain::evaluate`](super::Chain::evaluate) fills it without allocating.
+/// The tool pose of an arm, and the motion of the tool by each joint. [`Chain::evaluate`](super::Chain::evaluate) fills it without
+/// allocating.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ArmState {
     rotation: UnitQuaternion<f64>,
     tool_point: Vector3<f64>,
     joint_count: usize,
-    /// Two joints at a time, or one and one that does nothing.
+    /// Two joints at a time; the last may be paired with one that does not move.
     motions: Vec<Motions>,
 }
 
 impl ArmState {
-    /// An arm of so many joints, with nothing known of them.
+    /// Creates a state for this many joints, without their motions.
     pub(super) fn of_joints(joint_count: usize) -> Self {
         Self {
             rotation: UnitQuaternion::identity(),
@@ -26,20 +27,19 @@ impl ArmState {
         }
     }
 
-    /// Two arms as one (paper §4): [`set_relative`](Self::set_relative) on a state of its own.
+    /// Combines two arms into one (paper §4): [`set_relative`](Self::set_relative) on a new state.
     pub fn relative(left: &Self, right: &Self) -> Self {
         let mut state = Self::of_joints(left.joint_count + right.joint_count);
         state.set_relative(left, right);
         state
     }
 
-    /// Becomes the arm whose base is the tool of `left` and whose tool is that of `right`: its pose is
-    /// `q_r = q_2* q_1` (eq. 22), its joints are those of `left` (the paper's β, arm 2), then those of `right` (α, arm 1).
+    /// Sets this state to that of the arm whose base is the tool of `left` and whose tool is that of `right`. Its pose is `q_r = q_2* q_1`
+    /// (eq. 22). Its joints are those of `left` (the paper's β, arm 2), then those of `right` (α, arm 1).
     ///
-    /// Seen from the left tool, a joint of the right arm moves the right tool as it does, `(l, v)`, and a joint of the left arm moves
-    /// it the other way, `−(l, v + l × (t_1 − t_2))` with the tools' points. So everything that holds for one arm holds for this one, with
-    /// twice the joints, as long as both states are in one base frame. This allocates only where the state was of another number of
-    /// joints.
+    /// Relative to the left tool, a joint of the right arm moves the right tool by `(l, v)`, and a joint of the left arm moves it the
+    /// opposite way, by `−(l, v + l × (t_1 − t_2))` with the tools' points. So everything that holds for one arm holds for this one, with
+    /// the joints of both, if both states are in one base frame. It allocates only if the state had another number of joints.
     pub fn set_relative(&mut self, left: &Self, right: &Self) {
         let joint_count = left.joint_count + right.joint_count;
         if self.joint_count != joint_count {
@@ -58,30 +58,30 @@ impl ArmState {
         self.set_tool(left_from_base * right.rotation, left_from_base * way);
     }
 
-    /// The number of joints.
+    /// Returns the number of joints.
     pub fn joint_count(&self) -> usize {
         self.joint_count
     }
 
-    /// The tool pose.
+    /// Returns the tool pose.
     #[inline]
     pub fn base_from_tool(&self) -> UnitDualQuaternion {
         UnitDualQuaternion::from_parts(self.rotation, self.tool_point)
     }
 
-    /// How the tool is turned.
+    /// Returns the orientation of the tool.
     #[inline]
     pub fn rotation(&self) -> UnitQuaternion<f64> {
         self.rotation
     }
 
-    /// The tool's position in the base frame \[m\].
+    /// Returns the tool's position in the base frame \[m\].
     pub fn tool_point(&self) -> Vector3<f64> {
         self.tool_point
     }
 
-    /// The pose Jacobian, 8×n: `d(base_from_tool)/dt = J θ̇` (eq. 15). Column i is `½ (l + ε p×l) q` with the joint's axis
-    /// line (direction l, point p), and `½ ε l q` for a prismatic joint.
+    /// Returns the pose Jacobian, 8×n: `d(base_from_tool)/dt = J θ̇` (eq. 15). Column i is `½ (l + ε p×l) q` with the joint's axis line
+    /// (direction l, point p), and `½ ε l q` for a prismatic joint.
     pub fn pose_jacobian(&self) -> OMatrix<f64, U8, nalgebra::Dyn> {
         let mut columns = Vec::with_capacity(self.joint_count);
         self.for_each_pose_column(|column| columns.push(column));
@@ -91,7 +91,7 @@ impl ArmState {
     /// Calls `each` with the columns of the pose Jacobian, base first, without allocating.
     pub fn for_each_pose_column(&self, mut each: impl FnMut(Vector8)) {
         let (half_tool, half) = (0.5 * self.tool_point, 0.5 * self.rotation.into_inner());
-        // A product of quaternions, of which the first has no scalar part.
+        // The product of two quaternions, of which the first has no scalar part.
         let times = |v: &Vector3<f64>| {
             Quaternion::from_parts(-v.dot(&half.imag()), half.w * v + v.cross(&half.imag()))
         };
@@ -102,13 +102,13 @@ impl ArmState {
         }
     }
 
-    /// The velocity of the tool point that each joint gives, `l × (t − p)` [m/rad], prismatic: l \[m/m\], without allocating.
+    /// Yields the velocity of the tool point by each joint, `l × (t − p)` [m/rad], prismatic: l \[m/m\], without allocating.
     pub fn point_columns(&self) -> impl Iterator<Item = Vector3<f64>> + '_ {
         self.tool_motions().map(|(_, linear)| linear)
     }
 
-    /// What each joint does to the tool, along the base's axes: `(l, l × (t − p))` [rad/rad, m/rad], prismatic: `(0, l)`
-    /// [rad/m, m/m], without allocating.
+    /// Yields the motion of the tool by each joint, along the base's axes: `(l, l × (t − p))` [rad/rad, m/rad], prismatic: `(0, l)` [rad/m,
+    /// m/m], without allocating.
     pub fn tool_motions(&self) -> impl Iterator<Item = (Vector3<f64>, Vector3<f64>)> + '_ {
         let of = |pair: &Pair, i: usize| pair.map(|numbers| numbers.to_array()[i % 2]);
         (0..self.joint_count).map(move |i| {
@@ -117,13 +117,13 @@ impl ArmState {
         })
     }
 
-    /// What two joints at a time do to the tool, as [`tool_motions`](Self::tool_motions) of one.
+    /// Returns the motion of the tool by two joints at a time, as [`tool_motions`](Self::tool_motions) by one.
     pub(crate) fn tool_motion_pairs(&self) -> &[Motions] {
         &self.motions
     }
 
-    /// `Jᵀ` times a moment about the tool's point and a force there, along the base's axes, each number twice: what each joint feels of
-    /// them.
+    /// Applies `Jᵀ` to a moment about the tool point and a force there, along the base's axes, each number duplicated: returns the load of
+    /// each joint in `to`.
     #[inline]
     pub(crate) fn apply_transpose(&self, (moment, force): &Motions, to: &mut [f64]) {
         for (room, (angular, linear)) in to.chunks_mut(2).zip(&self.motions) {
@@ -131,20 +131,20 @@ impl ArmState {
         }
     }
 
-    /// The columns of the twist Jacobian at the tool along the base's axes, without allocating.
+    /// Yields the columns of the twist Jacobian at the tool along the base's axes, without allocating.
     pub fn tool_columns(&self) -> impl Iterator<Item = Vector6<f64>> + '_ {
         self.tool_motions().map(|(angular, linear)| {
             Vector6::new(angular.x, angular.y, angular.z, linear.x, linear.y, linear.z)
         })
     }
 
-    /// The body-twist Jacobian, 6×n: `(ω, v)` of the tool in its own frame is `J θ̇`.
+    /// Returns the body-twist Jacobian, 6×n: `(ω, v)` of the tool in its own frame is `J θ̇`.
     pub fn body_jacobian(&self) -> Matrix6xX<f64> {
         let columns: Vec<_> = self.body_columns().collect();
         Matrix6xX::from_columns(&columns)
     }
 
-    /// The columns of the body-twist Jacobian, `(Rᵀl, Rᵀ(l × (t − p)))`, prismatic: `(0, Rᵀl)`, without allocating.
+    /// Yields the columns of the body-twist Jacobian, `(Rᵀl, Rᵀ(l × (t − p)))`, prismatic: `(0, Rᵀl)`, without allocating.
     pub fn body_columns(&self) -> impl Iterator<Item = Vector6<f64>> + '_ {
         let tool_from_base = self.rotation.inverse().to_rotation_matrix();
         self.tool_motions().map(move |(angular, linear)| {
@@ -153,7 +153,7 @@ impl ArmState {
         })
     }
 
-    /// The tool's twist `(ω, v)` [rad/s, m/s] along the base's axes at joint velocities `theta_dot` [rad/s, prismatic: m/s].
+    /// Returns the tool's twist `(ω, v)` [rad/s, m/s] along the base's axes at joint velocities `theta_dot` [rad/s, prismatic: m/s].
     pub fn tool_twist(&self, theta_dot: &[f64]) -> (Vector3<f64>, Vector3<f64>) {
         let motions = self.tool_motions().zip(theta_dot);
         motions.fold(Default::default(), |(angular, linear), ((l, v), speed)| {
@@ -173,5 +173,5 @@ impl ArmState {
     }
 }
 
-/// What two joints do that there are not.
+/// The motions by two missing joints.
 const STILL: Motions = (ZEROS, ZEROS);

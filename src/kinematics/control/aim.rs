@@ -1,4 +1,4 @@
-//! What of the tool's pose is asked for, and what is left free.
+//! The aim: the components of the tool's pose that a goal determines. The others are free.
 
 use super::angular_linear::{AngularLinear, first, twice};
 use super::gram::Gram;
@@ -9,30 +9,30 @@ use dq_common::named;
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 named! {
-    /// What of a goal's pose the tool is asked for; the rest is free, and no law disturbs it.
+    /// The components of the tool's pose that a goal determines. The others are free, and no law disturbs them.
     "task" Aim {
-        /// All of it.
+        /// The whole pose.
         Pose = "pose",
-        /// Where the tool point is; how the tool is turned is free.
+        /// The position of the tool point; its orientation is free.
         Position = "position",
-        /// Where the tool point is and where the tool's z axis points; the turn about that axis is free.
+        /// The position of the tool point and the direction of the tool's z axis; rotation about that axis is free.
         PositionAndAxis = "position_and_axis",
-        /// How the tool is turned; where it is is free.
+        /// The orientation of the tool; its position is free.
         Orientation = "orientation",
-        /// How far the tool point is from the base's origin: of two arms, how far their tools are apart.
+        /// The distance of the tool point from the base's origin; for two arms, the distance between their tools.
         Distance = "distance",
     }
 }
 
-/// Below this length a vector has no direction.
+/// Below this length a vector counts as having no direction.
 const NO_DIRECTION: f64 = 1e-12;
 
 impl Aim {
-    /// Every aim, in the order of its names.
+    /// All aims, in the order of their names.
     pub const ALL: [Self; 5] =
         [Self::Pose, Self::Position, Self::PositionAndAxis, Self::Orientation, Self::Distance];
 
-    /// The names of two arms' aims, in the order of [`ALL`](Self::ALL).
+    /// The names of the aims of two arms, in the order of [`ALL`](Self::ALL).
     pub const RELATIVE_NAMES: &'static [&'static str] = &[
         "relative_pose",
         "relative_position",
@@ -41,8 +41,8 @@ impl Aim {
         "relative_distance",
     ];
 
-    /// Of all poses that meet `base_from_goal` the one nearest to the tool's: with its point, turned as little as the aim takes. Of the
-    /// axis alone that is the shortest arc, in the plane of both z axes; where they are opposite, about the tool's x axis.
+    /// Returns the nearest pose to the tool's of all that meet `base_from_goal`, with the smallest rotation that the aim requires. For an
+    /// axis alone the rotation is the shortest arc, in the plane of both z axes; if they are opposite, it is about the tool's x axis.
     pub fn nearest(
         self,
         base_from_goal: &UnitDualQuaternion,
@@ -61,7 +61,7 @@ impl Aim {
         UnitDualQuaternion::from_parts(rotation, self.point(base_from_goal, &base_from_tool.translation()))
     }
 
-    /// The tool point \[m\] of [`nearest`](Self::nearest) to a tool whose point is `tool_point` \[m\].
+    /// Returns the point of [`nearest`](Self::nearest) \[m\] for a tool at `tool_point` \[m\].
     #[inline(always)]
     pub fn point(self, base_from_goal: &UnitDualQuaternion, tool_point: &Vector3<f64>) -> Vector3<f64> {
         match self {
@@ -71,7 +71,7 @@ impl Aim {
         }
     }
 
-    /// The rotation that a tool with this rotation lacks, along the base's axes: from its own to that of [`nearest`](Self::nearest).
+    /// Returns the rotation from a tool with this orientation to that of [`nearest`](Self::nearest), along the base's axes.
     #[inline(always)]
     pub(super) fn turn(
         self,
@@ -85,7 +85,7 @@ impl Aim {
                 let (now, wanted) = (rotation * Vector3::z(), base_from_goal.rotation() * Vector3::z());
                 let middle = now + wanted;
                 match middle.try_normalize(NO_DIRECTION) {
-                    // Half the sum's length is cos(½φ), and the sum's angle to each of them ½φ.
+                    // Half of the sum's length is cos(½φ), and the sum makes the angle ½φ with each of them.
                     Some(between) => Quaternion::from_parts(0.5 * middle.norm(), now.cross(&between)),
                     None => Quaternion::from_imag(rotation * Vector3::x()),
                 }
@@ -93,29 +93,29 @@ impl Aim {
         }
     }
 
-    /// The angle \[rad\] that the tool lacks in what is asked for, up to a whole turn for a goal with the farther sign.
+    /// Returns the angle error of the tool within the aim \[rad\]; it is up to a whole turn for a goal with the farther sign.
     pub fn angle(self, base_from_goal: &UnitDualQuaternion, base_from_tool: &UnitDualQuaternion) -> f64 {
         let turn = self.turn(base_from_goal, &base_from_tool.rotation());
         2.0 * turn.imag().norm().atan2(turn.w)
     }
 
-    /// What of the twist `(ω, v)` [rad/s, m/s] of the tool of `arm`, along the base's axes, is asked for.
+    /// Returns the component within the aim of the twist `(ω, v)` [rad/s, m/s] of the tool of `arm`, along the base's axes.
     pub fn part_of(self, arm: &ArmState, twist: &AngularLinear) -> AngularLinear {
         let rows = self.rows(arm);
         first(&rows.twist(&twice(&rows.of(twist))))
     }
 
-    /// The name where the pose is that of a tool as seen from another.
+    /// Returns the name of the aim for the pose of one tool relative to another.
     pub fn relative_name(self) -> &'static str {
         Self::RELATIVE_NAMES[self as usize]
     }
 
-    /// The aim with that [`relative_name`](Self::relative_name).
+    /// Returns the aim with this [`relative_name`](Self::relative_name).
     pub fn from_relative_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|aim| aim.relative_name() == name)
     }
 
-    /// The rows of the tool's Jacobian that are asked for, where `arm` is.
+    /// Returns the rows of the tool's Jacobian that belong to the aim, at the pose of `arm`.
     pub(super) fn rows(self, arm: &ArmState) -> Rows {
         match self {
             Self::Pose => Rows::Pose,
@@ -130,8 +130,9 @@ impl Aim {
     }
 }
 
-/// The rows of the tool's Jacobian that an aim asks for, the first ones of six: of the pose angular, then linear, along the base's axes; of
-/// position and axis linear, then angular about the axes across the tool's; of the distance linear, along the way to the tool.
+/// The rows of the tool's Jacobian that belong to an aim, as the first of six rows. For the pose: angular, then linear, along the base's
+/// axes. For position and axis: linear, then angular about the two axes perpendicular to the tool's. For the distance: linear, in the
+/// direction of the tool.
 pub(super) enum Rows {
     Pose,
     Position,
@@ -141,7 +142,7 @@ pub(super) enum Rows {
 }
 
 impl Rows {
-    /// `J Jᵀ` in these rows; along the others stiff, so that none of them is the weakest.
+    /// Returns `J Jᵀ` in these rows. The remaining rows are made stiff, so that none of them is the weakest.
     #[inline(always)]
     pub fn gram(&self, arm: &ArmState) -> Gram {
         match self {
@@ -156,7 +157,7 @@ impl Rows {
         Gram::of_columns(arm.joint_count(), arm.tool_motions().map(|column| self.of(&column)))
     }
 
-    /// Of a twist `(ω, v)` of the tool along the base's axes these rows, and zeros.
+    /// Returns these rows of a twist `(ω, v)` of the tool along the base's axes, padded with zeros.
     #[inline(always)]
     pub fn of(&self, (angular, linear): &AngularLinear) -> AngularLinear {
         match self {
@@ -170,7 +171,7 @@ impl Rows {
         }
     }
 
-    /// The twist with these numbers in the rows, and none in the others; each number twice.
+    /// Returns the twist with these numbers in the rows, and zeros in the others; each number is duplicated.
     #[inline(always)]
     pub fn twist(&self, (first, second): &Motions) -> Motions {
         match self {
@@ -186,7 +187,7 @@ impl Rows {
     }
 }
 
-/// The direction to that point, and some direction where it is the origin.
+/// Returns the direction to that point, or an arbitrary one for the origin.
 fn direction(point: &Vector3<f64>) -> Vector3<f64> {
     point.try_normalize(NO_DIRECTION).unwrap_or_else(Vector3::x)
 }

@@ -1,4 +1,4 @@
-//! An angular and a linear vector, or two of each side by side.
+//! Pairs of an angular and a linear vector, single or duplicated.
 
 use crate::arm::pair::{self, Motions};
 use nalgebra::Vector3;
@@ -6,32 +6,32 @@ use nalgebra::Vector3;
 /// An angular and a linear vector: a twist `(ω, v)` [rad/s, m/s], or an error [rad, m].
 pub type AngularLinear = (Vector3<f64>, Vector3<f64>);
 
-/// The vector with each number twice.
+/// Duplicates each number.
 #[inline(always)]
 pub(super) fn twice((angular, linear): &AngularLinear) -> Motions {
     (pair::twice(angular), pair::twice(linear))
 }
 
-/// The first of two vectors.
+/// Returns the first of two duplicated vectors.
 #[inline(always)]
 pub(super) fn first((angular, linear): &Motions) -> AngularLinear {
     (angular.map(pair::first), linear.map(pair::first))
 }
 
-/// Whether the first vector's numbers, and their sum, are finite.
+/// Returns whether the first vector's numbers, and their sum, are finite.
 #[inline(always)]
 pub(super) fn is_finite((angular, linear): &Motions) -> bool {
     let sum = angular + linear;
     pair::first(sum.x + sum.y + sum.z).is_finite()
 }
 
-/// `√(|ω|² + |v|²)`, rad and m taken alike.
+/// Returns `√(|ω|² + |v|²)`, with rad and m taken alike.
 #[inline(always)]
 pub(super) fn norm((angular, linear): &AngularLinear) -> f64 {
     (angular.norm_squared() + linear.norm_squared()).sqrt()
 }
 
-/// Each with its factor.
+/// Multiplies each vector by its factor.
 #[inline(always)]
 pub(super) fn scaled([of_angular, of_linear]: [f64; 2], (angular, linear): &AngularLinear) -> AngularLinear {
     (of_angular * angular, of_linear * linear)

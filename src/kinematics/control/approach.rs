@@ -1,4 +1,4 @@
-//! What a second-order law keeps from cycle to cycle.
+//! The state that a second-order law keeps from cycle to cycle.
 
 use super::angular_linear::AngularLinear;
 use super::controller::Controller;
@@ -6,11 +6,11 @@ use crate::arm::ArmState;
 use nalgebra::UnitQuaternion;
 use serde::{Deserialize, Serialize};
 
-/// The velocity at which a second-order law was last sent on, from which it goes to the one that it asks for.
+/// The last velocity of a second-order law, from which it approaches the velocity that it asks for.
 ///
-/// A law whose twist is `ξ` and whose [rate](super::ControlLaw::approach_rate) is R moves the tool by `V̇ = R (ξ − V)` in the tool's axes.
-/// With `ξ = −(K_p/K_d) log(e)` and `R = K_d` that is `V̇ = −K_p log(e) − K_d V`, the PD law on SE(3) (paper §10.2; Bullo & Murray 1995,
-/// theorem 5). What is kept is the velocity that was commanded, after every limit, so no limit and no other law before it leaves a debt.
+/// A law with the twist `ξ` and the [rate](super::ControlLaw::approach_rate) R moves the tool by `V̇ = R (ξ − V)` in the tool's axes. With
+/// `ξ = −(K_p/K_d) log(e)` and `R = K_d` that is `V̇ = −K_p log(e) − K_d V`, the PD law on SE(3) (paper §10.2; Bullo & Murray 1995, theorem
+/// 5). V is the commanded velocity after all limits, so neither a limit nor another law before leaves an error behind.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Approach {
     /// The tool's twist at the last command, along the tool's axes [rad/s, m/s].
@@ -20,13 +20,14 @@ pub struct Approach {
 }
 
 impl Approach {
-    /// Of an arm with so many joints that stands.
+    /// Creates the state of a standing arm with this many joints.
     pub fn new(joints: usize) -> Self {
         Self { twist: AngularLinear::default(), command: vec![0.0; joints], correction: vec![0.0; joints] }
     }
 
-    /// Goes from the last command towards the joint velocities `theta_dot` [rad/s, prismatic: m/s] that the law of `controller` asks for with
-    /// the arm where it is, a `period` \[s\] later, and leaves the next command there. False where the law is of first order: then it is what the law asks for.
+    /// Computes the next command, `period` \[s\] after the last one: an approach to the joint velocities `theta_dot` [rad/s, prismatic:
+    /// m/s] that the law of `controller` asks for at the present positions. Writes the command to `theta_dot`. Returns false if the law is
+    /// of first order; then `theta_dot` remains.
     pub fn apply(
         &mut self,
         controller: &Controller,
@@ -38,7 +39,7 @@ impl Approach {
         if rate.is_infinite() {
             return false;
         }
-        // The last command moves the tool otherwise here than where it was given: V is what is kept.
+        // The last command moves the tool differently at the new positions, but V must not change.
         let (angular, linear) = rotated(&arm.base_from_tool().rotation(), &self.twist);
         let (angular_here, linear_here) = arm.tool_twist(&self.command);
         let turned = (angular - angular_here, linear - linear_here);
@@ -50,7 +51,7 @@ impl Approach {
         true
     }
 
-    /// Keeps the joint velocities `command` [rad/s, prismatic: m/s] that the arm is sent where it is.
+    /// Notes the joint velocities `command` [rad/s, prismatic: m/s] that are sent at the present positions.
     pub fn keep(&mut self, arm: &ArmState, command: &[f64]) {
         self.twist = rotated(&arm.base_from_tool().rotation().inverse(), &arm.tool_twist(command));
         self.command.copy_from_slice(command);

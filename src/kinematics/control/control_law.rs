@@ -1,4 +1,4 @@
-//! What a control law is.
+//! The control law: its trait, its input, and its gains.
 
 use super::angular_linear::{AngularLinear, norm, scaled, twice};
 use super::{Aim, Damping, PoseError, Stiffness};
@@ -8,7 +8,7 @@ use dq_common::named;
 use std::ops::RangeInclusive;
 
 named! {
-    /// How an error becomes joint velocities.
+    /// The map from an error to joint velocities.
     "controller" Map {
         /// `Jᵀ`.
         Transpose = "transpose",
@@ -17,26 +17,26 @@ named! {
     }
 }
 
-/// The gains of a law: what the parameter `gains.` with its name takes.
+/// The gains of a law, as the parameter `gains.` with the law's name declares them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LawGains {
-    /// What each of them is called, of one or two.
+    /// The names of its one or two gains.
     pub names: &'static [&'static str],
-    /// Their values where nobody gives any.
+    /// Their default values.
     pub defaults: [f64; 2],
-    /// The least and the largest.
+    /// The least and the largest value.
     pub range: RangeInclusive<f64>,
     /// Their unit.
     pub unit: &'static str,
-    /// What they are, in a sentence.
+    /// A description in one sentence.
     pub about: &'static str,
 }
 
-/// The least gain that anybody may give.
+/// The least gain.
 pub(super) const LEAST: f64 = 1e-6;
 
 impl LawGains {
-    /// `k_ω` and `k_v` [1/s], both `default` and at most `most`.
+    /// Creates `k_ω` and `k_v` [1/s], both `default` and at most `most`.
     pub fn twist(default: f64, most: f64) -> Self {
         Self {
             names: &["k_omega", "k_v"],
@@ -48,84 +48,86 @@ impl LawGains {
     }
 }
 
-/// What a law goes by.
+/// The input of a law.
 #[derive(Clone, Copy)]
 pub struct LawInput<'a> {
     /// The arm, or two arms as one.
     pub arm: &'a ArmState,
-    /// The goal, whose sign is chosen already.
+    /// The goal, with the chosen sign.
     pub base_from_goal: &'a UnitDualQuaternion,
-    /// What of the goal is asked for.
+    /// The components that the goal determines.
     pub aim: Aim,
-    /// The law's gains; of one gain the second is not used.
+    /// The law's gains; a law with one gain ignores the second.
     pub gains: [f64; 2],
     /// The damped inverse.
     pub damping: Damping,
 }
 
 impl LawInput<'_> {
-    /// Where the goal is, as far as it is asked for, along the base's axes.
+    /// Returns the error with respect to the goal, within the aim, along the base's axes.
     #[inline(always)]
     pub fn error(&self) -> PoseError {
         PoseError::of(self.aim, self.arm, self.base_from_goal)
     }
 
-    /// `Jᵀ` times a twist of the tool along the base's axes: joint velocities, one a joint.
+    /// Multiplies a twist of the tool along the base's axes by `Jᵀ`: writes joint velocities, one per joint.
     #[inline(always)]
     pub fn transpose(&self, twist: &AngularLinear, theta_dot: &mut [f64]) {
         self.arm.apply_transpose(&twice(twist), theta_dot);
     }
 
-    /// `J⁺` times what is asked for of a twist of the tool along the base's axes: joint velocities, one a joint.
+    /// Multiplies the component within the aim of a twist of the tool along the base's axes by `J⁺`: writes joint velocities, one per
+    /// joint.
     #[inline(always)]
     pub fn damped_inverse(&self, twist: impl FnOnce() -> AngularLinear, theta_dot: &mut [f64]) {
         self.damping.joint_velocity(self.arm, self.aim, twist, theta_dot);
     }
 }
 
-/// A control law: which error it feeds back, with which gains, by which map. [`register`](super::register) makes one of your own known
-/// under its name: see the page "Your law" there.
+/// A control law: which error it feeds back, with which gains, by which map. [`register`](super::register) adds your own law under its
+/// name: see the page "Your law" there.
 pub trait ControlLaw: Sync {
     /// Its name in the parameter `controller`: lower-case letters, digits and underscores.
     fn name(&self) -> &'static str;
 
-    /// The error that it feeds back: at gain 1 the twist `(ω, v)` [rad/s, m/s] that takes the tool to the goal.
+    /// Returns the error that the law feeds back: at gain 1 the twist `(ω, v)` [rad/s, m/s] that takes the tool to the goal.
     fn error(&self, error: &PoseError) -> AngularLinear;
 
-    /// Its gains.
+    /// Returns its gains.
     fn gains(&self) -> LawGains {
         LawGains::twist(1.0, 100.0)
     }
 
-    /// How its twist becomes joint velocities.
+    /// Returns the map from its twist to joint velocities.
     fn map(&self) -> Map {
         Map::DampedInverse
     }
 
-    /// `k_ω` and `k_v` [1/s] at this error, with its gains as they are set.
+    /// Returns `k_ω` and `k_v` [1/s] at this error, for the present `gains`.
     fn twist_gains(&self, gains: [f64; 2], _error: &AngularLinear) -> [f64; 2] {
         gains
     }
 
-    /// Its gains for the one number `gain` [1/s]: K, or equal gains; `before` they were these.
+    /// Returns the gains for the single number `gain` [1/s], which is K, or both gains. `before` are the present gains.
     fn gains_at(&self, gain: f64, _before: [f64; 2]) -> [f64; 2] {
         [gain; 2]
     }
 
-    /// The rate [1/s] at which the arm's velocity goes to the one that the law asks for, see [`Approach`](super::Approach): infinite for a law
-    /// of first order, which sets the velocity. With a finite one the velocity is kept from cycle to cycle, and the acceleration is set.
+    /// Returns the rate [1/s] at which the arm's velocity approaches that of the law, see [`Approach`](super::Approach). It is infinite for
+    /// a first-order law, which sets the velocity. With a finite rate the velocity is kept from cycle to cycle, and the law sets the
+    /// acceleration.
     fn approach_rate(&self, _gains: [f64; 2]) -> f64 {
         f64::INFINITY
     }
 
-    /// The twist `(ω, v)` [rad/s, m/s] that the tool is to have.
+    /// Returns the desired twist of the tool `(ω, v)` [rad/s, m/s].
     #[inline]
     fn twist(&self, gains: [f64; 2], error: &PoseError) -> AngularLinear {
         let error = self.error(error);
         scaled(self.twist_gains(gains, &error), &error)
     }
 
-    /// Joint velocities [rad/s, prismatic: m/s] that move the arm towards the goal; written to `theta_dot`, one a joint.
+    /// Computes joint velocities [rad/s, prismatic: m/s] that move the arm towards the goal, and writes them to `theta_dot`, one per joint.
     #[inline]
     fn joint_velocity(&self, input: &LawInput, theta_dot: &mut [f64]) {
         match self.map() {
@@ -136,24 +138,25 @@ pub trait ControlLaw: Sync {
         }
     }
 
-    /// With the transpose: how fast errors decay where the arm is.
+    /// Returns how fast errors decay at the present positions, for a law with the transpose.
     fn stiffness(&self, input: &LawInput) -> Stiffness {
         stiffness_of_twist(self, input)
     }
 
-    /// `Jᵀ e`, with the law's twist e, written to `descent`: the direction in which the joints reduce `½|e|²` fastest. Returns `|e|`.
+    /// Computes `Jᵀ e` with the law's twist e, and writes it to `descent`: the direction in which the joints reduce `½|e|²` fastest.
+    /// Returns `|e|`.
     fn steepest_descent(&self, input: &LawInput, descent: &mut [f64]) -> f64 {
         descent_by_twist(self, input, descent)
     }
 }
 
-/// [`stiffness`](ControlLaw::stiffness) of a law that feeds back a twist.
+/// Returns the [`stiffness`](ControlLaw::stiffness) of a law that feeds back a twist.
 pub(super) fn stiffness_of_twist(law: &(impl ControlLaw + ?Sized), input: &LawInput) -> Stiffness {
     let gains = law.twist_gains(input.gains, &law.error(&input.error()));
     Stiffness::of_twist(input.aim.rows(input.arm), gains)
 }
 
-/// [`steepest_descent`](ControlLaw::steepest_descent) of a law that feeds back a twist.
+/// Computes the [`steepest_descent`](ControlLaw::steepest_descent) of a law that feeds back a twist.
 pub(super) fn descent_by_twist(
     law: &(impl ControlLaw + ?Sized),
     input: &LawInput,

@@ -7,7 +7,7 @@ use crate::arm::ArmState;
 use crate::arm::pair::{Motions, dot, put, two};
 use wide::f64x2;
 
-/// `J⁺ = Jᵀ(JJᵀ + λ²I)⁻¹`, with λ growing smoothly only near a singularity.
+/// The damped inverse `J⁺ = Jᵀ(JJᵀ + λ²I)⁻¹`, with a λ that grows smoothly near singularities only.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Damping {
     /// λ at the singularity.
@@ -16,28 +16,28 @@ pub struct Damping {
     pub threshold: f64,
 }
 
-/// Relative floor of λ² for the case that damping is switched off and the solve fails: finite before exact.
+/// Relative lower bound of λ² if damping is off and the solution fails: a finite result is preferred to an exact one.
 const FALLBACK: f64 = 1e-9;
 
 impl Damping {
-    /// `λ² = λ_max² (1 − (σ/σ₀)²)` below σ₀, 0 above.
+    /// Returns `λ² = λ_max² (1 − (σ/σ₀)²)` below σ₀, 0 above.
     pub fn lambda_squared(&self, smallest_singular_value: f64) -> f64 {
         self.lambda_squared_at(smallest_singular_value.powi(2))
     }
 
-    /// The same of the singular value's square.
+    /// Returns λ² for the square of the singular value.
     ///
-    /// Fast because no root and no quotient wait for it.
+    /// This is fast because it needs no root and no division by a late result.
     #[inline(always)]
     fn lambda_squared_at(&self, smallest_eigenvalue: f64) -> f64 {
         let (begin, slope) = (self.threshold.powi(2), (self.max / self.threshold).powi(2));
         if smallest_eigenvalue >= begin { 0.0 } else { slope * (begin - smallest_eigenvalue) }
     }
 
-    /// Joint velocities [rad/s] for what `aim` asks for of the `twist` of the tool along the base's axes, written to `theta_dot`, finite for
-    /// every finite input.
+    /// Computes joint velocities [rad/s] for the component within `aim` of the `twist` of the tool along the base's axes, and writes them
+    /// to `theta_dot`. They are finite for every finite input.
     ///
-    /// Fast because the twist is computed while `J Jᵀ` is inverted, which takes longest.
+    /// This is fast because the twist is computed while `J Jᵀ` is inverted, which takes longest.
     #[inline(always)]
     pub fn joint_velocity(
         &self,
@@ -52,9 +52,8 @@ impl Damping {
         arm.apply_transpose(&rows.twist(&solution), theta_dot);
     }
 
-    /// Takes out of joint velocities what this inverse would need for what `aim` asks for of the twist that they give the tool:
-    /// `(I − J⁺ J) θ̇`. What is left moves an arm of more joints than the aim has rows and nothing that is asked for, where the inverse
-    /// is not damped; where it is, that moves by `λ²/(σ² + λ²)` of what it would have.
+    /// Removes from joint velocities the part that moves the components of `aim`: `(I − J⁺ J) θ̇`. The rest does not move these components
+    /// if the inverse is not damped. If it is, they still move by the fraction `λ²/(σ² + λ²)`.
     pub fn leave_tool(&self, arm: &ArmState, aim: Aim, theta_dot: &mut [f64]) {
         let rows = aim.rows(arm);
         let solution = self.solve(&rows.gram(arm), &rows.of(&arm.tool_twist(theta_dot)));
@@ -64,10 +63,10 @@ impl Damping {
         }
     }
 
-    /// `(J Jᵀ + λ² I)⁻¹` times six numbers, finite for every finite input; each number twice.
+    /// Returns `(J Jᵀ + λ² I)⁻¹` times six numbers, finite for every finite input; each number is duplicated.
     ///
-    /// Fast because `J Jᵀ − σ₀² I` is inverted beside `J Jᵀ`, at no cost: away from singularities, which is where arms mostly are, it is
-    /// positive definite, so that no singular value is below σ₀; where it is not, both say which one is.
+    /// This is fast because `J Jᵀ − σ₀² I` is inverted in parallel with `J Jᵀ`, at no cost. Away from singularities, where arms mostly are,
+    /// it is positive definite, so that no singular value is below σ₀. Otherwise, both inverses yield the smallest singular value.
     #[inline(always)]
     pub(super) fn solve(&self, gram: &Gram, error: &AngularLinear) -> Motions {
         let bound = self.threshold.powi(2);
@@ -83,7 +82,7 @@ impl Damping {
         solution
     }
 
-    /// The same for every matrix. Where the solution fails, by damping too small for rounding, there is more of it; where that fails, 0.
+    /// Returns the same for every matrix. If rounding makes the solution fail, it adds damping; if that fails too, the result is 0.
     #[cold]
     #[inline(never)]
     fn solve_after_eigenvalue(&self, gram: &Gram, error: &AngularLinear) -> Motions {
@@ -92,7 +91,7 @@ impl Damping {
             .into_iter()
             .map(|shift| gram.solve(shift, error))
             .find(is_finite)
-            // An error that is no number stays so, for the servo's gate to see and to count.
+            // A NaN error stays NaN, so that the servo's final check detects and counts it.
             .unwrap_or_else(|| {
                 let error = twice(error);
                 if is_finite(&error) { twice(&AngularLinear::default()) } else { error }
@@ -101,7 +100,7 @@ impl Damping {
 }
 
 impl ArmState {
-    /// The smallest singular value of the 6×n Jacobian (rad and m taken alike); 0 for fewer than six joints.
+    /// Returns the smallest singular value of the 6×n Jacobian (rad and m taken alike); 0 for fewer than six joints.
     pub fn smallest_singular_value(&self) -> f64 {
         Gram::of(self).smallest_singular_value()
     }

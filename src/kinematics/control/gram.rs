@@ -7,21 +7,22 @@ use crate::arm::pair::{Motions, Pair, ZEROS, beside, dot, first, sum_twice, twic
 use nalgebra::{Matrix6, Vector3};
 use wide::f64x2;
 
-/// `J Jᵀ` of a 6×n Jacobian in four blocks `[A C; Cᵀ D]` of 3×3, angular first; every number twice.
+/// The matrix `J Jᵀ` of a 6×n Jacobian in four blocks `[A C; Cᵀ D]` of 3×3, angular first; every number is duplicated.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Gram {
     angular: Symmetric,
-    /// C by its columns.
+    /// The columns of C.
     mixed: [Pair; 3],
     linear: Symmetric,
-    /// How many columns J has, and rows that are not used.
+    /// The number of columns of J, plus the number of unused rows.
     joint_count: usize,
 }
 
 impl Gram {
-    /// Of the Jacobian at the tool along the base's axes; its singular values are those along any axes.
+    /// Computes the matrix from the Jacobian at the tool along the base's axes. Its singular values do not depend on the axes.
     ///
-    /// Fast because six columns are summed at once: there are more sums than registers, and each turn of a loop writes them all to memory.
+    /// This is fast because six columns are summed at once. There are more sums than registers, and each iteration of a loop writes them
+    /// all to memory.
     #[inline(always)]
     pub fn of(arm: &ArmState) -> Self {
         let (threes, rest) = arm.tool_motion_pairs().as_chunks::<3>();
@@ -38,7 +39,7 @@ impl Gram {
         sums.gram(arm.joint_count())
     }
 
-    /// Of the Jacobian with these columns, of which there are so many.
+    /// Computes the matrix from the Jacobian with these columns; `joint_count` is their number.
     pub fn of_columns(joint_count: usize, mut columns: impl Iterator<Item = AngularLinear>) -> Self {
         let mut sums = Sums::NONE;
         while let Some((l, v)) = columns.next() {
@@ -48,7 +49,7 @@ impl Gram {
         sums.gram(joint_count)
     }
 
-    /// Of columns whose first `rows` numbers alone are used: along the others it is as stiff as along all of these together.
+    /// Makes the matrix stiff along all rows but the first `rows`: as stiff as all of it together.
     pub fn stiffened(mut self, rows: usize) -> Self {
         let trace = f64x2::splat(self.trace());
         let [angular, linear] = [&mut self.angular, &mut self.linear].map(|block| block.diagonal.iter_mut());
@@ -59,21 +60,21 @@ impl Gram {
         self
     }
 
-    /// The sum of the eigenvalues.
+    /// Returns the sum of the eigenvalues.
     pub fn trace(&self) -> f64 {
         first(self.angular.trace() + self.linear.trace())
     }
 
-    /// Whether there are too few joints for an inverse.
+    /// Returns whether there are too few joints for an inverse.
     pub fn is_singular(&self) -> bool {
         self.joint_count < 6
     }
 
-    /// The inverses of `J Jᵀ + shift I` with two shifts; not finite, or of no use, where there is none.
+    /// Returns the inverses of `J Jᵀ + shift I` with two shifts. They are not finite, or useless, if the matrix is singular.
     ///
-    /// Fast because two closed inverses of 3×3 are the whole of it, the second one of `det(A) S`, so that neither waits for the other's
-    /// division, and two shifts take no more operations than one; a Cholesky decomposition of 6×6 waits for six roots and six divisions,
-    /// one after the other.
+    /// This is fast because it consists of two closed 3×3 inverses, the second one of `det(A) S`, so that neither waits for the other's
+    /// division; and two shifts take no more operations than one. A Cholesky decomposition of 6×6 needs six roots and six divisions one
+    /// after the other.
     #[inline(always)]
     pub fn inverse(&self, shifts: f64x2) -> Inverse {
         let angular = self.angular.shifted(shifts).inverse();
@@ -90,28 +91,28 @@ impl Gram {
         Inverse { angular, carried, rest }
     }
 
-    /// `(J Jᵀ + shift I)⁻¹` times six numbers, each twice; not finite, or of no use, where there is no inverse.
+    /// Returns `(J Jᵀ + shift I)⁻¹` times six numbers, each duplicated. The result is not finite, or useless, if the matrix is singular.
     #[inline(always)]
     pub fn solve(&self, shift: f64, numbers: &AngularLinear) -> Motions {
         self.inverse(f64x2::splat(shift)).times(numbers)
     }
 
-    /// The smallest eigenvalue, which is below `bound`, with the inverses of `J Jᵀ` and `J Jᵀ − bound I`: the [root](Self::root), or where
-    /// that is not to be had by the exact way.
+    /// Returns the smallest eigenvalue, which is below `bound`, given the inverses of `J Jᵀ` and `J Jᵀ − bound I`: the [root](Self::root)
+    /// if that is accurate, otherwise by the exact method.
     #[inline(always)]
     pub fn eigenvalue_below(&self, bound: f64, inverse: &Inverse) -> f64 {
         self.root(bound, inverse).unwrap_or_else(|| self.smallest_eigenvalue())
     }
 
-    /// The smallest eigenvalue by the inverses of `J Jᵀ` and `J Jᵀ − bound I`; none where rounding may be all that is left of it.
+    /// Returns the smallest eigenvalue from the inverses of `J Jᵀ` and `J Jᵀ − bound I`; `None` if it may be lost in rounding.
     ///
-    /// It is the smallest root of `p(s) = det(J Jᵀ − s I) = s⁶ − a s⁵ + b s⁴ − …`, with `a = tr J Jᵀ` and `b = ½ (a² − |J Jᵀ|²)`. With these
-    /// and with p and `p' = −p tr (J Jᵀ − s I)⁻¹` at 0 and at β, `p = h + s² (s − β)² (s² + k s + l)`: h is the cubic with the four values,
-    /// and `k = 2β − a`, `l = b + 2β k − β²`.
+    /// It is the smallest root of `p(s) = det(J Jᵀ − s I) = s⁶ − a s⁵ + b s⁴ − …`, with `a = tr J Jᵀ` and `b = ½ (a² − |J Jᵀ|²)`. With
+    /// these, and with p and `p' = −p tr (J Jᵀ − s I)⁻¹` at 0 and at β, `p = h + s² (s − β)² (s² + k s + l)`. Here h is the cubic with the
+    /// four values, and `k = 2β − a`, `l = b + 2β k − β²`.
     ///
-    /// Fast because no inverse but these two is needed. The quotient of two coefficients of the power series of 1/p (Bernoulli's method),
-    /// which is nearer to the smallest root than the first steps from 0 would come, does not pass it, nor do Halley's steps, which triple
-    /// the digits: one is most often enough.
+    /// This is fast because it needs only these two inverses. The iteration starts from the quotient of two coefficients of the power
+    /// series of 1/p (Bernoulli's method), which is nearer to the smallest root than several steps from 0, and does not pass it. Neither do
+    /// Halley's steps, each of which triples the number of digits: usually one is enough.
     #[inline(always)]
     fn root(&self, bound: f64, inverse: &Inverse) -> Option<f64> {
         let values = inverse.determinants();
@@ -121,7 +122,7 @@ impl Gram {
         let square = by_bound * (3.0 * secant - 2.0 * slope - slope_bound);
         let cube = by_bound * by_bound * (slope + slope_bound - 2.0 * secant);
         let a = self.trace();
-        // Where two eigenvalues are 0 the slope is, and where A has no inverse nothing is known of S.
+        // If two eigenvalues are 0, the slope is 0 too. If A has no inverse, S is unknown.
         let [block, block_bound] = inverse.angular.determinant().to_array();
         let a3 = a * a * a;
         if slope.abs() <= ROUNDING * (a3 * a * a) || block.abs().min(block_bound.abs()) <= SINGULAR * a3 {
@@ -152,7 +153,7 @@ impl Gram {
         None
     }
 
-    /// The sum of the squares of all numbers.
+    /// Returns the sum of the squares of all numbers.
     #[inline(always)]
     fn square(&self) -> f64 {
         let [x, y, z] = &self.mixed;
@@ -160,26 +161,26 @@ impl Gram {
         first(self.angular.dot(&self.angular) + self.linear.dot(&self.linear) + 2.0 * mixed)
     }
 
-    /// The smallest eigenvalue, to rounding.
+    /// Returns the smallest eigenvalue, exact to rounding.
     pub fn smallest_eigenvalue(&self) -> f64 {
         if self.is_singular() { 0.0 } else { self.matrix().symmetric_eigenvalues().min().max(0.0) }
     }
 
-    /// The smallest singular value of J.
+    /// Returns the smallest singular value of J.
     pub fn smallest_singular_value(&self) -> f64 {
         self.smallest_eigenvalue().sqrt()
     }
 
-    /// The same where it is below `bound`.
+    /// Returns the smallest singular value if it is below `bound`.
     ///
-    /// Fast because one inverse says where it is not, which is most often.
+    /// This is fast because a single inverse tells if it is not, which is the usual case.
     pub fn singular_value_below(&self, bound: f64) -> Option<f64> {
         let lies_above =
             !self.is_singular() && self.inverse(f64x2::splat(-bound * bound)).second_is_positive();
         (!lies_above).then(|| self.smallest_singular_value()).filter(|sigma| *sigma < bound)
     }
 
-    /// The largest eigenvalue, to rounding.
+    /// Returns the largest eigenvalue, exact to rounding.
     pub fn largest_eigenvalue(&self) -> f64 {
         self.matrix().symmetric_eigenvalues().max()
     }
@@ -196,39 +197,38 @@ impl Gram {
     }
 }
 
-/// Steps that are tried: one or two will do where roots are apart.
+/// Largest number of steps. One or two are enough if the roots are apart.
 const STEPS: usize = 8;
 
-/// A slope below this part of the fifth power of the eigenvalues' sum is rounding.
+/// A slope below this fraction of the fifth power of the eigenvalues' sum is rounding.
 const ROUNDING: f64 = 1e-14;
 
-/// A determinant of A below this part of the third power of the eigenvalues' sum leaves too few digits to what is divided by it.
+/// A determinant of A below this fraction of the third power of the eigenvalues' sum is too inexact as a divisor.
 const SINGULAR: f64 = 1e-6;
 
-/// A step of this part of the distance to the other roots is the last one: what is left is of the order of its cube.
+/// After a step below this fraction of the distance to the other roots, the error is of the order of its cube, and the iteration ends.
 const SMALL: f64 = 1e-5;
 
-/// The inverses of a [`Gram`] with two shifts, by what they are made of: `[A⁻¹ + X S⁻¹ Xᵀ, −X S⁻¹; −S⁻¹ Xᵀ, S⁻¹]` with `X = A⁻¹ C`, `S =
-/// D − Cᵀ X`.
+/// The inverses of a [`Gram`] with two shifts, in factors: `[A⁻¹ + X S⁻¹ Xᵀ, −X S⁻¹; −S⁻¹ Xᵀ, S⁻¹]` with `X = A⁻¹ C` and `S = D − Cᵀ X`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Inverse {
     /// `A⁻¹`.
     angular: SymmetricInverse,
-    /// X by its columns, times the determinant of A.
+    /// The columns of X, times the determinant of A.
     carried: [Pair; 3],
     /// `S⁻¹`.
     rest: SymmetricInverse,
 }
 
 impl Inverse {
-    /// Whether the second matrix is positive definite.
+    /// Returns whether the second matrix is positive definite.
     #[inline(always)]
     pub fn second_is_positive(&self) -> bool {
         let [_, least] = self.angular.least_minors().fast_min(self.rest.least_minors()).to_array();
         least > 0.0
     }
 
-    /// The products with six numbers.
+    /// Returns the products with six numbers.
     #[inline(always)]
     pub fn times(&self, (angular, linear): &AngularLinear) -> Motions {
         let (angular, linear) = (&twice(angular), twice(linear));
@@ -240,17 +240,17 @@ impl Inverse {
         ((self.angular.adjugate.times(angular) - carried) * self.angular.scale, linear)
     }
 
-    /// The determinants.
+    /// Returns the determinants.
     #[inline(always)]
     fn determinants(&self) -> f64x2 {
-        // The last minor of S is its determinant times that of A twice.
+        // The last minor of S is its determinant times the square of that of A.
         self.rest.determinant() * self.angular.scale
     }
 
-    /// How fast the determinants grow with the shifts: each, of `determinants`, times the trace of its inverse. That is `tr A⁻¹ + tr S⁻¹ +
-    /// tr S⁻¹ XᵀX`, with the trace of a product turned round.
+    /// Returns the derivatives of the determinants with respect to the shifts: each of `determinants` times the trace of its inverse. That
+    /// trace is `tr A⁻¹ + tr S⁻¹ + tr S⁻¹ XᵀX`, by the cyclic property of the trace.
     ///
-    /// Fast because the determinant of S is not divided by, as the whole determinant has it as a factor.
+    /// This is fast because it does not divide by the determinant of S, which is a factor of the whole determinant.
     #[inline(always)]
     fn slopes(&self, determinants: f64x2) -> f64x2 {
         let [x, y, z] = &self.carried;
@@ -264,7 +264,7 @@ impl Inverse {
     }
 }
 
-/// `J Jᵀ` of every other column of a Jacobian, beside that of those between.
+/// The sums of `J Jᵀ` over the even and over the odd columns of a Jacobian, in parallel.
 struct Sums {
     angular: Symmetric,
     mixed: [Pair; 3],
@@ -272,10 +272,10 @@ struct Sums {
 }
 
 impl Sums {
-    /// Of no columns.
+    /// The sums over no columns.
     const NONE: Self = Self { angular: Symmetric::ZEROS, mixed: [ZEROS; 3], linear: Symmetric::ZEROS };
 
-    /// Of so many pairs of columns.
+    /// Computes the sums over `N` pairs of columns.
     #[inline(always)]
     fn of<const N: usize>(pairs: &[Motions; N]) -> Self {
         Self {
@@ -291,7 +291,7 @@ impl Sums {
         }
     }
 
-    /// Of the columns of both.
+    /// Adds the sums over other columns.
     #[inline(always)]
     fn plus(&self, other: &Self) -> Self {
         let ([x, y, z], [a, b, c]) = (&self.mixed, &other.mixed);
@@ -302,7 +302,7 @@ impl Sums {
         }
     }
 
-    /// Of all columns, which are so many.
+    /// Adds the even and the odd sums; `joint_count` is the number of columns.
     #[inline(always)]
     fn gram(&self, joint_count: usize) -> Gram {
         let [x, y, z] = &self.mixed;
@@ -315,13 +315,13 @@ impl Sums {
     }
 }
 
-/// The sum of what is made of each pair.
+/// Sums the result of `each` over the pairs.
 #[inline(always)]
 fn sum<const N: usize>(pairs: &[Motions; N], each: impl Fn(&Motions) -> Pair) -> Pair {
     pairs.iter().map(each).reduce(|sum, more| sum + more).unwrap_or(ZEROS)
 }
 
-/// Of `v vᵀ` the numbers yz, zx and xy.
+/// Returns the numbers yz, zx and xy of `v vᵀ`.
 #[inline(always)]
 fn others(v: &Pair) -> Pair {
     Vector3::new(v.y * v.z, v.z * v.x, v.x * v.y)
@@ -345,7 +345,7 @@ mod tests {
             prop_assert_eq!(inverse.second_is_positive(), smallest > bound);
             if smallest < bound {
                 let found = gram.eigenvalue_below(bound, &inverse);
-                // Where two eigenvalues meet, half of the digits are left.
+                // If two eigenvalues are equal, half of the digits are lost.
                 prop_assert!((found - smallest).abs() < 3e-8, "{} instead of {}", found, smallest);
             }
         }

@@ -1,4 +1,4 @@
-//! The laws by name: those that are built in, and those that a program has registered.
+//! The laws by name: built-in laws, and laws that a program has registered.
 
 use super::PoseError;
 use super::control_law::{ControlLaw, Map};
@@ -10,17 +10,17 @@ use std::str::FromStr;
 use std::sync::{Mutex, OnceLock, PoisonError};
 use thiserror::Error;
 
-/// A control law that has a name: what it can do is its [`ControlLaw`].
+/// A control law with a name; its functions are those of [`ControlLaw`].
 #[derive(Clone, Copy)]
 pub struct Law {
     number: usize,
     law: &'static dyn ControlLaw,
 }
 
-/// So many laws have room in a [`Controller`](super::Controller).
+/// Largest number of laws in a [`Controller`](super::Controller).
 pub(super) const MOST: usize = 16;
 
-/// The place of the gains of a law that is on no list: the last one, which no other law has.
+/// The index of the gains of a law that is not registered: the last one, which no other law uses.
 const UNLISTED: usize = MOST - 1;
 
 /// Why a law was not registered.
@@ -29,13 +29,13 @@ pub enum RegisterError {
     /// Another law has its name.
     #[error("there is a law called {0:?} already")]
     Name(&'static str),
-    /// Nothing else than lower-case letters, digits and underscores can be in a name.
+    /// A name may only contain lower-case letters, digits and underscores.
     #[error("the name {0:?} is not made of lower-case letters, digits and underscores")]
     Letters(&'static str),
-    /// Laws have been asked for already.
+    /// Laws have already been used.
     #[error("laws are registered before anything else is done with laws")]
     Late,
-    /// There is no room for more.
+    /// The space for laws is used up.
     #[error("there is room for {UNLISTED} laws")]
     Room,
 }
@@ -43,25 +43,25 @@ pub enum RegisterError {
 static REGISTERED: Mutex<Vec<&'static dyn ControlLaw>> = Mutex::new(Vec::new());
 static NAMES: OnceLock<Names> = OnceLock::new();
 
-/// All laws with their names, of the program's whole life.
+/// All laws with their names, for the lifetime of the program.
 struct Names {
     laws: Vec<Law>,
     names: Vec<&'static str>,
     parameters: Vec<&'static str>,
 }
 
-/// Makes a law of your own known, before anything else is done with laws: best as the first thing in `main`.
+/// Registers a law of your own. Call this before anything else that uses laws, best as the first thing in `main`.
 ///
-/// From then on it is one of [`Law::all`]: the parameter `controller` takes its name, `gains.` with its name its gains; every safety rule
-/// holds for it, `compare` runs it, figures have a colour for it and `replay` repeats it.
+/// From then on it is one of [`Law::all`]: the parameter `controller` takes its name, and `gains.` with its name takes its gains. Every
+/// safety rule holds for it, `compare` runs it, figures have a color for it, and `replay` repeats it.
 ///
 /// # Errors
-/// [`RegisterError`].
+/// [`RegisterError`] if the name is invalid or taken, if the space for laws is used up, or if laws have already been used.
 ///
 /// # Your law
-/// Sliding along the logarithm at a speed that does not fade with the distance: `ξ = k X/√(|X|² + ε²)`, a boundary layer ε wide about the
-/// goal (Slotine & Li 1991, §7.2, in place of its switch). It is of second order: the velocity is kept from cycle to cycle and goes there at
-/// 20 1/s, so that no motion begins with a step. It is not in the table of laws, and here it drives the built-in arm:
+/// This example moves along the logarithm at a speed that does not decrease with the distance: `ξ = k X/√(|X|² + ε²)`, with a boundary
+/// layer of width ε about the goal (Slotine & Li 1991, §7.2, in place of its switch). It is of second order: the velocity is kept from
+/// cycle to cycle and approaches the desired one at 20 1/s, so that no motion begins with a step. Here it drives the built-in arm:
 ///
 /// ```
 /// use dq_kinematics::arm::ArmState;
@@ -112,7 +112,7 @@ struct Names {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///
-/// In a program of its own, `dq_servo::cli::main` is all else that `main` does after it.
+/// In a program of its own, `dq_servo::cli::main` does everything else in `main`.
 pub fn register(law: &'static dyn ControlLaw) -> Result<(), RegisterError> {
     let name = law.name();
     let is_right = |byte: u8| byte.is_ascii_lowercase() || byte.is_ascii_digit() || byte == b'_';
@@ -140,7 +140,7 @@ fn names() -> &'static Names {
         let registered = REGISTERED.lock().unwrap_or_else(PoisonError::into_inner);
         let own = (Law::ALL.len()..).zip(registered.iter()).map(|(number, law)| Law { number, law: *law });
         let laws: Vec<_> = Law::ALL.into_iter().chain(own).collect();
-        // Once for the program's life.
+        // The names are leaked, once in the program's lifetime.
         let parameter = |law: &Law| &*format!("gains.{}", law.name()).leak();
         Names {
             names: laws.iter().map(|law| law.name()).collect(),
@@ -150,20 +150,20 @@ fn names() -> &'static Names {
     })
 }
 
-/// Declares the laws that are built in.
+/// Declares the built-in laws.
 macro_rules! built_in {
     ($($(#[$doc:meta])* $law:ident = $number:literal: $is:expr,)*) => {
         #[allow(non_upper_case_globals, reason = "each is one of a list, as variants are")]
         impl Law {
             $($(#[$doc])* pub const $law: Self = Self { number: $number, law: &$is };)*
 
-            /// Every law that is built in, in the order of the table.
+            /// All built-in laws, in the order of the table.
             pub const ALL: [Self; 12] = [$(Self::$law),*];
         }
     };
 }
 
-/// Gain times error.
+/// Creates a law of gain times error.
 const fn proportional<E>(name: &'static str, error: E, map: Map) -> Proportional<E> {
     Proportional { name, error, map }
 }
@@ -171,56 +171,53 @@ const fn proportional<E>(name: &'static str, error: E, map: Map) -> Proportional
 built_in! {
     /// R⁸ difference × transpose: the paper's difference feedback (eq. 16–20).
     Diffc = 0: Diffc,
-    /// Error's dual quaternion, `q* q_d − 1`, × damped inverse. That is the R⁸ difference as seen from the tool, not `J₈⁺ (q_d − q)`.
+    /// Error's dual quaternion, `q* q_d − 1`, × damped inverse. That is the R⁸ difference relative to the tool, not `J₈⁺ (q_d − q)`.
     DiffcInverse = 1: proportional("diffc_inverse", PoseError::difference, Map::DampedInverse),
     /// Screw logarithm × damped inverse: the paper's logarithmic feedback on SE(3) (eq. 28–30).
     Logc = 2: proportional("logc", PoseError::screw_log, Map::DampedInverse),
     /// Screw logarithm × transpose.
     LogcTranspose = 3: proportional("logc_transpose", PoseError::screw_log, Map::Transpose),
-    /// Decoupled logarithm × damped inverse: rotation and translation each on their own geodesic (paper §10.1; Bullo &
-    /// Murray 1995).
+    /// Decoupled logarithm × damped inverse: rotation and translation move on separate geodesics (paper §10.1; Bullo & Murray 1995).
     DoubleGeodesic = 4: proportional("double_geodesic", PoseError::decoupled_log, Map::DampedInverse),
     /// Decoupled logarithm × transpose.
     DoubleGeodesicTranspose = 5: proportional("double_geodesic_transpose", PoseError::decoupled_log, Map::Transpose),
-    /// Unit quaternion's vector part × damped inverse: closed-loop inverse kinematics as it is most often built
-    /// (Chiaverini & Siciliano 1999).
+    /// Unit quaternion's vector part × damped inverse: the most common closed-loop inverse kinematics (Chiaverini & Siciliano 1999).
     UnitQuaternion = 6: proportional("unit_quaternion", PoseError::vector_part, Map::DampedInverse),
     /// Unit quaternion's vector part × transpose.
     UnitQuaternionTranspose = 7: proportional("unit_quaternion_transpose", PoseError::vector_part, Map::Transpose),
     /// diffc_inverse with gains from the weights of a quadratic cost (after Marinho, Figueredo & Adorno, IROS 2015).
     Lq = 8: Lq,
-    /// unit_quaternion with gains from bounds on how far disturbances carry (Figueredo, Adorno & Ishihara 2021,
-    /// arXiv 1811.05436).
+    /// unit_quaternion with gains from bounds on the effect of disturbances (Figueredo, Adorno & Ishihara 2021, arXiv 1811.05436).
     HInfinity = 9: HInfinity,
-    /// logc with a gain that grows at both ends, so that the time to arrive has a bound that is set in advance
-    /// (Aldana-López et al. 2019, arXiv 1809.07012).
+    /// logc with a gain that grows near the goal and far from it, so that the time to arrive has a preset bound (Aldana-López et al. 2019,
+    /// arXiv 1809.07012).
     PredefinedTime = 10: PredefinedTime,
     /// logc of second order: the PD law on SE(3) (paper §10.2; Bullo & Murray 1995).
     LogcPd = 11: LogcPd,
 }
 
 impl Law {
-    /// Every law, those that were registered last.
+    /// Yields all laws; registered laws come last.
     pub fn all() -> impl ExactSizeIterator<Item = Self> + Clone {
         names().laws.iter().copied()
     }
 
-    /// The name of each.
+    /// Returns the names of all laws.
     pub fn names() -> &'static [&'static str] {
         &names().names
     }
 
-    /// The parameter that has its gains.
+    /// Returns the name of the parameter with its gains.
     pub fn parameter(self) -> &'static str {
         names().parameters[self.number]
     }
 
-    /// A law that is on no list, so that no parameter can name it: one that Python has made while laws were at work.
+    /// Creates a law that is not registered, so that parameters cannot name it: for a law made in Python after laws were used.
     pub fn unlisted(law: &'static dyn ControlLaw) -> Self {
         Self { number: UNLISTED, law }
     }
 
-    /// Its place among all.
+    /// Returns its index among all laws.
     pub fn number(self) -> usize {
         self.number
     }

@@ -1,31 +1,31 @@
 //! Control laws: from the pose error to joint velocities.
 //!
-//! The laws are one table of what is fed back ([`PoseError`]) and which map makes joint velocities of it ([`Map`]); the rest
-//! derive their gains. Each is a [`ControlLaw`], as one of your own is ([`register`]):
+//! Most laws are combinations of an error ([`PoseError`]) and a map to joint velocities ([`Map`]); the others also derive their gains. Each
+//! is a [`ControlLaw`], and so can be a law of your own ([`register`]):
 //!
-//! | fed back | × transpose | × damped inverse | with derived gains |
+//! | error | × transpose | × damped inverse | with derived gains |
 //! |---|---|---|---|
-//! | R⁸ difference; with the inverse as seen from the tool, `q* q_d − 1` | diffc | diffc_inverse | lq: from the weights of a quadratic cost |
-//! | screw logarithm | logc_transpose | logc | predefined_time: from the time to arrive; logc_pd: second order, with a gain of the velocity |
+//! | R⁸ difference; with the inverse relative to the tool, `q* q_d − 1` | diffc | diffc_inverse | lq: from the weights of a quadratic cost
+//! |
+//! | screw logarithm | logc_transpose | logc | predefined_time: from the time to arrive; logc_pd: second order, with a velocity gain |
 //! | decoupled logarithm | double_geodesic_transpose | double_geodesic | |
 //! | unit quaternion's vector part, translation | unit_quaternion_transpose | unit_quaternion | h_infinity: from attenuation bounds |
 //!
-//! A law may be asked for less than a pose, by its [`Aim`]: then the goal is, each cycle, the nearest pose to the tool's that meets what is
-//! asked for, so that the error lies in the rows of the Jacobian that are asked for, and the map uses these rows alone. With the R⁸
-//! difference that is the error of diffc_inverse for diffc too, at a quarter of its gain, which is the same law to first order for a
-//! tool at the base frame's origin.
+//! The [`Aim`] may determine less than a pose. Then the goal in each cycle is the nearest pose to the tool's that meets the aim, so that
+//! the error lies in the aim's rows of the Jacobian, and the map uses only these rows. For the R⁸ difference this is the error of
+//! diffc_inverse, also for diffc, at a quarter of its gain; that is the same law to first order for a tool at the base frame's origin.
 //!
-//! The reference work compares diffc with logc, and so the error and the map at once. Taken apart on its own motion, the
+//! The reference work compares diffc with logc, which differ in both error and map. If these are compared separately on its own motion, the
 //! curved path, the overshoot and the high gain come from the transpose, not from R⁸:
 //!
-//! | | K [1/s] | path by straight line | overshoot \[mm\] |
+//! | | K [1/s] | path length / straight line | overshoot \[mm\] |
 //! |---|---|---|---|
 //! | R⁸ × transpose (diffc) | 185 | 1.252 | 10.9 |
 //! | screw log × transpose | 20 | 1.241 | 10.7 |
 //! | `q* q_d − 1` × damped inverse | 1 | 1.136 | 0 |
 //! | screw log × damped inverse (logc) | 1 | 1.134 | 0 |
 //!
-//! A law in a closed loop, with the gains and the arm that the servo has by default:
+//! A law in a closed loop, with the servo's default gains and arm:
 //!
 //! ```
 //! use dq_kinematics::arm::ArmState;

@@ -4,15 +4,16 @@ use super::angular_linear::AngularLinear;
 use crate::arm::ArmState;
 use nalgebra::Vector3;
 
-/// The six directions of R⁸ in which a pose can move, by a basis of length 1 each: the 8×n pose Jacobian J has no part along the other two.
+/// The six directions of R⁸ in which a pose can move, as an orthonormal basis. The 8×n pose Jacobian J has no component along the other
+/// two.
 ///
-/// Seen from the tool's rotation, column i of J is `½ (l, v + ½ t×l, −½ t·l)` without its zero: with the joint's axis direction l, the
-/// velocity v that it gives the tool point, and the tool point t. Lengths stay the same where `−½ t·l` goes into the first part,
-/// as `√(I + ¼ t tᵀ) l = l + (√(1 + ¼|t|²) − 1) t (t·l)/|t|²`.
+/// In the frame rotated with the tool, column i of J is `½ (l, v + ½ t×l, −½ t·l)` without its zero: with the direction l of the joint's
+/// axis, the velocity v that the joint gives the tool point, and the tool point t. Merging `−½ t·l` into the first part preserves lengths
+/// with `√(I + ¼ t tᵀ) l = l + (√(1 + ¼|t|²) − 1) t (t·l)/|t|²`.
 #[derive(Clone, Copy)]
 pub(super) struct PoseSpace {
     tool: Vector3<f64>,
-    /// (√(1 + x) − 1)/|t|² with x = ¼|t|², without its quotient of zeros.
+    /// (√(1 + x) − 1)/|t|² with x = ¼|t|², in a form without division by zero.
     stretch: f64,
 }
 
@@ -22,7 +23,7 @@ impl PoseSpace {
         Self { tool, stretch: 0.25 / (1.0 + (1.0 + 0.25 * tool.norm_squared()).sqrt()) }
     }
 
-    /// The column of J of a joint that does this to the tool.
+    /// Returns the column of J of a joint that gives the tool this twist.
     pub fn column(&self, (axis, velocity): &AngularLinear) -> AngularLinear {
         let angular = axis + self.tool * (self.stretch * self.tool.dot(axis));
         (0.5 * angular, 0.5 * (velocity + 0.5 * self.tool.cross(axis)))

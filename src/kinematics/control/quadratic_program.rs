@@ -1,26 +1,27 @@
-//! Small quadratic programs: the joint velocities nearest to those that are wanted, under linear constraints.
+//! Small quadratic programs: the joint velocities nearest to the desired ones under linear constraints.
 
-/// `min (x − w)ᵀ H (x − w)` subject to `aₖ·x ≥ bₖ`, by the dual active set method (Goldfarb & Idnani 1983), in the coordinates `Lᵀx` with
-/// `H = L Lᵀ`, in which the nearest point is looked for.
+/// The program `min (x − w)ᵀ H (x − w)` subject to `aₖ·x ≥ bₖ`, solved by the dual active set method (Goldfarb & Idnani 1983). It works in
+/// the coordinates `Lᵀx` with `H = L Lᵀ`, in which the nearest point is the solution.
 ///
-/// It begins at `w` and takes in the constraint that is broken most, one after the other, so that what is near `w` is found in a step or
-/// two. It allocates only where it meets more joints or constraints than before.
+/// The method begins at `w` and activates the most violated constraint, one after the other, so that a solution near `w` is found in a step
+/// or two. It allocates only if there are more joints or constraints than ever before.
 #[derive(Clone, Debug)]
 pub struct QuadraticProgram {
     count: usize,
-    /// L, row after row.
+    /// The rows of L.
     factor: Vec<f64>,
-    /// The constraints' aₖ, row after row, and their bₖ.
+    /// The rows aₖ of the constraints, and their bₖ.
     rows: Vec<f64>,
     bounds: Vec<f64>,
-    /// The constraints in force, by their numbers, with their multipliers, and `L⁻¹ aₖ` of each.
+    /// The indices of the active constraints, with their multipliers, and `L⁻¹ aₖ` of each.
     active: Vec<usize>,
     multipliers: Vec<f64>,
     normals: Vec<f64>,
-    /// Those made square to each other, and what makes them so: `normals = Q R`, R column after column.
+    /// The orthogonalized normals Q, and the columns of R, with `normals = Q R`.
     square: Vec<f64>,
     upper: Vec<f64>,
-    /// The constraint that is taken in, the part of it that is square to those in force, and what it asks of them.
+    /// The normal of the constraint to activate, its component orthogonal to the active ones, its components along Q, and its coefficients
+    /// in the active normals.
     normal: Vec<f64>,
     step: Vec<f64>,
     parts: Vec<f64>,
@@ -29,21 +30,21 @@ pub struct QuadraticProgram {
     wanted: Vec<f64>,
 }
 
-/// Nothing satisfies the constraints, or rounding forbids to find out what does.
+/// No point satisfies the constraints, or rounding prevents finding one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Infeasible;
 
-/// A constraint is broken by more than this, relative to what it is made of.
+/// A constraint is violated if it is broken by more than this, relative to the size of its terms.
 const BROKEN: f64 = 1e-10;
 
-/// A constraint lies in those in force where no more than this part of it is square to them.
+/// A constraint is dependent on the active ones if at most this fraction of it is orthogonal to them.
 const WITHIN: f64 = 1e-9;
 
-/// So many steps for each joint and each constraint are too many.
+/// Largest number of steps per joint and constraint.
 const MOST_STEPS: usize = 3;
 
 impl QuadraticProgram {
-    /// With room for so many joints and constraints.
+    /// Allocates for this many joints and constraints.
     pub fn with_room(joints: usize, constraints: usize) -> Self {
         let (of_each, square) = (|| Vec::with_capacity(joints), || Vec::with_capacity(joints * joints));
         Self {
@@ -65,7 +66,8 @@ impl QuadraticProgram {
         }
     }
 
-    /// Begins anew for so many joints, weighed by the matrix `h`, row after row, symmetric and positive definite; false where it is not.
+    /// Starts a new program for `count` joints with the weight matrix `h`, row after row. Returns false unless `h` is positive definite (it
+    /// must be symmetric).
     pub fn begin(&mut self, count: usize, h: &[f64]) -> bool {
         self.count = count;
         self.rows.clear();
@@ -93,7 +95,7 @@ impl QuadraticProgram {
         self.bounds.push(bound);
     }
 
-    /// Adds the constraint on the one number of x, `sign · x[place] ≥ bound`.
+    /// Adds the constraint `sign · x[place] ≥ bound` on one number of x.
     pub fn add_one(&mut self, place: usize, sign: f64, bound: f64) {
         let end = self.rows.len();
         self.rows.resize(end + self.count, 0.0);
@@ -101,15 +103,15 @@ impl QuadraticProgram {
         self.bounds.push(bound);
     }
 
-    /// Asks nothing of x any more that 0 does not satisfy.
+    /// Relaxes all constraints that 0 does not satisfy to bounds of 0.
     pub fn relax(&mut self) {
         self.bounds.iter_mut().for_each(|bound| *bound = bound.min(0.0));
     }
 
-    /// Moves `x` from where it is wanted to the nearest point that satisfies the constraints.
+    /// Moves `x` from the desired point to the nearest point that satisfies the constraints.
     ///
     /// # Errors
-    /// [`Infeasible`]; then `x` is anything.
+    /// [`Infeasible`]; then `x` is undefined.
     pub fn solve(&mut self, x: &mut [f64]) -> Result<(), Infeasible> {
         let count = self.count;
         for list in [&mut self.multipliers, &mut self.normals, &mut self.square, &mut self.upper] {
@@ -125,7 +127,7 @@ impl QuadraticProgram {
         Err(Infeasible)
     }
 
-    /// The multiplier of the constraint of that number at the last solution; 0 where it is not in force.
+    /// Returns the multiplier of a constraint, by its index, at the last solution; 0 if the constraint is inactive.
     pub fn multiplier(&self, constraint: usize) -> f64 {
         let place = self.active.iter().position(|number| *number == constraint);
         place.map_or(0.0, |place| self.multipliers[place])
@@ -135,7 +137,7 @@ impl QuadraticProgram {
         &self.rows[constraint * self.count..][..self.count]
     }
 
-    /// The slack of a constraint, and its size.
+    /// Returns the slack of a constraint, and the size of its terms.
     fn slack(&self, constraint: usize, x: &[f64]) -> (f64, f64) {
         let (mut slack, mut size) = (-self.bounds[constraint], self.bounds[constraint].abs());
         for (row, x) in self.row(constraint).iter().zip(x) {
@@ -156,14 +158,14 @@ impl QuadraticProgram {
         most.0
     }
 
-    /// Moves to where the constraint holds, and lets those go that push the wrong way.
+    /// Moves `x` until the constraint holds, and deactivates constraints whose multipliers become negative.
     fn take_in(&mut self, constraint: usize, x: &mut [f64]) -> Result<(), Infeasible> {
         self.normal.clear();
         self.normal.extend_from_slice(&self.rows[constraint * self.count..][..self.count]);
         solve_lower(&self.factor, self.count, &mut self.normal);
         let size: f64 = self.normal.iter().map(|part| part * part).sum();
         let mut multiplier = 0.0;
-        // Each turn but the last lets one go.
+        // Each iteration except the last deactivates one constraint.
         for _ in 0..=self.count {
             self.split(self.active.len());
             let free: f64 = self.step.iter().map(|part| part * part).sum();
@@ -193,7 +195,7 @@ impl QuadraticProgram {
         Err(Infeasible)
     }
 
-    /// Finds x and the multipliers anew by what is in force: steps along normals that are nearly dependent lose digits, which would stay lost.
+    /// Recomputes x and the multipliers from the active constraints, because steps along nearly dependent normals lose digits.
     fn place(&mut self, x: &mut [f64]) {
         let count = self.count;
         self.relief.clear();
@@ -215,20 +217,20 @@ impl QuadraticProgram {
         for i in (0..self.active.len()).rev() {
             let after = i + 1..self.active.len();
             let rest: f64 = after.map(|k| self.upper[k * count + i] * self.multipliers[k]).sum();
-            // One that rounding makes negative pushes nothing.
+            // A multiplier that rounding makes negative counts as 0.
             self.multipliers[i] = ((self.relief[i] - rest) / self.upper[i * count + i]).max(0.0);
         }
     }
 
-    /// Splits the normal into what the first so many in force have of it and the step, which is square to them; and finds what it asks of
-    /// these.
+    /// Splits the normal into its components along the first `active` active normals and the orthogonal step, and computes its coefficients
+    /// in these normals.
     fn split(&mut self, active: usize) {
         let count = self.count;
         self.step.clear();
         self.step.extend_from_slice(&self.normal);
         self.parts.clear();
         self.parts.resize(active, 0.0);
-        // Twice: the second time takes out what rounding has left.
+        // The second pass removes what rounding has left.
         for _ in 0..2 {
             for k in 0..active {
                 let of = &self.square[k * count..][..count];
@@ -245,7 +247,7 @@ impl QuadraticProgram {
         }
     }
 
-    /// The constraint in force whose multiplier is the first to become 0, by its place, and how far it is until then.
+    /// Returns the position of the active constraint whose multiplier becomes 0 first, and the step length until then.
     fn first_to_go(&self) -> (usize, f64) {
         let mut first = (0, f64::INFINITY);
         for (place, (multiplier, relief)) in self.multipliers.iter().zip(&self.relief).enumerate() {
@@ -268,7 +270,7 @@ impl QuadraticProgram {
         std::mem::swap(&mut self.normal, &mut self.spare);
     }
 
-    /// Appends the normal in force of that number, those before which are there, to what is square to each other.
+    /// Orthogonalizes the active normal with this number against those before it, and appends it.
     fn append(&mut self, number: usize) {
         let count = self.count;
         self.normal.clear();
@@ -305,7 +307,7 @@ mod tests {
     use nalgebra::{DMatrix, DVector};
     use proptest::prelude::*;
 
-    /// The weights and constraints of a random program, of which 0 satisfies all.
+    /// Returns the weights and constraints of a random program whose constraints 0 satisfies.
     fn program(
         count: usize,
         seed: &[f64],
@@ -324,7 +326,7 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(2000))]
 
-        /// The conditions of Karush, Kuhn and Tucker, which only the solution has.
+        /// Only the solution satisfies the Karush–Kuhn–Tucker conditions.
         #[test]
         fn the_solution_is_the_nearest_one(count in 1..15usize, rows in 0..40usize, seed in prop::collection::vec(0.1..9.0f64, 7)) {
             let (h, a, b, wanted) = program(count, &seed, rows);
@@ -343,7 +345,7 @@ mod tests {
         }
 
         #[test]
-        fn what_contradicts_itself_is_found(count in 1..10usize, rows in 0..10usize, seed in prop::collection::vec(0.1..9.0f64, 7)) {
+        fn a_contradiction_is_found(count in 1..10usize, rows in 0..10usize, seed in prop::collection::vec(0.1..9.0f64, 7)) {
             let (h, a, b, wanted) = program(count, &seed, rows.max(1));
             let mut program = QuadraticProgram::with_room(2, 9);
             prop_assert!(program.begin(count, h.as_slice()));
@@ -354,7 +356,7 @@ mod tests {
     }
 
     #[test]
-    fn bounds_of_one_number_are_kept_by_each_alone() {
+    fn bounds_of_single_numbers_are_independent() {
         let mut program = QuadraticProgram::with_room(2, 9);
         assert!(program.begin(2, &[1.0, 0.0, 0.0, 4.0]));
         program.add_one(0, 1.0, -0.5);

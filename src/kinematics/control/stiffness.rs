@@ -1,4 +1,4 @@
-//! How fast a law with the transposed Jacobian makes errors decay, direction by direction.
+//! The rates at which a law with the transposed Jacobian makes errors decay, by direction.
 
 use super::aim::Rows;
 use super::angular_linear::{AngularLinear, first, scaled};
@@ -6,14 +6,14 @@ use super::gram::Gram;
 use super::pose_space::PoseSpace;
 use crate::arm::ArmState;
 
-/// `√K J`, the Jacobian J of what is fed back with the gains K: near the goal the closed loop is `δθ̇ = −Jᵀ K J δθ`, whose rates [1/s] are the
-/// eigenvalues of `Jᵀ K J`.
+/// The matrix `√K J`, with the Jacobian J of the feedback error and the gains K. Near the goal the closed loop is `δθ̇ = −Jᵀ K J δθ`, whose
+/// rates [1/s] are the eigenvalues of `Jᵀ K J`.
 pub struct Stiffness(Rooted);
 
 enum Rooted {
-    /// A twist's rows, with the roots of the angular and of the linear gain.
+    /// The rows of a twist, with the square roots of the angular and of the linear gain.
     Twist(Rows, [f64; 2]),
-    /// A pose in R⁸, with the root of its gain.
+    /// A pose in R⁸, with the square root of its gain.
     Pose(PoseSpace, f64),
 }
 
@@ -37,14 +37,15 @@ impl Stiffness {
         Gram::of_columns(arm.joint_count(), self.columns(arm))
     }
 
-    /// The fastest rate [1/s].
+    /// Returns the fastest rate [1/s].
     pub(super) fn fastest_rate(&self, arm: &ArmState) -> f64 {
         self.gram(arm).largest_eigenvalue()
     }
 
-    /// `(I + s Jᵀ K J)⁻¹ θ̇` with the time s \[s\]: each rate r becomes `r/(1 + s r)`, so that none is above 1/s and slow ones stay as they are.
+    /// Computes `(I + s Jᵀ K J)⁻¹ θ̇` with the time s \[s\]: each rate r becomes `r/(1 + s r)`, so that no rate exceeds 1/s, and slow ones
+    /// hardly change.
     ///
-    /// It is `θ̇ − (√K J)ᵀ (√K J Jᵀ√K + I/s)⁻¹ √K J θ̇`, one inverse of 6×6.
+    /// It is `θ̇ − (√K J)ᵀ (√K J Jᵀ√K + I/s)⁻¹ √K J θ̇`, with one 6×6 inverse.
     pub(super) fn soften(&self, arm: &ArmState, time: f64, theta_dot: &mut [f64]) {
         let columns = self.columns(arm).zip(theta_dot.iter());
         let fed_back = columns.fold(AngularLinear::default(), |(angular, linear), ((a, b), speed)| {

@@ -1,44 +1,44 @@
-//! Symmetric 3×3 matrices by their six numbers, two matrices side by side.
+//! Symmetric 3×3 matrices as six numbers, two matrices in parallel.
 
 use crate::arm::pair::{Pair, ZEROS, dot};
 use nalgebra::Vector3;
 use wide::f64x2;
 
-/// Two symmetric 3×3 matrices side by side.
+/// Two symmetric 3×3 matrices in parallel.
 ///
-/// Fast because three of nine numbers are not computed, the inverse is closed, six cofactors and one division, and two matrices take
-/// no more operations than one.
+/// This is fast because three of nine numbers are not computed, the inverse is closed (six cofactors and one division), and two matrices
+/// take no more operations than one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Symmetric {
-    /// xx, yy, zz.
+    /// xx, yy and zz.
     pub diagonal: Pair,
-    /// yz, zx, xy.
+    /// yz, zx and xy.
     pub others: Pair,
 }
 
 impl Symmetric {
-    /// Two of zeros.
+    /// Two zero matrices.
     pub const ZEROS: Self = Self { diagonal: ZEROS, others: ZEROS };
 
-    /// The sums with two others.
+    /// Adds two other matrices.
     #[inline(always)]
     pub fn plus(&self, other: &Self) -> Self {
         Self { diagonal: self.diagonal + other.diagonal, others: self.others + other.others }
     }
 
-    /// The same done to all numbers of both.
+    /// Applies a function to all numbers of both matrices.
     #[inline(always)]
     pub fn map(&self, each: impl Fn(&Pair) -> Pair) -> Self {
         Self { diagonal: each(&self.diagonal), others: each(&self.others) }
     }
 
-    /// With `shifts` added to the diagonals.
+    /// Adds `shifts` to the diagonals.
     #[inline(always)]
     pub fn shifted(&self, shifts: f64x2) -> Self {
         Self { diagonal: self.diagonal.map(|number| number + shifts), others: self.others }
     }
 
-    /// The inverses, not finite where there is none.
+    /// Returns the inverses, which are not finite if the matrices are singular.
     #[inline(always)]
     pub fn inverse(&self) -> SymmetricInverse {
         let (d, o) = (&self.diagonal, &self.others);
@@ -72,49 +72,49 @@ impl Symmetric {
         }
     }
 
-    /// The sum of the eigenvalues.
+    /// Returns the sums of the eigenvalues.
     #[inline(always)]
     pub fn trace(&self) -> f64x2 {
         self.diagonal.x + self.diagonal.y + self.diagonal.z
     }
 
-    /// The sum of the products of all nine numbers with those of `other`.
+    /// Returns the sums of the products of all nine numbers with those of `other`.
     #[inline(always)]
     pub fn dot(&self, other: &Self) -> f64x2 {
         dot(&self.diagonal, &other.diagonal) + dot(&self.others, &other.others) * 2.0
     }
 }
 
-/// The inverses of two symmetric 3×3 matrices side by side.
+/// The inverses of two symmetric 3×3 matrices in parallel.
 ///
-/// Fast because products are with the adjugate, and so do not wait for the division: the quotient comes last.
+/// This is fast because products use the adjugate and do not wait for the division: the factor comes last.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct SymmetricInverse {
     pub adjugate: Symmetric,
-    /// What the adjugate is multiplied with: 1 by the determinant.
+    /// The factor of the adjugate: the inverse of the determinant.
     pub scale: f64x2,
-    /// The leading minors of the matrix but for factors above 0.
+    /// The leading minors of the matrix, up to positive factors.
     minors: Pair,
 }
 
 impl SymmetricInverse {
-    /// The determinants of the matrices; of [quotients](Self::of_quotients) but for factors above 0.
+    /// Returns the determinants of the matrices; for [quotients](Self::of_quotients) up to positive factors.
     #[inline(always)]
     pub fn determinant(&self) -> f64x2 {
         self.minors.z
     }
 
-    /// Those of the matrices divided by these numbers, whose inverses are given too.
+    /// Returns the inverses of the matrices divided by `divisors`, whose inverses are `inverses`.
     #[inline(always)]
     pub fn of_quotients(self, divisors: f64x2, inverses: f64x2) -> Self {
         let minors = Vector3::new(self.minors.x * inverses, self.minors.y, self.minors.z * inverses);
         Self { scale: self.scale * divisors, minors, ..self }
     }
 
-    /// The least leading minors, which are above 0 where the matrix is positive definite.
+    /// Returns the least leading minors, which are positive if the matrix is positive definite.
     #[inline(always)]
     pub fn least_minors(&self) -> f64x2 {
-        // Of a number and none the least is the one that comes last, and what is none in a minor is none in the determinant.
+        // If one operand is NaN, `fast_min` returns the second operand. A NaN in a minor is also in the determinant, which comes last.
         self.minors.x.fast_min(self.minors.y).fast_min(self.minors.z)
     }
 

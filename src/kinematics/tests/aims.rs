@@ -1,4 +1,4 @@
-//! What a task asks of the tool, for the tests of the laws and of the cycle.
+//! Aims with fewer components than a pose, for the tests of the laws and of the cycle.
 
 use dq_algebra::UnitDualQuaternion;
 use dq_kinematics::control::Aim;
@@ -14,7 +14,7 @@ pub fn z(pose: &UnitDualQuaternion) -> Vector3<f64> {
     pose.rotation() * Vector3::z()
 }
 
-/// How far the tool is from what the task asks for \[m, rad\].
+/// Returns the error of the tool within the aim \[m, rad\].
 pub fn missed(aim: Aim, tool: &UnitDualQuaternion, goal: &UnitDualQuaternion) -> (f64, f64) {
     let angle = match aim {
         Aim::Pose => tool.rotation().angle_to(&goal.rotation()),

@@ -11,13 +11,13 @@ use nalgebra::{Unit, Vector3};
 use proptest::prelude::*;
 use serde_json::Value;
 
-/// Rows of a matrix given as a list of lists.
+/// Returns the rows of a matrix given as a list of lists.
 pub fn rows(value: &Value) -> Vec<Vec<f64>> {
     value.as_array().unwrap().iter().map(numbers).collect()
 }
 
 #[test]
-fn printed_poses_of_the_paper_are_met_with_their_signs() {
+fn printed_poses_of_the_paper_are_reproduced_with_their_signs() {
     let reference = json();
     for (theta, pose) in
         [("theta_initial", "q_initial"), ("theta_desired", "q_desired"), ("theta_third", "q_third")]
@@ -32,7 +32,7 @@ fn printed_poses_of_the_paper_are_met_with_their_signs() {
 }
 
 #[test]
-fn computed_pose_jacobian_is_met() {
+fn the_computed_pose_jacobian_is_reproduced() {
     let reference = json();
     let jacobian = state(&puma(), &numbers(&reference["theta_initial"])).pose_jacobian();
     for (i, row) in rows(&reference["computed"]["jacobian8x6_initial"]).iter().enumerate() {
@@ -78,9 +78,9 @@ fn standard_dh_is_the_product_of_its_factors() {
     assert!((got.to_vector8() - expected.to_vector8()).norm() < ALGEBRA);
 }
 
-/// What `Unit::new_normalize` makes of zeros is no axis.
+/// `Unit::new_normalize` turns zeros into NaN.
 #[test]
-fn an_axis_without_a_direction_is_refused() {
+fn an_axis_without_a_direction_is_rejected() {
     let joint = |axis| Joint {
         kind: JointKind::Revolute,
         parent_from_joint: UnitDualQuaternion::identity(),
@@ -92,7 +92,7 @@ fn an_axis_without_a_direction_is_refused() {
 }
 
 #[test]
-fn what_does_not_fit_is_refused() {
+fn invalid_joint_counts_and_rows_are_rejected() {
     let error = puma().forward_kinematics(&[0.0; 5]).unwrap_err();
     assert_eq!(error, ArmError::JointCount { expected: 6, got: 5 });
     assert_eq!(Chain::new(Convention::ModifiedDh, &[]), Err(ArmError::NoJoints));

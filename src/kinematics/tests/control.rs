@@ -10,7 +10,7 @@ use dq_kinematics::control::{Aim, AllowedRate, Controller, Damping, Law, SignMem
 use nalgebra::{DMatrix, DVector, Vector6};
 use proptest::prelude::*;
 
-/// One classical Runge–Kutta step.
+/// Makes one classical Runge–Kutta step.
 pub fn runge_kutta(
     theta: &DVector<f64>,
     h: f64,
@@ -23,7 +23,7 @@ pub fn runge_kutta(
     theta + (k1 + 2.0 * k2 + 2.0 * k3 + k4) * (h / 6.0)
 }
 
-/// A law that drives an arm to a goal.
+/// A law that moves an arm to a goal.
 pub struct Loop {
     chain: Chain,
     pub controller: Controller,
@@ -64,7 +64,7 @@ pub fn pose(name: &str) -> UnitDualQuaternion {
 }
 
 #[test]
-fn diffc_with_gain_185_meets_the_computed_samples() {
+fn diffc_with_gain_185_reproduces_the_computed_samples() {
     let samples = json()["computed"]["diffc_K185"]["samples"].clone();
     let mut control = Loop::new(Law::Diffc, pose("theta_desired"));
     let (mut joints, step) = (theta("theta_initial"), 5e-4);
@@ -105,7 +105,7 @@ fn logc_crosses_the_elbow_singularity_and_arrives() {
 fn logc_with_equal_gains_decays_exponentially_on_one_screw() {
     let mut control = Loop::new(Law::Logc, pose("theta_desired"));
     control.controller.set_gains(Law::Logc, [1.5; 2]);
-    // The arm stays away from singularities, and the damping off: what is tested is the law.
+    // The arm stays away from singularities, and damping is off, so that only the law is tested.
     control.controller.damping.max = 0.0;
     let mut joints = theta("theta_desired") + DVector::from_vec(vec![0.1, -0.2, 0.15, 0.3, 0.2, -0.1]);
     let initial = control.error(&joints);
@@ -146,7 +146,7 @@ fn double_geodesic_moves_the_tool_on_a_straight_line() {
 }
 
 #[test]
-fn the_wrong_sign_leaves_the_goal_and_the_rule_keeps_it() {
+fn the_wrong_sign_leads_away_from_the_goal_and_the_rule_prevents_it() {
     let goal = pose("theta_desired");
     let start = theta("theta_desired") + DVector::from_element(6, 1e-3);
     let mut wrong = Loop::new(Law::Diffc, -goal);
@@ -179,7 +179,7 @@ fn the_sign_is_kept_within_the_hysteresis() {
 }
 
 #[test]
-fn damping_begins_at_its_threshold_and_is_greatest_at_the_singularity() {
+fn damping_begins_at_its_threshold_and_is_largest_at_the_singularity() {
     let damping = Damping { max: 0.05, threshold: 0.1 };
     assert_eq!(damping.lambda_squared(0.1), 0.0);
     assert!((damping.lambda_squared(0.0) - 0.05_f64.powi(2)).abs() < REFERENCE);
@@ -209,7 +209,7 @@ fn laws_have_names() {
 
 proptest! {
     #[test]
-    fn no_law_moves_an_arm_that_is_at_its_goal(joints in prop::array::uniform6(-3.0..3.0f64)) {
+    fn no_law_moves_an_arm_at_its_goal(joints in prop::array::uniform6(-3.0..3.0f64)) {
         for law in Law::ALL {
             let mut control = Loop::new(law, puma().forward_kinematics(&joints).unwrap());
             let velocity = control.velocity(&DVector::from_row_slice(&joints));
@@ -218,7 +218,7 @@ proptest! {
     }
 }
 
-/// The largest eigenvalue of `J Jᵀ`.
+/// Returns the largest eigenvalue of `J Jᵀ`.
 fn largest_square(jacobian: &nalgebra::DMatrix<f64>) -> f64 {
     (jacobian * jacobian.transpose()).symmetric_eigenvalues().max()
 }
@@ -246,14 +246,14 @@ proptest! {
 }
 
 #[test]
-fn a_delay_slows_each_direction_by_its_own_rate_and_none_is_faster_than_it_allows() {
+fn a_delay_slows_each_direction_to_the_allowed_rate() {
     let (start, goal) = (theta("theta_initial"), pose("theta_desired"));
     for law in [Law::Diffc, Law::LogcTranspose, Law::UnitQuaternionTranspose] {
         for aim in Aim::ALL {
             let mut control = Loop::new(law, goal);
             control.controller.aim = aim;
             let here = puma().forward_kinematics(start.as_slice()).unwrap();
-            // Near the goal, where the law is `θ̇ = −M δθ`.
+            // Near the goal the law is `θ̇ = −M δθ`.
             control.goal = aim.nearest(&here, &here);
             let near = |control: &mut Loop, joint: usize| {
                 let mut at = |side: f64| {

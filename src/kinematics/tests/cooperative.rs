@@ -1,4 +1,4 @@
-//! Two arms as one: the law against the reference work.
+//! Two arms as one: the law compared with the reference work.
 
 use crate::LOOP;
 use crate::arm::rows;
@@ -17,7 +17,7 @@ fn arms(left: &[f64], right: &[f64]) -> ArmState {
     ArmState::relative(&state(&puma(), left), &state(&puma(), right))
 }
 
-/// The paper's arms: β (left) at theta_desired, α (right) at theta_initial.
+/// Returns the paper's joint positions: β (left) at theta_desired, α (right) at theta_initial.
 fn paper() -> Vec<f64> {
     [numbers(&json()["theta_desired"]), numbers(&json()["theta_initial"])].concat()
 }
@@ -33,14 +33,14 @@ fn law(aim: Aim, map: Map) -> Controller {
     Controller::of_two_arms(map, aim, gain, DAMPING)
 }
 
-/// Rows of the Jacobian at the tool: those of its velocity, or of its angular velocity.
+/// Returns the rows of the tool's Jacobian for its velocity, or for its angular velocity.
 fn jacobian(arms: &ArmState, angular: bool) -> DMatrix<f64> {
     let first = if angular { 0 } else { 3 };
     let columns: Vec<_> = arms.tool_columns().collect();
     DMatrix::from_fn(3, columns.len(), |row, column| columns[column][first + row])
 }
 
-/// `theta` after `seconds` under the law, by Runge–Kutta steps of 1 ms.
+/// Returns `theta` after `seconds` under the law, by Runge–Kutta steps of 1 ms.
 fn follow(law: &Controller, goal: &UnitDualQuaternion, theta: &[f64], seconds: f64) -> Vec<f64> {
     let velocity = |theta: &DVector<f64>| {
         let mut velocity = DVector::zeros(12);
@@ -55,10 +55,10 @@ fn follow(law: &Controller, goal: &UnitDualQuaternion, theta: &[f64], seconds: f
 }
 
 #[test]
-fn printed_dual_position_jacobian_of_the_paper_is_met() {
+fn the_printed_dual_position_jacobian_of_the_paper_is_reproduced() {
     let columns = jacobian(&at(&paper()), false);
     let printed = rows(&json()["printed"]["dual_position_jacobian_columns_beta1to6_alpha1to6"]);
-    // The paper keeps the scalar part of the translation, whose row is zero.
+    // The paper includes the scalar part of the translation, whose row is zero.
     for (i, printed) in printed.iter().enumerate().skip(1) {
         let ours: Vec<_> = columns.row(i - 1).iter().copied().collect();
         assert!(distance(&ours, printed) < REFERENCE, "row {i}");
@@ -89,7 +89,7 @@ fn the_relative_pose_jacobian_is_that_of_hamilton_operators() {
 }
 
 #[test]
-fn relative_position_with_gain_10_meets_the_computed_samples() {
+fn relative_position_with_gain_10_reproduces_the_computed_samples() {
     let computed = json()["computed"]["relative_position_K10"].clone();
     let start = paper();
     let relative = at(&start).base_from_tool();
@@ -106,7 +106,7 @@ fn relative_position_with_gain_10_meets_the_computed_samples() {
     assert!(distance(&theta, &numbers(&computed["theta_beta_alpha_15s"])) < LOOP);
 }
 
-/// With the inverse, position and distance decay as `exp(−K t)`, and `tan(θ/4)` of the angle does.
+/// With the inverse, position and distance decay as `exp(−K t)`, and so does `tan(θ/4)` of the angle.
 #[test]
 fn the_inverse_form_decays_at_its_gain() {
     let start = paper();
@@ -125,7 +125,7 @@ fn the_inverse_form_decays_at_its_gain() {
         match aim {
             Aim::Position => assert!((position - decay).abs() < LOOP),
             Aim::Orientation => assert!((quarter - decay).abs() < LOOP),
-            // Its position is coupled with the rotation: near, but not on, the exponential.
+            // The position is coupled with the rotation: it is close to the exponential, but not on it.
             Aim::Pose => assert!((position - decay).abs() < 0.05 && (quarter - decay).abs() < LOOP),
             Aim::PositionAndAxis => assert!((position - decay).abs() < 0.05),
             Aim::Distance => assert!((far(&now) / far(&relative) - decay).abs() < LOOP),
@@ -149,7 +149,7 @@ fn stretched_arms_get_finite_velocities() {
 }
 
 #[test]
-fn aims_of_two_arms_are_called_as_those_of_one() {
+fn aims_of_two_arms_have_the_names_of_one_arm_with_a_prefix() {
     for (aim, name) in Aim::ALL.into_iter().zip(Aim::NAMES) {
         assert_eq!((aim.name(), aim.relative_name()), (*name, format!("relative_{name}").as_str()));
         assert_eq!(Aim::from_relative_name(aim.relative_name()), Some(aim));
@@ -161,9 +161,9 @@ fn aims_of_two_arms_are_called_as_those_of_one() {
 }
 
 proptest! {
-    /// `Jᵀ K e = −∇ ½ K |e|²`, with the differences of eq. 16: of positions, of distances, of rotations in R⁴ and of poses in R⁸.
+    /// `Jᵀ K e = −∇ ½ K |e|²` for the differences of eq. 16: of positions, distances, rotations in R⁴ and poses in R⁸.
     #[test]
-    fn the_transposed_form_goes_down_its_squared_error(
+    fn the_transposed_form_descends_its_squared_error(
         theta in prop::collection::vec(-3.0..3.0f64, 12),
         goal in prop::collection::vec(-3.0..3.0f64, 12),
     ) {
@@ -195,9 +195,9 @@ proptest! {
         }
     }
 
-    /// `Jᵀ (J Jᵀ + λ² I)⁻¹ K e` in the rows that are asked for, by a decomposition.
+    /// `Jᵀ (J Jᵀ + λ² I)⁻¹ K e` in the rows of the aim, by a matrix decomposition.
     #[test]
-    fn the_inverse_form_is_the_damped_inverse_of_the_rows_that_are_asked_for(
+    fn the_inverse_form_is_the_damped_inverse_of_the_rows_of_the_aim(
         theta in prop::collection::vec(-3.0..3.0f64, 12),
         goal in prop::collection::vec(-3.0..3.0f64, 12),
         threshold in prop_oneof![Just(0.05), Just(0.5)],

@@ -1,4 +1,4 @@
-//! The table of the laws: what each cell is, and what the literature promises of derived gains.
+//! The table of the laws: the formula of each cell, and the properties of derived gains in the literature.
 
 use crate::control::{Loop, pose, theta};
 use crate::puma::{controller, puma};
@@ -9,7 +9,7 @@ use dq_kinematics::control::{
 };
 use nalgebra::{DVector, Vector3, Vector6};
 
-/// A tool without an arm, which moves as the law says.
+/// A free tool, which moves at the law's twist.
 struct FreeBody {
     controller: Controller,
     goal_from_tool: UnitDualQuaternion,
@@ -20,7 +20,7 @@ impl FreeBody {
         Self { controller, goal_from_tool: UnitDualQuaternion::screw_exp(&error) }
     }
 
-    /// One step at the law's twist and a disturbance.
+    /// Makes one step at the law's twist plus a disturbance.
     fn step(&mut self, disturbance: &Vector6<f64>, h: f64) {
         let twist = self.controller.body_twist(&self.goal_from_tool) + disturbance;
         self.goal_from_tool = self.goal_from_tool * UnitDualQuaternion::screw_exp(&(twist * h));
@@ -35,7 +35,7 @@ fn with_gain(law: Law, gain: f64) -> Controller {
     controller().with_law(law, gain)
 }
 
-/// Path by straight line and overshoot [mm] on the reference's own motion.
+/// Returns path length / straight line and overshoot [mm] of the reference's own motion.
 fn motion(law: Law, gain: f64, step: f64) -> (f64, f64) {
     let mut control = Loop::new(law, pose("theta_desired"));
     control.controller = with_gain(law, gain);
@@ -76,7 +76,7 @@ fn each_cell_of_the_table_is_its_map_times_its_error() {
         let jacobian = control.state.body_jacobian();
         let twist = control.controller.body_twist(&pose_error(&control.state, &control.goal));
         match law.map() {
-            // The R⁸ difference is no twist.
+            // The R⁸ difference is not a twist.
             Map::Transpose if law == Law::Diffc => {
                 let difference = control.goal.to_vector8() - control.state.base_from_tool().to_vector8();
                 let expected = control.state.pose_jacobian().transpose() * difference * 2.0;
@@ -85,7 +85,7 @@ fn each_cell_of_the_table_is_its_map_times_its_error() {
             Map::Transpose => {
                 assert!((velocity - jacobian.transpose() * twist).norm() < ALGEBRA * 100.0, "{law}");
             }
-            // The start is no singular configuration.
+            // The start is not a singular configuration.
             Map::DampedInverse => assert!((jacobian * velocity - twist).norm() < 1e-10, "{law}"),
         }
     }
@@ -96,7 +96,7 @@ fn six((angular, linear): AngularLinear) -> Vector6<f64> {
 }
 
 #[test]
-fn the_r8_twist_is_twice_the_vector_part_of_what_is_left_to_go() {
+fn the_r8_twist_is_twice_the_vector_part_of_the_remaining_motion() {
     let (start, goal) = (pose("theta_initial"), pose("theta_desired"));
     let twist = six(PoseError::from(&(start.inverse() * goal)).difference());
     let left = (start.inverse() * goal).to_vector8();
@@ -114,9 +114,9 @@ fn all_errors_agree_to_first_order() {
 }
 
 #[test]
-fn lq_is_the_optimum_of_its_cost() {
+fn lq_minimizes_its_cost() {
     let weights = [2.0, 5.0];
-    // Near the goal, where the error is what the cost is defined with.
+    // Near the goal, the cost is defined with this error.
     let start = 1e-3 * Vector6::new(0.3, -0.5, 0.2, 0.7, 0.1, -0.4);
     let cost = |weight_factor: f64| {
         let lq = controller().with_gains(Law::Lq, weights.map(|weight| weight_factor * weight));
@@ -135,23 +135,23 @@ fn lq_is_the_optimum_of_its_cost() {
     };
     let best = cost(1.0);
     assert!(best < cost(0.8) && best < cost(1.25));
-    // The value function of the Riccati equation, eᵀ √Q e.
+    // The value function of the Riccati equation is eᵀ √Q e.
     let expected = 2.0_f64.sqrt() * start.fixed_rows::<3>(0).norm_squared()
         + 5.0_f64.sqrt() * start.fixed_rows::<3>(3).norm_squared();
     assert!((best / expected - 1.0).abs() < 1e-2, "{best} {expected}");
 }
 
 #[test]
-fn h_infinity_keeps_its_bounds_and_not_with_less_gain() {
+fn h_infinity_keeps_its_bounds_which_less_gain_does_not() {
     let bounds = [0.4_f64, 0.7];
-    // How much of the bound the energy of the output takes, under two equal disturbances that change slowly.
+    // The energy of the output as a fraction of the bound, under two equal disturbances that change slowly.
     let shares = |gain_factor: f64| {
         let law = controller().with_gains(Law::HInfinity, bounds.map(|bound| bound / gain_factor));
         let mut body = FreeBody::new(law, Vector6::zeros());
         let (mut rotation, mut position, mut disturbance) = (0.0, 0.0, 0.0);
         for k in 0..60_000 {
             let time = 1e-3 * f64::from(k);
-            // It begins and ends at 0, so that the energy is finite.
+            // The disturbance begins and ends at 0, so that the energy is finite.
             let one = 0.3 * (std::f64::consts::PI * time / 60.0).sin().powi(2);
             rotation += body.goal_from_tool.real().imag().norm_squared();
             position += body.goal_from_tool.translation().norm_squared();
@@ -166,7 +166,7 @@ fn h_infinity_keeps_its_bounds_and_not_with_less_gain() {
 }
 
 #[test]
-fn predefined_time_arrives_in_its_time_from_everywhere() {
+fn predefined_time_arrives_in_its_time_from_any_distance() {
     for size in [0.01, 0.5, 2.0, 4.0, 50.0] {
         let law = controller().with_gains(Law::PredefinedTime, [2.0, 1e9]);
         let mut body =
@@ -193,13 +193,13 @@ fn the_gain_of_predefined_time_is_limited() {
     assert!(control.velocity(&theta("theta_desired")).amax() < 1e-12);
 }
 
-/// Turned about z by `angle` [rad], with that quaternion's sign.
+/// Returns a rotation about z by `angle` [rad], with the sign of its quaternion.
 fn turned(angle: f64) -> UnitDualQuaternion {
     UnitDualQuaternion::from_translation_angle_axis(Vector3::zeros(), angle, &Vector3::z_axis())
 }
 
-/// The tool turns from `angle` [rad] to 0 by logc, seen with an error of ±`noise` [rad] that is worst for it: it always shows the
-/// tool on the other side of the half turn. How far it has turned in 10 s, and how often the sign has changed.
+/// Turns a tool from `angle` [rad] to 0 by logc, with the worst measurement error of ±`noise` [rad]: it always shows the tool on the other
+/// side of the half turn. Returns how far the tool has turned in 10 s, and how often the sign has changed.
 fn turn_with_noise(angle: f64, noise: f64, hysteresis: Option<f64>) -> (f64, u32) {
     let (goal, law) = (turned(0.0), with_gain(Law::Logc, 1.0));
     let (mut at, mut turned_by, mut flips) = (angle, 0.0, 0);
@@ -224,8 +224,8 @@ fn turn_with_noise(angle: f64, noise: f64, hysteresis: Option<f64>) -> (f64, u32
 }
 
 #[test]
-fn unwinding_without_the_sign_rule_a_tool_goes_the_long_way_round() {
-    // 10° past a full turn of the quaternion: nearly there, but with the other sign.
+fn without_the_sign_rule_a_tool_unwinds_the_long_way_round() {
+    // 10° before a full turn of the quaternion: close to the goal, but with the other sign.
     let nearly = 2.0 * std::f64::consts::PI - 10.0_f64.to_radians();
     let law = with_gain(Law::Logc, 1.0);
     let unwinding = law.body_twist(&turned(nearly))[2];
@@ -235,7 +235,7 @@ fn unwinding_without_the_sign_rule_a_tool_goes_the_long_way_round() {
 }
 
 #[test]
-fn chatter_without_memory_noise_at_a_half_turn_holds_the_tool_there() {
+fn without_memory_noise_at_a_half_turn_makes_the_tool_chatter() {
     let (start, noise) = (std::f64::consts::PI - 1e-3, 0.02);
     let (way, flips) = turn_with_noise(start, noise, None);
     assert!(flips > 100, "{flips} changes of direction, {way} rad");
@@ -246,8 +246,8 @@ fn chatter_without_memory_noise_at_a_half_turn_holds_the_tool_there() {
     );
 }
 
-/// `J₈⁺ (q_d − q)` is another law than diffc_inverse, whose error is `q* q_d − 1`: of random poses within reach half are further away from it than
-/// two fifths of its speed.
+/// `J₈⁺ (q_d − q)` is another law than diffc_inverse, whose error is `q* q_d − 1`: for half of random reachable poses, the laws differ by
+/// more than two fifths of the speed.
 #[test]
 fn the_inverse_of_the_difference_in_r8_is_not_diffc_inverse() {
     let mut random = 1_u64;

@@ -1,4 +1,4 @@
-//! Arms, Jacobians and laws against the reference work, other implementations and themselves.
+//! Arms, Jacobians and laws compared with the reference work, with other implementations and with themselves.
 
 mod aims;
 mod arm;
@@ -17,5 +17,5 @@ mod tasks;
 #[path = "../../algebra/tests/tolerance.rs"]
 mod tolerance;
 
-/// Samples of a closed loop integrated with a fine step.
+/// Tolerance of the samples of a closed loop integrated with a fine step.
 const LOOP: f64 = 1e-6;

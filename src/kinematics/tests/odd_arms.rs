@@ -1,4 +1,4 @@
-//! Arms of an odd number of joints, of which two are computed at a time.
+//! Arms with an odd number of joints, which are computed two at a time.
 
 use crate::jacobians::{FINITE_DIFFERENCE, state};
 use crate::tolerance::ALGEBRA;
@@ -14,9 +14,9 @@ fn joint(kind: JointKind, along: Vector3<f64>, axis: Vector3<f64>) -> Joint {
     }
 }
 
-/// Joints are computed two at a time: here a pair has one joint of each arm, and the last one only one.
+/// Joints are computed two at a time: here one pair has a joint of each arm, and the last has a single joint.
 #[test]
-fn arms_of_an_odd_number_of_joints_keep_their_order() {
+fn arms_with_an_odd_number_of_joints_keep_their_order() {
     let joints = [
         joint(JointKind::Revolute, Vector3::new(0.1, 0.0, 0.3), Vector3::z()),
         joint(JointKind::Prismatic, Vector3::new(0.2, 0.1, 0.0), Vector3::new(1.0, 1.0, 0.0)),
@@ -42,7 +42,7 @@ fn arms_of_an_odd_number_of_joints_keep_their_order() {
     assert!((twist.0 - expected.0).norm() + (twist.1 - expected.1).norm() < ALGEBRA);
 }
 
-/// A chain of joints of these kinds.
+/// Returns a chain of joints of these kinds.
 fn chain(kinds: &[JointKind]) -> Chain {
     let joints: Vec<_> = kinds
         .iter()
@@ -52,7 +52,7 @@ fn chain(kinds: &[JointKind]) -> Chain {
 }
 
 #[test]
-fn a_state_of_any_arm_becomes_that_of_the_arm_that_is_evaluated() {
+fn evaluating_an_arm_overwrites_a_state_of_any_other_arm() {
     use JointKind::{Prismatic, Revolute};
     let theta = [0.3, 0.2, -0.1];
     let orders = [[Revolute; 3], [Prismatic, Revolute, Prismatic], [Revolute, Prismatic, Revolute]];
@@ -68,7 +68,7 @@ fn a_state_of_any_arm_becomes_that_of_the_arm_that_is_evaluated() {
         let mut used = arms(&other);
         used.set_relative(&state(one), &state(&other));
         assert_eq!(used, arms(one), "{one:?} as the left arm after {other:?}");
-        // And of another number of joints, more or fewer.
+        // The other state may also have more or fewer joints.
         for count in [1, 2] {
             let mut used = arms(&other[..count]);
             used.set_relative(&state(one), &state(&other));

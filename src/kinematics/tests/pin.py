@@ -10,7 +10,7 @@ file, base, tool, count = sys.argv[1:]
 model = pin.buildModelFromUrdf(file)
 data = model.createData()
 frames = [model.getFrameId(name) for name in (base, tool)]
-# The joints that move the tool and not the base.
+# The joints that move the tool but not the base.
 columns = [c for j in model.supports[model.frames[frames[1]].parentJoint] for c in range(model.idx_vs[j], model.idx_vs[j] + model.nvs[j]) if j]
 before = [c for j in model.supports[model.frames[frames[0]].parentJoint] for c in range(model.idx_vs[j], model.idx_vs[j] + model.nvs[j]) if j]
 columns = [c for c in columns if c not in before]

@@ -1,17 +1,17 @@
-//! The control step as its formulas are written, with products of dual quaternions, 6×6 and 8×n matrices and their decompositions: what
-//! the program's own, faster ways are held against, by the tests to 1e-12 and by the rig `control_step` in time.
+//! The control step written directly by its formulas, with products of dual quaternions, 6×6 and 8×n matrices and their decompositions. The
+//! program's own, faster forms are compared with it: by the tests to 1e-12, and by the rig `control_step` in time.
 
 use dq_algebra::{UnitDualQuaternion, Vector8};
 use dq_kinematics::arm::{Convention, DhRow};
 use dq_kinematics::control::Damping;
 use nalgebra::{Cholesky, Matrix6, Quaternion, Vector3, Vector6};
 
-/// An arm by the factors of its rows.
+/// An arm as the factors of its rows.
 pub struct PlainArm {
     before_joint: Vec<UnitDualQuaternion>,
     tool: UnitDualQuaternion,
     pub base_from_tool: UnitDualQuaternion,
-    /// Direction and point of each joint's axis.
+    /// The direction and a point of each joint's axis.
     pub axes: Vec<(Vector3<f64>, Vector3<f64>)>,
 }
 
@@ -52,7 +52,7 @@ impl PlainArm {
         self.base_from_tool = base_from_link * self.tool;
     }
 
-    /// The columns of the 8×n pose Jacobian `½ (l + ε p×l) q`.
+    /// Yields the columns of the 8×n pose Jacobian `½ (l + ε p×l) q`.
     pub fn pose_columns(&self) -> impl Iterator<Item = Vector8> + '_ {
         let (real, dual) = (self.base_from_tool.real(), self.base_from_tool.dual());
         self.axes.iter().map(move |(direction, point)| {
@@ -63,7 +63,7 @@ impl PlainArm {
         })
     }
 
-    /// The columns of the body Jacobian.
+    /// Yields the columns of the body Jacobian.
     fn body_columns(&self) -> impl Iterator<Item = Vector6<f64>> + '_ {
         let tool_from_base = self.base_from_tool.rotation().inverse().to_rotation_matrix();
         let tool_point = self.base_from_tool.translation();
@@ -82,7 +82,7 @@ impl PlainArm {
         self.gram().symmetric_eigenvalues().min().max(0.0).sqrt()
     }
 
-    /// diffc: `K Jᵀ (q_d − q)`.
+    /// Computes diffc: `K Jᵀ (q_d − q)`.
     pub fn diffc(&self, gain: f64, goal: &UnitDualQuaternion, theta_dot: &mut [f64]) {
         let error = goal.to_vector8() - self.base_from_tool.to_vector8();
         for (speed, column) in theta_dot.iter_mut().zip(self.pose_columns()) {
@@ -90,13 +90,13 @@ impl PlainArm {
         }
     }
 
-    /// logc: `J⁺` of `−K X`, X the logarithm of the pose error.
+    /// Computes logc: `J⁺` times `−K X`, with the logarithm X of the pose error.
     pub fn logc(&self, gains: [f64; 2], damping: &Damping, goal: &UnitDualQuaternion, theta_dot: &mut [f64]) {
         let log = (goal.inverse() * self.base_from_tool).screw_log();
         self.damped(&scaled(gains, log), damping, theta_dot);
     }
 
-    /// double_geodesic: `J⁺` of the rotation vector and the way to the goal.
+    /// Computes double_geodesic: `J⁺` times the rotation vector and the translation to the goal.
     pub fn double_geodesic(
         &self,
         gains: [f64; 2],

@@ -1,4 +1,4 @@
-//! The arm of the reference work, and its control where nothing else is given.
+//! The arm of the reference work, and its default control.
 
 use dq_config::{ForArm, ServoParameters};
 use dq_kinematics::arm::Chain;

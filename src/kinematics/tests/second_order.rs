@@ -1,11 +1,11 @@
-//! The law of second order, logc_pd: what the paper's §10.2 and Bullo & Murray (1995) promise of the PD law on SE(3).
+//! The second-order law, logc_pd: properties of the PD law on SE(3) from the paper's §10.2 and Bullo & Murray (1995).
 
 use crate::puma::{controller, puma};
 use dq_kinematics::arm::ArmState;
 use dq_kinematics::control::{Approach, Law, pose_error};
 use nalgebra::Vector6;
 
-/// What is left of a motion that begins at rest and obeys `ẍ + K_d ẋ + K_p x = 0`, after `time` \[s\].
+/// Returns the remaining fraction of a motion from rest that obeys `ẍ + K_d ẋ + K_p x = 0`, after `time` \[s\].
 fn left(k_p: f64, k_d: f64, time: f64) -> f64 {
     let (decay, square) = (0.5 * k_d, 0.25 * k_d * k_d - k_p);
     let root = square.abs().sqrt();
@@ -18,7 +18,8 @@ fn left(k_p: f64, k_d: f64, time: f64) -> f64 {
     }
 }
 
-/// The PUMA 560 driven to a goal a turn of 0.5 rad away, which leads past no singularity, and its error now and then, for 3 s.
+/// Returns the error from time to time for 3 s, while the PUMA 560 moves to a goal a rotation of 0.5 rad away, without passing a
+/// singularity.
 fn errors(gains: [f64; 2], period: f64) -> Vec<(f64, Vector6<f64>)> {
     let (chain, controller) = (puma(), controller().with_gains(Law::LogcPd, gains));
     let mut joints = vec![0.1, -1.0, 0.2, 0.3, 0.9, 0.1];
@@ -39,7 +40,7 @@ fn errors(gains: [f64; 2], period: f64) -> Vec<(f64, Vector6<f64>)> {
 }
 
 #[test]
-fn from_rest_the_tool_moves_on_one_screw_as_a_mass_with_spring_and_damper() {
+fn from_rest_the_tool_moves_on_one_screw_like_a_damped_spring() {
     for [k_p, k_d] in [[4.0, 4.0], [4.0, 10.0], [9.0, 2.0]] {
         let errors = errors([k_p, k_d], 2e-4);
         let start = errors[0].1;
@@ -51,14 +52,14 @@ fn from_rest_the_tool_moves_on_one_screw_as_a_mass_with_spring_and_damper() {
 }
 
 #[test]
-fn critical_damping_does_not_overshoot_and_less_does() {
+fn critical_damping_does_not_overshoot_and_less_damping_does() {
     let least = |gains| {
         let errors = errors(gains, 1e-3);
         let start = errors[0].1;
         errors.iter().map(|(_, error)| error.dot(&start) / start.norm_squared()).fold(1.0, f64::min)
     };
     assert!(least([4.0, 4.0]) > 0.0);
-    // The first swing of ζ = ⅓ goes beyond by exp(−π ζ/√(1−ζ²)) = 0.329.
+    // The first swing for ζ = ⅓ overshoots by exp(−π ζ/√(1−ζ²)) = 0.329.
     let swing = least([9.0, 2.0]);
     assert!((swing + 0.329).abs() < 0.02, "{swing}");
 }

@@ -1,4 +1,4 @@
-//! The control step gives what its plain formulation gives.
+//! The control step agrees with its plain formulation.
 
 use crate::plain::PlainArm;
 use crate::puma::{controller, puma};
@@ -20,7 +20,7 @@ fn puma_rows() -> Vec<DhRow> {
     (0..6).map(row).collect()
 }
 
-/// Seven joints with offsets: more than are computed at once.
+/// Returns seven joints with offsets, which is more than are computed at once.
 pub fn seven_rows() -> Vec<DhRow> {
     let row = |i: usize| DhRow {
         alpha: [1.5, -1.2, 0.3, 0.0, 1.0, -1.5, 0.4][i],
@@ -31,20 +31,20 @@ pub fn seven_rows() -> Vec<DhRow> {
     (0..7).map(row).collect()
 }
 
-/// How far joint velocities may be from the plain ones, as a part of the largest. Beside singularities the elimination of the angular
-/// block loses digits: of 300 000 configurations there three were off by more than 1e-11. Fewer than six joints are singular everywhere,
-/// and damped by the eigenvalue 0 that the plain step has with its rounding.
+/// Allowed difference between joint velocities and the plain ones, as a fraction of the largest. Near singularities the elimination of the
+/// angular block loses digits: of 300 000 configurations there, three differed by more than 1e-11. Arms with fewer than six joints are
+/// singular everywhere, and their damping depends on the eigenvalue 0, which the plain step has with its rounding.
 const NEAR: f64 = 10.0 * REFERENCE;
 const NEAR_BESIDE_SINGULARITY: f64 = 1000.0 * REFERENCE;
 const NEAR_SINGULAR_TWICE: f64 = 1e6 * REFERENCE;
 const NEAR_WITH_ANY_ARM: f64 = 100.0 * REFERENCE;
 
-/// Kinematics, Jacobian, singular value and three laws at `theta`, on the way to the pose at `goal`.
+/// Checks kinematics, Jacobian, singular value and three laws at `theta`, on the way to the pose at `goal`.
 fn check(convention: Convention, rows: &[DhRow], theta: &[f64], goal: &[f64]) {
     check_damped(controller().damping, NEAR, convention, rows, theta, goal);
 }
 
-/// The same with another damping; joint velocities may be off by this part of the largest.
+/// Checks the same with another damping; joint velocities may differ by the fraction `limit` of the largest.
 fn check_damped(
     damping: Damping,
     limit: f64,
@@ -59,7 +59,7 @@ fn check_damped(
     let goal = plain.base_from_tool;
     chain.evaluate(theta, &mut arm).unwrap();
     plain.evaluate(theta);
-    // Of the two signs the one that the servo takes: at a whole turn the logarithm has no axis.
+    // The servo takes the nearer sign; at a whole turn the logarithm has no axis.
     let goal = nearer_goal(&goal, &plain.base_from_tool);
     let near =
         |a: &UnitDualQuaternion, b: &UnitDualQuaternion| (a.to_vector8() - b.to_vector8()).norm() < REFERENCE;
@@ -71,7 +71,7 @@ fn check_damped(
     }
     let (sigma, expected) = (arm.smallest_singular_value(), plain.smallest_singular_value());
     assert!((sigma * sigma - expected * expected).abs() < REFERENCE, "{sigma} instead of {expected}");
-    // Below, rounding decides whether a square is above another one.
+    // For smaller values, rounding decides the comparison of squares.
     if sigma > 1e-4 {
         let below = |part: f64| controller().singular_value_below(part * sigma, &arm);
         assert_eq!([below(0.99), below(1.01), below(f64::INFINITY)], [None, Some(sigma), Some(sigma)]);
@@ -95,13 +95,13 @@ fn check_damped(
 }
 
 #[test]
-fn the_plain_arm_is_the_built_in_one() {
+fn the_plain_arm_equals_the_built_in_one() {
     assert_eq!(Chain::new(Convention::ModifiedDh, &puma_rows()).unwrap(), puma());
 }
 
 #[test]
-fn singular_configurations_give_the_plain_step() {
-    // The wrist; the wrist and the elbow; two eigenvalues at once; far turns.
+fn singular_configurations_agree_with_the_plain_step() {
+    // The wrist; the wrist and the elbow; two eigenvalues at once; large angles.
     for theta in [
         [0.3, 0.5, 0.7, 0.2, 0.0, 0.4],
         [0.3, 0.5, -1.526_844_3, 0.2, 0.0, 0.4],
@@ -113,9 +113,9 @@ fn singular_configurations_give_the_plain_step() {
     }
 }
 
-/// Without any damping an arm of one joint has no inverse: it goes where it can all the same.
+/// Without damping an arm with one joint has no inverse, but it still moves where it can.
 #[test]
-fn an_arm_without_an_inverse_goes_where_it_can_without_damping() {
+fn an_arm_without_an_inverse_moves_where_it_can_without_damping() {
     let row = DhRow { alpha: 0.0, a: 0.0, d: 0.0, theta_offset: 0.0 };
     let chain = Chain::new(Convention::ModifiedDh, &[row]).unwrap();
     let mut arm = ArmState::new(&chain);
@@ -126,7 +126,7 @@ fn an_arm_without_an_inverse_goes_where_it_can_without_damping() {
     assert!((theta_dot[0] - 0.7).abs() < 1e-8, "{theta_dot:?}");
 }
 
-/// Arms of right angles are often singular in several ways, where determinants are but rounding.
+/// Checks an arm of right angles, which is often singular in several ways, so that determinants are pure rounding.
 fn check_arm_of_right_angles(rows: &[(i8, u8, u8)], theta: &[f64], goal: &[f64]) {
     let row = |(alpha, a, d)| DhRow {
         alpha: f64::from(alpha) * FRAC_PI_2,
@@ -158,7 +158,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(10_000))]
 
     #[test]
-    fn arms_that_are_singular_in_several_ways_give_the_plain_step(
+    fn arms_singular_in_several_ways_agree_with_the_plain_step(
         rows in prop::collection::vec((-1..3i8, 0..3u8, 0..3u8), 6..9),
         theta in prop::collection::vec(prop_oneof![3 => (-2..3i8).prop_map(|turn| f64::from(turn) * FRAC_PI_2), 1 => -4.0..4.0f64], 8),
         goal in prop::collection::vec(-4.0..4.0f64, 8),
@@ -171,7 +171,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(2000))]
 
     #[test]
-    fn any_configuration_gives_the_plain_step(
+    fn any_configuration_agrees_with_the_plain_step(
         theta in prop::array::uniform7(-4.0..4.0f64),
         goal in prop::array::uniform7(-4.0..4.0f64),
     ) {
@@ -180,7 +180,7 @@ proptest! {
     }
 
     #[test]
-    fn arms_of_any_length_give_the_plain_step(
+    fn arms_of_any_length_agree_with_the_plain_step(
         rows in prop::collection::vec((-4.0..4.0f64, -0.5..0.5f64, -0.5..0.5f64, -6.0..6.0f64), 1..20),
         theta in prop::collection::vec(prop_oneof![-4.0..4.0f64, -1e5..1e5f64], 20),
         goal in prop::collection::vec(-4.0..4.0f64, 20),
@@ -194,7 +194,7 @@ proptest! {
     }
 
     #[test]
-    fn configurations_beside_a_singularity_give_the_plain_step(
+    fn configurations_near_a_singularity_agree_with_the_plain_step(
         theta in prop::array::uniform6(-4.0..4.0f64),
         goal in prop::array::uniform6(-4.0..4.0f64),
         wrist in prop_oneof![-1e-8..1e-8f64, -1e-3..1e-3f64, -0.2..0.2f64],
@@ -206,7 +206,7 @@ proptest! {
     }
 
     #[test]
-    fn damping_that_takes_in_several_singular_values_gives_the_plain_step(
+    fn damping_of_several_singular_values_agrees_with_the_plain_step(
         theta in prop::array::uniform6(-4.0..4.0f64),
         goal in prop::array::uniform6(-4.0..4.0f64),
         max in 0.05..1.0f64,

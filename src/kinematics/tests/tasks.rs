@@ -1,4 +1,4 @@
-//! What the tool is asked for: its pose, its position, its position and axis; and how the laws drive it there.
+//! The aims pose, position, and position and axis, and how the laws reach them.
 
 use crate::aims::{LESS, missed, turned, z};
 use crate::puma::{controller, puma};
@@ -20,7 +20,7 @@ fn random_pose() -> impl Strategy<Value = UnitDualQuaternion> {
 
 proptest! {
     #[test]
-    fn the_nearest_pose_meets_the_goal_and_is_turned_no_more_than_it_must(
+    fn the_nearest_pose_meets_the_goal_with_the_least_rotation(
         goal in random_pose(), tool in random_pose(), spin in -3.0..3.0f64
     ) {
         for aim in LESS {
@@ -29,7 +29,7 @@ proptest! {
             prop_assert!(way < 1e-12 && angle < 1e-7, "{aim}: {way} {angle}");
             let turn = nearest.rotation().angle_to(&tool.rotation());
             prop_assert!((turn - aim.angle(&goal, &tool)).abs() < 1e-7, "{aim}");
-            // What is as good for the task is as near, and neither nearer than this one.
+            // Goals that are equal within the aim are equally near, and none is nearer than this one.
             let as_good = turned(&goal, Vector3::z() * spin);
             prop_assert!(turn <= as_good.rotation().angle_to(&tool.rotation()) + 1e-7, "{aim}");
             let same = aim.nearest(&as_good, &tool);
@@ -40,7 +40,7 @@ proptest! {
     }
 
     #[test]
-    fn each_law_drives_what_is_asked_for_and_nothing_else(
+    fn each_law_reduces_the_error_within_the_aim_and_ignores_the_rest(
         theta in prop::array::uniform6(-1.5..1.5f64), by in prop::array::uniform3(-0.4..0.4f64)
     ) {
         let (chain, mut state) = (puma(), ArmState::new(&puma()));
@@ -55,7 +55,7 @@ proptest! {
             prop_assume!(control.smallest_singular_value(&state) > control.damping.threshold);
             let mut velocity = [0.0; 6];
             control.joint_velocity(&state, &goal, &mut velocity);
-            // It makes the errors smaller, and not those of a goal that is as good for the task: they are the same.
+            // It reduces the errors, and it is the same for a goal that is equal within the aim.
             let as_good = turned(&goal, Vector3::z() * 0.7);
             let mut other = [0.0; 6];
             control.joint_velocity(&state, &as_good, &mut other);
@@ -69,7 +69,7 @@ proptest! {
     }
 
     #[test]
-    fn a_free_motion_leaves_what_is_asked_for(
+    fn a_free_motion_does_not_move_the_components_of_the_aim(
         theta in prop::array::uniform7(-1.5..1.5f64), wanted in prop::array::uniform7(-1.0..1.0f64)
     ) {
         let panda = Chain::for_arm("panda").unwrap();
@@ -82,7 +82,7 @@ proptest! {
             control.damping.leave_tool(&state, aim, &mut free);
             let (angular, linear) = aim.part_of(&state, &state.tool_twist(&free));
             prop_assert!(linear.norm() < 1e-11 && angular.norm() < 1e-11, "{aim}: {angular} {linear}");
-            // A projection: the second time takes nothing.
+            // It is a projection: applied again, it changes nothing.
             let mut again = free.clone();
             control.damping.leave_tool(&state, aim, &mut again);
             prop_assert!(distance(&free, &again) < 1e-11, "{aim}");
@@ -91,7 +91,7 @@ proptest! {
 }
 
 #[test]
-fn the_damped_inverse_lets_errors_decay_at_the_gains_of_the_law() {
+fn with_the_damped_inverse_errors_decay_at_the_gains_of_the_law() {
     let (chain, mut state) = (puma(), ArmState::new(&puma()));
     chain.evaluate(&[0.3, -0.6, 0.4, 0.5, 0.8, -0.3], &mut state).unwrap();
     let tool = state.base_from_tool();
@@ -107,7 +107,7 @@ fn the_damped_inverse_lets_errors_decay_at_the_gains_of_the_law() {
         control.joint_velocity(&state, &goal, &mut velocity);
         let (angular, linear) = state.tool_twist(&velocity);
         assert!((linear - 2.0 * (goal.translation() - tool.translation())).norm() < 1e-9, "{law} {aim}");
-        // The z axes' angle closes at three times itself; with the position alone there is none.
+        // The angle between the z axes closes at three times itself; a position alone has no angle.
         let rate = z(&tool).cross(&z(&goal)).normalize().dot(&angular);
         let expected = 3.0 * aim.angle(&goal, &tool);
         assert!(aim == Aim::Position || (rate - expected).abs() < 1e-9, "{rate} {expected}");
@@ -118,7 +118,7 @@ fn the_damped_inverse_lets_errors_decay_at_the_gains_of_the_law() {
     }
 }
 
-/// With the position alone diffc goes down `½K|q_d − q|²` as it does to a pose, where q_d is turned as the tool is.
+/// For a position alone, diffc descends `½K|q_d − q|²` as for a pose, where q_d has the orientation of the tool.
 #[test]
 fn diffc_to_a_position_is_the_gradient_of_the_difference() {
     let chain = puma();
@@ -146,7 +146,7 @@ fn diffc_to_a_position_is_the_gradient_of_the_difference() {
 }
 
 #[test]
-fn opposite_axes_are_turned_about_the_tools_own_x_axis() {
+fn opposite_axes_are_rotated_about_the_tools_own_x_axis() {
     let tool =
         UnitDualQuaternion::from_parts(UnitQuaternion::new(Vector3::new(0.2, 0.4, -0.3)), Vector3::x());
     let goal = turned(&tool, Vector3::x() * PI);

@@ -1,30 +1,30 @@
-//! Whether an arm has kept out of what it must.
+//! Checks that an arm keeps clear of its scene.
 
 use crate::Violation;
 use dq_kinematics::arm::Chain;
 use dq_space::space::{Placed, Scene};
 use std::sync::Arc;
 
-/// A gap that is closed may close by so much more \[m\]: what is closed can only grow from cycle to cycle as well as it can be foreseen.
+/// A closed gap may close further by this \[m\], because its growth from cycle to cycle can only be predicted approximately.
 const CLOSED_TOLERANCE: f64 = 1e-3;
 
-/// Follows where an arm is, and finds what it has run into.
+/// Tracks the gaps of an arm, and finds collisions.
 #[derive(Clone, Debug)]
 pub struct Gaps {
     scene: Arc<Scene>,
     placed: Placed,
-    /// How far each pair was in each other when that was first seen, or since \[m\]; 0 for those that are apart.
+    /// How far the two parts of each pair overlapped when that was first seen, or since if less \[m\]; 0 for separate parts.
     closed: Option<Vec<f64>>,
 }
 
 impl Gaps {
-    /// For an arm of which nothing is known yet.
+    /// Creates the check for an arm whose positions are not known yet.
     pub fn new(scene: Arc<Scene>) -> Self {
         Self { placed: Placed::of(&scene), closed: None, scene }
     }
 
-    /// Checks an arm with its joints at `theta` \[rad, prismatic: m\], arm after arm: no pair may be in each other, but one that was found
-    /// so may stay so and come apart. Returns the least gap \[m\]; infinite without pairs.
+    /// Checks an arm with its joints at `theta` \[rad, prismatic: m\], arm after arm. No pair may overlap; only a pair that overlapped at
+    /// the beginning may continue to do so, and separate. Returns the least gap \[m\]; infinite without pairs.
     ///
     /// # Errors
     /// The first [`Violation`] found.
@@ -41,7 +41,7 @@ impl Gaps {
         for (pair, (gap, worst)) in gaps.zip(closed).enumerate() {
             least = least.min(gap);
             let tolerance = if *worst < 0.0 { CLOSED_TOLERANCE } else { 0.0 };
-            // What is no number is too small.
+            // NaN counts as too small.
             let is_open = gap >= *worst - tolerance;
             if !is_open {
                 return Err(Violation::Gap { pair: scene.pair(pair), gap });

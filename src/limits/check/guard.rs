@@ -1,65 +1,67 @@
-//! What watches the commands to an arm from outside the servo, and stops the arm when they cease in motion: most controllers have no
-//! timeout of their own, and go on at the last velocity for ever.
+//! The guard, which monitors the commands to an arm from outside the servo, and stops the arm if they end during a motion. Most controllers
+//! have no timeout of their own, and continue at the last velocity forever.
 
 use crate::Interface;
 use dq_common::named;
 use std::f64::consts::TAU;
 use std::time::Duration;
 
-/// The arm is commanded to stand for so long: one command that arrives is enough, and whoever comes next is not disturbed.
+/// How long the stop is commanded. One command that arrives is enough, and a later commander is not disturbed.
 const STOPPING: Duration = Duration::from_secs(1);
 
-/// A servo that lives is silent for no longer than so many of its periods ...
+/// The number of its own periods for which a live servo may be silent, ...
 pub const PERIODS: u32 = 3;
 
-/// ... and has no longer period than this.
+/// ... and the longest period of a servo.
 const LONGEST_PERIOD: Duration = Duration::from_millis(500);
 
-/// A guard that hears no joint states for this part of its timeout hears nothing, and one that did not look for as long was: what it missed may
-/// be commands.
+/// The fraction of the timeout after which a gap in the joint states, or between two steps of the guard, counts as deafness. Commands may
+/// have been missed then.
 const DEAF: f64 = 0.5;
 
 named! {
-    /// Whether an arm has a guard, as its servo sees it.
+    /// Whether an arm has a guard, as seen by its servo.
     "guard" GuardState {
-        /// There was none.
+        /// There has been no guard.
         None = "none",
         /// There is one.
         Watching = "watching",
-        /// There was one: nobody would stop the arm if the servo were killed.
+        /// The guard has gone: nothing would stop the arm if the servo were killed.
         Gone = "gone",
     }
 }
 
-/// The guard of one arm. Time is an argument, as everywhere in this room.
+/// The guard of one arm. It reads no clock: time is an argument.
 ///
-/// Commands have ceased only where joint states tell: who hears those without a gap for the whole timeout would have heard commands too.
+/// Commands count as ended only if joint states prove it: a guard that has received joint states without a gap for the whole timeout would
+/// have received commands, too.
 #[derive(Clone, Debug)]
 pub struct Guard {
     interface: Interface,
     timeout: Duration,
     /// The last command, once there was one.
     last: Option<Vec<f64>>,
-    /// How long after those before them the last two commands came: a slow servo is silent for longer than the timeout.
+    /// The intervals before the last two commands: a slow servo may be silent for longer than the timeout.
     intervals: [Duration; 2],
-    /// When the last one came.
+    /// When the last command arrived.
     heard: Option<Duration>,
-    /// Whether it was to move, and nobody has stopped the arm since.
+    /// Whether the last command moves the arm, and nothing has stopped it since.
     moves: bool,
-    /// Where the arm was measured last \[rad, prismatic: m\], and when.
+    /// The last measured positions \[rad, prismatic: m\], and when they arrived.
     measured: Vec<f64>,
     measured_at: Option<Duration>,
-    /// Since when the guard has looked and heard joint states without a gap, and no command.
+    /// Since when the guard has received joint states without a gap, and no command.
     silent_since: Duration,
-    /// When it looked last.
+    /// The time of its last step.
     looked: Duration,
-    /// Since when the arm is being stopped, and the command for it.
+    /// Since when the guard stops the arm, and with which command.
     stopping: Option<(Duration, Vec<f64>)>,
     stops: u64,
 }
 
 impl Guard {
-    /// Of an arm of so many joints that takes such commands; they have ceased when there was none for `timeout`.
+    /// Creates the guard of an arm with `joint_count` joints that takes commands of the kind `interface`. Commands count as ended after
+    /// `timeout` without one.
     pub fn new(interface: Interface, joint_count: usize, timeout: Duration) -> Self {
         Self {
             interface,
@@ -77,13 +79,13 @@ impl Guard {
         }
     }
 
-    /// Changes after how long commands have ceased.
+    /// Changes the time without commands after which they count as ended.
     pub fn set_timeout(&mut self, timeout: Duration) {
         self.timeout = timeout;
     }
 
-    /// Hears a command of anyone but a guard, velocities [rad/s, prismatic: m/s] or positions \[rad, prismatic: m\], at `now`: whoever
-    /// commands the arm now is responsible for it. One of another length is for another arm, and one that is not finite is none.
+    /// Notes a command at `now` of anyone but a guard: velocities [rad/s, prismatic: m/s] or positions \[rad, prismatic: m\]. Its sender is
+    /// responsible for the arm from now on. Commands of another length (for another arm) or that are not finite are ignored.
     pub fn hear(&mut self, command: &[f64], now: Duration) {
         if !self.is_of_arm(command) {
             return;
@@ -99,13 +101,13 @@ impl Guard {
         (self.silent_since, self.stopping) = (now, None);
     }
 
-    /// After how long without a command they have ceased.
+    /// Returns the time without commands after which they count as ended.
     fn patience(&self) -> Duration {
         self.timeout.max(PERIODS * self.intervals[0].min(self.intervals[1]))
     }
 
-    /// Hears where the arm was measured at `now`: `positions` \[rad, prismatic: m\], one a joint. Positions of another length are of
-    /// another arm, and those that are not finite are none.
+    /// Notes the `positions` measured at `now` \[rad, prismatic: m\], one per joint. Positions of another length (of another arm) or that
+    /// are not finite are ignored.
     pub fn measure(&mut self, positions: &[f64], now: Duration) {
         if !self.is_of_arm(positions) {
             return;
@@ -121,7 +123,7 @@ impl Guard {
         numbers.len() == self.measured.len() && numbers.iter().all(|number| number.is_finite())
     }
 
-    /// Whether joint states come: a guard that hears none cannot tell whether commands have ceased, and sends nothing.
+    /// Returns whether joint states arrive. Without them the guard cannot tell whether commands have ended, and sends nothing.
     pub fn hears(&self, now: Duration) -> bool {
         self.measured_at.is_some_and(|at| !self.is_gap(at, now))
     }
@@ -130,7 +132,7 @@ impl Guard {
         to.saturating_sub(from) > self.patience().mul_f64(DEAF)
     }
 
-    /// What is to be sent at `now`, if anything: zeros, or where an arm that takes positions was measured when commands had ceased.
+    /// Returns the command to send at `now`, if any: zeros, or for an arm that takes positions, its measured positions when commands ended.
     pub fn step(&mut self, now: Duration) -> Option<&[f64]> {
         let before = std::mem::replace(&mut self.looked, now);
         if self.is_gap(before, now) {
@@ -150,7 +152,8 @@ impl Guard {
         self.stopping.as_ref().map(|(_, command)| command.as_slice())
     }
 
-    /// The command that lets the arm stand: of positions where it is, with the turns that the last command has and encoders may not.
+    /// Returns the command to stand. Positions are the measured ones, shifted by whole turns to the last command, because encoders may not
+    /// count turns.
     fn stand(&self) -> Vec<f64> {
         match (self.interface, &self.last) {
             (Interface::Velocity, _) | (_, None) => vec![0.0; self.measured.len()],
@@ -161,17 +164,17 @@ impl Guard {
         }
     }
 
-    /// Whether the arm is being stopped.
+    /// Returns whether the guard is stopping the arm.
     pub fn is_stopping(&self) -> bool {
         self.stopping.is_some()
     }
 
-    /// Whether the arm has nobody else who would bring it to rest: the last command was to move, and it has not been stopped since.
+    /// Returns whether nothing else would bring the arm to rest: the last command moves it, and nothing has stopped it since.
     pub fn is_needed(&self) -> bool {
         self.moves
     }
 
-    /// How often it has stopped the arm.
+    /// Returns how often the guard has stopped the arm.
     pub fn stops(&self) -> u64 {
         self.stops
     }
@@ -183,8 +186,8 @@ mod tests {
 
     const MS: Duration = Duration::from_millis(1);
 
-    /// A guard with a timeout of 100 ms, each ms of three seconds: at `heard(ms)` it hears the command of that time and where the arm is,
-    /// where `looks(ms)` it looks at what it has heard since it looked last. What it sends and when first.
+    /// Runs a guard with a timeout of 100 ms for three seconds, in steps of 2 ms. The guard gets the values of `command` and `state` at the
+    /// times at which `looks` returns true. Returns the time \[ms\] and value of its first command.
     fn watches(
         interface: Interface,
         command: impl Fn(f64) -> Option<[f64; 2]>,
@@ -209,13 +212,13 @@ mod tests {
         None
     }
 
-    /// The same with commands until 100 ms and joint states of an arm that follows them and goes on.
+    /// Runs a guard with commands until 100 ms, and with joint states of an arm that follows them and moves on.
     fn after(interface: Interface, command: impl Fn(f64) -> [f64; 2]) -> Option<(u32, Vec<f64>)> {
         watches(interface, |time| (time <= 0.1).then(|| command(time)), |time| Some([1.0, time]), |_| true)
     }
 
     #[test]
-    fn an_arm_in_motion_is_stopped_when_commands_cease() {
+    fn an_arm_in_motion_is_stopped_when_commands_end() {
         assert_eq!(after(Interface::Velocity, |_| [0.0, 0.1]), Some((202, vec![0.0; 2])));
         for interface in [Interface::Position, Interface::Trajectory] {
             let (time, sent) = after(interface, |time| [1.0, time]).unwrap();
@@ -230,7 +233,7 @@ mod tests {
     }
 
     #[test]
-    fn a_servo_that_is_slower_than_the_timeout_is_left_alone_until_it_is_silent_for_three_of_its_periods() {
+    fn a_servo_slower_than_the_timeout_is_stopped_only_after_three_of_its_periods() {
         let mut guard = Guard::new(Interface::Velocity, 2, 100 * MS);
         let mut sent = Vec::new();
         for time in (0..3000).step_by(2) {
@@ -239,7 +242,7 @@ mod tests {
             slow(2.0)(seconds).iter().for_each(|command| guard.hear(command, now));
             sent.extend(guard.step(now).map(|_| time));
         }
-        // How slow it is shows when its third command has come.
+        // The guard knows the servo's period only after its third command.
         let after_third: Vec<_> = sent.into_iter().filter(|time| *time > 400).collect();
         assert_eq!(after_third.first(), Some(&2602));
     }
@@ -249,14 +252,14 @@ mod tests {
         let silent = |time: f64| (0.5..0.8).contains(&time);
         let moving = |time: f64| (!silent(time)).then_some([1.0, time]);
         for interface in [Interface::Velocity, Interface::Position] {
-            // What it missed is lost, or comes when it looks again.
+            // Missed messages are lost, or arrive when it looks again.
             assert_eq!(watches(interface, moving, moving, |_| true), None);
             let all = |time| Some([1.0, time]);
             assert_eq!(watches(interface, all, all, |time| !(500..800).contains(&time)), None);
-            // The commands come a moment after the joint states.
+            // The commands arrive a moment after the joint states.
             let later = |time| (!(0.5..0.84).contains(&time)).then_some([1.0, time]);
             assert_eq!(watches(interface, later, moving, |_| true), None);
-            // Nor is what it has heard long ago a reason once it hears nothing.
+            // Old messages do not justify a stop while the guard hears nothing.
             let until = |time: f64| (time <= 0.1).then_some([1.0, time]);
             assert_eq!(watches(interface, until, |time| until(time - 0.06), |_| true), None);
             assert_eq!(watches(interface, until, |_| None, |_| true), None, "no joint states at all");
@@ -264,14 +267,14 @@ mod tests {
     }
 
     #[test]
-    fn after_its_own_late_look_the_silence_begins_anew() {
+    fn the_silence_begins_again_after_a_gap_between_steps_of_the_guard() {
         let until = |time: f64| (time <= 0.1).then_some([0.0, 0.1]);
         let (state, looks) = (|time| Some([1.0, time]), |time| !(150..250).contains(&time));
         assert_eq!(watches(Interface::Velocity, until, state, looks), Some((352, vec![0.0; 2])));
     }
 
     #[test]
-    fn a_stop_that_is_interrupted_by_a_late_look_goes_on_once_there_was_silence_again() {
+    fn a_stop_interrupted_by_a_gap_between_steps_continues_after_another_silence() {
         let mut guard = Guard::new(Interface::Velocity, 1, 100 * MS);
         let mut sent = Vec::new();
         guard.hear(&[1.0], MS);
@@ -284,14 +287,14 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_measurement_of_this_arm_is_ignored() {
+    fn positions_of_another_length_or_not_finite_are_ignored() {
         let mut guard = Guard::new(Interface::Position, 2, 100 * MS);
         for time in 1..=103 {
             guard.measure(&[0.0, 0.1], MS * time);
             if time <= 2 {
                 guard.hear(&[0.0, f64::from(time)], MS * time);
             }
-            // Taken for a measurement, each would be where the arm is to stand.
+            // If it were accepted, the arm would be sent there.
             guard.measure(&[9.0; 3], MS * time);
             guard.measure(&[9.0], MS * time);
             guard.measure(&[9.0, f64::NAN], MS * time);
@@ -300,15 +303,15 @@ mod tests {
     }
 
     #[test]
-    fn a_servo_that_stopped_cleanly_is_none_of_its_business() {
+    fn a_servo_that_stopped_cleanly_is_left_alone() {
         assert_eq!(after(Interface::Velocity, |time| if time < 0.09 { [1.0; 2] } else { [0.0; 2] }), None);
         assert_eq!(after(Interface::Position, |time| [time.min(0.09); 2]), None);
         assert_eq!(after(Interface::Velocity, |_| [0.0; 2]), None);
     }
 
     #[test]
-    fn an_arm_that_is_elsewhere_than_where_it_was_sent_is_not_called_back() {
-        // Where it was measured, and where it is held: encoders count no turns, controllers do.
+    fn an_arm_away_from_its_last_setpoint_is_held_where_it_is() {
+        // The measured position, and the position at which it is held: encoders do not count turns, controllers do.
         for (measured, held) in [(0.5, 0.5), (-2.0, -2.0), (1.1, 1.1), (1.0 - TAU, 1.0), (1.2 + TAU, 1.2)] {
             let mut guard = Guard::new(Interface::Position, 1, 100 * MS);
             for time in 0..=200 {
@@ -325,7 +328,7 @@ mod tests {
     }
 
     #[test]
-    fn it_ends_when_another_takes_over_or_after_a_second() {
+    fn a_stop_ends_when_another_commander_takes_over_or_after_a_second() {
         let mut guard = Guard::new(Interface::Velocity, 1, 100 * MS);
         let mut at = |time: u32, command: Option<&[f64]>| {
             guard.measure(&[0.0], MS * time);

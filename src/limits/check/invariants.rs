@@ -1,30 +1,31 @@
-//! What every stream of commands must hold, whatever happened: the check of it.
+//! Checks the rules that every stream of commands must keep, whatever happens.
 //!
-//! It is not part of the cycle, which holds the limits by how it computes: it is the second opinion on what came out, for tests and
-//! for recorded runs.
+//! The check is not part of the cycle, which keeps the limits by construction. It is an independent check of the result, for tests and
+//! recorded runs.
 
 use super::slowing::{Slowing, rounded};
 use crate::{Limits, STOP_TIME, Violation};
 use dq_kinematics::arm::ToolSpeed;
 use std::time::Duration;
 
-/// How far a joint may overrun a position limit \[rad\] before that counts: joint states are some cycles old.
+/// How far a joint may overrun a position limit \[rad\], because joint states are some cycles old.
 const POSITION_TOLERANCE: f64 = 1e-3;
 
-/// How much faster than its limit a tool may be, relative: where the arm is was reported some cycles ago.
+/// How much a tool may exceed its speed limits, as a fraction, because the positions of the arm were reported some cycles ago.
 const TOOL_TOLERANCE: f64 = 0.1;
 
-/// And so much faster [m/s, rad/s]: joints that move a tool together and do not turn it, do so after a cycle, while they slow down.
+/// How much a tool may exceed its speed limits in addition [m/s, rad/s]: joints whose motions cancel for the tool no longer do so after a
+/// cycle, while they slow down.
 const TOOL_SLACK: f64 = 1e-4;
 
-/// Follows a stream of commands and of joint positions, and finds what of it breaks a rule.
+/// Checks a stream of commands and of joint positions against the rules.
 #[derive(Clone, Debug)]
 pub struct Invariants {
     limits: Limits,
     period: Duration,
     last: Option<Command>,
-    /// Until then the tool may be faster than its limits: they were lowered, or a stop, in which each joint brakes by itself, has
-    /// bent the motion.
+    /// Until then the tool may exceed its limits, because they were lowered, or because a stop, in which each joint brakes independently,
+    /// has bent the motion.
     tool_excused_until: Duration,
     /// How far beyond its position limits each joint has been \[rad\].
     beyond: Option<Vec<f64>>,
@@ -36,30 +37,30 @@ struct Command {
     time: Duration,
     speeds: Vec<f64>,
     standing: bool,
-    /// How fast each joint may slow down after it [rad/s²]: by the greatest deceleration that was in force since it last stood.
+    /// How fast each joint may slow down afterwards [rad/s²]: the largest deceleration limit since the joint last stood.
     decelerations: Vec<f64>,
-    /// The same of how fast its acceleration may change [rad/s³].
+    /// How fast its acceleration may change [rad/s³]: the largest jerk limit since the joint last stood.
     jerks: Vec<f64>,
-    /// What it has changed [rad/s]; none where that is not known.
+    /// The change by this command [rad/s]; `None` if unknown.
     steps: Option<Vec<f64>>,
 }
 
 impl Invariants {
-    /// For commands under `limits` from a cycle of `period`; nothing is known yet of what went before.
+    /// Creates the check of commands under `limits` with the control period `period`; earlier commands are unknown.
     pub fn new(limits: Limits, period: Duration) -> Self {
         Self { limits, period, last: None, tool_excused_until: Duration::ZERO, beyond: None }
     }
 
-    /// Puts other limits into force, as a change of parameters does. Speeds above a limit that was lowered may come down to it,
-    /// each joint by its deceleration.
+    /// Applies other limits, as a change of parameters does. Speeds above a lowered limit may come down to it, each joint by its
+    /// deceleration.
     pub fn set_limits(&mut self, limits: Limits) {
         self.limits = limits;
         self.excuse_tool();
-        // Limits that close in leave joints outside that did nothing.
+        // Joints may be outside of narrowed limits without having moved.
         self.beyond = None;
     }
 
-    /// The robot has come and may be in motion: the next command begins with the speed that it has.
+    /// Notes that the robot has appeared and may be in motion: the next command begins with its speed.
     pub fn robot_came(&mut self) {
         self.last = None;
     }
@@ -69,12 +70,12 @@ impl Invariants {
         self.tool_excused_until = now + Duration::from_secs_f64(STOP_TIME) + 2 * self.period;
     }
 
-    /// Checks the joint velocities `command` [rad/s], made by the cycle at `time`; `standing`: the servo then had reason to stand
-    /// still (no goal, paused, stopped, stale, stalled). Between two commands further apart than the period there were others,
-    /// and as much more of a step is granted.
+    /// Checks the joint velocities `command` [rad/s] of the cycle at `time`. `standing` tells whether the servo had a reason to stand (no
+    /// goal, paused, stopped, stale, stalled). If the time since the last command exceeds the period, commands were lost, and the step may
+    /// be larger accordingly.
     ///
     /// # Errors
-    /// The first [`Violation`] found; the next command is judged against this one all the same.
+    /// The first [`Violation`] found. The next command is compared with this one in any case.
     pub fn check(&mut self, time: Duration, command: &[f64], standing: bool) -> Result<(), Violation> {
         self.check_numbers(command)?;
         let last = self.last.take();
@@ -92,10 +93,10 @@ impl Invariants {
         result
     }
 
-    /// Checks how fast the last command moves the fastest tool, with the arm where it is; what stands is not asked.
+    /// Checks the speed of the fastest tool under the last command, at the present positions. Standing arms are not checked.
     ///
     /// # Errors
-    /// [`Violation::ToolSpeed`].
+    /// [`Violation::ToolSpeed`] if a tool is too fast.
     pub fn check_tool(&self, tool: &ToolSpeed) -> Result<(), Violation> {
         let excused = |last: &Command| last.standing || last.time <= self.tool_excused_until;
         if self.last.as_ref().is_none_or(excused) {
@@ -113,8 +114,8 @@ impl Invariants {
         }
     }
 
-    /// Checks joint positions \[rad\], in the order of the commands. A joint that is found outside its limits may stay there and
-    /// come inside, but must not go on outward.
+    /// Checks joint positions \[rad\], in the order of the commands. A joint that is outside its limits at the beginning may stay there and
+    /// come back, but must not move farther out.
     ///
     /// # Errors
     /// The first [`Violation`] found.
@@ -130,7 +131,7 @@ impl Invariants {
         let worst = self.beyond.get_or_insert_with(|| beyond.clone());
         for (joint, (now, worst)) in beyond.iter().zip(worst).enumerate() {
             let further = *now > *worst + POSITION_TOLERANCE;
-            // One that has come back inside has no excuse any more.
+            // The excuse of a joint ends when it has come back inside.
             *worst = if further { *now } else { worst.min(*now) };
             if further {
                 return Err(Violation::Position {
@@ -176,13 +177,13 @@ impl Invariants {
                 _ => Ok(()),
             };
         }
-        // The least that it slows down by where it must, and the most that it may.
+        // The least and the largest amount by which a joint slows down.
         let slower = (before.abs() - self.limits.deceleration(joint) * period).max(0.0);
         self.check_speed(joint, speed, self.limits.joint_velocity[joint].max(slower))?;
         let goes_on = speed * before >= 0.0 && speed.abs() <= before.abs();
         let acceleration = self.limits.joint_acceleration[joint];
         let (step, joint) = ((speed - before).abs(), joint + 1);
-        // Of several commands some may have slowed down and others not.
+        // If commands were lost, some of them may have slowed the joint down and others not.
         let most = if goes_on || elapsed > 1.5 * period { acceleration.max(latched) } else { acceleration };
         if step > rounded(most * elapsed, before) {
             return Err(Violation::Acceleration { joint, step, limit: most * elapsed });
@@ -193,7 +194,7 @@ impl Invariants {
         Ok(())
     }
 
-    /// The same of a joint whose jerk is limited, with the `change` of its speed.
+    /// Checks a joint with a jerk limit, given the `change` of its speed.
     fn check_jerk(
         &self,
         joint: usize,
@@ -210,7 +211,7 @@ impl Invariants {
         let goes_on = speed * before >= 0.0 && speed.abs() <= before.abs();
         let faster = self.limits.joint_acceleration[joint] * self.period.as_secs_f64();
         let limit = if goes_on { faster.max(most) } else { faster };
-        // One above a limit that was lowered comes down to that as fast as the jerk allows.
+        // A joint above a lowered limit comes down to it as fast as the jerk allows.
         if step.abs() > rounded(limit, before) && step.abs() > rounded(last.abs() - jerk, 4.0 * before) {
             return Err(Violation::Acceleration { joint: number, step: step.abs(), limit });
         }
@@ -233,7 +234,7 @@ impl Invariants {
         }
     }
 
-    /// The largest deceleration [rad/s²] and jerk [rad/s³] that were in force since that joint last stood for two commands.
+    /// Returns the largest deceleration [rad/s²] and jerk [rad/s³] in force since the joint last stood for two commands.
     fn latched(&self, joint: usize, last: Option<&Command>) -> (f64, f64) {
         let stands = |last: &&Command| {
             last.speeds[joint] == 0.0 && last.steps.as_ref().is_none_or(|steps| steps[joint] == 0.0)
@@ -252,7 +253,7 @@ mod tests {
 
     const PERIOD: Duration = Duration::from_millis(2);
 
-    /// One joint: 1 rad/s, 10 rad/s² up and 20 down, between −1 and 1 rad; a tool that may do 1 m/s. After a command of 0.5 rad/s.
+    /// One joint with 1 rad/s, 10 rad/s² up and 20 down, between −1 and 1 rad, and a tool with 1 m/s, after a command of 0.5 rad/s.
     fn moving() -> Invariants {
         let limits = Limits {
             joint_velocity: vec![1.0],
@@ -282,7 +283,7 @@ mod tests {
     }
 
     #[test]
-    fn standing_is_slowing_down_by_the_deceleration_until_there_is_nothing_left() {
+    fn standing_means_slowing_down_by_the_deceleration_to_rest() {
         let not_standing = |speed| Err(Violation::NotStanding { joint: 1, speed, before: 0.5 });
         for speed in [0.5, 0.47] {
             assert_eq!(moving().check(PERIOD * 2, &[speed], true), not_standing(speed));
@@ -297,7 +298,7 @@ mod tests {
         assert_eq!(invariants.check(PERIOD * 20, &[1e-9], true), Err(again));
     }
 
-    /// The same with a jerk of 500 rad/s³: a step may be another one by 0.002 rad/s.
+    /// The same joint with a jerk of 500 rad/s³: a step may differ from the one before by 0.002 rad/s.
     fn eased() -> Invariants {
         let mut invariants = moving();
         invariants.set_limits(Limits { joint_jerk: vec![500.0], ..invariants.limits.clone() });
@@ -308,7 +309,7 @@ mod tests {
     }
 
     #[test]
-    fn a_step_changes_by_no_more_than_the_jerk_allows() {
+    fn a_step_changes_by_at_most_the_jerk_limit() {
         let check = |speed, standing| eased().check(PERIOD * 504, &[speed], standing);
         assert_eq!((check(0.008, false), check(0.012, false)), (Ok(()), Ok(())));
         for speed in [0.0079, 0.0121, 0.006] {
@@ -319,7 +320,7 @@ mod tests {
     }
 
     #[test]
-    fn a_stop_whose_jerk_is_limited_is_as_short_as_it_can_be() {
+    fn a_stop_with_limited_jerk_is_as_short_as_possible() {
         let stop = |speeds: &[f64]| {
             let mut invariants = eased();
             let commands = speeds.iter().zip(504..);
@@ -333,7 +334,7 @@ mod tests {
     }
 
     #[test]
-    fn a_limit_that_was_lowered_is_come_down_to() {
+    fn a_joint_may_come_down_to_a_lowered_limit() {
         let lowered = || {
             let mut invariants = moving();
             let lower = Limits { joint_velocity: vec![0.1], ..invariants.limits.clone() };
@@ -346,7 +347,7 @@ mod tests {
     }
 
     #[test]
-    fn a_deceleration_that_is_lowered_in_motion_still_holds_for_the_joint_that_moves() {
+    fn a_deceleration_lowered_in_motion_still_counts_for_the_moving_joint() {
         let mut invariants = moving();
         let lower = Limits {
             joint_deceleration: vec![1.0],
@@ -360,7 +361,7 @@ mod tests {
     }
 
     #[test]
-    fn a_tool_keeps_its_limits_but_for_the_time_of_a_stop_after_they_were_lowered() {
+    fn a_tool_keeps_its_limits_except_during_a_stop_after_they_were_lowered() {
         let fast = ToolSpeed { linear: 1.2, angular: 0.5 };
         let mut invariants = moving();
         let too_fast = Err(Violation::ToolSpeed { speed: 1.2, limit: 1.0, unit: "m/s" });
@@ -373,7 +374,7 @@ mod tests {
     }
 
     #[test]
-    fn a_joint_found_outside_may_come_back_but_not_go_on() {
+    fn a_joint_found_outside_may_come_back_but_not_move_farther_out() {
         let mut invariants = moving();
         assert_eq!(invariants.check_positions(&[-1.5]), Ok(()));
         assert_eq!(invariants.check_positions(&[-1.2]), Ok(()));

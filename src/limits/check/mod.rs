@@ -1,5 +1,5 @@
-//! Who looks at the servo from outside: the guard of an arm, which stops it when commands cease, and the check of what every stream of
-//! commands must hold, for tests and recorded runs.
+//! Checks from outside of the servo: the guard, which stops an arm when commands end, and the rules that every stream of commands must
+//! keep, for tests and recorded runs.
 
 mod gaps;
 mod guard;

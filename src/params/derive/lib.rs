@@ -1,11 +1,11 @@
-//! `#[derive(Parameters)]`, which `dq_params` explains and exports.
+//! The macro `#[derive(Parameters)]`, which `dq_params` documents and exports.
 
 use proc_macro2::TokenStream;
 use quote::{ToTokens, quote};
 use std::collections::HashMap;
 use syn::{Attribute, DeriveInput, Error, Expr, ExprLit, Field, Fields, Lit, LitStr, Meta, Token};
 
-/// Declares each field of a struct as a parameter, see `dq_params::Parameters`.
+/// Declares each field of a struct as a parameter; see `dq_params::Parameters`.
 #[proc_macro_derive(Parameters, attributes(parameter, parameters))]
 pub fn derive(input: proc_macro::TokenStream) -> proc_macro::TokenStream {
     let input = syn::parse_macro_input!(input as DeriveInput);
@@ -34,10 +34,10 @@ fn expand(input: &DeriveInput) -> syn::Result<TokenStream> {
     })
 }
 
-/// What `#[parameter(...)]` can say of a field.
+/// The keywords of `#[parameter(...)]`.
 const WORDS: [&str; 7] = ["group", "name", "default", "range", "one_of", "required", "fixed"];
 
-/// What it says, by its words; those without a value have none.
+/// Returns the attribute's keywords with their values. Keywords without a value map to `None`.
 fn said(attribute: &Attribute) -> syn::Result<HashMap<String, Option<Expr>>> {
     let mut said = HashMap::new();
     attribute.parse_nested_meta(|meta| {
@@ -52,7 +52,7 @@ fn said(attribute: &Attribute) -> syn::Result<HashMap<String, Option<Expr>>> {
     Ok(said)
 }
 
-/// The field with the expression that declares and reads it.
+/// Returns the field with the expression that declares and reads its parameter.
 fn read(field: &Field, prefix: &str) -> syn::Result<TokenStream> {
     let (ident, kind) = (&field.ident, &field.ty);
     let attribute = field.attrs.iter().find(|attribute| attribute.path().is_ident("parameter"));
@@ -92,7 +92,7 @@ fn read(field: &Field, prefix: &str) -> syn::Result<TokenStream> {
     })
 }
 
-/// The documentation in a line, and the unit at its end in brackets; empty for none.
+/// Returns the documentation as one line, and the unit in brackets at its end, or an empty string if there is none.
 fn description(attributes: &[Attribute]) -> (String, String) {
     let line = |attribute: &Attribute| match &attribute.meta {
         Meta::NameValue(meta) if meta.path.is_ident("doc") => match &meta.value {

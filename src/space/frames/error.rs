@@ -1,47 +1,47 @@
-//! Why a transform is not there, or was not taken.
+//! The reasons why a transform is not available, or was ignored.
 
 use thiserror::Error;
 
-/// Why a frame's place is not known. Times are seconds.
+/// Why the pose of a frame is not known. Times are in seconds.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum FrameError {
-    /// No transform names the frame.
+    /// No transform contains the frame.
     #[error("TF has no frame {0:?}")]
     Unknown(String),
-    /// No chain of transforms leads from one frame to the other.
+    /// No chain of transforms connects the two frames.
     #[error("TF does not connect {frame:?} with {base:?}")]
     NotConnected {
         /// The frame.
         frame: String,
-        /// The frame in which it was asked for.
+        /// The frame relative to which it was requested.
         base: String,
     },
-    /// A frame is among its own parents.
+    /// A frame is one of its own ancestors.
     #[error("the parents of {0:?} in TF go in a circle")]
     Loop(String),
-    /// The frame stands still on the tool: a goal that moves with it would be chased for ever.
+    /// The frame is fixed to the tool: the arm would chase a goal in it forever.
     #[error("{0:?} moves with the tool, so that a goal in it cannot be followed: frame_mode latch takes it")]
     OnTool(String),
-    /// The oldest transform that is kept is younger.
+    /// The stamp is older than the oldest transform that is kept.
     #[error("the stamp is {seconds:.3} s before the oldest transform of {frame:?} that is kept")]
     TooOld {
-        /// The frame with that transform.
+        /// The frame of that transform.
         frame: String,
-        /// By how much.
+        /// The difference in time.
         seconds: f64,
     },
-    /// The newest transform is older, and none came in time.
+    /// The stamp is newer than the newest transform, and no newer one arrived in time.
     #[error("the stamp is {seconds:.3} s after the newest transform of {frame:?}")]
     TooNew {
-        /// The frame with that transform.
+        /// The frame of that transform.
         frame: String,
-        /// By how much.
+        /// The difference in time.
         seconds: f64,
     },
 }
 
 impl FrameError {
-    /// The reason in one word.
+    /// Returns the reason in one word.
     pub fn label(&self) -> &'static str {
         match self {
             Self::Unknown(_) => "unknown_frame",
@@ -53,19 +53,19 @@ impl FrameError {
         }
     }
 
-    /// Whether a transform that is still to come may mend it.
+    /// Returns whether a later transform may resolve it.
     pub fn may_pass(&self) -> bool {
         !matches!(self, Self::TooOld { .. } | Self::OnTool(_))
     }
 }
 
-/// Why a transform was not taken.
+/// Why a transform was ignored.
 #[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
 pub enum Ignored {
-    /// A frame's name is empty, or both are the same.
+    /// The name of a frame is empty, or both names are the same.
     #[error("a transform must lead from one named frame to another")]
     Names,
-    /// A number is not finite or farther than any place on Earth, or the quaternion is not unit.
+    /// A number is not finite or larger than any distance on Earth, or the quaternion is not a unit one.
     #[error("a transform must have finite numbers and a unit quaternion")]
     Numbers,
     /// There are too many frames.

@@ -4,17 +4,17 @@ use super::{FrameTree, FramedGoal};
 use dq_algebra::UnitDualQuaternion;
 use std::time::Duration;
 
-/// What a frame has done with its goal.
+/// The motion of a goal with its frame.
 #[derive(Clone, Debug, PartialEq)]
 pub enum FrameMotion {
-    /// At `stamp` \[ns\], 0 for a frame that never moves, the goal was there.
+    /// At `stamp` \[ns\], which is 0 for a frame that never moves, the goal was at this pose.
     To {
         /// The stamp.
         stamp: i64,
         /// The goal.
         base_from_goal: UnitDualQuaternion,
     },
-    /// It is not known any more where the frame is.
+    /// TF no longer has the frame.
     Lost,
 }
 
@@ -22,30 +22,30 @@ pub enum FrameMotion {
 #[derive(Clone, Debug)]
 pub struct Followed {
     goal: FramedGoal,
-    /// The newest stamp, and where the frame was then.
+    /// The newest stamp, and the pose of the frame at that time.
     last: Option<(Option<i64>, UnitDualQuaternion)>,
     heard: Duration,
     lost: bool,
 }
 
 impl Followed {
-    /// Begins at `now`.
+    /// Starts at `now`.
     pub fn new(goal: FramedGoal, now: Duration) -> Self {
         Self { goal, last: None, heard: now, lost: false }
     }
 
-    /// Which goal it is.
+    /// Returns the number of the goal.
     pub fn number(&self) -> u64 {
         self.goal.number
     }
 
-    /// When the frame is lost if nothing is heard of it; none where it is.
+    /// Returns when the frame counts as lost if no transform arrives; `None` if it already is.
     pub fn deadline(&self, patience: Duration) -> Option<Duration> {
         (!self.lost).then_some(self.heard.saturating_add(patience))
     }
 
-    /// What the frame has done since this was asked last. One that moves is lost when there was no newer transform of it for `patience`
-    /// by `now`.
+    /// Returns the motion of the frame since the last call. A moving frame is lost if no newer transform of it arrived for `patience` until
+    /// `now`.
     pub fn look(
         &mut self,
         tree: &FrameTree,

@@ -1,19 +1,19 @@
-//! Where one frame was in its parent.
+//! The recent transforms of one frame relative to its parent.
 
 use dq_algebra::UnitDualQuaternion;
 use nalgebra::{UnitQuaternion, Vector3};
 use std::collections::VecDeque;
 
-/// Transforms are kept for so long \[ns\], as tf2 keeps them ...
+/// How long transforms are kept \[ns\], as in tf2, ...
 const LONGEST: i64 = 10_000_000_000;
 
-/// ... but so many of a frame at most: 10 s at 200 Hz, 2 s at 1 kHz.
+/// ... and how many at most per frame: 10 s at 200 Hz, or 2 s at 1 kHz.
 pub(super) const MOST: usize = 2000;
 
-/// Quaternions that are further apart than this from a half turn have a shortest arc between them.
+/// Quaternions have a unique shortest arc between them if they differ by more than this from a half turn.
 const HALF_TURN: f64 = 1e-9;
 
-/// Where the frame was at a time.
+/// The transform of a frame at a time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Place {
     pub stamp: i64,
@@ -26,7 +26,7 @@ impl Place {
         UnitDualQuaternion::from_parts(self.rotation, self.translation)
     }
 
-    /// At the share `s` of the motion to `next`.
+    /// Interpolates at the fraction `s` of the motion to `next`.
     fn towards(&self, next: &Self, s: f64) -> UnitDualQuaternion {
         let nearer = if s < 0.5 { self.rotation } else { next.rotation };
         let rotation = self.rotation.try_slerp(&next.rotation, s, HALF_TURN).unwrap_or(nearer);
@@ -34,14 +34,14 @@ impl Place {
     }
 }
 
-/// By how many nanoseconds a time is outside what is kept.
+/// A time outside of the kept transforms, with its distance \[ns\].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Outside {
     Before(i64),
     After(i64),
 }
 
-/// The places of one frame, oldest first.
+/// The transforms of one frame, oldest first.
 #[derive(Clone, Debug)]
 pub(super) struct History {
     places: VecDeque<Place>,
@@ -53,7 +53,7 @@ impl History {
         Self { places: VecDeque::from([place]), is_static }
     }
 
-    /// The stamp \[ns\] of the newest; none where the frame never moves.
+    /// Returns the stamp \[ns\] of the newest transform; `None` if the frame never moves.
     pub fn newest(&self) -> Option<i64> {
         self.places.back().filter(|_| !self.is_static).map(|place| place.stamp)
     }
@@ -62,8 +62,8 @@ impl History {
         self.places.len()
     }
 
-    /// Adds a place, and forgets what is too old, and more than `room` of them. A stamp that goes back by more than is kept is of a
-    /// clock that was set anew: what was before is forgotten.
+    /// Adds a transform, and removes those that are too old or beyond `room`. If the stamp is older than any that could be kept, the clock
+    /// was reset: then all earlier transforms are removed.
     pub fn add(&mut self, place: Place, room: usize) {
         let newest = self.places.back().map_or(place.stamp, |newest| newest.stamp);
         if self.is_static || place.stamp < newest.saturating_sub(LONGEST) {
@@ -83,7 +83,7 @@ impl History {
         }
     }
 
-    /// Where the frame was at `stamp` \[ns\].
+    /// Returns the pose of the frame at `stamp` \[ns\].
     pub fn at(&self, stamp: i64) -> Result<UnitDualQuaternion, Outside> {
         let (Some(first), Some(last)) = (self.places.front(), self.places.back()) else {
             return Err(Outside::After(0));

@@ -1,4 +1,4 @@
-//! What is to be kept out of in frames of TF: where it is in the base frame, until it is removed or its time is up.
+//! Keep-outs in TF frames: finds their poses in the base frame until they are removed or expire.
 
 use super::{FrameError, FrameTree};
 use crate::space::{KeepOut, KeepOutError, LONGEST_NAME, MOST_KEEP_OUTS, Solid};
@@ -6,67 +6,67 @@ use dq_algebra::UnitDualQuaternion;
 use std::time::Duration;
 use thiserror::Error;
 
-/// A solid in a frame of TF that the arm must keep out of.
+/// A solid in a TF frame that the arm must keep out of.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FramedKeepOut {
-    /// Its key: another one with the same key takes its place.
+    /// Its key: a keep-out replaces one with the same key.
     pub key: KeepOutKey,
-    /// The solid, in that frame.
+    /// The solid, in its frame.
     pub solid: Solid,
     /// The frame; empty for the base frame.
     pub frame: String,
-    /// When the solid was there \[ns\]; 0: at the newest time there is.
+    /// The time stamp of its pose \[ns\]; 0 for the newest transform.
     pub stamp: i64,
-    /// Whether it moves with its frame from then on.
+    /// Whether it moves with its frame.
     pub is_carried: bool,
-    /// When it came.
+    /// When it arrived.
     pub came: Duration,
-    /// How long it stays; zero for ever.
+    /// How long it stays; zero for forever.
     pub lifetime: Duration,
 }
 
-/// By what a keep-out is known.
+/// The key of a keep-out.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct KeepOutKey {
     /// The namespace of the publisher's markers.
     pub namespace: String,
-    /// Its number there.
+    /// Its number in that namespace.
     pub id: i32,
 }
 
-/// Why a keep-out is not obeyed, or not as it should be.
+/// Why a keep-out is not in force, or not up to date.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum KeepOutRefused {
-    /// The solid cannot be a keep-out.
+    /// The solid is not valid as a keep-out.
     #[error(transparent)]
     NoKeepOut(#[from] KeepOutError),
-    /// The marker is no solid.
+    /// The marker is not a solid.
     #[error("{0}")]
     NoSolid(String),
-    /// TF does not say where its frame is.
+    /// TF does not have its frame.
     #[error(transparent)]
     Frame(#[from] FrameError),
-    /// There are as many keep-outs as there may be.
+    /// There are already as many keep-outs as allowed.
     #[error(
         "there is no room for it: there may be {MOST_KEEP_OUTS}, those of keep_out and keep_in among them"
     )]
     TooMany,
-    /// Its name, as a [`Name`](crate::space::Name) has it, would be that of another one.
+    /// Its [`Name`](crate::space::Name) would equal that of another one.
     #[error("shortened to {0:?} it has the name of another one")]
     Namesake(String),
-    /// It moves with a frame of which nothing is heard any more.
+    /// It moves with a frame whose transforms no longer arrive.
     #[error("nothing is heard any more of its frame {0:?}: it is where that was last")]
     Silent(String),
 }
 
-/// A keep-out follows its frame where that has moved by more than this \[m, rad\].
+/// Largest motion of a frame that its keep-outs do not follow \[m, rad\].
 const STILL: f64 = 1e-3;
 
-/// Keep-outs in frames of TF.
+/// Keep-outs in TF frames.
 #[derive(Clone, Debug, Default)]
 pub struct FramedKeepOuts {
     all: Vec<Entry>,
-    /// Those that are not obeyed, [`MOST_REFUSED`] at most.
+    /// The keep-outs that are not in force, at most [`MOST_REFUSED`].
     refused: Vec<(KeepOutKey, KeepOutRefused)>,
 }
 
@@ -75,11 +75,11 @@ struct Entry {
     key: KeepOutKey,
     /// The keep-out in force.
     current: Option<Placed>,
-    /// The one that came last, until it is found where it should be.
+    /// The newest message, until its pose is found.
     next: Option<FramedKeepOut>,
 }
 
-/// One look at where frames are in `base`, which waits for none longer than its patience.
+/// The inputs of one update: the transforms to `base`, and how long to wait for them.
 struct Look<'a> {
     tree: &'a FrameTree,
     base: &'a str,
@@ -87,28 +87,28 @@ struct Look<'a> {
     patience: Duration,
 }
 
-/// A keep-out where it was found.
+/// A keep-out at its pose.
 #[derive(Clone, Debug)]
 struct Placed {
     keep_out: FramedKeepOut,
     base_from_frame: UnitDualQuaternion,
-    /// It in the base frame.
+    /// The keep-out in the base frame.
     in_base: KeepOut,
     heard: Heard,
     is_silent: bool,
 }
 
-/// What was heard of a frame last.
+/// The last transform of a frame.
 #[derive(Clone, Copy, Debug)]
 struct Heard {
-    /// The stamp of its transform \[ns\]; none where it never moves.
+    /// Its stamp \[ns\]; `None` if the frame never moves.
     stamp: Option<i64>,
-    /// When that was heard.
+    /// When it arrived.
     at: Duration,
 }
 
 impl FramedKeepOut {
-    /// Its name in reasons: its namespace, shortened, and its number.
+    /// Returns its name for messages: its namespace, shortened, and its number.
     fn name(&self) -> String {
         let KeepOutKey { namespace, id } = &self.key;
         let id = format!("/{id}");
@@ -121,12 +121,12 @@ impl FramedKeepOut {
         if self.frame.is_empty() { base } else { &self.frame }
     }
 
-    /// Whether it is over at `now`.
+    /// Returns whether it has expired at `now`.
     fn is_over(&self, now: Duration) -> bool {
         !self.lifetime.is_zero() && now.saturating_sub(self.came) >= self.lifetime
     }
 
-    /// It with its frame there, at `now`; what is the same as `before` is not made again.
+    /// Places it with its frame at `base_from_frame`, at `now`. If the solid equals that of `before`, its shape is reused.
     fn placed(
         &self,
         base_from_frame: UnitDualQuaternion,
@@ -145,12 +145,12 @@ impl FramedKeepOut {
 }
 
 impl Placed {
-    /// Follows its frame; the reason where that cannot be done any more, once.
+    /// Follows its frame. Returns the reason if that is not possible anymore, once.
     fn follow(&mut self, look: &Look) -> Option<KeepOutRefused> {
         let Look { tree, base, now, patience } = *look;
         let frame = self.keep_out.frame(base);
         let newest = tree.newest(base, frame);
-        // What never moves is not silent.
+        // A frame that never moves is not silent.
         if newest.as_ref().is_ok_and(|stamp| stamp.is_none() || *stamp != self.heard.stamp) {
             self.heard = Heard { stamp: newest.unwrap_or_default(), at: now };
         }
@@ -176,7 +176,8 @@ impl Entry {
         self.next.as_ref().or(current).map(FramedKeepOut::name)
     }
 
-    /// Puts what came last where it should be, or as near to that as is known yet; the reason where that cannot be done in `patience`.
+    /// Places the newest message at its exact pose, or meanwhile at the newest pose that is known. Returns the reason if the exact pose is
+    /// not found within `patience`.
     fn find(&mut self, look: &Look) -> Option<KeepOutRefused> {
         let Look { tree, base, now, patience } = *look;
         let next = self.next.take()?;
@@ -184,7 +185,7 @@ impl Entry {
         let exact = tree.lookup(base, frame, if next.is_carried { 0 } else { next.stamp });
         let is_early =
             exact.as_ref().is_err_and(|why| why.may_pass() && now.saturating_sub(next.came) < patience);
-        // Where the frame was last is nearer to the truth than nowhere.
+        // The newest pose of the frame is a better approximation than none.
         let found = if is_early { tree.lookup(base, frame, 0) } else { exact };
         let placed = match found {
             Ok(found) => next.placed(found, self.current.as_ref(), now).map_err(KeepOutRefused::from),
@@ -204,11 +205,11 @@ impl Entry {
 }
 
 impl FramedKeepOuts {
-    /// Adds one, or puts it in the place of that with its key, where there becomes no more than `most`. It is looked at by
-    /// [`look`](Self::look), before which a later one may take its place.
+    /// Adds a keep-out, or replaces that with the same key, if there are at most `most`. [`look`](Self::look) places it; before that a
+    /// newer one may replace it.
     ///
     /// # Errors
-    /// [`KeepOutRefused`]: then all is as it was.
+    /// [`KeepOutRefused`]; then nothing changes.
     pub fn put(&mut self, keep_out: FramedKeepOut, most: usize) -> Result<(), KeepOutRefused> {
         let (key, name) = (keep_out.key.clone(), keep_out.name());
         let why = if let Some(known) = self.all.iter_mut().find(|known| known.key == key) {
@@ -228,7 +229,7 @@ impl FramedKeepOuts {
         Err(why)
     }
 
-    /// Notes that one is not obeyed.
+    /// Notes that a keep-out is not in force.
     pub fn refuse(&mut self, key: KeepOutKey, why: KeepOutRefused) {
         self.refused.retain(|(other, _)| *other != key);
         if self.refused.len() < MOST_REFUSED {
@@ -236,27 +237,27 @@ impl FramedKeepOuts {
         }
     }
 
-    /// Removes that one.
+    /// Removes the keep-out with this key.
     pub fn remove(&mut self, key: &KeepOutKey) {
         self.all.retain(|known| known.key != *key);
         self.refused.retain(|(other, _)| other != key);
     }
 
-    /// Removes all.
+    /// Removes all keep-outs.
     pub fn clear(&mut self) {
         self.all.clear();
         self.refused.clear();
     }
 
-    /// Whether time alone may change something.
+    /// Returns whether time alone may change something.
     pub fn may_change(&self) -> bool {
         let may_change = |placed: &Placed| placed.keep_out.is_carried || !placed.keep_out.lifetime.is_zero();
         self.all.iter().any(|known| known.next.is_some() || known.current.as_ref().is_some_and(may_change))
     }
 
-    /// Looks where frames are in `base` at `now`; those that are not found in `patience` are refused, and those that were carried by frames
-    /// of which nothing was heard for so long are complained of: these are returned, each once. One that takes the place of another leaves
-    /// that in force until it is found, and after where it is not.
+    /// Updates the poses of all keep-outs in `base` at `now`. Returns, once each, those that are refused because their frames were not
+    /// found within `patience`, and those that are out of date because their frames were silent for that time. A keep-out that another one
+    /// replaces remains in force until that is found, also if it never is.
     pub fn look(
         &mut self,
         tree: &FrameTree,
@@ -287,7 +288,7 @@ impl FramedKeepOuts {
         refused
     }
 
-    /// Each that was found, in the base frame.
+    /// Returns the keep-outs that were found, in the base frame.
     pub fn in_base(&self) -> Vec<KeepOut> {
         self.found().map(|placed| placed.in_base.clone()).collect()
     }
@@ -296,13 +297,13 @@ impl FramedKeepOuts {
         self.all.iter().filter_map(|known| known.current.as_ref())
     }
 
-    /// Those that are not obeyed, or not as they should be, each with the reason, until they are: so many of them.
+    /// Returns the keep-outs that are not in force, or not up to date, with their reasons; at most [`MOST_REFUSED`].
     pub fn refused(&self) -> &[(KeepOutKey, KeepOutRefused)] {
         &self.refused
     }
 }
 
-/// How many refused ones are remembered, and said.
+/// Largest number of refused keep-outs that are remembered and reported.
 const MOST_REFUSED: usize = 64;
 
 #[cfg(test)]
@@ -344,7 +345,7 @@ mod tests {
     }
 
     #[test]
-    fn each_is_where_its_frame_was_or_moves_with_it() {
+    fn each_keep_out_is_where_its_frame_was_or_moves_with_it() {
         let (mut tree, mut all) = (FrameTree::default(), FramedKeepOuts::default());
         all.put(ball(1, "base"), 4).unwrap();
         all.put(ball(2, "table"), 4).unwrap();
@@ -375,7 +376,7 @@ mod tests {
     }
 
     #[test]
-    fn a_hull_that_is_flat_leaves_the_one_before_in_its_place() {
+    fn a_flat_hull_leaves_the_one_before_in_force() {
         let mut all = FramedKeepOuts::default();
         let tent: Solid = "hull 0 0 0 1 0 0 0 1 0 0 0 1".parse().unwrap();
         all.put(FramedKeepOut { solid: tent, ..ball(1, "") }, 1).unwrap();
@@ -391,7 +392,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_refused_leaves_all_else_as_it_was_and_is_said_until_it_is_obeyed() {
+    fn a_refused_keep_out_changes_no_other_and_is_reported_until_it_is_in_force() {
         let (tree, mut all) = (FrameTree::default(), FramedKeepOuts::default());
         let look = |all: &mut FramedKeepOuts, now: Duration| all.look(&tree, "base", now, PATIENCE);
         let says =
@@ -406,7 +407,7 @@ mod tests {
         }
         let namesake = FramedKeepOut { key: key("a_ball", 1), ..ball(1, "") };
         assert!(matches!(all.put(namesake, 2), Err(KeepOutRefused::Namesake(_))));
-        // In the place of the first, but in a frame that there is not.
+        // It would replace the first one, but its frame does not exist.
         all.put(ball(1, "nowhere"), 2).unwrap();
         all.put(ball(2, "nowhere"), 2).unwrap();
         assert_eq!(all.put(ball(3, ""), 2), Err(KeepOutRefused::TooMany));
@@ -427,7 +428,7 @@ mod tests {
     }
 
     #[test]
-    fn one_whose_frame_is_silent_is_said_until_that_is_heard_again() {
+    fn a_keep_out_with_a_silent_frame_is_reported_until_the_frame_is_heard_again() {
         let (mut tree, mut all) = (FrameTree::default(), FramedKeepOuts::default());
         table_at(&mut tree, 4, 0.0);
         all.put(FramedKeepOut { is_carried: true, ..ball(1, "table") }, 4).unwrap();
@@ -445,7 +446,7 @@ mod tests {
     }
 
     #[test]
-    fn a_lifetime_begins_anew_with_each_message() {
+    fn a_lifetime_begins_again_with_each_message() {
         let (tree, mut all) = (FrameTree::default(), FramedKeepOuts::default());
         let at = |came: u64| FramedKeepOut {
             lifetime: Duration::from_secs(2),

@@ -1,8 +1,9 @@
-//! Where frames are with respect to each other: what TF publishes, kept for a while, and looked up at a time.
+//! Transforms between frames: what TF publishes, kept for a while, and looked up at a time.
 //!
-//! No I/O, no clock: stamps are numbers, and time is an argument. Between two transforms of a frame the rotation is interpolated on
-//! its great circle and the translation on a straight line, each by itself: so does tf2, and a goal must be where RViz and all other
-//! nodes of ROS 2 see it. On a screw (ScLERP) it would be elsewhere by up to the sagitta of the arc, 0.1 mm for 10 mm and 5° a step.
+//! The module does no I/O and reads no clock: stamps are numbers, and time is an argument. Between two transforms of a frame, the rotation
+//! is interpolated on a great circle and the translation on a straight line, independently. tf2 does the same, and a goal must be where
+//! RViz and all other ROS 2 nodes see it. On a screw (ScLERP) it would deviate by up to the sagitta of the arc: 0.1 mm for steps of 10 mm
+//! and 5°.
 //!
 //! ```
 //! use dq_space::frames::{FrameTree, Transform};

@@ -7,23 +7,23 @@ use dq_common::text::cut;
 use nalgebra::Vector3;
 use std::collections::BTreeMap;
 
-/// Frames that are kept: anyone can publish more.
+/// Largest number of frames that are kept, because anyone can publish more.
 const MOST_FRAMES: usize = 1000;
 
-/// Transforms that are kept of all frames together, 7 MB of them.
+/// Largest number of transforms that are kept of all frames together: 7 MB.
 const MOST_PLACES: usize = 100_000;
 
-/// Places farther from each other [m] are not on one planet.
+/// Largest translation [m]: more is not on one planet.
 const FARTHEST: f64 = 1e7;
 
-/// A transform as it came: where `child` is in `parent`.
+/// A transform as received: the pose of `child` in `parent`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Transform<'a> {
-    /// The frame in which it is given.
+    /// The parent frame.
     pub parent: &'a str,
-    /// The frame whose place it is.
+    /// The child frame.
     pub child: &'a str,
-    /// When \[ns\]; of no meaning for a static one.
+    /// The time \[ns\]; ignored for a static transform.
     pub stamp: i64,
     /// The child's origin \[m\].
     pub translation: [f64; 3],
@@ -31,24 +31,24 @@ pub struct Transform<'a> {
     pub rotation_xyzw: [f64; 4],
 }
 
-/// A frame below its parent.
+/// A frame and its parent.
 #[derive(Clone, Debug)]
 struct Edge {
     parent: String,
     history: History,
 }
 
-/// All frames that TF has named, each with where it was in its parent.
+/// All frames in TF, each with its recent transforms relative to its parent.
 ///
-/// It never grows beyond 1000 frames and 100 000 transforms, with names of 250 bytes. A frame that gets another parent, or becomes
-/// static or moves from then on, begins anew.
+/// The tree never exceeds 1000 frames and 100 000 transforms, with names of 250 bytes. If a frame gets another parent, or changes between
+/// static and moving, its earlier transforms are removed.
 #[derive(Clone, Debug, Default)]
 pub struct FrameTree {
     edges: BTreeMap<String, Edge>,
     places: usize,
 }
 
-/// A name as ROS 1 wrote it too, with a leading slash.
+/// Returns the frame's name without the leading slash that ROS 1 wrote.
 fn name(frame: &str) -> &str {
     frame.trim_start_matches('/')
 }
@@ -66,10 +66,10 @@ impl Transform<'_> {
 }
 
 impl FrameTree {
-    /// Takes a transform.
+    /// Adds a transform.
     ///
     /// # Errors
-    /// [`Ignored`]: then it was not taken, and all is as it was.
+    /// [`Ignored`]; then nothing changes.
     pub fn insert(&mut self, transform: &Transform, is_static: bool) -> Result<(), Ignored> {
         let (parent, child) = (cut(name(transform.parent)), cut(name(transform.child)));
         if parent.is_empty() || child.is_empty() || parent == child {
@@ -98,16 +98,16 @@ impl FrameTree {
         Ok(())
     }
 
-    /// Forgets where frames were that move: their clock begins anew.
+    /// Removes all moving frames, because their clock was reset.
     pub fn forget_moving(&mut self) {
         self.edges.retain(|_, edge| edge.history.is_static);
         self.places = self.edges.values().map(|edge| edge.history.len()).sum();
     }
 
-    /// Where `frame` was in `base` at `stamp` \[ns\]; at 0 at the newest time at which all frames between them are known.
+    /// Returns the pose of `frame` in `base` at `stamp` \[ns\]. For 0 it is the newest time at which all frames between them are known.
     ///
     /// # Errors
-    /// [`FrameError`]. Nothing is extrapolated.
+    /// [`FrameError`] if the pose is not known. Nothing is extrapolated.
     pub fn lookup(&self, base: &str, frame: &str, stamp: i64) -> Result<UnitDualQuaternion, FrameError> {
         let path = self.path(name(base), name(frame))?;
         let stamp = match stamp {
@@ -121,27 +121,27 @@ impl FrameTree {
         Ok(of(&path.down)?.inverse() * of(&path.up)?)
     }
 
-    /// The newest time \[ns\] at which all frames between `frame` and `base` are known; none where none of them moves.
+    /// Returns the newest time \[ns\] at which all frames between `frame` and `base` are known; `None` if none of them moves.
     ///
     /// # Errors
-    /// [`FrameError`] where no frames connect them.
+    /// [`FrameError`] if no transforms connect them.
     pub fn newest(&self, base: &str, frame: &str) -> Result<Option<i64>, FrameError> {
         Ok(self.path(name(base), name(frame))?.newest())
     }
 
-    /// Whether nothing between the two frames moves.
+    /// Returns whether no frame between the two moves.
     pub fn are_rigid(&self, one: &str, other: &str) -> bool {
         let path = self.path(name(one), name(other));
         path.is_ok_and(|path| path.edges().all(|(_, edge)| edge.history.is_static))
     }
 
-    /// The path from `frame` to `base`.
+    /// Returns the path from `frame` to `base`.
     fn path<'a>(&'a self, base: &'a str, frame: &'a str) -> Result<Path<'a>, FrameError> {
         if base == frame {
             return Ok(Path { up: Vec::new(), down: Vec::new() });
         }
         let (mut up, mut down) = (self.ancestry(frame)?, self.ancestry(base)?);
-        // What both have above them is no part of the path.
+        // Common ancestors are not part of the path.
         while let (Some((one, _)), Some((other, _))) = (up.last(), down.last())
             && one == other
         {
@@ -156,7 +156,7 @@ impl FrameTree {
         }
     }
 
-    /// The frame's edge, its parent's, and so on to the root.
+    /// Returns the frame's edge, that of its parent, and so on to the root.
     fn ancestry<'a>(&'a self, frame: &'a str) -> Result<Vec<Named<'a>>, FrameError> {
         let (mut edges, mut at) = (Vec::new(), frame);
         while let Some((child, edge)) = self.edges.get_key_value(at) {
@@ -184,11 +184,11 @@ impl FrameTree {
 /// An edge with the name of its child.
 type Named<'a> = (&'a str, &'a Edge);
 
-/// How two frames are connected.
+/// The connection between two frames.
 struct Path<'a> {
-    /// The edges from one frame up to where it meets the other.
+    /// The edges from one frame up to the common ancestor.
     up: Vec<Named<'a>>,
-    /// Those from the other up to there.
+    /// The edges from the other frame up to there.
     down: Vec<Named<'a>>,
 }
 
@@ -197,7 +197,7 @@ impl<'a> Path<'a> {
         self.up.iter().chain(&self.down)
     }
 
-    /// The newest time \[ns\] at which all of it is known; none where nothing on it moves.
+    /// Returns the newest time \[ns\] at which all of it is known; `None` if nothing on it moves.
     fn newest(&self) -> Option<i64> {
         self.edges().filter_map(|(_, edge)| edge.history.newest()).min()
     }

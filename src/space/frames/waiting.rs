@@ -1,31 +1,31 @@
-//! Goals whose frame is still to be looked up.
+//! Goals that wait for the transforms of their frames.
 
 use super::{FrameError, FrameTree};
 use dq_algebra::UnitDualQuaternion;
 use std::collections::VecDeque;
 use std::time::Duration;
 
-/// So many goals wait at most: 2 s of a stream at 500 Hz.
+/// Largest number of goals that wait: 2 s of a stream at 500 Hz.
 const MOST: usize = 1000;
 
-/// A goal in a frame of TF.
+/// A goal in a TF frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FramedGoal {
-    /// Which of the goals it is, counted from the first.
+    /// The number of the goal, counted from the first.
     pub number: u64,
-    /// The frame that the pose is in.
+    /// The frame of the pose.
     pub frame: String,
-    /// When it holds \[ns\]; 0: at the newest time there is.
+    /// The time stamp of the pose \[ns\]; 0 for the newest transform.
     pub stamp: i64,
     /// The number of its publisher.
     pub by: u32,
-    /// When it was sent, by the clock of who asks.
+    /// When it was sent, by the clock of the caller.
     pub came: Duration,
     /// The pose.
     pub frame_from_goal: UnitDualQuaternion,
 }
 
-/// What became of a goal.
+/// The result for a goal.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Answer {
     /// The goal.
@@ -34,14 +34,14 @@ pub struct Answer {
     pub base_from_goal: Result<UnitDualQuaternion, FrameError>,
 }
 
-/// Goals that wait for a transform that may still come, in their order. A goal that is found replaces those before it, as goals do.
+/// Goals that wait for a transform that may still arrive, in their order. A goal that is found replaces those before it.
 #[derive(Clone, Debug, Default)]
 pub struct WaitingGoals {
     line: VecDeque<(FramedGoal, Duration)>,
 }
 
 impl WaitingGoals {
-    /// Adds a goal that came at `now`.
+    /// Adds a goal that arrived at `now`.
     pub fn add(&mut self, goal: FramedGoal, now: Duration) {
         if self.line.len() >= MOST {
             self.line.pop_front();
@@ -49,18 +49,18 @@ impl WaitingGoals {
         self.line.push_back((goal, now));
     }
 
-    /// Forgets all up to the goal of that number.
+    /// Removes all goals up to the one with this number.
     pub fn forget(&mut self, number: u64) {
         self.line.retain(|(goal, _)| goal.number > number);
     }
 
-    /// When the first of them has waited for `patience`.
+    /// Returns when the first of them will have waited for `patience`.
     pub fn deadline(&self, patience: Duration) -> Option<Duration> {
         self.line.front().map(|(_, came)| came.saturating_add(patience))
     }
 
-    /// Looks each up in `tree`: those that are found, in the frame `base`, and those that are not and will not be, or have waited for
-    /// `patience` by `now`.
+    /// Looks each goal up in `tree`. Returns those that are found, in the frame `base`, and those that cannot be found or have waited for
+    /// `patience` until `now`.
     pub fn look(&mut self, tree: &FrameTree, base: &str, now: Duration, patience: Duration) -> Vec<Answer> {
         let mut answers = Vec::new();
         let found = |goal: &FramedGoal| {

@@ -6,47 +6,48 @@ use nalgebra::Vector3;
 use std::ops::Range;
 use thiserror::Error;
 
-/// All that is near a segment that moves with a link.
+/// All points within a radius of a segment that moves with a link.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Capsule {
-    /// The number of the joint that moves the link, counted from 1, arm after arm; 0 for what stands with the base.
+    /// The number of the joint that moves the link, counted from 1, arm after arm; 0 for a part fixed to the base.
     pub joint: usize,
-    /// The joints that move it, counted from 0, arm after arm.
+    /// The indices of the joints that move it, counted from 0, arm after arm.
     pub(super) moved_by: Range<usize>,
-    /// The segment in the link's frame, whose z axis is the joint's; of what stands in the base frame \[m\].
+    /// The segment in the link's frame, whose z axis is the joint's; for a part fixed to the base, in the base frame \[m\].
     pub core: Segment,
-    /// How near \[m\].
+    /// The radius \[m\].
     pub radius: f64,
 }
 
-/// What is no capsule.
+/// A text that is not a capsule.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[error("{text:?} is no capsule: expected {}", Self::EXPECTED)]
 pub struct CapsuleError {
-    /// It, as far as it is shown.
+    /// The text, shortened.
     pub text: String,
 }
 
 impl CapsuleError {
-    /// What would be right.
+    /// The expected form.
     pub const EXPECTED: &str = "the name of a joint, or base, then x y z and x y z in the frame that moves with it, and a radius, all in m";
 }
 
-/// The capsules of an arm, or of two.
+/// The capsules of one or two arms.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Body {
-    /// One after the other, from the base to the tool.
+    /// The capsules in order, from the base to the tool.
     pub capsules: Vec<Capsule>,
 }
 
-/// A shorter link \[m\] has no capsule of its own: that of the link before ends there.
+/// A shorter link \[m\] gets no capsule of its own; that of the link before ends there.
 const SHORTEST: f64 = 1e-6;
 
-/// No capsule is thicker, and none has an end farther from its joint \[m\].
+/// Largest radius of a capsule, and largest distance of its ends from the joint \[m\].
 const LARGEST: f64 = 100.0;
 
 impl Body {
-    /// A capsule of this radius \[m\] along each link: from its joint to the next one, or to the tool; and from the base to the first joint.
+    /// Creates a capsule of this radius \[m\] along each link: from its joint to the next one, or to the tool; and from the base to the
+    /// first joint.
     pub fn along(chains: &[Chain], radius: f64) -> Self {
         let (mut capsules, mut before) = (Vec::new(), 0);
         for chain in chains {
@@ -65,17 +66,17 @@ impl Body {
         Self { capsules }
     }
 
-    /// The capsules that these texts give each of so many arms whose joints have these names.
+    /// Parses the capsules of each of `arms` arms, whose joints have these names.
     ///
     /// # Errors
-    /// [`CapsuleError`] for the first text that gives none.
+    /// [`CapsuleError`] for the first invalid text.
     pub fn parse(texts: &[String], joints: &[String], arms: usize) -> Result<Self, CapsuleError> {
         let mut capsules = Vec::new();
         for arm in 0..arms {
             for text in texts {
                 let wrong = || CapsuleError { text: dq_common::text::cut(text).into_owned() };
                 let (link, core, radius) = parse(text, joints).ok_or_else(wrong)?;
-                // What stands with the base is there once, in the base frame.
+                // A part fixed to the base exists once, in the base frame.
                 if link > 0 || arm == 0 {
                     capsules.push(Capsule::new(arm * joints.len(), link, core, radius));
                 }
@@ -86,7 +87,7 @@ impl Body {
 }
 
 impl Capsule {
-    /// The tool of each of these arms, as a point.
+    /// Returns the tools of these arms, as points.
     pub(super) fn tools(chains: &[Chain]) -> Vec<Self> {
         let mut before = 0;
         let each = chains.iter().map(|chain| {
@@ -98,20 +99,20 @@ impl Capsule {
         each.collect()
     }
 
-    /// On the link of that number, counted from 1, of an arm that has so many joints before it; 0 for its base.
+    /// Creates a capsule on the link with this number, counted from 1, of an arm after `before` other joints; 0 is the arm's base.
     fn new(before: usize, link: usize, core: Segment, radius: f64) -> Self {
         let joint = if link == 0 { 0 } else { before + link };
         Self { joint, moved_by: before..before + link, core, radius }
     }
 }
 
-/// The link, the core and the radius of a text: a joint's name as it is, whatever characters it has, a blank, and seven numbers; or `base`,
-/// or nothing, in place of the name.
+/// Parses the link, the core and the radius: a joint's name exactly as it is, with any characters, a blank, and seven numbers. The name may
+/// also be `base`, or be missing.
 fn parse(text: &str, joints: &[String]) -> Option<(usize, Segment, f64)> {
     let named = |text: &str, name: &str| {
         text.strip_prefix(name).filter(|rest| rest.starts_with(char::is_whitespace)).and_then(numbers)
     };
-    // Of names that begin alike the longest is meant; blanks before it may be part of it, or not.
+    // If several names match, the longest counts. Blanks at the beginning may or may not be part of the name.
     let of = |text: &str| {
         let found = joints
             .iter()
@@ -146,7 +147,7 @@ mod tests {
     }
 
     #[test]
-    fn a_name_is_taken_as_it_is() {
+    fn names_are_matched_exactly() {
         let names = ["a", "a 1", "a ", " a", "1", "base", "a\u{a0}1", "\"a\", 'b'/c"];
         for (number, name) in (1..).zip(names) {
             assert_eq!(joint(&format!("{name} {NUMBERS}"), &names), Some(number), "{name:?}");
@@ -162,7 +163,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn names_of_any_characters_stay_apart(one in "[ a1.\u{a0}\"']{1,4}", other in "[ a1.\u{a0}\"']{1,4}") {
+        fn names_with_any_characters_are_distinguished(one in "[ a1.\u{a0}\"']{1,4}", other in "[ a1.\u{a0}\"']{1,4}") {
             prop_assume!(one != other);
             prop_assert_eq!(joint(&format!("{one} {NUMBERS}"), &[&one, &other]), Some(1));
         }

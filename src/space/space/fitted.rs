@@ -1,53 +1,54 @@
-//! Capsules around shapes, as small as three or four axes allow.
+//! Capsules fitted around shapes: the smallest along three or four axes.
 
 use super::Segment;
 use nalgebra::{Isometry3, Vector3};
 use std::f64::consts::PI;
 
-/// A capsule around something.
+/// A capsule around a shape.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fitted {
     /// Its core \[m\].
     pub core: Segment,
-    /// How near all of it is to the core \[m\].
+    /// Its radius \[m\].
     pub radius: f64,
 }
 
-/// A circle about a line, or a ball beside it, that a capsule along the line must contain.
+/// A circle about a line, or the locus of a ball around it, that a capsule along the line must contain.
 #[derive(Clone, Copy)]
 struct Ring {
-    /// How far along the line, and how far from it \[m\].
+    /// The position along the line, and the distance from it \[m\].
     along: f64,
     across: f64,
     /// The radius of the ball \[m\].
     thick: f64,
 }
 
-/// So often the interval is made smaller in which the best radius is.
+/// Number of times that the interval of the best radius is reduced.
 const STEPS: u32 = 30;
 
-/// The part of the interval that is left each time (golden section, Kiefer 1953).
+/// The fraction of the interval that remains each time (golden section, Kiefer 1953).
 const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
 impl Fitted {
-    /// The ball itself.
+    /// Creates a capsule that is a ball.
     pub fn ball(center: &Vector3<f64>, radius: f64) -> Self {
         Self { core: Segment { ends: [*center; 2] }, radius }
     }
 
-    /// The capsule itself along z, with its middle at the origin; `length` is without the round ends.
+    /// Creates a capsule along z, with its middle at the origin; `length` excludes the round ends.
     pub fn capsule(radius: f64, length: f64) -> Self {
         let end = Vector3::new(0.0, 0.0, 0.5 * length);
         Self { core: Segment { ends: [-end, end] }, radius }
     }
 
-    /// Around a cylinder along z, with its middle at the origin.
+    /// Creates a capsule around a cylinder along z, with its middle at the origin.
     pub fn cylinder(radius: f64, length: f64) -> Self {
         let rim = |along: f64| Ring { along, across: radius, thick: 0.0 };
         along(&Vector3::zeros(), &Vector3::z(), &[rim(-0.5 * length), rim(0.5 * length)])
     }
 
-    /// Around points: the smallest of those whose axis goes through the middle of their bounds, along x, y or z. None without points.
+    /// Creates the smallest capsule around points of those whose axis passes through the middle of their bounds, along x, y or z. `None`
+    /// without points.
     pub fn points(points: &[Vector3<f64>]) -> Option<Self> {
         let first = points.first()?;
         let bound = |of: fn(&Vector3<f64>, &Vector3<f64>) -> Vector3<f64>| {
@@ -59,7 +60,7 @@ impl Fitted {
         smallest(&axes, balls)
     }
 
-    /// Around this one and another.
+    /// Returns a capsule around this one and another.
     #[must_use]
     pub fn with(&self, other: &Self) -> Self {
         let ends = [self, other].map(|one| one.core.ends);
@@ -71,13 +72,13 @@ impl Fitted {
             (middles[1], other.core.vector()),
             (middles[0], middles[1] - middles[0]),
         ];
-        // What has one point has no direction: for balls about it any will do.
+        // Balls about one point have no direction: any will do.
         let axes: Vec<_> = axes.into_iter().chain(longest).chain([(middles[0], Vector3::z())]).collect();
         let balls = [self, other].into_iter().flat_map(|one| one.core.ends.map(|end| (end, one.radius)));
         smallest(&axes, balls).unwrap_or(*self)
     }
 
-    /// The same elsewhere.
+    /// Returns the capsule moved by `to`.
     #[must_use]
     pub fn moved(&self, to: &Isometry3<f64>) -> Self {
         Self {
@@ -86,7 +87,7 @@ impl Fitted {
         }
     }
 
-    /// What it takes up \[m³\].
+    /// Returns its volume \[m³\].
     pub fn volume(&self) -> f64 {
         volume(self.core.vector().norm(), self.radius)
     }
@@ -96,7 +97,7 @@ fn volume(length: f64, radius: f64) -> f64 {
     PI * radius * radius * (length + 4.0 / 3.0 * radius)
 }
 
-/// The smallest around these balls along one of the lines, each given by a point and its direction.
+/// Returns the smallest capsule around these balls along one of the lines, each given by a point and its direction.
 fn smallest(
     lines: &[(Vector3<f64>, Vector3<f64>)],
     balls: impl Iterator<Item = (Vector3<f64>, f64)> + Clone,
@@ -113,7 +114,7 @@ fn smallest(
     lines.iter().filter_map(on).min_by(|one, two| one.volume().total_cmp(&two.volume()))
 }
 
-/// The smallest capsule along a line around these rings: a thicker one may be shorter.
+/// Returns the smallest capsule along a line around these rings: a thicker one may be shorter.
 fn along(origin: &Vector3<f64>, direction: &Vector3<f64>, rings: &[Ring]) -> Fitted {
     let [bottom, top] = span(rings, f64::INFINITY);
     let middle = 0.5 * (bottom + top);
@@ -136,7 +137,7 @@ fn along(origin: &Vector3<f64>, direction: &Vector3<f64>, rings: &[Ring]) -> Fit
     Fitted { core: Segment { ends }, radius }
 }
 
-/// Where the core of a capsule of that radius along the line begins and ends at best; of an infinite one where the rings do.
+/// Returns the best beginning and end of the core of a capsule with this radius along the line; for an infinite radius, those of the rings.
 fn span(rings: &[Ring], radius: f64) -> [f64; 2] {
     let (mut bottom, mut top) = (f64::INFINITY, f64::NEG_INFINITY);
     for ring in rings {
@@ -148,15 +149,15 @@ fn span(rings: &[Ring], radius: f64) -> [f64; 2] {
         };
         (bottom, top) = (bottom.min(ring.along + reach), top.max(ring.along - reach));
     }
-    // A ball is enough: its middle may be anywhere between the two.
+    // A ball is enough: its center may be anywhere between the two.
     if bottom > top { [0.5 * (bottom + top); 2] } else { [bottom, top] }
 }
 
-/// More of them about one joint are taken together as they come.
+/// Capsules of one joint beyond this number are first merged in pairs, in their order.
 const MOST_OF_ONE: usize = 64;
 
-/// The same by the joints that move them, where two of a joint become one if that takes up no more than both, and also, those first that
-/// take up least more, where there are more than `most`.
+/// Merges capsules of the same joint. Two become one if that has no more volume than both. If there are more than `most` capsules, further
+/// ones are merged, those first whose union adds the least volume.
 pub fn merged(mut all: Vec<(usize, Fitted)>, most: usize) -> Vec<(usize, Fitted)> {
     all.sort_by_key(|(joint, _)| *joint);
     let mut groups: Vec<_> = all.chunk_by(|one, two| one.0 == two.0).map(Group::new).collect();
@@ -176,19 +177,19 @@ pub fn merged(mut all: Vec<(usize, Fitted)>, most: usize) -> Vec<(usize, Fitted)
     }
 }
 
-/// What one joint moves.
+/// The capsules that one joint moves.
 struct Group {
     joint: usize,
-    /// Each with a number of its own.
+    /// The capsules, each with a number.
     all: Vec<(usize, Fitted)>,
-    /// Each two of them as one.
+    /// The unions of all pairs.
     unions: Vec<Union>,
 }
 
 struct Union {
     of: [usize; 2],
     whole: Fitted,
-    /// How much more than both it takes up \[m³\].
+    /// The additional volume of the union \[m³\].
     added: f64,
 }
 
@@ -237,7 +238,7 @@ mod tests {
         prop::array::uniform3(-1.0..1.0f64).prop_map(Vector3::from)
     }
 
-    /// How far a point is outside.
+    /// Returns the distance of a point outside of the capsule.
     fn beyond(fitted: &Fitted, point: &Vector3<f64>) -> f64 {
         fitted.core.gap_of(point).distance - fitted.radius
     }
@@ -263,7 +264,7 @@ mod tests {
         }
 
         #[test]
-        fn one_around_two_contains_both(one in capsule(), two in capsule(), toward in vector(), part in 0.0..1.0f64) {
+        fn the_capsule_around_two_contains_both(one in capsule(), two in capsule(), toward in vector(), part in 0.0..1.0f64) {
             let whole = one.with(&two);
             for of in [one, two] {
                 let outermost = of.core.at(part) + of.radius * toward.normalize();
@@ -272,7 +273,7 @@ mod tests {
         }
 
         #[test]
-        fn what_is_merged_contains_all_of_its_joint(all in prop::collection::vec((0..3usize, capsule()), 1..12), most in 3..6usize) {
+        fn merged_capsules_contain_all_of_their_joint(all in prop::collection::vec((0..3usize, capsule()), 1..12), most in 3..6usize) {
             let fewer = merged(all.clone(), most);
             prop_assert!(fewer.len() <= most);
             for (joint, one) in all {
@@ -285,7 +286,7 @@ mod tests {
     }
 
     #[test]
-    fn they_are_as_small_as_the_best_axis_makes_them() {
+    fn capsules_are_as_small_as_the_best_axis_allows() {
         let corners = |x: f64, y: f64, z: f64| -> Vec<_> {
             (0..8)
                 .map(|i| {
@@ -298,10 +299,10 @@ mod tests {
         let long = Fitted::points(&corners(0.02, 0.3, 0.03)).unwrap();
         let along = long.core.vector();
         assert!(along.y.abs() > 0.5 && along.x == 0.0 && along.z == 0.0, "{along}");
-        // Round ends that reach over the corners are thicker, and end sooner.
+        // Round ends that extend over the corners are thicker, and end sooner.
         let plain = volume(0.6, 0.02_f64.hypot(0.03));
         assert!(long.volume() < plain && long.volume() > 0.9 * plain, "{} {plain}", long.volume());
-        // By the derivative: (R² + d²) = 2 (h − d) d + 2 d √(R² + d²), with the ends d before the rims.
+        // The derivative is zero: (R² + d²) = 2 (h − d) d + 2 d √(R² + d²), if the core ends d before the rims.
         let (radius, half) = (0.1_f64, 0.3);
         let rod = Fitted::cylinder(radius, 2.0 * half);
         let d = half - 0.5 * rod.core.vector().norm();
@@ -325,13 +326,13 @@ mod tests {
         let fewer = merged(all, 16);
         let [(1, _), (2, arm)] = fewer[..] else { panic!("{fewer:?}") };
         assert!(arm.volume() < 1.1 * volume(0.3, 0.06), "{arm:?}");
-        // Two that are apart are not.
+        // Two balls that are far apart are not merged.
         let apart = vec![ball(-1.0), ball(1.0)];
         assert_eq!((merged(apart.clone(), 2).len(), merged(apart, 1).len()), (2, 1));
     }
 
     #[test]
-    fn many_are_merged_too() {
+    fn many_capsules_are_merged() {
         let ball = |i: usize| (0, Fitted::ball(&Vector3::new(i as f64, 0.0, 0.0), 0.1));
         assert_eq!(merged((0..1000).map(ball).collect(), 4).len(), 4);
     }

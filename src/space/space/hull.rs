@@ -1,4 +1,4 @@
-//! Convex hulls of points: their faces, and the distance of a point from them. Nothing else knows parry3d and its vectors.
+//! Convex hulls of points: their faces, and the distance of a point from them. Only this module uses parry3d and its vectors.
 
 use nalgebra::{Matrix3, Vector3};
 use parry3d_f64::math::Vector;
@@ -11,13 +11,13 @@ use std::sync::Arc;
 #[derive(Clone, Debug)]
 pub struct Hull {
     faces: Arc<[Face]>,
-    /// A ball around it.
+    /// A bounding ball.
     ball: Ball,
-    /// Its faces are exact to this \[m\].
+    /// The tolerance of its faces \[m\].
     near: f64,
 }
 
-/// A ball that holds what is measured, so that most of it need not be.
+/// A bounding ball, which avoids most distance computations.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Ball {
     /// \[m\]
@@ -35,41 +35,41 @@ impl PartialEq for Hull {
 /// A flat part of the surface.
 #[derive(Clone, Debug, PartialEq)]
 struct Face {
-    /// The direction out of the hull, and one of the corners \[m\].
+    /// The outward normal, and one of the corners \[m\].
     normal: Vector3<f64>,
     corner: Vector3<f64>,
-    /// A ball around it.
+    /// A bounding ball.
     ball: Ball,
-    /// What it is made of, one at least: the corners of each \[m\], counterclockwise as seen from outside.
+    /// Its triangles, at least one: the corners of each \[m\], counterclockwise from outside.
     triangles: Vec<[Vector3<f64>; 3]>,
 }
 
-/// A hull is thicker than this \[m\], and than this part of its length: else it is flat.
+/// Least thickness of a hull \[m\], also as a fraction of its length; a thinner one counts as flat.
 pub(super) const FLAT: f64 = 1e-6;
 
-/// What is no farther from a plane than this part of the hull's length lies in it.
+/// A point lies in a plane if its distance is at most this fraction of the hull's length.
 const EXACT: f64 = 1e-8;
 
-/// A point that is so much farther from a face than from its plane \[m\] is above the face.
+/// A point is above a face if its distance from the face exceeds that from the face's plane by at most this \[m\].
 const TOGETHER: f64 = 1e-12;
 
 impl Hull {
-    /// The hull of `points` \[m\]; none where they lie in a plane, or so nearly that its faces are not found.
+    /// Computes the hull of `points` \[m\]; `None` if they lie in a plane, or so nearly that its faces are not found.
     pub fn of(points: &[Vector3<f64>]) -> Option<Self> {
         let (length, evenly) = spread(points)?;
         let near = EXACT * length;
         let points = apart(points, near);
-        // Which points are corners does not change with the spread, and parry3d takes what is a thousandth thick for flat.
+        // Scaling does not change which points are corners, and without it parry3d takes a hull of a thousandth thickness for flat.
         let even: Vec<_> = points.iter().map(|point| foreign(&(evenly * (point - points[0])))).collect();
         let (corners, numbers) = try_convex_hull(&even).ok()?;
         let known = |corner: &Vector| even.iter().position(|one| one == corner).map(|number| points[number]);
         let corners: Vec<_> = corners.iter().map(known).collect::<Option<_>>()?;
         let mut triangles: Vec<_> =
             numbers.iter().map(|of| of.map(|number| corners[number as usize])).collect();
-        // Of a closed surface, as large to one side as to the other.
+        // The area vectors of a closed surface add up to zero.
         let is_closed = triangles.iter().map(across).sum::<Vector3<f64>>().norm() <= near * length;
         triangles.retain(|it| height(it) > near);
-        // The planes of the largest are the most exact ones.
+        // The planes of the largest triangles are the most exact ones.
         triangles.sort_by(|one, other| across(other).norm().total_cmp(&across(one).norm()));
         let mut faces: Vec<Face> = Vec::new();
         for triangle in triangles {
@@ -88,33 +88,33 @@ impl Hull {
         })
     }
 
-    /// The triangles that its surface is made of: the corners of each \[m\], counterclockwise as seen from outside.
+    /// Yields the triangles of its surface: the corners of each \[m\], counterclockwise from outside.
     pub fn triangles(&self) -> impl Iterator<Item = &[Vector3<f64>; 3]> {
         self.faces.iter().flat_map(|face| &face.triangles)
     }
 
-    /// Both ends of each edge between two faces \[m\].
+    /// Yields both ends of each edge between two faces \[m\].
     pub fn edges(&self) -> impl Iterator<Item = [Vector3<f64>; 2]> {
         self.faces.iter().flat_map(|face| {
             let sides = || face.triangles.iter().flat_map(|[a, b, c]| [[*a, *b], [*b, *c], [*c, *a]]);
-            // Each edge is there twice, to and fro, and so is what is within a face, but in this face both times.
+            // Each edge occurs twice, in opposite directions. An edge inside of a face occurs both times in that face.
             sides().filter(move |[from, to]| {
                 from.iter().lt(to.iter()) && !sides().any(|side| side == [*to, *from])
             })
         })
     }
 
-    /// How far `point` is above the plane of each face \[m\], and the direction out of the hull there.
+    /// Yields the distance of `point` above the plane of each face \[m\], and the outward normal.
     pub(super) fn planes(&self, point: &Vector3<f64>) -> impl Iterator<Item = (f64, Vector3<f64>)> {
         self.faces.iter().map(|face| (face.above(point), face.normal))
     }
 
-    /// What the signed distance of `point` is at least \[m\], which is found at once.
+    /// Returns a lower bound of the signed distance of `point` \[m\], without much computation.
     pub(super) fn at_least(&self, point: &Vector3<f64>) -> f64 {
         self.ball.at_least(point)
     }
 
-    /// The signed distance of `point` \[m\], negative inside, and its gradient.
+    /// Returns the signed distance of `point` \[m\], negative inside, and its gradient.
     pub(super) fn distance(&self, point: &Vector3<f64>) -> (f64, Vector3<f64>) {
         let (mut highest, mut first) = (f64::NEG_INFINITY, &self.faces[0]);
         for face in &*self.faces {
@@ -129,7 +129,7 @@ impl Hull {
         let mut nearest = first.distance(point, highest);
         for face in &*self.faces {
             let above = face.above(point);
-            // No point of a face is nearer than its plane, nor than a ball around it.
+            // No point of a face is nearer than its plane, or than its bounding ball.
             if above > 0.0 && above < nearest.0 && face.ball.at_least(point) < nearest.0 {
                 let next = face.distance(point, above);
                 if next.0 < nearest.0 {
@@ -151,7 +151,7 @@ impl Face {
         self.normal.dot(&(point - self.corner))
     }
 
-    /// The distance of a point that is so far above the plane, and its gradient.
+    /// Returns the distance of a point at this height above the plane, and its gradient.
     fn distance(&self, point: &Vector3<f64>, above: f64) -> (f64, Vector3<f64>) {
         let mut nearest = (f64::INFINITY, self.normal);
         for [a, b, c] in &self.triangles {
@@ -169,7 +169,8 @@ impl Face {
     }
 }
 
-/// How long the cloud of points is \[m\], by half of it at least, and what spreads it alike in all directions; none where they lie in a plane.
+/// Returns an estimate of the length of the point cloud \[m\], at least half of it, and the matrix that scales the cloud to equal extents;
+/// `None` if the points lie in a plane.
 fn spread(points: &[Vector3<f64>]) -> Option<(f64, Matrix3<f64>)> {
     let first = points.first()?;
     let farthest = |far: &dyn Fn(&Vector3<f64>) -> f64| {
@@ -186,9 +187,9 @@ fn spread(points: &[Vector3<f64>]) -> Option<(f64, Matrix3<f64>)> {
     (thick > FLAT * length.max(1.0)).then_some((length, evenly))
 }
 
-/// The points without those that are no farther from another than `near` \[m\]: parry3d loses faces of a hull between such corners.
+/// Removes points within `near` \[m\] of another one: parry3d loses faces of a hull between such corners.
 fn apart(points: &[Vector3<f64>], near: f64) -> Vec<Vector3<f64>> {
-    // Hardly two corners of a machine lie in one plane across this direction.
+    // Two corners of a machine rarely lie in one plane perpendicular to this direction.
     let along = |point: &Vector3<f64>| Vector3::new(0.36, 0.48, 0.8).dot(point);
     let mut points = points.to_vec();
     points.sort_by(|one, other| along(one).total_cmp(&along(other)));
@@ -203,7 +204,7 @@ fn apart(points: &[Vector3<f64>], near: f64) -> Vec<Vector3<f64>> {
 }
 
 impl Ball {
-    /// The ball around these points whose centre is that of their bounds.
+    /// Creates the ball around these points, centered in their bounds.
     fn around(points: &[Vector3<f64>]) -> Self {
         let bound = |of: fn(&Vector3<f64>, &Vector3<f64>) -> Vector3<f64>| {
             points.iter().copied().reduce(|a, b| of(&a, &b)).unwrap_or_default()
@@ -212,18 +213,18 @@ impl Ball {
         Self { center, radius: points.iter().map(|point| (point - center).norm()).fold(0.0, f64::max) }
     }
 
-    /// What the distance of a point from anything inside is at least \[m\].
+    /// Returns a lower bound of the distance of a point from anything inside of the ball \[m\].
     fn at_least(&self, point: &Vector3<f64>) -> f64 {
         (point - self.center).norm() - self.radius
     }
 }
 
-/// Square to a triangle, and as long as it is large, twice \[m²\].
+/// Returns the normal of a triangle, with twice its area as length \[m²\].
 fn across([a, b, c]: &[Vector3<f64>; 3]) -> Vector3<f64> {
     (b - a).cross(&(c - a))
 }
 
-/// The least height of a triangle \[m\].
+/// Returns the least height of a triangle \[m\].
 fn height(triangle: &[Vector3<f64>; 3]) -> f64 {
     let [a, b, c] = triangle;
     across(triangle).norm() / (b - a).norm().max((c - b).norm()).max((a - c).norm())
@@ -244,8 +245,8 @@ mod tests {
     use nalgebra::UnitQuaternion;
     use proptest::prelude::*;
 
-    /// Points anywhere, nearly on a grid (in planes and there twice), around corners nearly twice, on a thin plate, nearly in two planes and
-    /// in one; turned, moved and of any size.
+    /// Yields random points, points nearly on a grid (many of them coplanar or equal), near corners, on a thin plate, nearly in two planes,
+    /// and in one plane; rotated, moved and scaled.
     fn cloud() -> impl Strategy<Value = Vec<Vector3<f64>>> {
         let vector = || prop::array::uniform3(-1.0..1.0f64).prop_map(Vector3::from);
         let points = prop::collection::vec(vector(), 4..100);
@@ -274,10 +275,10 @@ mod tests {
 
     proptest! {
         #[test]
-        fn a_hull_is_as_far_away_as_no_plane_before_its_points_denies(
+        fn the_distance_of_a_hull_agrees_with_separating_planes(
             points in cloud(), directions in prop::collection::vec(prop::array::uniform3(-1.0..1.0f64).prop_map(Vector3::from), 1..20)
         ) {
-            // What lies in a plane has none.
+            // Points in a plane have no hull.
             let Some(hull) = Hull::of(&points) else { return Ok(()) };
             let (length, _) = spread(&points).unwrap();
             let middle = points.iter().sum::<Vector3<f64>>() / points.len() as f64;
@@ -288,10 +289,10 @@ mod tests {
                 let point = middle + length * direction;
                 let (distance, gradient) = hull.distance(&point);
                 prop_assert!((gradient.norm() - 1.0).abs() < 1e-9);
-                // All is behind the plane that is so far away: outside nothing is nearer.
+                // All points are behind the plane at this distance: outside, nothing is nearer.
                 let slack = 1e-6 * length;
                 prop_assert!(reach(&gradient, &point) <= slack - distance, "{distance} {}", reach(&gradient, &point));
-                // Where it says that its surface is, it is: inside nothing is nearer.
+                // The surface is where the distance says: inside, nothing is nearer.
                 let (at_it, _) = hull.distance(&(point - distance * gradient));
                 prop_assert!(at_it.abs() <= slack, "{distance} {at_it}");
                 for other in directions.iter().filter_map(|other| other.try_normalize(1e-3)) {
@@ -311,7 +312,7 @@ mod tests {
             |z: f64| [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1.0, z]].map(Vector3::from);
         assert_eq!(Hull::of(&square(1e-9)), None);
         assert_eq!(Hull::of(&square(0.5).map(|point| 1e-6 * point)), None);
-        // Corners of a floor that is a kilometre long and 2 mm thick.
+        // Corners of a floor 1 km long and 2 mm thick.
         assert!(Hull::of(&square(2e-6).map(|point| 1000.0 * point)).is_some());
     }
 

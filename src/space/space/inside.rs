@@ -1,17 +1,17 @@
-//! Shapes from inside: how far a point is from their edge.
+//! Shapes from inside: the distance of a point from their edge.
 
 use super::{Gap, Shape};
 use nalgebra::Vector3;
 
 impl Shape {
-    /// The gap between a point inside and the edge; its distance is negative outside.
+    /// Returns the gap between a point inside and the edge; its distance is negative outside.
     pub fn gap_inside(&self, point: &Vector3<f64>) -> Gap {
         let (distance, outward) = self.distance(point);
         gap(point, -distance, -outward)
     }
 
-    /// Calls `each` with the gap between a point inside and each face of a box, a cylinder or a hull; of other shapes there is one edge alone, and
-    /// nothing to add to [`gap_inside`](Self::gap_inside).
+    /// Calls `each` with the gap between a point inside and each face of a box, a cylinder or a hull. Other shapes have a single edge, and
+    /// [`gap_inside`](Self::gap_inside) is enough.
     pub(super) fn faces(&self, point: &Vector3<f64>, mut each: impl FnMut(Gap)) {
         let mut between = |half: f64, along: f64, direction: Vector3<f64>| {
             each(gap(point, half - along, -direction));
@@ -39,7 +39,7 @@ impl Shape {
     }
 }
 
-/// The gap of a point whose edge is so far against `normal`.
+/// Returns the gap of a point whose edge is at this distance, opposite to `normal`.
 fn gap(point: &Vector3<f64>, distance: f64, normal: Vector3<f64>) -> Gap {
     Gap { distance, normal, point: *point, other: point - distance * normal }
 }
@@ -60,7 +60,7 @@ mod tests {
                 let mut faces = Vec::new();
                 shape.faces(&point, |gap| faces.push(gap));
                 let nearest = faces.iter().map(|face| face.distance).fold(f64::INFINITY, f64::min);
-                // Beside an edge outside both faces are nearer than it.
+                // Outside, near an edge between two faces, both faces are nearer than the edge.
                 let is_right = if nearest >= 0.0 { (edge.distance - nearest).abs() < 1e-12 } else { edge.distance <= nearest + 1e-12 };
                 prop_assert!(is_right, "{text}: {} {nearest}", edge.distance);
                 for gap in faces.iter().chain([&edge]) {

@@ -1,4 +1,4 @@
-//! What the arm must keep out of, or its tool stay in.
+//! Keep-outs of the arm, and keep-ins of its tool.
 
 use super::solid::{FARTHEST, KeepOutError};
 use super::{Hull, Name, Segment, Shape, Solid};
@@ -8,32 +8,32 @@ use std::fmt;
 use std::ops::RangeInclusive;
 use std::str::FromStr;
 
-/// A solid that the arm must keep out of, or that its tool must stay in, with a name.
+/// A named solid that the arm must keep out of, or that its tool must stay in.
 ///
-/// As a text it is its name, then what [`Solid`] is written as: `table half_space 0 0 1 0.02`.
+/// Its text form is the name followed by the text of the [`Solid`]: `table half_space 0 0 1 0.02`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct KeepOut {
-    /// What it is called.
+    /// Its name.
     pub name: Name,
-    /// Where it is and how large.
+    /// Its shape in the base frame.
     pub shape: Shape,
     solid: Solid,
 }
 
-/// Of how many points a hull is made: it has less than twice as many faces, and all of them may bound a velocity at once.
+/// The allowed numbers of points of a hull. A hull has less than twice as many faces, and all of them may constrain a velocity at once.
 const POINTS: RangeInclusive<usize> = 4..=100;
 
 impl KeepOut {
-    /// That solid in the base frame, by that name.
+    /// Creates a keep-out from a solid in the base frame and a name.
     ///
     /// # Errors
-    /// [`KeepOutError`] for a solid that cannot be one.
+    /// [`KeepOutError`] for an invalid solid.
     pub fn new(name: Name, solid: Solid) -> Result<Self, KeepOutError> {
         let shape = shape(&solid)?;
         Ok(Self { name, shape, solid })
     }
 
-    /// What it is made of.
+    /// Returns its solid.
     pub fn solid(&self) -> &Solid {
         &self.solid
     }
@@ -48,14 +48,14 @@ impl FromStr for KeepOut {
     }
 }
 
-/// As it is read: the same numbers.
+/// Writes the text that is parsed, with the same numbers.
 impl fmt::Display for KeepOut {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{} {}", self.name, self.solid)
     }
 }
 
-/// The shape of a solid that can be one.
+/// Returns the shape of a valid solid.
 fn shape(solid: &Solid) -> Result<Shape, KeepOutError> {
     match solid {
         Solid::HalfSpace { normal, offset } => {
@@ -92,14 +92,14 @@ fn shape(solid: &Solid) -> Result<Shape, KeepOutError> {
     }
 }
 
-/// The frame in the middle of a solid.
+/// Returns the frame in the middle of a solid.
 fn frame(center: &Vector3<f64>, turn: &[f64; 4]) -> Result<Isometry3<f64>, KeepOutError> {
     center.iter().try_for_each(|place| check_place(*place))?;
     let rotation = unit_rotation(*turn).map_err(|_| KeepOutError::Direction)?;
     Ok(Isometry3::from_parts(Translation3::from(*center), rotation))
 }
 
-/// The direction of the axis of a round solid.
+/// Returns the direction of the axis of a round solid.
 fn axis(center: &Vector3<f64>, turn: &[f64; 4], sizes: [f64; 2]) -> Result<Vector3<f64>, KeepOutError> {
     let frame = frame(center, turn)?;
     sizes.into_iter().try_for_each(check_length)?;

@@ -1,4 +1,4 @@
-//! Which pairs of a scene can meet: all but parts of the body that never come apart.
+//! The pairs of a scene that can meet: all except parts of the body that always touch.
 
 use super::placed::Placed;
 use super::scene::{Against, Meeting};
@@ -6,22 +6,21 @@ use super::{Body, Capsule, KeepOut, MOST_CAPSULES, MOST_KEEP_OUTS, Scene, SceneE
 use dq_kinematics::arm::{Chain, JointKind};
 use std::f64::consts::PI;
 
-/// The number of configurations in which pairs are sought that always touch.
+/// The number of configurations in which pairs that always touch are sought.
 const SAMPLES: u32 = 200;
 
-/// What is apart in so many of them at most, 5 %, has nothing to do with how the arm moves (as MoveIt's setup assistant
-/// takes it).
+/// Largest number of samples, 5 %, in which a pair may be apart and still count as always touching (as in MoveIt's setup assistant).
 const SELDOM: u32 = SAMPLES / 20;
 
-/// A joint that slides and has no limits is taken to stay within this \[m\].
+/// The assumed range of a prismatic joint without limits, to each side \[m\].
 const SLIDE: f64 = 3.0;
 
 impl Scene {
-    /// The scene of these arms, whose joints move within these ranges \[rad, prismatic: m\], arm after arm. Two parts of the body that always touch
-    /// are left out.
+    /// Creates the scene of these arms, whose joints move within these ranges \[rad, prismatic: m\], arm after arm. Leaves out pairs of
+    /// body parts that always touch.
     ///
     /// # Errors
-    /// [`SceneError`] where there is more than [`MOST_CAPSULES`] or [`MOST_KEEP_OUTS`].
+    /// [`SceneError`] if there are more than [`MOST_CAPSULES`] capsules or [`MOST_KEEP_OUTS`] keep-outs.
     pub fn new(
         body: Body,
         keep_outs: Vec<KeepOut>,
@@ -47,20 +46,20 @@ impl Scene {
         Ok(scene)
     }
 
-    /// The same, with these to keep out of besides.
+    /// Returns the scene with additional keep-outs.
     ///
     /// # Errors
-    /// [`SceneError`] where that is more than [`MOST_KEEP_OUTS`].
+    /// [`SceneError`] if there are more than [`MOST_KEEP_OUTS`].
     pub fn besides(&self, more: Vec<KeepOut>) -> Result<Self, SceneError> {
         let mut scene = self.clone();
         scene.keep_out_of(more)?;
         Ok(scene)
     }
 
-    /// The same, with the tool of each of these arms, of which a scene is made, to stay in all of `keep_ins`.
+    /// Returns the scene with keep-ins: the tool of each of these arms, which must be those of the scene, must stay in all of `keep_ins`.
     ///
     /// # Errors
-    /// [`SceneError`] where that is more than [`MOST_KEEP_OUTS`], keep-outs counted too.
+    /// [`SceneError`] if there are more than [`MOST_KEEP_OUTS`], including keep-outs.
     pub fn staying_in(
         mut self,
         keep_ins: Vec<KeepOut>,
@@ -82,7 +81,7 @@ impl Scene {
         Ok(self)
     }
 
-    /// How many more may be kept out of.
+    /// Returns how many more keep-outs are possible.
     pub fn room(&self) -> usize {
         MOST_KEEP_OUTS.saturating_sub(self.keep_outs.len() + self.keep_ins.len())
     }
@@ -96,7 +95,8 @@ impl Scene {
         }
     }
 
-    /// Each capsule and each of these: which of them touch says nothing of where the arm is, so that none is left out but what never moves.
+    /// Adds each capsule with each of these keep-outs. Even pairs that touch are kept, because keep-outs do not move with the arm; only
+    /// parts that never move are left out.
     fn keep_out_of(&mut self, more: Vec<KeepOut>) -> Result<(), SceneError> {
         self.check_room(&more)?;
         for keep_out in more {
@@ -118,7 +118,7 @@ impl Scene {
         let capsules = &self.body.capsules;
         for (capsule, of) in capsules.iter().enumerate() {
             for (other, with) in capsules.iter().enumerate().take(capsule) {
-                // Joints that move both do not move one against the other.
+                // Joints that move both do not move one relative to the other.
                 let of_one = self.levers[capsule].iter().zip(&self.levers[other]).enumerate();
                 let levers = of_one.map(|(joint, (one, two))| {
                     let both = of.moved_by.contains(&joint) && with.moved_by.contains(&joint);
@@ -136,7 +136,7 @@ impl Scene {
         }
     }
 
-    /// Leaves out which two capsules cannot be kept apart.
+    /// Leaves out pairs of capsules that cannot be kept apart.
     fn leave_out(&mut self, chains: &[Chain], ranges: &[(f64, f64)]) {
         let mut apart = vec![0_u32; self.meetings.len()];
         let mut placed = Placed::of(self);
@@ -161,7 +161,7 @@ impl Scene {
     }
 }
 
-/// The joint positions of that number, spread evenly over these ranges (Roberts 2018).
+/// Returns the joint positions of sample `number`, spread evenly over these ranges (Roberts 2018).
 fn sample(number: u32, ranges: &[(f64, f64)]) -> Vec<f64> {
     let root = (0..64).fold(1.5_f64, |g, _| (1.0 + g).powf(1.0 / (ranges.len() as f64 + 1.0)));
     let mut step = 1.0;
@@ -173,7 +173,7 @@ fn sample(number: u32, ranges: &[(f64, f64)]) -> Vec<f64> {
     ranges.iter().map(place).collect()
 }
 
-/// For each capsule how far a point of its core is at most from each joint's axis \[m\]; 1 for a joint that slides, 0 for one that does
+/// Returns for each capsule the largest distance of its core from each joint's axis \[m\]; 1 for a prismatic joint, 0 for a joint that does
 /// not move it.
 fn levers(capsules: &[Capsule], chains: &[Chain], ranges: &[(f64, f64)]) -> Vec<Vec<f64>> {
     let origins: Vec<_> = chains.iter().flat_map(Chain::joint_origins).map(|origin| origin.norm()).collect();

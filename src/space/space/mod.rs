@@ -1,11 +1,11 @@
-//! The space around the arm: what it must keep out of, its own body, what its tool must stay in, and how far one is from the other.
+//! The space around the arm: keep-outs, the arm's own body, keep-ins of its tool, and the distances between them.
 //!
 //! ```
 //! use dq_kinematics::arm::{Chain, Convention, DhRow};
 //! use dq_space::space::{Body, KeepOut, Near, Placed, Scene};
 //! let row = |a| DhRow { alpha: 0.0, a, d: 0.0, theta_offset: 0.0 };
 //! let chains = [Chain::new(Convention::ModifiedDh, &[row(0.0), row(0.4), row(0.3)])?];
-//! // Two links of 0.4 m and 0.3 m in a plane, 5 cm thick to each side, and a ball beside them.
+//! Two links of 0.4 m and 0.3 m in a plane, with a radius of 5 cm, and a ball near them.
 //! let ball: KeepOut = "ball sphere 0.9 0.0 0.0 0.1".parse()?;
 //! let scene = Scene::new(Body::along(&chains, 0.05), vec![ball], &chains, &[(-3.0, 3.0); 3])?;
 //! let mut placed = Placed::of(&scene);

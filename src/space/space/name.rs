@@ -1,11 +1,11 @@
-//! Short names that are copied as numbers are.
+//! Short names that are copied like numbers.
 
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::str::FromStr;
 use thiserror::Error;
 
-/// A name has so many bytes at most.
+/// Largest length of a name in bytes.
 pub const LONGEST: usize = 24;
 
 /// A short name of letters, digits and `_ - . /`.
@@ -15,13 +15,13 @@ pub struct Name {
     length: u8,
 }
 
-/// What is no [`Name`].
+/// A text that is not a [`Name`].
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 #[error("{0:?} is no name: expected {expected}", expected = self.expected())]
 pub struct NameError(String);
 
 impl NameError {
-    /// What would be right.
+    /// Returns the expected form.
     pub(super) fn expected(&self) -> String {
         format!("a name of 1 to {LONGEST} letters, digits, '_', '-', '.' or '/'")
     }
@@ -42,9 +42,9 @@ impl FromStr for Name {
 }
 
 impl Name {
-    /// As text.
+    /// Returns the name as text.
     pub fn as_str(&self) -> &str {
-        // It is ASCII by construction.
+        // The bytes are ASCII by construction.
         std::str::from_utf8(&self.bytes[..usize::from(self.length)]).unwrap_or_default()
     }
 }

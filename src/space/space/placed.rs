@@ -1,48 +1,48 @@
-//! A body where its joints are: how far its parts are from what they may meet, and how that changes with the joints.
+//! A body at given joint positions: the gaps between its parts and their surroundings, and the derivatives of these gaps.
 
 use super::scene::{Against, Meeting, travel};
 use super::{Gap, MOST_CAPSULES, MOST_PAIRS, Scene, Segment};
 use dq_kinematics::arm::{Chain, JointKind};
 use nalgebra::{Isometry3, Vector3};
 
-/// A body at some joint positions.
+/// A body at given joint positions.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Placed {
     /// The core of each capsule in the base frame.
     cores: Vec<Segment>,
-    /// The middle of each, and half its length \[m\].
+    /// The center of each core, and half its length \[m\].
     balls: Vec<(Vector3<f64>, f64)>,
-    /// The axis of each joint: its direction, a point of it, and what the joint does.
+    /// The axis of each joint: its direction, a point of it, and the joint's kind.
     axes: Vec<(Vector3<f64>, Vector3<f64>, JointKind)>,
     /// The frame of each link.
     links: Vec<Isometry3<f64>>,
-    /// The gap of each pair without what is around the cores, as it was measured last: as nothing but the body moves, it says what the gap
-    /// is at least wherever the body is.
+    /// The last measured gap of each pair, without the radii around the cores. Only the body moves, so it yields a lower bound of the gap
+    /// at any position of the body.
     measured: Vec<Option<Gap>>,
-    /// How far each part, and two of them against each other, may go at most \[m\].
+    /// The largest travel of each part, and of each pair of parts relative to each other \[m\].
     travels: Vec<f64>,
 }
 
 #[cfg(debug_assertions)]
 thread_local! {
-    /// How many gaps to keep-outs this thread has measured: what a cycle costs, which tests look at.
+    /// The number of gaps to keep-outs that this thread has measured: the cost of a cycle, for tests.
     pub static MEASURED: std::cell::Cell<usize> = const { std::cell::Cell::new(0) };
 }
 
-/// The tools of two arms move too.
+/// The capsules, and the tools of two arms.
 const MOST_PARTS: usize = MOST_CAPSULES + 2;
 
-/// Two that are near each other.
+/// Two parts that are near each other.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Near {
-    /// The pair's number.
+    /// The index of the pair.
     pub pair: usize,
     /// The gap between them.
     pub gap: Gap,
 }
 
 impl Placed {
-    /// The body of `scene`, which is nowhere yet.
+    /// Creates the body of `scene`, without a position yet.
     pub fn of(scene: &Scene) -> Self {
         let mut placed = Self {
             cores: Vec::new(),
@@ -56,7 +56,7 @@ impl Placed {
         placed
     }
 
-    /// No body yet, with room for that of any scene of so many joints.
+    /// Allocates for the body of any scene with this many joints.
     pub fn with_room(joints: usize) -> Self {
         Self {
             cores: Vec::with_capacity(MOST_PARTS),
@@ -68,7 +68,7 @@ impl Placed {
         }
     }
 
-    /// Takes the body of another `scene`, which is nowhere yet. Allocates nothing where there is room.
+    /// Takes the body of another `scene`, without a position yet. Allocates nothing if there is enough capacity.
     pub fn take(&mut self, scene: &Scene) {
         fn put<T>(list: &mut Vec<T>, of: impl Iterator<Item = T>) {
             list.clear();
@@ -106,8 +106,9 @@ impl Placed {
         }
     }
 
-    /// Writes to `near` the pairs of `scene`, in their order, whose gap \[m\] is less than `within` of their [`travel`](Scene::travel) while
-    /// each joint moves by `moves` \[rad, prismatic: m\]; as many as `near` has room for. Only pairs that may be so near are measured.
+    /// Writes to `near` the pairs of `scene`, in their order, whose gap \[m\] is less than `within` of their [`travel`](Scene::travel)
+    /// while each joint moves by `moves` \[rad, prismatic: m\]; at most the capacity of `near`. Only pairs that may be that near are
+    /// measured.
     pub fn near(
         &mut self,
         scene: &Scene,
@@ -131,20 +132,20 @@ impl Placed {
         }
     }
 
-    /// The gap of the pair of that number.
+    /// Returns the gap of the pair with this index.
     pub fn gap_of(&self, scene: &Scene, pair: usize) -> Gap {
         let meeting = &scene.meetings[pair];
         self.core_gap(scene, meeting).less(meeting.radius)
     }
 
-    /// What the gap of a pair is at least by what it was elsewhere, and where, which is found at once; none for a pair of which what it was
-    /// says nothing.
+    /// Returns a lower bound of a pair's gap, and where, from its gap at other positions, without much computation. `None` for pairs whose
+    /// earlier gap yields no bound.
     pub fn gap_at_least(&self, scene: &Scene, near: &Near) -> Option<Gap> {
         let Meeting { capsule, against, .. } = scene.meetings[near.pair];
         matches!(against, Against::KeepOut(_)).then(|| self.cores[capsule].gap_at_least(&near.gap))
     }
 
-    /// What the gap of a pair is at least, which is found at once.
+    /// Returns a lower bound of a pair's gap, without much computation.
     fn at_least(&self, scene: &Scene, pair: usize) -> f64 {
         let meeting = &scene.meetings[pair];
         let (middle, half) = self.balls[meeting.capsule];
@@ -163,7 +164,7 @@ impl Placed {
         distance - meeting.radius
     }
 
-    /// The gap between the core of a pair's capsule and what it may meet, of two capsules between both cores.
+    /// Returns the gap between the core of a pair's capsule and the other part; for two capsules, between both cores.
     fn core_gap(&self, scene: &Scene, meeting: &Meeting) -> Gap {
         #[cfg(debug_assertions)]
         MEASURED.set(MEASURED.get() + usize::from(matches!(meeting.against, Against::KeepOut(_))));
@@ -175,8 +176,8 @@ impl Placed {
         }
     }
 
-    /// Calls `each` with the gaps of the ends of a pair's cores: where two lie along each other, no point alone says how they may move. For
-    /// a tool in a box, a cylinder or a hull it is the gap to each of its faces, of which some may be as near.
+    /// Calls `each` with the gaps at the ends of a pair's cores: if two cores are parallel, a single point does not show how they may move.
+    /// For a tool in a box, a cylinder or a hull, calls it with the gap to each face, because several may be equally near.
     pub fn ends(&self, scene: &Scene, pair: usize, mut each: impl FnMut(Gap)) {
         let meeting = &scene.meetings[pair];
         let core = &self.cores[meeting.capsule];
@@ -197,8 +198,8 @@ impl Placed {
         }
     }
 
-    /// Writes to `slope` by how much a gap of a pair grows with each joint [m/rad, prismatic: m/m] (Faverjon & Tournassoud 1987): the
-    /// normal times the Jacobian of the point, less that of the point of the other capsule.
+    /// Computes the growth of a pair's gap with each joint [m/rad, prismatic: m/m] (Faverjon & Tournassoud 1987): the normal times the
+    /// Jacobian of the point, minus that of the point of the other capsule. Writes it to `slope`.
     pub fn slope(&self, scene: &Scene, pair: usize, gap: &Gap, slope: &mut [f64]) {
         let meeting = &scene.meetings[pair];
         slope.fill(0.0);
@@ -253,7 +254,7 @@ mod tests {
         "tent hull -1 -0.8 -0.4 1 -0.9 -0.3 1 1 -0.4 -1 1 -0.3 -0.8 0.1 1 0.9 0 1.2",
     ];
 
-    /// Two arms of three joints each, of which one slides.
+    /// Returns two arms of three joints each, one of which is prismatic.
     fn chains() -> [Chain; 2] {
         let joint = |kind, xyz: [f64; 3], turn: [f64; 3]| Joint {
             kind,
@@ -281,7 +282,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn slopes_are_what_gaps_do(theta in prop::array::uniform6(-1.5..1.5f64)) {
+        fn slopes_are_the_derivatives_of_gaps(theta in prop::array::uniform6(-1.5..1.5f64)) {
             const STEP: f64 = 1e-5;
             let chains = chains();
             let scene = scene(&chains);
@@ -307,8 +308,8 @@ mod tests {
                 let (less, more) = (beside(-1.0), beside(1.0));
                 for (pair, (less, more)) in less.iter().zip(&more).enumerate() {
                     let difference = (more.distance - less.distance) / (2.0 * STEP);
-                    // Where another edge or another point becomes the nearest one there is no slope, and inside a box, a cylinder or a hull two
-                    // faces may be as near.
+                    // If another edge or point becomes the nearest one, there is a kink; and inside of a box, a cylinder or a hull, two
+                    // faces may be equally near.
                     let is_outside = less.distance + scene.radius(pair) > 1e-3;
                     let is_same =
                         (more.normal - less.normal).norm() < 1e-4 && (more.point - less.point).norm() < 1e-4;
@@ -322,7 +323,7 @@ mod tests {
         }
 
         #[test]
-        fn no_gap_closes_by_more_than_the_joints_may_take_it(
+        fn no_gap_closes_by_more_than_the_travel_of_its_joints(
             theta in prop::array::uniform6(-1.5..1.5f64), moves in prop::array::uniform6(-0.5..0.5f64)
         ) {
             let chains = chains();
@@ -341,9 +342,9 @@ mod tests {
         }
     }
 
-    /// What is said at once of a gap is true, whatever was measured of it before.
+    /// Lower bounds of gaps are correct, whatever was measured before.
     #[test]
-    fn what_is_not_measured_is_not_near() {
+    fn a_pair_that_is_not_measured_is_not_near() {
         let chains = chains();
         let scene = scene(&chains);
         let (mut placed, mut near) = (Placed::of(&scene), Vec::with_capacity(MOST_PAIRS));
@@ -365,7 +366,7 @@ mod tests {
     }
 
     #[test]
-    fn parts_of_the_body_that_touch_wherever_it_is_are_left_out_and_keep_outs_are_not() {
+    fn body_parts_that_always_touch_are_left_out_and_keep_outs_are_not() {
         let chains = chains();
         let all = scene(&chains);
         let words: Vec<_> = all
@@ -379,7 +380,7 @@ mod tests {
             words.contains(&"the link of joint2 and the link of joint1: neighbours".to_owned()),
             "{words:?}"
         );
-        // In the wrong unit it is around the whole arm.
+        // With a length in the wrong unit, the sphere contains the whole arm.
         let floor: KeepOut = "floor sphere 0 0 0 500".parse().unwrap();
         let body = Body::along(&chains[..1], 0.1);
         let moved = body.capsules.iter().filter(|capsule| capsule.joint > 0).count();
@@ -391,7 +392,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_too_much_is_refused_by_name() {
+    fn too_many_keep_outs_are_rejected_by_name() {
         let chains = chains();
         let things = |from: usize, to: usize| {
             (from..to)

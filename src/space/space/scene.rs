@@ -1,23 +1,23 @@
-//! An arm's body among what it must keep out of: which pairs of the two can meet.
+//! A scene: an arm's body, its keep-outs and keep-ins, and the pairs of these that can meet.
 
 use super::{Body, Capsule, KeepOut, Name};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-/// The most capsules that a body may have.
+/// Largest number of capsules of a body.
 pub const MOST_CAPSULES: usize = 32;
-/// The most keep-outs and keep-ins together that a scene may have.
+/// Largest number of keep-outs and keep-ins together in a scene.
 pub const MOST_KEEP_OUTS: usize = 64;
-/// The most pairs that a scene may have: each two capsules, and each capsule with each keep-out.
+/// Largest number of pairs in a scene: each two capsules, and each capsule with each keep-out.
 pub const MOST_PAIRS: usize = MOST_CAPSULES * (MOST_CAPSULES - 1) / 2 + MOST_CAPSULES * MOST_KEEP_OUTS;
 
-/// Why there is no such scene.
+/// Why a scene is invalid.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum SceneError {
-    /// There are more capsules than there may be.
+    /// There are too many capsules.
     #[error("a body of {0} capsules: there may be {MOST_CAPSULES}")]
     Capsules(usize),
-    /// There are more keep-outs than there may be; these have no room.
+    /// There are too many keep-outs; these exceed the limit.
     #[error("there may be {MOST_KEEP_OUTS} keep-outs, keep-ins among them: no room for {}", names(.0))]
     KeepOuts(Vec<Name>),
 }
@@ -26,7 +26,7 @@ fn names(of: &[Name]) -> String {
     of.iter().map(Name::as_str).collect::<Vec<_>>().join(", ")
 }
 
-/// The other part of a pair, by its number, counted from 0.
+/// The other part of a pair, by its index.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Against {
     Capsule(usize),
@@ -38,12 +38,12 @@ pub(super) enum Against {
 /// A pair that may meet.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Meeting {
-    /// A capsule of the body or, counted on, a tool.
+    /// The index of a capsule of the body, or, beyond those, of a tool.
     pub capsule: usize,
     pub against: Against,
-    /// The number of its levers in those of the scene.
+    /// The index of its levers among those of the scene.
     pub levers: usize,
-    /// Both radii together \[m\].
+    /// The sum of both radii \[m\].
     pub radius: f64,
 }
 
@@ -52,20 +52,20 @@ pub(super) struct Meeting {
 pub enum Pair {
     /// Two parts of the body, by the joints that move them, counted from 1, arm after arm; 0 for a base.
     Body(usize, usize),
-    /// A part of the body and what it must keep out of.
+    /// A part of the body and a keep-out.
     KeepOut(usize, Name),
-    /// A tool and what it must stay in.
+    /// A tool and a keep-in.
     KeepIn(Tool, Name),
 }
 
-/// Which tool of a scene.
+/// A tool of a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Tool {
-    /// Of an arm alone.
+    /// The tool of a single arm.
     Only,
-    /// Of the left arm of two.
+    /// The tool of the left arm.
     Left,
-    /// Of the right arm of two.
+    /// The tool of the right arm.
     Right,
 }
 
@@ -87,14 +87,14 @@ impl Tool {
     }
 }
 
-/// A length in words.
+/// Formats a length in millimeters.
 fn millimetres(length: f64) -> String {
     let digits = if length < 1e-3 { 3 } else { 0 };
     format!("{:.digits$} mm", 1e3 * length)
 }
 
 impl Pair {
-    /// The pair in words; `joint` names a joint by its number.
+    /// Describes the pair in words; `joint` names a joint by its number.
     pub fn explain(&self, joint: impl Fn(usize) -> String) -> String {
         let link = |number: usize| match number {
             0 => "the base".to_owned(),
@@ -107,7 +107,7 @@ impl Pair {
         }
     }
 
-    /// The pair in words with its gap \[m\], which is negative where the two are in each other, or the tool is outside.
+    /// Describes the pair and its gap \[m\] in words. The gap is negative if the two overlap, or if the tool is outside of its keep-in.
     pub fn explain_gap(&self, gap: f64, joint: impl Fn(usize) -> String) -> String {
         let (length, is_closed) = (millimetres(gap.abs()), gap < 0.0);
         match self {
@@ -122,19 +122,19 @@ impl Pair {
     }
 }
 
-/// Why a pair is not looked at.
+/// Why a pair is not checked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Why {
-    /// No joint moves one against the other.
+    /// No joint moves one relative to the other.
     Fixed,
-    /// One joint alone moves one against the other, and they meet in it.
+    /// A single joint moves one relative to the other, and they meet in it.
     Neighbours,
     /// Two parts of the body that touch in nearly all configurations.
     Touch,
 }
 
 impl Why {
-    /// In words.
+    /// Describes the reason in words.
     pub fn explain(self) -> &'static str {
         match self {
             Self::Fixed => "no joint between them",
@@ -144,19 +144,19 @@ impl Why {
     }
 }
 
-/// A pair that is not looked at, and why.
+/// A pair that is not checked, and why.
 pub type LeftOut = (Pair, Why);
 
-/// A body and what it must keep out of, tools and what they must stay in, and the pairs that can meet.
+/// A body with its keep-outs, tools with their keep-ins, and the pairs that can meet.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scene {
     pub(super) body: Body,
     pub(super) keep_outs: Vec<KeepOut>,
-    /// A point each.
+    /// The tools, each as a point.
     pub(super) tools: Vec<Capsule>,
     pub(super) keep_ins: Vec<KeepOut>,
-    /// By how much a part moves, or one capsule against another, at most, for each joint's motion [m/rad, prismatic: m/m]: those of
-    /// each capsule first.
+    /// The largest motion of a part, or of one capsule relative to another, per motion of each joint [m/rad, prismatic: m/m]; those of
+    /// single capsules first.
     pub(super) levers: Vec<Vec<f64>>,
     pub(super) meetings: Vec<Meeting>,
     pub(super) left_out: Vec<LeftOut>,
@@ -164,37 +164,37 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// The pairs of the body that are not looked at, and what no joint moves against a keep-out.
+    /// Returns the pairs of the body that are not checked, and keep-outs paired with parts that never move.
     pub fn left_out(&self) -> &[LeftOut] {
         &self.left_out
     }
 
-    /// What is to be kept out of.
+    /// Returns the keep-outs.
     pub fn keep_outs(&self) -> &[KeepOut] {
         &self.keep_outs
     }
 
-    /// What the tool, of two arms each tool, is to stay in, written as keep-outs are.
+    /// Returns the keep-ins of the tool, or of both tools of two arms, in the form of keep-outs.
     pub fn keep_ins(&self) -> &[KeepOut] {
         &self.keep_ins
     }
 
-    /// The body.
+    /// Returns the body.
     pub fn body(&self) -> &Body {
         &self.body
     }
 
-    /// How many pairs are looked at.
+    /// Returns the number of pairs that are checked.
     pub fn pair_count(&self) -> usize {
         self.meetings.len()
     }
 
-    /// How many joints move the body.
+    /// Returns the number of joints that move the body.
     pub fn joint_count(&self) -> usize {
         self.joint_count
     }
 
-    /// The pair of that number.
+    /// Returns the names of the pair with this index.
     pub fn pair(&self, number: usize) -> Pair {
         self.named(&self.meetings[number])
     }
@@ -211,7 +211,7 @@ impl Scene {
         }
     }
 
-    /// What moves with the arms: the capsules of the body, then the tools.
+    /// Yields the parts that move with the arms: the capsules of the body, then the tools.
     pub(super) fn parts(&self) -> impl Iterator<Item = &Capsule> {
         self.body.capsules.iter().chain(&self.tools)
     }
@@ -220,24 +220,25 @@ impl Scene {
         self.body.capsules.get(number).unwrap_or_else(|| &self.tools[number - self.body.capsules.len()])
     }
 
-    /// By how much \[m\] the gap of a pair shrinks at most while each joint moves by so much \[rad, prismatic: m\], to either side.
+    /// Returns how much \[m\] the gap of a pair shrinks at most while each joint moves by `moves` \[rad, prismatic: m\] in either
+    /// direction.
     pub fn travel(&self, number: usize, moves: impl Iterator<Item = f64>) -> f64 {
         travel(&self.levers[self.meetings[number].levers], moves)
     }
 
-    /// Whether the pair is a tool and what it must stay in: along a straight line the gap is nowhere less than at both ends, as the shape is
-    /// convex.
+    /// Returns whether the pair is a tool and its keep-in. Keep-ins are convex, so along a straight line the gap is nowhere less than at
+    /// both ends.
     pub fn is_inside(&self, number: usize) -> bool {
         matches!(self.meetings[number].against, Against::KeepIn(_))
     }
 
-    /// How far the cores of a pair are apart where its gap is 0 \[m\].
+    /// Returns the distance of the cores of a pair if its gap is 0 \[m\].
     pub fn radius(&self, number: usize) -> f64 {
         self.meetings[number].radius
     }
 }
 
-/// How far \[m\] what has these levers moves at most while each joint moves by so much \[rad, prismatic: m\].
+/// Returns the largest motion \[m\] of a part with these levers while each joint moves by `moves` \[rad, prismatic: m\].
 pub(super) fn travel(levers: &[f64], moves: impl Iterator<Item = f64>) -> f64 {
     levers.iter().zip(moves).map(|(lever, by)| lever * by.abs()).sum()
 }

@@ -1,21 +1,21 @@
-//! Straight lines between two points: the cores of capsules.
+//! Line segments: the cores of capsules.
 
 use super::Gap;
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
-/// The straight line between two points \[m\].
+/// The line segment between two points \[m\].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Segment {
     /// Both ends.
     pub ends: [Vector3<f64>; 2],
 }
 
-/// Two points nearer than this \[m\] have no direction between them.
+/// Two points within this distance \[m\] have no direction between them.
 const TOGETHER: f64 = 1e-12;
 
 impl Segment {
-    /// What the gap between this core and a convex shape is at least, and where, if `gap` is that of another core: what is beside lies behind
-    /// the plane that the normal is square to, so that no point of a core is nearer than to that.
+    /// Returns a lower bound of the gap between this core and a convex shape, and where, if `gap` is that of another core. The shape lies
+    /// behind the plane perpendicular to the normal, and no point of a core is nearer to the shape than to that plane.
     pub(super) fn gap_at_least(&self, gap: &Gap) -> Gap {
         let beyond = |point: &Vector3<f64>| gap.distance + gap.normal.dot(&(point - gap.point));
         let [one, other] = self.ends.map(|end| (beyond(&end), end));
@@ -23,41 +23,41 @@ impl Segment {
         Gap { distance, normal: gap.normal, point, other: point - distance * gap.normal }
     }
 
-    /// The one whose middle is `center`, to both sides of it as long as `half` \[m\].
+    /// Creates the segment with the middle `center` that extends by `half` to both sides \[m\].
     pub fn about(center: &Vector3<f64>, half: &Vector3<f64>) -> Self {
         Self { ends: [center - half, center + half] }
     }
 
-    /// The point at this part of the segment, from the first end to the second.
+    /// Returns the point at this fraction of the segment, from the first end to the second.
     pub fn at(&self, part: f64) -> Vector3<f64> {
         self.ends[0] + part * self.vector()
     }
 
-    /// From the first end to the second.
+    /// Returns the vector from the first end to the second.
     pub fn vector(&self) -> Vector3<f64> {
         self.ends[1] - self.ends[0]
     }
 
-    /// A frame in its middle whose z axis points from the first end to the second.
+    /// Returns a frame in its middle whose z axis points from the first end to the second.
     pub fn frame(&self) -> Isometry3<f64> {
         let about_x = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI);
         let turn = UnitQuaternion::rotation_between(&Vector3::z(), &self.vector()).unwrap_or(about_x);
         Isometry3::from_parts(self.at(0.5).into(), turn)
     }
 
-    /// Which part of the segment is nearest to `point`.
+    /// Returns the fraction of the segment at the nearest point to `point`.
     fn part_near(&self, point: &Vector3<f64>) -> f64 {
         let along = self.vector();
         let length = along.norm_squared();
         if length > 0.0 { ((point - self.ends[0]).dot(&along) / length).clamp(0.0, 1.0) } else { 0.0 }
     }
 
-    /// The gap from this segment's nearest point to `point`.
+    /// Returns the gap from this segment's nearest point to `point`.
     pub fn gap_of(&self, point: &Vector3<f64>) -> Gap {
         between(point, &self.at(self.part_near(point)))
     }
 
-    /// The gap between the nearest points of this segment and another (Ericson, Real-Time Collision Detection, 2005, §5.1.9).
+    /// Returns the gap between the nearest points of this segment and another (Ericson, Real-Time Collision Detection, 2005, §5.1.9).
     pub fn gap_to(&self, other: &Self) -> Gap {
         let (one, two, apart) = (self.vector(), other.vector(), self.ends[0] - other.ends[0]);
         let (a, e, b) = (one.norm_squared(), two.norm_squared(), one.dot(&two));
@@ -67,7 +67,7 @@ impl Segment {
         } else {
             0.0
         };
-        // Of lines that are nearly parallel rounding would choose any point: going back and forth once finds a nearest one.
+        // If lines are nearly parallel, rounding makes the point arbitrary; projecting back and forth once finds a nearest one.
         let there = other.part_near(&self.at(part));
         let here = self.part_near(&other.at(there));
         let there = other.part_near(&self.at(here));
@@ -75,7 +75,7 @@ impl Segment {
     }
 }
 
-/// The gap between two points.
+/// Returns the gap between two points.
 fn between(point: &Vector3<f64>, other: &Vector3<f64>) -> Gap {
     let offset = point - other;
     let distance = offset.norm();
@@ -90,7 +90,7 @@ mod tests {
 
     fn segment() -> impl Strategy<Value = Segment> {
         let point = || prop::array::uniform3(-1.0..1.0f64).prop_map(Vector3::from);
-        // Some are points, some parallel to an axis.
+        // Some segments are points, and some are parallel to an axis.
         let end = (point(), point(), 0..4usize).prop_map(|(from, to, kind)| match kind {
             0 => [from, from],
             1 => [from, from + Vector3::x()],

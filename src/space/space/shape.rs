@@ -1,31 +1,31 @@
-//! Solid convex shapes: the signed distance of a point and of a segment from them.
+//! Convex solid shapes: the signed distance of points and segments from them.
 
 use super::{Gap, Hull, Segment};
 use dq_algebra::{Line, Plane};
 use nalgebra::{Isometry3, Vector2, Vector3};
 
-/// A solid convex shape, in the base frame.
+/// A convex solid shape, in the base frame.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Shape {
-    /// All that is behind a plane.
+    /// Everything behind a plane.
     HalfSpace(Plane),
     /// A ball.
     Sphere {
-        /// Its centre \[m\].
+        /// Its center \[m\].
         center: Vector3<f64>,
         /// Its radius \[m\].
         radius: f64,
     },
-    /// All that is near a segment.
+    /// All points within a radius of a segment.
     Capsule {
         /// The segment.
         core: Segment,
-        /// How near \[m\].
+        /// The radius \[m\].
         radius: f64,
     },
     /// A box.
     Box {
-        /// Its middle, and the directions of its edges.
+        /// Its center, and the directions of its edges.
         base_from_box: Isometry3<f64>,
         /// Half the length of each edge \[m\].
         half: Vector3<f64>,
@@ -34,7 +34,7 @@ pub enum Shape {
     Cylinder {
         /// Its axis.
         axis: Line,
-        /// Its middle \[m\].
+        /// Its center \[m\].
         center: Vector3<f64>,
         /// Its radius \[m\].
         radius: f64,
@@ -45,13 +45,13 @@ pub enum Shape {
     Hull(Hull),
 }
 
-/// The distance of a segment is found this exactly \[m\], or in so many steps.
+/// The accuracy of a segment's distance \[m\], and the largest number of steps to find it.
 const EXACT: f64 = 1e-12;
 const STEPS: u32 = 40;
 
 impl Shape {
-    /// The signed distance of `point` \[m\], negative inside, and its gradient, of unit length. As the shape is convex, so is the distance,
-    /// and it changes by no more than the point moves.
+    /// Returns the signed distance of `point` \[m\], negative inside, and its gradient, of unit length. The shape is convex, so the
+    /// distance is convex, too, and it changes by at most the motion of the point.
     pub fn distance(&self, point: &Vector3<f64>) -> (f64, Vector3<f64>) {
         match self {
             Self::HalfSpace(plane) => (plane.distance(point), plane.normal()),
@@ -82,7 +82,7 @@ impl Shape {
         }
     }
 
-    /// What the distance of `point` is at least \[m\], which is found at once whatever the shape is made of.
+    /// Returns a lower bound of the distance of `point` \[m\], without much computation for any shape.
     pub(super) fn at_least(&self, point: &Vector3<f64>) -> f64 {
         match self {
             Self::Hull(hull) => hull.at_least(point),
@@ -90,7 +90,7 @@ impl Shape {
         }
     }
 
-    /// The gap from the shape to the nearest point of `segment`, or to the deepest one inside.
+    /// Returns the gap from the shape to the nearest point of `segment`, or to the deepest one inside.
     pub fn gap_to(&self, segment: &Segment) -> Gap {
         match self {
             Self::Sphere { center, radius } => {
@@ -105,13 +105,14 @@ impl Shape {
         }
     }
 
-    /// The gap at one point.
+    /// Returns the gap at one point.
     pub fn gap_at(&self, point: &Vector3<f64>) -> Gap {
         let (distance, normal) = self.distance(point);
         Gap { distance, normal, point: *point, other: point - distance * normal }
     }
 
-    /// The lowest distance along a segment, where tangents of a convex function meet above which it is nowhere lower (Kelley 1960).
+    /// Returns the lowest distance along a segment. The tangents of the convex distance intersect at a lower bound, at which it is
+    /// evaluated next (Kelley 1960).
     fn lowest(&self, segment: &Segment) -> Gap {
         let along = segment.vector();
         let at = |part: f64| {
@@ -143,14 +144,14 @@ impl Shape {
     }
 }
 
-/// The length of a vector and its direction; of none any direction.
+/// Returns the length of a vector and its direction, which is arbitrary for a zero vector.
 fn length(vector: &Vector3<f64>) -> (f64, Vector3<f64>) {
     let length = vector.norm();
     if length > 0.0 { (length, vector / length) } else { (0.0, Vector3::x()) }
 }
 
-/// The signed distance from what is within 0 of each of some directions square to each other, by how far a point is `beyond` in each, and
-/// its gradient by these.
+/// Returns the signed distance from the set where all components are at most 0, in orthogonal directions, of a point that is `beyond` in
+/// each, and its gradient.
 fn outside<const N: usize>(beyond: &nalgebra::SVector<f64, N>) -> (f64, nalgebra::SVector<f64, N>) {
     let out = beyond.map(|part| part.max(0.0));
     let distance = out.norm();
@@ -211,18 +212,18 @@ mod tests {
             let step = 1e-6;
             let at = |side: f64| shape.distance(&(point + side * step * along));
             let slope = (at(1.0).0 - at(-1.0).0) / (2.0 * step);
-            // Beside an edge inside a box or a hull the gradient turns within the step.
+            // Inside of a box or a hull, near an edge, the gradient changes direction within the step.
             prop_assume!((at(1.0).1 - at(-1.0).1).norm() < 1e-3);
             prop_assert!((slope - gradient.dot(&along)).abs() < 1e-5, "{slope} {}", gradient.dot(&along));
         }
 
         #[test]
-        fn no_point_is_nearer_than_it_is_at_least(shape in shape(), point in vector()) {
+        fn no_point_is_nearer_than_the_lower_bound(shape in shape(), point in vector()) {
             prop_assert!(shape.at_least(&point) <= shape.distance(&point).0 + 1e-9);
         }
 
         #[test]
-        fn no_point_of_a_segment_is_nearer_than_its_gap(shape in shape(), one in vector(), other in vector()) {
+        fn no_point_of_a_segment_is_nearer_than_the_gap(shape in shape(), one in vector(), other in vector()) {
             let segment = Segment { ends: [one, other] };
             let gap = shape.gap_to(&segment);
             for i in 0..=200 {

@@ -1,4 +1,4 @@
-//! Solids by their sizes, as people and messages give them.
+//! Solids by their sizes, as in texts and messages.
 
 use super::hull::FLAT;
 use super::name::NameError;
@@ -7,32 +7,32 @@ use std::fmt;
 use std::str::FromStr;
 use thiserror::Error;
 
-/// Why something is no [`KeepOut`](super::KeepOut).
+/// Why a solid is not valid as a [`KeepOut`](super::KeepOut).
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum KeepOutError {
-    /// A name that cannot be one.
+    /// The name is invalid.
     Name(#[from] NameError),
-    /// A shape that there is not.
+    /// The shape is unknown.
     Shape,
-    /// Not as many numbers as the shape has, or something else among them.
+    /// The shape needs another number of numbers, or something else is among them.
     Numbers {
         /// The shape.
         shape: &'static str,
-        /// Its numbers.
+        /// The description of its numbers.
         numbers: &'static str,
     },
-    /// A length that cannot be one.
+    /// A length is invalid.
     Length(f64),
-    /// A place that is too far away.
+    /// A position is too far away.
     Far(f64),
-    /// A direction or an orientation that is none.
+    /// A direction or an orientation is invalid.
     Direction,
-    /// Points that lie in a plane.
+    /// The points lie in a plane.
     Flat,
 }
 
 impl KeepOutError {
-    /// What would be right.
+    /// Returns the expected form.
     pub fn expected(&self) -> String {
         match self {
             Self::Name(why) => why.expected(),
@@ -59,46 +59,46 @@ impl fmt::Display for KeepOutError {
     }
 }
 
-/// No place is farther away, and nothing longer \[m\].
+/// Largest distance of a position, and largest length \[m\].
 pub(super) const FARTHEST: f64 = 1000.0;
 
-/// The turn of a solid that is not turned: qx qy qz qw.
+/// The orientation of a solid that is not rotated: qx qy qz qw.
 pub const NO_TURN: [f64; 4] = [0.0, 0.0, 0.0, 1.0];
 
-/// A solid as somebody gives it, metres, in a frame that goes with it.
+/// A solid by its sizes, in meters, in its own reference frame.
 ///
-/// It is written as its shape and its numbers: `half_space 0 0 1 0.02` is all that is below 2 cm, by the normal and the offset along it;
-/// `sphere x y z radius`; `box x y z`, then the three lengths; `cylinder x y z radius length` along z; `capsule x y z radius length` along
-/// z, without its round ends; after these three an orientation may follow, `qx qy qz qw`; `hull x y z x y z ...` is the convex hull of 4 to
+/// Its text form is its shape and its numbers. `half_space 0 0 1 0.02` is everything below 2 cm, by the normal and the offset along it.
+/// `sphere x y z radius`. `box x y z` and three lengths. `cylinder x y z radius length` along z. `capsule x y z radius length` along z,
+/// without its round ends. After these three an orientation may follow, `qx qy qz qw`. `hull x y z x y z ...` is the convex hull of 4 to
 /// 100 points.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Solid {
-    /// All that is behind a plane.
+    /// Everything behind a plane.
     HalfSpace {
-        /// Out of the solid, of any length.
+        /// The outward direction, of any length.
         normal: Vector3<f64>,
-        /// How far the plane is from the origin along the normal \[m\].
+        /// The distance of the plane from the origin along the normal \[m\].
         offset: f64,
     },
     /// A ball.
     Sphere {
-        /// Its centre \[m\].
+        /// Its center \[m\].
         center: Vector3<f64>,
         /// Its radius \[m\].
         radius: f64,
     },
     /// A box.
     Box {
-        /// Its middle \[m\].
+        /// Its center \[m\].
         center: Vector3<f64>,
         /// The orientation of its edges, qx qy qz qw.
         turn: [f64; 4],
-        /// How long its edges are \[m\].
+        /// The lengths of its edges \[m\].
         lengths: Vector3<f64>,
     },
     /// A cylinder along its z axis.
     Cylinder {
-        /// Its middle \[m\].
+        /// Its center \[m\].
         center: Vector3<f64>,
         /// Its orientation, qx qy qz qw.
         turn: [f64; 4],
@@ -107,13 +107,13 @@ pub enum Solid {
         /// Its length \[m\].
         length: f64,
     },
-    /// All that is near a segment along its z axis.
+    /// All points within a radius of a segment along its z axis.
     Capsule {
-        /// The middle of the segment \[m\].
+        /// The center of the segment \[m\].
         center: Vector3<f64>,
         /// Its orientation, qx qy qz qw.
         turn: [f64; 4],
-        /// How near \[m\].
+        /// The radius \[m\].
         radius: f64,
         /// The length of the segment \[m\].
         length: f64,
@@ -126,7 +126,7 @@ pub enum Solid {
 }
 
 impl Solid {
-    /// The shapes by their names, with what their numbers are.
+    /// The names of the shapes, with the descriptions of their numbers.
     pub(super) const SHAPES: [(&str, &str); 6] = [
         ("half_space", "normal x y z, offset along it"),
         ("sphere", "x y z radius"),
@@ -136,7 +136,7 @@ impl Solid {
         ("hull", "x y z of 4 to 100 points"),
     ];
 
-    /// The name of its shape.
+    /// Returns the name of its shape.
     pub fn name(&self) -> &'static str {
         let number = match self {
             Self::HalfSpace { .. } => 0,
@@ -149,12 +149,12 @@ impl Solid {
         Self::SHAPES[number].0
     }
 
-    /// The error of numbers that are not those of its shape.
+    /// Returns the error of numbers that do not match its shape.
     pub(super) fn wrong_numbers(&self) -> KeepOutError {
         wrong_numbers(self.name())
     }
 
-    /// It in a frame in which its own frame is there.
+    /// Returns the solid with its frame moved by `by`.
     pub fn moved(&self, by: &Isometry3<f64>) -> Self {
         let place = |point: &Vector3<f64>| by.rotation * point + by.translation.vector;
         let mut moved = self.clone();
@@ -178,7 +178,7 @@ impl Solid {
         moved
     }
 
-    /// Its numbers, as they are written.
+    /// Returns its numbers, in the order of the text form.
     fn numbers(&self) -> Vec<f64> {
         let of =
             |center: &Vector3<f64>, sizes: &[f64], turn: &[f64]| [center.as_slice(), sizes, turn].concat();
@@ -253,9 +253,9 @@ mod tests {
     }
 
     proptest! {
-        /// What is drawn is written to the record of a bag, and read from it: the same to the last bit.
+        /// Keep-outs are recorded in bags as text, and must be equal to the last bit when they are read.
         #[test]
-        fn what_is_written_is_read_as_it_was(numbers in numbers(), turn in prop::array::uniform4(-1.0..1.0f64)) {
+        fn the_text_form_is_exact(numbers in numbers(), turn in prop::array::uniform4(-1.0..1.0f64)) {
             let [x, y, z, a, b, c, ..] = numbers;
             let center = Vector3::new(x, y, z);
             let turn: [f64; 4] = UnitQuaternion::new_normalize(turn.into()).coords.into();
@@ -272,7 +272,7 @@ mod tests {
         }
 
         #[test]
-        fn what_is_moved_is_as_far_from_points_that_move_with_it(numbers in numbers(), at in prop::array::uniform3(-3.0..3.0f64)) {
+        fn a_moved_solid_keeps_its_distance_from_points_that_move_with_it(numbers in numbers(), at in prop::array::uniform3(-3.0..3.0f64)) {
             let [x, y, z, a, b, c, d, e, f, g] = numbers;
             let by = Isometry3::new(Vector3::new(a, b, c), Vector3::new(d, e, f));
             let point = Vector3::from(at);

@@ -1,4 +1,4 @@
-//! The tree of frames: where frames are, when that is known, and what it takes from whoever publishes.
+//! Tests of the frame tree: poses of frames, when they are known, and what the tree accepts from publishers.
 
 use dq_algebra::UnitDualQuaternion;
 use dq_space::frames::{
@@ -8,7 +8,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 use proptest::prelude::*;
 use std::time::Duration;
 
-/// How near is equal.
+/// Tolerance for equality.
 const ALGEBRA: f64 = 1e-13;
 const SECOND: i64 = 1_000_000_000;
 
@@ -33,7 +33,7 @@ fn near(one: &UnitDualQuaternion, other: &UnitDualQuaternion) -> bool {
         || (one.to_vector8() + other.to_vector8()).norm() < 1e-12
 }
 
-/// base -> map (moves from 1 s to 3 s), map -> table (static), base -> tool (moves from 2 s to 4 s).
+/// Returns base -> map (moves from 1 s to 3 s), map -> table (static), base -> tool (moves from 2 s to 4 s).
 fn tree() -> FrameTree {
     let mut tree = FrameTree::default();
     put(&mut tree, ["/base", "map"], SECOND, &pose(1.0, 0.0), false).unwrap();
@@ -48,14 +48,14 @@ fn tree() -> FrameTree {
 fn a_frame_is_found_up_and_down_the_tree_at_its_time() {
     let tree = tree();
     let (map, table) = (pose(1.5, 0.5), pose(0.5, 0.2));
-    // Halfway: the angle and the line each by itself.
+    // Halfway: angle and line are interpolated independently.
     assert!(near(&tree.lookup("base", "map", 2 * SECOND).unwrap(), &map));
     assert!(near(&tree.lookup("base", "/table", 2 * SECOND).unwrap(), &(map * table)));
     assert!(near(&tree.lookup("table", "base", 2 * SECOND).unwrap(), &(map * table).inverse()));
     let tool = pose(0.0, -1.0);
     assert!(near(&tree.lookup("tool", "table", 2 * SECOND).unwrap(), &(tool.inverse() * map * table)));
     assert!(near(&tree.lookup("table", "table", 77).unwrap(), &UnitDualQuaternion::identity()));
-    // 0 is the newest time at which all of the way is known: 3 s here, any there.
+    // 0 stands for the newest time at which the whole path is known: 3 s in the first case, any in the second.
     let tool = pose(2.0, -1.5);
     assert!(near(&tree.lookup("tool", "map", 0).unwrap(), &(tool.inverse() * pose(2.0, 1.0))));
     assert!(near(&tree.lookup("map", "table", 0).unwrap(), &table));
@@ -65,7 +65,7 @@ fn a_frame_is_found_up_and_down_the_tree_at_its_time() {
 }
 
 #[test]
-fn what_is_not_known_is_refused_by_name() {
+fn unknown_frames_and_times_are_reported_by_name() {
     let mut tree = tree();
     put(&mut tree, ["moon", "crater"], 0, &pose(0.0, 0.0), true).unwrap();
     for (base, frame, stamp, label, text) in [
@@ -81,15 +81,15 @@ fn what_is_not_known_is_refused_by_name() {
         assert!(why.to_string().contains(text), "{why}");
         assert_eq!(why.may_pass(), label != "transform_too_old");
     }
-    // Extremes of stamps.
+    // Extreme stamps.
     for stamp in [i64::MIN, i64::MAX] {
         assert!(tree.lookup("base", "map", stamp).is_err());
     }
 }
 
-/// tf2 takes a quaternion whose squared norm is within 10e-3 of 1: people type them with two digits.
+/// tf2 accepts a quaternion whose squared norm is within 10e-3 of 1, because people type two digits.
 #[test]
-fn a_quaternion_of_two_digits_is_one() {
+fn a_quaternion_of_two_digits_is_accepted() {
     let mut tree = FrameTree::default();
     for rotation_xyzw in [[0.0, 0.0, 0.71, 0.71], [0.0, 0.0, 0.0, 0.9951]] {
         let (parent, child, translation) = ("base", "table", [0.0; 3]);
@@ -99,7 +99,7 @@ fn a_quaternion_of_two_digits_is_one() {
 }
 
 #[test]
-fn a_circle_is_none_and_ends_when_it_is_mended() {
+fn a_circle_of_parents_is_an_error_until_it_is_opened() {
     let mut tree = tree();
     put(&mut tree, ["table", "base"], 0, &pose(0.0, 0.0), true).unwrap();
     assert_eq!(tree.lookup("tool", "map", 0), Err(FrameError::Loop("map".to_owned())));
@@ -109,7 +109,7 @@ fn a_circle_is_none_and_ends_when_it_is_mended() {
 }
 
 #[test]
-fn another_parent_or_another_kind_begins_anew() {
+fn another_parent_or_kind_removes_earlier_transforms() {
     let mut tree = tree();
     put(&mut tree, ["table", "tool"], 5 * SECOND, &pose(7.0, 0.0), false).unwrap();
     assert!(matches!(tree.lookup("table", "tool", 3 * SECOND), Err(FrameError::TooOld { .. })));
@@ -121,7 +121,7 @@ fn another_parent_or_another_kind_begins_anew() {
 }
 
 #[test]
-fn what_moves_can_be_forgotten_and_what_stands_stays() {
+fn moving_frames_can_be_removed_and_static_ones_stay() {
     let mut tree = tree();
     tree.forget_moving();
     assert_eq!(tree.lookup("base", "map", 0), Err(FrameError::Unknown("base".to_owned())));
@@ -131,7 +131,7 @@ fn what_moves_can_be_forgotten_and_what_stands_stays() {
 }
 
 #[test]
-fn transforms_come_in_any_order_and_are_kept_for_ten_seconds() {
+fn transforms_may_arrive_in_any_order_and_are_kept_for_ten_seconds() {
     let mut tree = FrameTree::default();
     let frames = ["base", "map"];
     for i in [0, 4, 2, 2, 3, 1, 12, 11] {
@@ -142,7 +142,7 @@ fn transforms_come_in_any_order_and_are_kept_for_ten_seconds() {
     for time in [2.0, 2.5, 3.75, 8.0, 11.0, 11.5, 12.0] {
         assert!((x(&tree, (time * 1e9) as i64).unwrap() - time).abs() < ALGEBRA);
     }
-    // A clock that was set back by an hour, or forward by a year for one message, is not held against it.
+    // A clock may be set back by an hour, or forward by a year for one message.
     put(&mut tree, frames, -3600 * SECOND, &pose(-1.0, 0.0), false).unwrap();
     assert!((x(&tree, 0).unwrap() + 1.0).abs() < ALGEBRA);
     put(&mut tree, frames, 31_536_000 * SECOND, &pose(-2.0, 0.0), false).unwrap();
@@ -155,7 +155,7 @@ fn transforms_come_in_any_order_and_are_kept_for_ten_seconds() {
 }
 
 #[test]
-fn opposite_rotations_have_no_way_between_them_and_break_nothing() {
+fn opposite_rotations_without_a_unique_arc_cause_no_fault() {
     let mut tree = FrameTree::default();
     put(&mut tree, ["base", "map"], SECOND, &pose(0.0, 0.0), false).unwrap();
     put(&mut tree, ["base", "map"], 2 * SECOND, &pose(1.0, std::f64::consts::PI), false).unwrap();
@@ -164,7 +164,7 @@ fn opposite_rotations_have_no_way_between_them_and_break_nothing() {
         assert!((found.real().norm() - 1.0).abs() < ALGEBRA, "{tenth}");
         assert!((found.translation().x - 0.1 * tenth as f64).abs() < ALGEBRA);
     }
-    // The short way, whichever sign the quaternions have.
+    // The shorter arc, whatever the signs of the quaternions.
     put(&mut tree, ["base", "turned"], SECOND, &pose(0.0, 0.2), false).unwrap();
     put(&mut tree, ["base", "turned"], 2 * SECOND, &-pose(0.0, 0.4), false).unwrap();
     let found = tree.lookup("base", "turned", SECOND * 3 / 2).unwrap();
@@ -172,7 +172,7 @@ fn opposite_rotations_have_no_way_between_them_and_break_nothing() {
 }
 
 #[test]
-fn bad_transforms_are_not_taken_and_change_nothing() {
+fn invalid_transforms_are_ignored_and_change_nothing() {
     let mut tree = tree();
     let before = format!("{tree:?}");
     let good = Transform {
@@ -203,7 +203,7 @@ fn bad_transforms_are_not_taken_and_change_nothing() {
 }
 
 #[test]
-fn whoever_publishes_without_end_fills_no_memory_and_ousts_nobody() {
+fn endless_publishing_neither_fills_memory_nor_displaces_others() {
     let mut tree = tree();
     let names: Vec<_> = (0..2000).map(|i| format!("frame{i}")).collect();
     let mut refused = 0;
@@ -218,7 +218,7 @@ fn whoever_publishes_without_end_fills_no_memory_and_ousts_nobody() {
     assert!((tree.lookup("base", "map", 0).unwrap().translation().x - 2999.0).abs() < 1e-9);
     assert!(tree.lookup("base", "map", 4 * SECOND + 1000).is_ok());
     assert!(tree.lookup("base", "map", 4 * SECOND + 999).is_err(), "2000 are kept");
-    // Of all together 100 000 are: then each frame has the room that it had.
+    // All frames together have 100 000; beyond that, each frame keeps its present capacity.
     let mut tree = FrameTree::default();
     for stamp in 0..1500 {
         for name in &names[..100] {
@@ -229,7 +229,7 @@ fn whoever_publishes_without_end_fills_no_memory_and_ousts_nobody() {
     assert!((newest - 1499.0).abs() < 1e-9, "the newest always has room");
     assert!(tree.lookup("base", "frame99", 400).is_err() && tree.lookup("base", "frame99", 520).is_ok());
     assert_eq!(put(&mut tree, ["base", "one more"], 0, &pose(0.0, 0.0), true), Err(Ignored::TooMany));
-    // Names are cut.
+    // Names are shortened.
     let long = "x".repeat(10_000_000);
     let mut tree = FrameTree::default();
     put(&mut tree, ["base", &long], 0, &pose(0.0, 0.0), true).unwrap();
@@ -238,16 +238,16 @@ fn whoever_publishes_without_end_fills_no_memory_and_ousts_nobody() {
 }
 
 proptest! {
-    /// Between the chain as a product of poses and what the tree finds there is no difference but rounding.
+    /// The pose in the tree equals the product of the transforms, except for rounding.
     #[test]
-    fn a_long_way_is_the_product_of_its_transforms(
+    fn a_long_path_is_the_product_of_its_transforms(
         numbers in prop::collection::vec((-1.0..1.0_f64, -3.0..3.0_f64), 2..12),
         split in 0..12_usize,
     ) {
         let mut tree = FrameTree::default();
         let split = split.min(numbers.len() - 1);
         let name = |i: usize| format!("f{i}");
-        // Up to frame `split` the parents are the lower numbers, from there on the higher ones.
+        // Up to frame `split` the parents have the higher numbers, from there on the lower ones.
         let mut expected = UnitDualQuaternion::identity();
         for (i, (x, angle)) in numbers.iter().enumerate() {
             let turn = UnitQuaternion::from_scaled_axis(Vector3::new(*angle, 0.3 * x, -0.5));
@@ -279,7 +279,7 @@ fn numbers(answers: &[Answer]) -> Vec<(u64, Option<&str>)> {
 }
 
 #[test]
-fn a_goal_waits_for_its_transform_and_not_for_ever() {
+fn a_goal_waits_for_its_transform_but_not_forever() {
     let (mut tree, mut waiting) = (tree(), WaitingGoals::default());
     let patience = 500 * MS;
     waiting.add(goal(1, "map", 7 * SECOND / 2), MS);
@@ -290,7 +290,7 @@ fn a_goal_waits_for_its_transform_and_not_for_ever() {
     assert_eq!(waiting.deadline(patience), Some(501 * MS));
     let answers = waiting.look(&tree, "base", 6 * MS, patience);
     assert_eq!(numbers(&answers), [(5, Some("transform_too_old"))], "what cannot pass is said at once");
-    // The newest that is found does away with those before it.
+    // The newest goal that is found replaces those before it.
     put(&mut tree, ["base", "map"], 4 * SECOND, &pose(3.0, 0.0), false).unwrap();
     let answers = waiting.look(&tree, "base", 100 * MS, patience);
     assert_eq!(numbers(&answers), [(1, None), (2, None)]);
@@ -303,7 +303,7 @@ fn a_goal_waits_for_its_transform_and_not_for_ever() {
 }
 
 #[test]
-fn a_goal_that_is_found_does_away_with_older_ones_that_wait_and_a_stop_with_all() {
+fn a_goal_that_is_found_replaces_older_waiting_ones_and_a_stop_removes_all() {
     let (mut tree, mut waiting) = (tree(), WaitingGoals::default());
     waiting.add(goal(1, "map", 9 * SECOND), MS);
     waiting.add(goal(2, "map", 2 * SECOND), MS);
@@ -323,7 +323,7 @@ fn a_goal_that_is_found_does_away_with_older_ones_that_wait_and_a_stop_with_all(
 }
 
 #[test]
-fn a_frame_is_followed_until_it_is_silent_and_again_when_it_is_not() {
+fn a_frame_is_followed_until_it_is_silent_and_again_when_it_is_heard() {
     let (mut tree, patience) = (tree(), 500 * MS);
     let mut followed = Followed::new(goal(1, "table", 0), MS);
     let x = |motion: Option<FrameMotion>| match motion {
@@ -338,7 +338,7 @@ fn a_frame_is_followed_until_it_is_silent_and_again_when_it_is_not() {
     let moved = x(followed.look(&tree, "base", 500 * MS, patience)).unwrap();
     assert!((moved.1 - place(7.0).translation().x).abs() < 1e-12 && moved.0 == 4 * SECOND);
     assert_eq!(followed.deadline(patience), Some(1000 * MS));
-    // The same transform again is no news.
+    // A repeated transform is not a motion.
     put(&mut tree, ["base", "map"], 4 * SECOND, &pose(7.0, 0.0), false).unwrap();
     assert_eq!(followed.look(&tree, "base", 999 * MS, patience), None);
     assert_eq!(followed.look(&tree, "base", 1000 * MS, patience), Some(FrameMotion::Lost));
@@ -348,13 +348,13 @@ fn a_frame_is_followed_until_it_is_silent_and_again_when_it_is_not() {
     );
     put(&mut tree, ["base", "map"], 5 * SECOND, &pose(8.0, 0.0), false).unwrap();
     assert!(x(followed.look(&tree, "base", 2001 * MS, patience)).is_some());
-    // Cut off from the base it is lost too, and found again where it is put back.
+    // A frame that is cut off from the base is lost too, and found again when it is reconnected.
     put(&mut tree, ["moon", "map"], 6 * SECOND, &pose(8.0, 0.0), false).unwrap();
     assert_eq!(followed.look(&tree, "base", 2002 * MS, patience), None);
     assert_eq!(followed.look(&tree, "base", 2600 * MS, patience), Some(FrameMotion::Lost));
     put(&mut tree, ["base", "map"], 0, &pose(1.0, 0.0), true).unwrap();
     assert!(x(followed.look(&tree, "base", 2601 * MS, patience)).is_some());
-    // What never moves is never silent.
+    // A frame that never moves is never silent.
     assert_eq!(followed.look(&tree, "base", 60_000 * MS, patience), None);
     put(&mut tree, ["base", "map"], 0, &pose(2.0, 0.0), true).unwrap();
     let moved = x(followed.look(&tree, "base", 60_001 * MS, patience)).unwrap();

@@ -1,4 +1,4 @@
-//! The arms of the comparison, and the random tasks that they get.
+//! The arms of the comparison, and their random tasks.
 
 use super::CompareError;
 use dq_algebra::UnitDualQuaternion;
@@ -11,22 +11,22 @@ use rand_chacha::rand_core::{Rng, SeedableRng};
 use std::f64::consts::PI;
 use std::path::Path;
 
-/// The built-in arms that are compared: other sizes of them behave alike.
+/// The built-in arms that are compared. Other sizes of them behave similarly.
 const COMPARED: [&str; 5] = ["puma560", "ur5e", "panda", "iiwa14", "xarm6"];
 
-/// An arm with the servo's parameters for it.
+/// An arm with its servo parameters.
 #[derive(Clone, Debug)]
 pub struct Arm {
-    /// Its file's name, without folder and ending.
+    /// The name of its file, without folder and extension.
     pub name: String,
-    /// Its kinematics, joints, limits, and everything else that the servo has.
+    /// Its kinematics, joints, limits, and all other servo parameters.
     pub parameters: ServoParameters,
-    /// What the servo's parameters are made of, and what that is from.
+    /// The values from which the parameters were built, and their source.
     values: Vec<(String, Value)>,
     source: String,
 }
 
-/// From where to where.
+/// A start and a goal.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Task {
     /// Joint angles at the start \[rad\].
@@ -36,19 +36,19 @@ pub struct Task {
 }
 
 impl Arm {
-    /// PUMA 560, UR5e, Panda, iiwa 14 and xArm 6.
+    /// Returns the PUMA 560, UR5e, Panda, iiwa 14 and xArm 6.
     ///
     /// # Errors
-    /// [`CompareError::Config`].
+    /// [`CompareError::Config`] if a parameter file is invalid.
     pub fn builtin() -> Result<Vec<Self>, CompareError> {
         let files = COMPARED.into_iter().filter_map(arm_file);
         files.map(|(name, text)| Self::in_box(name, text)).collect()
     }
 
-    /// The built-in arm of that name, else the one that a parameter file describes.
+    /// Returns the built-in arm with this name, or else the arm of the parameter file at this path.
     ///
     /// # Errors
-    /// [`CompareError::NoArm`], [`CompareError::Config`].
+    /// [`CompareError::NoArm`] or [`CompareError::Config`].
     pub fn named(path: &Path) -> Result<Self, CompareError> {
         if let Some((name, text)) = path.to_str().and_then(arm_file) {
             return Self::in_box(name, text);
@@ -65,31 +65,31 @@ impl Arm {
 
     fn parse(name: &str, text: &str, source: &str) -> Result<Self, CompareError> {
         let mut values = parameters_for(text, source, "/dq_servo")?;
-        // Laws are compared, and not what the servo does where they have stalled.
+        // The laws are compared, not the servo's reconfigurations after a stall.
         values.push(("reconfigure".to_owned(), Value::String(Reconfigure::Never.name().to_owned())));
         Self::of(name, values, source)
     }
 
     fn of(name: &str, values: Vec<(String, Value)>, source: &str) -> Result<Self, CompareError> {
-        // Two of the arms have limits on jerk: the laws are compared under limits of the same kinds.
+        // Two of the arms have jerk limits, which are removed so that all arms have the same kinds of limits.
         let parameters = ServoParameters::from_values(values.clone(), source)?
             .with(|settings| settings.limits.joint_jerk.fill(f64::INFINITY));
         Ok(Self { name: name.to_owned(), parameters, values, source: source.to_owned() })
     }
 
-    /// The same with other values of parameters of the servo.
+    /// Returns the arm with other values of servo parameters.
     ///
     /// # Errors
-    /// [`CompareError::Config`].
+    /// [`CompareError::Config`] if a value is invalid.
     pub fn with(&self, parameters: impl IntoIterator<Item = (String, Value)>) -> Result<Self, CompareError> {
         Self::of(&self.name, self.values.iter().cloned().chain(parameters).collect(), &self.source)
     }
 
-    /// The task of that number: start and goal are poses of joint angles between the position limits, within half a turn either way.
-    /// Each number has a stream of random numbers of its own, so that the order of running does not matter.
+    /// Returns the task with this number. Start and goal are the poses of random joint positions between the position limits, within half a
+    /// turn either way. Each number has its own stream of random numbers, so that the order of runs does not matter.
     ///
     /// # Errors
-    /// None in practice: the angles are as many as the arm has joints.
+    /// Never fails in practice: there is one position per joint.
     pub fn task(&self, seed: u64, number: u32) -> Result<Task, CompareError> {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         random.set_stream(u64::from(number));
@@ -104,15 +104,15 @@ impl Arm {
         Ok(Task { start, base_from_goal: nearer_goal(&goal, &tool) })
     }
 
-    /// The number of joints.
+    /// Returns the number of joints.
     pub fn joint_count(&self) -> usize {
         self.parameters.arms.joint_count()
     }
 }
 
-/// A number between `low` and `high`, evenly.
+/// Returns a uniformly distributed number between `low` and `high`.
 pub(super) fn between(low: f64, high: f64, random: &mut ChaCha8Rng) -> f64 {
-    // The 53 highest bits make a number in [0, 1).
+    // The 53 highest bits are a number in [0, 1).
     let unit = (random.next_u64() >> 11) as f64 / (1_u64 << 53) as f64;
     low + unit * (high - low)
 }

@@ -1,4 +1,4 @@
-//! One closed loop: a law, an arm, a task, a plant.
+//! A closed loop: a law, an arm, a task and a plant.
 
 use super::CompareError;
 use super::arm::{Arm, Task};
@@ -12,56 +12,56 @@ use dq_core::servo::{
 use dq_kinematics::control::{Approach, Controller, SignMemory};
 use std::time::Duration;
 
-/// A loop that has not settled after this time has failed.
+/// Time after which a loop that has not settled has failed.
 pub const HORIZON: Duration = Duration::from_secs(10);
-/// A loop that has been inside the 2 % band for this long has settled.
+/// Time inside of the 2 % band after which a loop has settled.
 const DWELL: Duration = Duration::from_millis(500);
-/// Over this time before the end is judged what a loop that failed was doing.
+/// The last part of a failed loop, in which its behavior is classified.
 const LAST: Duration = Duration::from_secs(1);
-/// Slower than this [rad/s] is standing.
+/// Joint speeds below this [rad/s] count as standing.
 const STANDING: f64 = 1e-2;
-/// Faster than this [rad/s] is out of control.
+/// Joint speeds above this [rad/s] count as out of control.
 const DIVERGED: f64 = 1e4;
 
 named! {
     /// How a loop ended.
     #[derive(Default, PartialOrd, Ord)]
     "outcome" Outcome {
-        /// Within 2 % of the way, or within the goal tolerances, for good.
+        /// The error stays within 2 % of its initial value, or within the goal tolerances.
         #[default]
         Settled = "settled",
-        /// Still coming nearer when the time was up.
+        /// Still getting nearer at the end.
         Slow = "slow",
-        /// Moving, and not coming nearer.
+        /// Moving, but not getting nearer.
         Oscillating = "oscillating",
-        /// Standing somewhere else, in a singular configuration.
+        /// Standing away from the goal in a singular configuration.
         Singular = "singular",
-        /// Standing somewhere else.
+        /// Standing away from the goal.
         Stuck = "stuck",
-        /// Held by a position limit.
+        /// Stopped by a position limit.
         JointLimit = "joint_limit",
-        /// Speeds without bound.
+        /// With unbounded speeds.
         Diverged = "diverged",
     }
 }
 
-/// How a loop ended, and what it was like.
+/// The outcome of a loop, and its figures.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Result {
-    /// How it ended.
+    /// The outcome.
     pub outcome: Outcome,
-    /// Its figures, by the project's one definition of each.
+    /// Its figures, as defined by [`MotionMeter`].
     pub figures: Figures,
 }
 
 impl Result {
-    /// When it had settled \[s\]; none where it has not.
+    /// Returns when it had settled \[s\]; `None` if it has not.
     pub fn settled(&self) -> Option<f64> {
         (self.outcome == Outcome::Settled).then(|| self.figures.settling_time()).flatten()
     }
 }
 
-/// A law and what it sees.
+/// A law without the servo, and its state.
 struct BareLaw {
     arms: Arms,
     controller: Controller,
@@ -70,9 +70,9 @@ struct BareLaw {
     hysteresis: f64,
 }
 
-/// What makes commands of joint states.
+/// Computes commands from joint states.
 enum Driver {
-    /// The law by itself.
+    /// The law alone.
     Law(Box<BareLaw>),
     /// The servo with every safety rule.
     Servo { servo: Box<Servo>, search: Box<Search>, names: Vec<String>, age: Duration },
@@ -84,22 +84,22 @@ pub struct ClosedLoop<'a> {
     pub arm: &'a Arm,
     /// The law with its gains.
     pub controller: Controller,
-    /// How joint states come.
+    /// The imperfections of the joint states.
     pub plant: Plant,
-    /// Whether the servo's limits and all its rules hold, or the law drives the arm by itself.
+    /// Whether the servo with its limits and all rules drives the arm, or the law alone.
     pub limits: bool,
 }
 
 impl ClosedLoop<'_> {
-    /// Runs the task of that number until it has settled, or for [`HORIZON`].
+    /// Runs the task with this number until it has settled, or for [`HORIZON`].
     ///
     /// # Errors
-    /// None in practice: counts of joints fit each other.
+    /// Never fails in practice: the numbers of joints match.
     pub fn run(&self, task: &Task, number: u32) -> std::result::Result<Result, CompareError> {
         Ok(self.run_for(task, number, HORIZON, |_| ())?.0)
     }
 
-    /// The same for `horizon`; with what the servo says in the end. `see` is called with the joint positions \[rad\] of each cycle.
+    /// Runs the task for `horizon`, and also returns the servo's final words. Calls `see` with the joint positions \[rad\] of each cycle.
     pub(super) fn run_for(
         &self,
         task: &Task,
@@ -152,7 +152,7 @@ impl ClosedLoop<'_> {
 }
 
 impl Driver {
-    /// Writes the command for joints that are seen at `seen` \[rad\].
+    /// Writes the command for joints measured at `seen` \[rad\].
     fn drive(
         &mut self,
         goal: &Task,
@@ -189,7 +189,7 @@ impl Driver {
         Ok(())
     }
 
-    /// The arm where it was seen.
+    /// Returns the arm at its last measured positions.
     fn arm(&self) -> Option<&Arms> {
         match self {
             Self::Law(law) => Some(&law.arms),
@@ -197,7 +197,7 @@ impl Driver {
         }
     }
 
-    /// Whether nothing moves any more: a servo that has given its goal up waits for another.
+    /// Returns whether nothing will move anymore: a servo with a stalled goal waits for another.
     fn is_over(&self) -> bool {
         match self {
             Self::Law(_) => false,
@@ -208,7 +208,7 @@ impl Driver {
         }
     }
 
-    /// What the servo says in the end: why it has stalled, or its state, and what is known of another configuration, each in a word.
+    /// Returns the servo's final words: why it has stalled, or its state, and what is known of another configuration.
     fn words(&self) -> String {
         match self {
             Self::Law(_) => String::new(),
@@ -233,10 +233,10 @@ impl Driver {
     }
 }
 
-/// What is measured of the arm itself, not of what is seen of it.
+/// Measures the actual arm, not its joint states.
 struct Watch {
     arms: Arms,
-    /// Where the arm was last \[rad\].
+    /// The last actual positions \[rad\].
     theta: Vec<f64>,
     goal: Task,
     horizon: Duration,
@@ -245,7 +245,7 @@ struct Watch {
     threshold: f64,
     motion: Option<MotionMeter>,
     inside_since: Option<Duration>,
-    /// The least error until [`LAST`] before the time is up, as [`size`](Self::size) has it.
+    /// The least error until [`LAST`] before the end, by [`size`](Self::size).
     least: f64,
     error: GoalError,
 }
@@ -271,7 +271,7 @@ impl Watch {
         }
     }
 
-    /// Adds a cycle; false where the arm is out of control. `evaluated` is the arm at `theta` where somebody has it already.
+    /// Adds a cycle; returns false if the arm is out of control. `evaluated` is the arm at `theta`, if already known.
     fn see(&mut self, evaluated: Option<&Arms>, theta: &[f64], command: &[f64], now: Duration) -> bool {
         if !command.iter().all(|speed| speed.abs() < DIVERGED) {
             return false;
@@ -286,7 +286,7 @@ impl Watch {
         };
         let (pose, goal) = (arm.pose(), self.goal.base_from_goal);
         let (point, goal_point) = (pose.translation(), goal.translation());
-        // The servo may have taken the other sign.
+        // The servo may have chosen the other sign.
         let nearer = if goal.real().dot(&pose.real()) < 0.0 { -goal } else { goal };
         self.error = GoalError::of(self.controller.aim, arm.state(), &nearer);
         let begin = || MotionMeter::begin(now, point, goal_point, &self.error, &self.tolerance);
@@ -300,7 +300,7 @@ impl Watch {
         true
     }
 
-    /// Distance and angle in one number, each by its tolerance.
+    /// Returns distance and angle as one number, each divided by its tolerance.
     fn size(&self) -> f64 {
         self.error.position / self.tolerance.linear + self.error.rotation / self.tolerance.angular
     }
@@ -320,7 +320,7 @@ impl Watch {
         let outcome = match () {
             () if self.inside_since.is_some() => Outcome::Settled,
             () if held => Outcome::JointLimit,
-            // What swings is now and then nearer than a second ago, but not than ever before.
+            // An oscillating error may be below that of a second ago, but not below all earlier ones.
             () if self.size() < 0.98 * self.least => Outcome::Slow,
             () if !standing => Outcome::Oscillating,
             () if self.controller.smallest_singular_value(self.arms.state()) < self.threshold => {

@@ -1,32 +1,32 @@
-//! What lies between the law and the arm: age and noise of the joint states, and whether the servo's limits hold.
+//! The imperfections between law and arm: age and noise of the joint states.
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use std::collections::VecDeque;
 use std::time::Duration;
 
-/// The cycle of every loop: 200 Hz.
+/// The control period of every loop: 200 Hz.
 pub const PERIOD: Duration = Duration::from_millis(5);
 
-/// How the joint states come.
+/// The imperfections of the joint states.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Plant {
-    /// As parts of a name.
+    /// The name, as a part of file names.
     pub name: &'static str,
-    /// Their age, in cycles.
+    /// The age in cycles.
     pub latency: usize,
-    /// Each is off by up to this angle either way \[rad\].
+    /// The largest error of each position in either direction \[rad\].
     pub noise: f64,
 }
 
 impl Plant {
-    /// Whether the arm is seen where it is.
+    /// Returns whether joint states are exact and immediate.
     pub(super) fn is_exact(&self) -> bool {
         self.latency == 0 && self.noise == 0.0
     }
 }
 
-/// One count of an encoder with 13 bits \[rad\].
+/// One count of a 13-bit encoder \[rad\].
 const COUNT: f64 = std::f64::consts::TAU / 8192.0;
 
 /// The plants of the comparison.
@@ -39,7 +39,7 @@ pub const PLANTS: [Plant; 6] = [
     Plant { name: "encoder_noise", latency: 0, noise: COUNT },
 ];
 
-/// Joint states on their way.
+/// Delays joint states and adds noise.
 pub(super) struct Sensor {
     plant: Plant,
     random: ChaCha8Rng,
@@ -48,7 +48,7 @@ pub(super) struct Sensor {
 }
 
 impl Sensor {
-    /// The arm has stood at `start` \[rad\] for long. Noise is that of the task.
+    /// Creates the sensor of an arm that has long stood at `start` \[rad\], with the noise of the task.
     pub fn new(plant: Plant, start: &[f64], task: u32) -> Self {
         let mut random = ChaCha8Rng::seed_from_u64(NOISE_SEED);
         random.set_stream(u64::from(task));
@@ -60,7 +60,7 @@ impl Sensor {
         }
     }
 
-    /// What is seen while the joints are at `theta` \[rad\], one cycle after the call before.
+    /// Returns the measured positions while the joints are at `theta` \[rad\]; call it once per cycle.
     pub fn see(&mut self, theta: &[f64]) -> &[f64] {
         match self.on_the_way.pop_front() {
             Some(mut oldest) => {
@@ -79,5 +79,5 @@ impl Sensor {
     }
 }
 
-/// Apart from the seeds of tasks.
+/// The seed of the noise; it differs from the seeds of tasks.
 const NOISE_SEED: u64 = 0x006e_6f69_7365;

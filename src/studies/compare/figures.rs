@@ -5,10 +5,10 @@ use super::{Findings, Matched};
 use dq_figures::{Axis, Figure, Line, Panel, Series, chart, law_color};
 use dq_kinematics::control::{Law, Map};
 
-/// A curve has at most so many points.
+/// Largest number of points of a curve.
 const POINTS: usize = 200;
 
-/// How the laws settle and what it takes, and how old joint states may be.
+/// Returns the figures: how laws settle, at what cost, and how old joint states may be.
 pub fn figures(findings: &Findings, summary: &Summary) -> [Figure; 3] {
     [
         distributions("compare_laws", "The laws themselves: fresh joint states, no limits", summary, false),
@@ -22,7 +22,7 @@ pub fn figures(findings: &Findings, summary: &Summary) -> [Figure; 3] {
     ]
 }
 
-/// A column for each way to match the gains, so that a figure fits one of a paper's.
+/// Each way to match gains has a column, so that a figure fits a column of a paper.
 fn distributions(name: &str, title: &str, summary: &Summary, limits: bool) -> Figure {
     let row = |what: &str, x: Axis, column: usize| {
         let panel = |matched| {
@@ -43,7 +43,7 @@ fn distributions(name: &str, title: &str, summary: &Summary, limits: bool) -> Fi
     chart(name, title, &rows)
 }
 
-/// The share of all tasks whose value is at most x: where a curve ends below 100 %, tasks failed.
+/// Plots the fraction of all tasks whose value is at most x. If a curve ends below 100 %, tasks failed.
 fn distribution(
     summary: &Summary,
     matched: Matched,
@@ -92,7 +92,7 @@ fn latency(findings: &Findings) -> Figure {
     chart("compare_latency", "Old joint states, gains for equal settling time", &rows)
 }
 
-/// The transposes are dashed.
+/// Laws with the transpose are dashed.
 fn series(law: Law, points: Vec<(f64, f64)>) -> Series {
     let line = if law.map() == Map::Transpose { Line::Dashed } else { Line::Solid };
     Series { name: law.name().to_owned(), color: law_color(law), line, points }

@@ -1,4 +1,4 @@
-//! The file of runs: a line each, in one order, written on all cores, and gone on with after a kill.
+//! The file of runs: one line per run, in a fixed order. All cores compute it, and it is continued after an interruption.
 
 use super::part::Part;
 use super::record::Record;
@@ -9,27 +9,27 @@ use std::io::{BufRead, BufReader, BufWriter, Seek, SeekFrom, Write};
 use std::ops::Range;
 use std::path::Path;
 
-/// So many runs are done at once, then written: what a kill costs at most.
+/// Number of runs that are computed and then written together, which an interruption can lose.
 const BATCH: u64 = 2048;
 
-/// The whole lines of a file of runs.
+/// The complete lines of a file of runs.
 pub(super) struct WholeLines {
     pub count: u64,
     pub bytes: u64,
 }
 
 impl Study {
-    /// Writes the lines of `part` of the runs to the file, going on after those that it has; `done` is called with how many are done.
+    /// Writes the lines of `part` of the runs to the file, continuing after existing lines. Calls `done` with the number of finished runs.
     ///
     /// # Errors
-    /// [`CompareError::File`]; [`CompareError::OtherRuns`] and [`CompareError::Damaged`] for what the file has; as the loops.
+    /// [`CompareError::File`]; [`CompareError::OtherRuns`] and [`CompareError::Damaged`] for existing lines; and the errors of the loops.
     pub fn write(&self, file: &Path, part: Part, done: impl Fn(u64)) -> Result<(), CompareError> {
         let error = |why| CompareError::file(file, why);
         let runs = part.runs(self.run_count());
         let options = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(file);
         let mut lines = options.map_err(error)?;
         let WholeLines { count: have, bytes } = self.check(file, &lines, &runs)?;
-        // What a kill left of a line.
+        // Removes an incomplete line after an interruption.
         lines.set_len(bytes).and_then(|()| lines.seek(SeekFrom::End(0))).map_err(error)?;
         done(have);
         let mut writer = BufWriter::new(lines);
@@ -46,10 +46,10 @@ impl Study {
         Ok(())
     }
 
-    /// Gives `each` all runs, line after line.
+    /// Calls `each` with all runs, line by line.
     ///
     /// # Errors
-    /// [`CompareError::File`], [`CompareError::OtherRuns`], [`CompareError::Damaged`]; [`CompareError::Count`] where runs are missing.
+    /// [`CompareError::File`], [`CompareError::OtherRuns`], [`CompareError::Damaged`]; [`CompareError::Count`] if runs are missing.
     pub fn read(&self, file: &Path, each: impl FnMut(Record<'static>)) -> Result<(), CompareError> {
         let error = |why| CompareError::file(file, why);
         let (lines, expected) = (File::open(file).map_err(error)?, self.run_count());
@@ -61,7 +61,7 @@ impl Study {
         }
     }
 
-    /// Checks the whole lines: the first, the last, and one of each cell must be what this program makes of these runs.
+    /// Checks the complete lines: the first, the last, and one of each cell must equal the program's own results.
     pub(super) fn check(
         &self,
         file: &Path,
@@ -90,7 +90,7 @@ impl Study {
         }
     }
 
-    /// Gives `each` the whole lines, each of which must be of the run that belongs there.
+    /// Calls `each` with the complete lines, after checking that each belongs to the expected run.
     fn lines(
         &self,
         file: &Path,

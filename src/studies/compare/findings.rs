@@ -11,43 +11,43 @@ use super::{
 use dq_kinematics::control::Law;
 use serde::{Deserialize, Serialize};
 
-/// Everything that the page and the tables show.
+/// The data of the page and the tables.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct Findings {
-    /// Tasks for each arm.
+    /// The number of tasks per arm.
     pub tasks: u32,
-    /// Which tasks.
+    /// The seed of the tasks.
     pub seed: u64,
     /// The arms' names.
     pub arms: Vec<String>,
-    /// The cycle of every loop \[s\].
+    /// The control period of every loop \[s\].
     pub period_s: f64,
-    /// A loop that has not settled by then has failed \[s\].
+    /// Time after which a loop that has not settled has failed \[s\].
     pub horizon_s: f64,
-    /// Each law's gains.
+    /// The gains of each law.
     pub gains: Vec<Gain>,
     /// The gains that miss their targets by more than 2 %, and why.
     #[serde(default)]
     pub unmatched: Vec<Unmatched>,
-    /// All runs by cell, for each arm and for all of them.
+    /// All runs by cell, for each arm and for all arms together.
     pub cells: Vec<Cell>,
-    /// Laws two by two on the same tasks.
+    /// Pairwise comparisons of laws on the same tasks.
     pub comparisons: Vec<Comparison>,
-    /// Other programs on the first tasks of each arm, beside the reference law.
+    /// Other programs on the first tasks of each arm, compared with the reference law.
     pub peers: Vec<Peer>,
     /// How old joint states may be.
     pub ageing: Vec<Ageing>,
-    /// What a step costs.
+    /// The time of a step.
     pub step_times: Vec<StepTime>,
-    /// One run of each cell, to see whether a program still does the same.
+    /// One run of each cell, to check whether a program still has the same results.
     pub samples: Vec<Record<'static>>,
 }
 
 impl Findings {
-    /// Of a study, its runs, and those of other programs.
+    /// Computes the findings of a study from its runs and those of other programs.
     ///
     /// # Errors
-    /// As the loops that try older joint states.
+    /// The errors of the loops with older joint states.
     pub fn new(study: &Study, summary: &Summary, peers: &Peers) -> Result<Self, CompareError> {
         let arms: Vec<_> = study.arms.iter().map(|arm| arm.name.clone()).collect();
         Ok(Self {
@@ -67,13 +67,13 @@ impl Findings {
         })
     }
 
-    /// The runs of a law on an arm, or on all of them.
+    /// Returns the runs of a law on an arm, or on all arms.
     pub fn cell(&self, matched: Matched, law: Law, arm: &str, limits: bool, plant: &str) -> Option<&Cell> {
         let key = Key::new(matched, law, arm, limits, plant);
         self.cells.iter().find(|cell| cell.key == key)
     }
 
-    /// How the law of the name `law` differs from `other` in what was compared of the two.
+    /// Returns how the law with the name `law` differs from `other`, if this was compared.
     pub fn comparison(
         &self,
         quantity: Quantity,
@@ -90,13 +90,13 @@ impl Findings {
         between(law, other).cloned().or_else(|| between(other, law).map(Comparison::reversed))
     }
 
-    /// The least and the greatest gain of a law on the arms [1/s].
+    /// Returns the smallest and the largest gain of a law on the arms [1/s].
     pub fn gain_range(&self, matched: Matched, law: Law) -> (f64, f64) {
         let gains = self.gains.iter().filter(|gain| gain.matched == matched && gain.law == law.name());
         gains.fold((f64::INFINITY, 0.0), |(low, high), gain| (low.min(gain.gain), high.max(gain.gain)))
     }
 
-    /// By how much \[%\] the gains of these laws miss their targets at most; none where a law fails more than half of the tasks.
+    /// Returns by how much \[%\] the gains of these laws miss their targets at most; `None` if a law fails more than half of the tasks.
     pub fn most_off(&self, matched: Matched, of: impl Fn(Law) -> bool) -> Option<f64> {
         let laws: Vec<_> = Law::all().filter(|law| of(*law)).map(|law| law.name()).collect();
         let mut gains =
@@ -106,18 +106,18 @@ impl Findings {
         })
     }
 
-    /// Whether a law's gain was matched on every arm.
+    /// Returns whether a law's gain was matched on every arm.
     pub fn is_matched(&self, matched: Matched, law: Law) -> bool {
         let mut gains = self.gains.iter().filter(|gain| gain.matched == matched && gain.law == law.name());
         gains.all(Gain::is_matched)
     }
 
-    /// How old joint states may be for a law.
+    /// Returns how old joint states may be for a law.
     pub fn ageing(&self, law: Law, limits: bool) -> Option<&Ageing> {
         self.ageing.iter().find(|ageing| ageing.law == law.name() && ageing.limits == limits)
     }
 
-    /// Median time of a step \[ns\].
+    /// Returns the median time of a step \[ns\].
     pub fn step_ns(&self, law: Law) -> Option<f64> {
         self.step_times.iter().find(|time| time.law == law.name()).map(|time| time.ns[0])
     }

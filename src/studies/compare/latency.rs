@@ -1,4 +1,4 @@
-//! How old joint states may be.
+//! Determines how old joint states may be.
 
 use super::closed_loop::{ClosedLoop, Outcome};
 use super::conditions::{PERIOD, PLANTS, Plant};
@@ -11,87 +11,87 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-/// Ages that are tried, in cycles: half octaves from 5 ms to 0.32 s.
+/// The ages to try, in cycles: half octaves from 5 ms to 0.32 s.
 const AGES: [usize; 12] = [1, 2, 3, 4, 6, 8, 11, 16, 23, 32, 45, 64];
-/// An age holds where so many of the tasks that settle with fresh joint states settle \[%\].
+/// Least percentage of the tasks that settle with fresh joint states which must settle at an acceptable age.
 const HOLDS: f64 = 95.0;
-/// An age is tried on the first so many tasks of each arm, and on all where these leave any doubt.
+/// Number of tasks of each arm on which an age is tried first; if the result is in doubt, all tasks follow.
 pub(super) const FIRST: u32 = 400;
-/// They leave none where 95 % is outside of the interval by this quantile of the normal distribution: p < 1e-4.
+/// The quantile of the normal distribution by which 95 % must be outside of the interval to leave no doubt: p < 1e-4.
 const NO_DOUBT: f64 = 4.0;
 
-/// A law at the age of joint states at which it begins to fail.
+/// The age of joint states at which a law begins to fail.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct Ageing {
     /// The law's name.
     pub law: String,
-    /// Whether the servo's limits held.
+    /// Whether the servo's limits were on.
     pub limits: bool,
-    /// How many tasks of all arms settle with fresh joint states.
+    /// The number of tasks of all arms that settle with fresh joint states.
     pub tasks: usize,
-    /// Age \[ms\], and of these tasks the share \[%\] that settles with joint states so old: of the ages that were tried.
+    /// For each tried age \[ms\], the percentage of these tasks that settle with joint states of that age.
     pub settled_percent: Vec<(f64, Interval)>,
-    /// The greatest age \[ms\] at which at least 95 % of them settle; 0 for none.
+    /// The largest age \[ms\] at which at least 95 % of them settle; 0 if none.
     pub holds_up_to_ms: f64,
-    /// The greatest age \[ms\] at which that is sure: the share's interval lies above.
+    /// The largest age \[ms\] at which this is certain, because the interval lies above.
     pub low_ms: f64,
-    /// The least age \[ms\] at which it is sure not to be so; none where the tried ages end before.
+    /// The least age \[ms\] at which the opposite is certain; `None` if it exceeds the tried ages.
     pub high_ms: Option<f64>,
 }
 
 impl Ageing {
-    /// Whether it holds at every age that was tried, and maybe beyond.
+    /// Returns whether the law copes with every age that was tried.
     pub fn holds_to_the_end(&self) -> bool {
         let oldest = AGES.last().map_or(0.0, |age| age_ms(*age));
         self.holds_up_to_ms >= oldest
     }
 }
 
-/// \[ms\]
+/// Converts cycles to \[ms\].
 fn age_ms(cycles: usize) -> f64 {
     1e3 * PERIOD.as_secs_f64() * cycles as f64
 }
 
-/// The comparison's plant whose joint states have that age \[cycles\], and nothing else that is not ideal.
+/// Returns the plant of the comparison with joint states of this age \[cycles\], and no other imperfection.
 fn known(age: usize) -> Option<&'static Plant> {
     PLANTS.iter().find(|plant| plant.latency == age && plant.noise == 0.0)
 }
 
-/// Every law, with its gain for equal settling time, without and with limits.
+/// Determines the ages for every law, with its gain for equal settling time, without and with limits.
 ///
 /// # Errors
-/// As the loops.
+/// The errors of the loops.
 pub(super) fn ageing(study: &Study, summary: &Summary) -> Result<Vec<Ageing>, CompareError> {
     let each = Law::all().flat_map(|law| [false, true].map(|limits| (law, limits)));
     each.map(|(law, limits)| Ages { study, summary, law, limits, tried: BTreeMap::new() }.find()).collect()
 }
 
-/// A task by its arm's place and its number.
+/// A task, by the index of its arm and its number.
 #[derive(Clone, Copy)]
 struct ArmTask {
     arm: usize,
     number: u32,
 }
 
-/// How many tasks settle, and of how many.
+/// The number of tasks that settle, and the number of tasks.
 struct Count {
     settled: usize,
     of: usize,
 }
 
-/// A law at the ages that were tried.
+/// The ages that were tried for a law.
 struct Ages<'a> {
     study: &'a Study,
     summary: &'a Summary,
     law: Law,
     limits: bool,
-    /// By their places in [`AGES`].
+    /// The results by index in [`AGES`].
     tried: BTreeMap<usize, Interval>,
 }
 
 impl Ages<'_> {
-    /// Looks for the age by halves, as fewer tasks settle the older joint states are, and from there for where that is sure. The ages of
-    /// the comparison's plants come first: what they show is known.
+    /// Finds the age by bisection, because fewer tasks settle the older joint states are; from there finds the ages at which the result is
+    /// certain. The ages of the comparison's plants come first, because their results are known.
     fn find(mut self) -> Result<Ageing, CompareError> {
         let (mut holds, mut fails) = (0, AGES.len());
         for place in (0..AGES.len()).filter(|place| known(AGES[*place]).is_some()) {
@@ -101,7 +101,7 @@ impl Ages<'_> {
             }
             holds = place + 1;
         }
-        // Before the place `holds` it holds, from `fails` on it does not.
+        // Ages before index `holds` are acceptable, those from `fails` on are not.
         while holds < fails {
             let middle = usize::midpoint(holds, fails);
             if self.share(middle)?.value >= HOLDS { holds = middle + 1 } else { fails = middle }
@@ -126,21 +126,21 @@ impl Ages<'_> {
         })
     }
 
-    /// The tasks that settle with fresh joint states, of these numbers.
+    /// Yields the tasks with these numbers that settle with fresh joint states.
     fn settling(&self, numbers: Range<u32>) -> impl Iterator<Item = ArmTask> + '_ {
         let tasks = move |arm| numbers.clone().map(move |number| ArmTask { arm, number });
         let tasks = (0..self.study.arms.len()).flat_map(tasks);
         tasks.filter(|task| self.settles(*task, "ideal") == Some(true))
     }
 
-    /// Whether a task settles behind one of the comparison's plants.
+    /// Returns whether a task settles with one of the comparison's plants.
     fn settles(&self, task: ArmTask, plant: &str) -> Option<bool> {
         let arm = &self.study.arms[task.arm].name;
         let key = Key::new(Matched::SettlingTime, self.law, arm, self.limits, plant);
         self.summary.rows(&key).get(task.number as usize).map(Option::is_some)
     }
 
-    /// Of these the share that settles with joint states of that age.
+    /// Returns the percentage of these tasks that settle with joint states of this age.
     fn share(&mut self, place: usize) -> Result<Interval, CompareError> {
         if let Some(share) = self.tried.get(&place) {
             return Ok(*share);
@@ -157,7 +157,7 @@ impl Ages<'_> {
         Ok(share)
     }
 
-    /// Counts the tasks of these numbers that settle with joint states of that age \[cycles\].
+    /// Counts the tasks with these numbers that settle with joint states of this age \[cycles\].
     fn count(&self, age: usize, numbers: Range<u32>) -> Result<Count, CompareError> {
         let plant = Plant { name: "latency", latency: age, noise: 0.0 };
         let settles = |task: ArmTask| {

@@ -1,4 +1,4 @@
-//! Gains at which laws are fairly compared: each settles in the same time, or moves at the same peak speed.
+//! Chooses gains for a fair comparison: all laws settle in the same time, or move at the same peak speed.
 
 use super::CompareError;
 use super::arm::{Arm, Task};
@@ -10,11 +10,11 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 named! {
-    /// What of the laws is made equal.
+    /// The quantity that is made equal among laws.
     #[derive(Deserialize, Serialize)]
     #[serde(rename_all = "snake_case")]
     "matched" Matched {
-        /// The median settling time; a task that failed took for ever.
+        /// The median settling time; that of a failed task is infinite.
         SettlingTime = "settling_time",
         /// The median peak joint speed.
         PeakSpeed = "peak_speed",
@@ -22,66 +22,66 @@ named! {
 }
 
 impl Matched {
-    /// Both.
+    /// Both quantities.
     pub const ALL: [Self; 2] = [Self::SettlingTime, Self::PeakSpeed];
 }
 
-/// The law that the others are made equal to, and its gain [1/s].
+/// The reference law and its gain [1/s], to which the others are matched.
 pub const REFERENCE: (Law, f64) = (Law::Logc, 2.0);
 
-/// All laws but the reference.
+/// Yields all laws except the reference.
 pub(super) fn others() -> impl Iterator<Item = Law> {
     Law::all().filter(|law| *law != REFERENCE.0)
 }
 
-/// On how many tasks gains are chosen, and on how many others the choice is judged: as many as it takes for [`CLOSE`] in the settling times
-/// of laws with the damped inverse. Peak speeds differ so much from task to task that it would take ten times as many.
+/// Number of tasks on which gains are chosen, and number of other tasks on which the choice is judged: enough for [`CLOSE`] in the settling
+/// times of laws with the damped inverse. Peak speeds vary so much among tasks that they would need ten times as many.
 pub(super) const PILOTS: usize = 1024;
-/// So many of the pilot tasks are enough to look for the neighbourhood of a gain.
+/// Number of pilot tasks for the coarse search of a gain.
 const FEW: usize = 48;
-/// Apart from the seeds of tasks, and from each other.
+/// The seeds of the pilot and the judging tasks, which differ from those of the other tasks.
 const PILOT_SEED: u64 = 0x0070_696c_6f74;
 const JUDGE_SEED: u64 = 0x6a75_6467_6573;
-/// Targets are the same where they differ by no more than this part, which is rounding.
+/// Relative difference up to which two targets are the same, except for rounding.
 const ROUNDING: f64 = 1e-6;
-/// A gain is matched where it gives the target to this part of it.
+/// Relative error of the target up to which a gain is matched.
 pub(super) const CLOSE: f64 = 0.02;
-/// On its own tasks it is chosen to this part; settling times come in cycles of a four hundredth of the target.
+/// Relative accuracy of the choice on the pilot tasks. Settling times are multiples of a cycle, a four hundredth of the target.
 const CHOSEN: f64 = 0.003;
-/// No gain above this is tried [1/s].
+/// Largest gain that is tried [1/s].
 const HIGHEST: f64 = 1e4;
 
 /// The gain of a law on an arm.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct Gain {
-    /// What is equal.
+    /// The quantity that is equal.
     pub matched: Matched,
     /// The law's name.
     pub law: String,
     /// The arm's name.
     pub arm: String,
-    /// The gain [1/s], as `Controller::with_law` takes it.
+    /// The gain [1/s], as an argument of `Controller::with_law`.
     pub gain: f64,
-    /// What the reference gives on tasks on which no gain was chosen: \[s\] or [rad/s].
+    /// The reference's value on tasks that were not used to choose gains: \[s\] or [rad/s].
     pub target: f64,
-    /// What this gain gives on the same tasks; nothing where more than half of them fail.
+    /// The value of this gain on the same tasks; `None` if more than half of them fail.
     pub reached: Option<f64>,
 }
 
 impl Gain {
-    /// Whether the target was reached, to 2 %, on other tasks than the gain was chosen on.
+    /// Returns whether the target was reached within 2 %, on other tasks than those used to choose the gain.
     pub fn is_matched(&self) -> bool {
         self.reached.is_some_and(|reached| (reached / self.target - 1.0).abs() < CLOSE)
     }
 }
 
-/// Tasks of an arm that no comparison uses, on which gains are chosen or the choice is judged.
+/// Tasks of an arm that no comparison uses, to choose gains or to judge the choice.
 pub(super) struct Tasks<'a> {
     arm: &'a Arm,
     tasks: Vec<Task>,
 }
 
-/// What is made equal, on some tasks.
+/// The medians of the quantities over some tasks.
 #[derive(Clone, Copy, Debug)]
 struct Medians {
     settling_time: f64,
@@ -97,7 +97,7 @@ impl Medians {
     }
 }
 
-/// What is made equal, in each of some tasks, in ascending order.
+/// The quantities of each of some tasks, in ascending order.
 pub(super) struct Sorted {
     settling_time: Vec<f64>,
     peak_speed: Vec<f64>,
@@ -118,19 +118,19 @@ impl<'a> Tasks<'a> {
         Ok(Self { arm, tasks: tasks.collect::<Result<_, _>>()? })
     }
 
-    /// Those on which the choice is judged.
+    /// Creates the tasks that judge the choice.
     pub fn judges(arm: &'a Arm) -> Result<Self, CompareError> {
         Self::new(arm, JUDGE_SEED)
     }
 
-    /// What `law` with `gain` gives on the first `count` tasks.
+    /// Returns the medians of `law` with `gain` on the first `count` tasks.
     fn medians(&self, law: Law, gain: f64, count: usize) -> Result<Medians, CompareError> {
         let runs = self.sorted(law, gain, count)?;
         let median = |matched: Matched| runs.of(matched)[count / 2];
         Ok(Medians { settling_time: median(Matched::SettlingTime), peak_speed: median(Matched::PeakSpeed) })
     }
 
-    /// What `law` with `gain` does in each of the first `count` tasks, in ascending order.
+    /// Returns the quantities of `law` with `gain` on the first `count` tasks, in ascending order.
     pub fn sorted(&self, law: Law, gain: f64, count: usize) -> Result<Sorted, CompareError> {
         let controller = self.arm.parameters.settings.controller.with_law(law, gain);
         let closed_loop = ClosedLoop { arm: self.arm, controller, plant: PLANTS[0], limits: false };
@@ -153,11 +153,11 @@ impl<'a> Tasks<'a> {
     }
 }
 
-/// The gain at which a law of any kind, one that is on no list among them, has the median settling time of the reference on an arm, over
-/// tasks that no comparison uses: a few of them, as this is for a look.
+/// Returns the gain at which a law, even an unregistered one, has the reference's median settling time on an arm. It is computed on a few
+/// tasks that no comparison uses, for a quick look.
 ///
 /// # Errors
-/// As the loops.
+/// The errors of the loops.
 pub fn settling_gain(arm: &Arm, law: Law) -> Result<f64, CompareError> {
     let pilots = Tasks::new(arm, PILOT_SEED)?;
     let matched = Matched::SettlingTime;
@@ -166,10 +166,10 @@ pub fn settling_gain(arm: &Arm, law: Law) -> Result<f64, CompareError> {
     search.fine(search.coarse()?)
 }
 
-/// Chooses the gains of an arm, each law's for each way to match them.
+/// Chooses the gains of all laws on an arm, for each way to match them.
 ///
 /// # Errors
-/// As the loops.
+/// The errors of the loops.
 pub(super) fn gains(arm: &Arm, chosen: impl Fn()) -> Result<Vec<Gain>, CompareError> {
     let (pilots, judges) = (Tasks::new(arm, PILOT_SEED)?, Tasks::judges(arm)?);
     let (few, all, judged) = (
@@ -199,10 +199,10 @@ pub(super) fn gains(arm: &Arm, chosen: impl Fn()) -> Result<Vec<Gain>, CompareEr
     Matched::ALL.into_iter().flat_map(|matched| Law::all().map(move |law| gain(matched, law))).collect()
 }
 
-/// Whether these are gains of all laws on these arms, and their targets are what this program measures.
+/// Returns whether these are gains of all laws on these arms, with the targets that this program measures.
 ///
 /// # Errors
-/// As the loops.
+/// The errors of the loops.
 pub(super) fn are_gains_of(arms: &[Arm], kept: &[Gain]) -> Result<bool, CompareError> {
     let mut kept = kept.iter();
     for arm in arms {
@@ -222,7 +222,7 @@ pub(super) fn are_gains_of(arms: &[Arm], kept: &[Gain]) -> Result<bool, CompareE
     Ok(kept.next().is_none())
 }
 
-/// A search for the gain at which a law gives `target` on the first `count` pilot tasks.
+/// A search for the gain at which a law has the value `target` on the first `count` pilot tasks.
 struct Search<'a> {
     pilots: &'a Tasks<'a>,
     law: Law,
@@ -236,11 +236,11 @@ impl Search<'_> {
         Ok(self.pilots.medians(self.law, gain, self.count)?.of(self.matched))
     }
 
-    /// Doubles or halves the gain until the target lies between two, then halves that step. Where no gain reaches it, as the
-    /// loop goes unstable before, the best of those tried.
+    /// Doubles or halves the gain until the target lies between two gains, then halves that step. If no gain reaches the target, because
+    /// the loop becomes unstable first, returns the best of those tried.
     fn coarse(&self) -> Result<f64, CompareError> {
         let mut tried = Vec::new();
-        // True where the gain is high enough.
+        // Returns true if the gain is high enough.
         let mut enough = |gain: f64| {
             let median = self.median(gain)?;
             tried.push((gain, (median - self.target).abs()));
@@ -265,8 +265,8 @@ impl Search<'_> {
         Ok(best.map_or(gain, |(gain, _)| *gain))
     }
 
-    /// The best of a few gains from `near` on. With k times the gain a law goes the same way k times as fast, but for the cycle and a
-    /// limit to the gain: so each step is by the ratio that is missing.
+    /// Returns the best of a few gains from `near` on. With k times the gain a law follows the same path k times as fast, except for the
+    /// effects of the control period and of gain limits. So each step multiplies the gain by the missing ratio.
     fn fine(&self, near: f64) -> Result<f64, CompareError> {
         const STEPS: usize = 5;
         let (mut gain, mut best) = (near, (f64::INFINITY, near));
@@ -276,7 +276,7 @@ impl Search<'_> {
                 (Matched::PeakSpeed, median) => self.target / median,
             };
             let off = missing.ln().abs();
-            // One that comes no nearer goes unstable before.
+            // A gain that does not improve is unstable.
             if off >= best.0 {
                 break;
             }

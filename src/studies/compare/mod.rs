@@ -1,6 +1,6 @@
-//! The laws compared with each other: on many arms, tasks and plants, with gains that make them comparable.
+//! Compares the laws on many arms, tasks and plants, with gains that make them comparable.
 //!
-//! `dq_servo compare` is this room's command; what its last long run found is the page [`what_the_laws_do`].
+//! `dq_servo compare` is the command of this module; the page [`what_the_laws_do`] has the results of its last long run.
 
 mod arm;
 mod closed_loop;
@@ -47,7 +47,7 @@ pub use switch::Switch;
 pub use timing::{StepTime, step_times};
 pub use unmatched::Unmatched;
 
-// Units in brackets are no links.
+// Units in brackets are not links.
 #[allow(rustdoc::broken_intra_doc_links)]
 #[doc = include_str!("what_the_laws_do.md")]
 pub mod what_the_laws_do {}
@@ -59,41 +59,41 @@ use dq_params::ParameterError;
 use std::path::Path;
 use thiserror::Error;
 
-/// Why there is no comparison.
+/// Why a comparison fails.
 #[derive(Debug, Error)]
 pub enum CompareError {
-    /// An arm's parameters.
+    /// The parameters of an arm are invalid.
     #[error(transparent)]
     Config(#[from] ParameterError),
-    /// Joints that do not fit an arm.
+    /// The number of joints does not match an arm.
     #[error(transparent)]
     Arm(#[from] ArmError),
-    /// Settings that do not fit an arm.
+    /// Settings do not match an arm.
     #[error(transparent)]
     Settings(#[from] SettingsError),
-    /// A task that the servo does not take.
+    /// The servo rejects a task.
     #[error("the servo rejected a task: {0}")]
     Rejected(#[from] Rejection),
-    /// Two arms with one name.
+    /// Two arms have the same name.
     #[error("two arms are called {0:?}: expected files with different names")]
     SameName(String),
-    /// A name that is neither.
+    /// A name is neither that of a built-in arm nor of a parameter file.
     #[error("{name}: no built-in arm ({}), nor a parameter file: {why}", ARMS.map(|(name, _)| name).join(", "))]
     NoArm {
-        /// What was asked for.
+        /// The name.
         name: String,
-        /// Why it is no file.
+        /// Why the file cannot be read.
         why: std::io::Error,
     },
-    /// A file that cannot be read or written.
+    /// A file cannot be read or written.
     #[error("{file}: {why}")]
     File {
         /// The file.
         file: String,
-        /// Why.
+        /// The reason.
         why: std::io::Error,
     },
-    /// Gains of other arms, laws or another program.
+    /// The gains are of other arms or laws, or of another program.
     #[error(
         "{file} has gains that are not those of these arms and this program: delete it, and they are chosen anew"
     )]
@@ -101,7 +101,7 @@ pub enum CompareError {
         /// The file.
         file: String,
     },
-    /// A line of another run than expected there.
+    /// A line belongs to another run than expected.
     #[error(
         "{file}: line {line} is of another run than expected there: parts are put together in their order, each once; other arms, tasks or another seed need a new folder"
     )]
@@ -111,7 +111,7 @@ pub enum CompareError {
         /// The line, counted from 1.
         line: u64,
     },
-    /// Runs of other programs that are not beside ours.
+    /// The runs of other programs are not of the same tasks.
     #[error(
         "{file} has runs of other tasks than the first of each of these arms: run compare_peers.py again"
     )]
@@ -119,7 +119,7 @@ pub enum CompareError {
         /// The file.
         file: String,
     },
-    /// A line that is no run.
+    /// A line is not a run.
     #[error(
         "{file}: line {line} is damaged: delete it and those after it, and run the same again, which goes on from there"
     )]
@@ -129,17 +129,17 @@ pub enum CompareError {
         /// The line, counted from 1.
         line: u64,
     },
-    /// A file with too few runs.
+    /// A file has too few runs.
     #[error("{file}: {count} runs, expected {expected}")]
     Count {
         /// The file.
         file: String,
-        /// Its runs.
+        /// The number of its runs.
         count: u64,
-        /// Those expected.
+        /// The expected number.
         expected: u64,
     },
-    /// A run that cannot be written as a line.
+    /// A run cannot be written as a line.
     #[error("a run cannot be written: {0}")]
     Unwritable(#[from] serde_json::Error),
 }
@@ -149,12 +149,12 @@ impl CompareError {
         Self::File { file: file.display().to_string(), why }
     }
 
-    /// Of the line after `before` others.
+    /// Creates the error for the line after `before` others.
     fn other_runs(file: &Path, before: u64) -> Self {
         Self::OtherRuns { file: file.display().to_string(), line: before + 1 }
     }
 
-    /// Of the line after `before` others.
+    /// Creates the error for the line after `before` others.
     fn damaged(file: &Path, before: u64) -> Self {
         Self::Damaged { file: file.display().to_string(), line: before + 1 }
     }

@@ -1,8 +1,8 @@
-//! Numbers, intervals and probabilities as the page writes them.
+//! Formats numbers, intervals and probabilities for the page.
 
 use super::Interval;
 
-/// Three digits, as many as the intervals leave.
+/// Formats three digits, as many as the intervals justify.
 pub(super) fn number(value: f64) -> String {
     match value.abs() {
         v if !v.is_finite() => "-".to_owned(),
@@ -25,7 +25,7 @@ pub(super) fn median(interval: Option<Interval>) -> String {
     interval.map_or("-".to_owned(), |interval| bracketed(interval, number))
 }
 
-/// A time \[s\], or that it is beyond the horizon.
+/// Formats a time \[s\], or that it is beyond the horizon.
 pub(super) fn time(interval: Option<Interval>, horizon: f64) -> String {
     let told = |time: f64| if time < horizon { number(time) } else { format!("> {horizon}") };
     match interval {
@@ -40,7 +40,7 @@ pub(super) fn percent(interval: Option<Interval>) -> String {
     format!("{value:.1} % [{low:.1}, {high:.1}]")
 }
 
-/// A difference with its sign.
+/// Formats a difference with its sign.
 pub(super) fn signed(interval: Interval) -> String {
     bracketed(interval, |value| match number(value) {
         text if value > 0.0 && text != "0" => format!("+{text}"),
@@ -52,7 +52,7 @@ fn bracketed(Interval { value, low, high }: Interval, write: impl Fn(f64) -> Str
     format!("{} [{}, {}]", write(value), write(low), write(high))
 }
 
-/// A probability.
+/// Formats a probability.
 pub(super) fn probability(p: f64) -> String {
     match p {
         p if p < 1e-99 => "p < 1e-99".to_owned(),

@@ -1,4 +1,4 @@
-//! The page "What the laws do", written from the findings.
+//! Writes the page "What the laws do" from the findings.
 
 use super::latency::FIRST;
 use super::matching::PILOTS;
@@ -8,7 +8,7 @@ use super::{ALL_ARMS, Findings, Interval, Matched, REFERENCE, Unmatched, tables}
 use dq_kinematics::control::{Law, Map};
 use std::fmt::Write as _;
 
-/// The page in Markdown. Every number in it comes from the findings.
+/// Returns the page in Markdown. Every number in it comes from the findings.
 pub fn page(findings: &Findings) -> String {
     let mut page = String::from("# What the laws do\n\n");
     for sentence in sentences(findings) {
@@ -56,7 +56,7 @@ pub fn page(findings: &Findings) -> String {
     page
 }
 
-/// The other programs.
+/// Returns the section on other programs.
 fn peers(findings: &Findings) -> String {
     let tasks = findings.peers.iter().map(|peer| peer.cell.runs).max().unwrap_or(0);
     let mut page = format!(
@@ -108,7 +108,7 @@ fn how(findings: &Findings) -> String {
     )
 }
 
-/// Why gains miss their targets: a sentence for each way to match them, with a space after it.
+/// Explains why gains miss their targets: a sentence for each way to match them, followed by a space.
 fn why_unmatched(findings: &Findings) -> String {
     let of = |matched| findings.unmatched.iter().filter(move |unmatched| unmatched.gain.matched == matched);
     let mut why = String::new();
@@ -137,7 +137,7 @@ fn why_unmatched(findings: &Findings) -> String {
     why
 }
 
-/// What the medians are of.
+/// Explains which tasks the medians are of.
 fn on_common(findings: &Findings, matched: Matched, limits: bool) -> String {
     let cell = |law| findings.cell(matched, law, ALL_ARMS, limits, "ideal");
     let common = Law::all().filter_map(cell).find_map(|cell| Some((cell.common?, cell.runs)));

@@ -1,4 +1,4 @@
-//! How many tasks settle in two ways, task by task.
+//! Compares, task by task, how many tasks settle under two conditions.
 
 use super::numbers::{percent, probability, signed};
 use super::sign_test;
@@ -6,35 +6,35 @@ use super::summary::{Interval, Z};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-/// How a task ended.
+/// The end of a task.
 #[derive(Clone, Debug, PartialEq)]
 pub struct End {
-    /// When it had settled \[s\]; none where it has not.
+    /// When it had settled \[s\]; `None` if it has not.
     pub settled: Option<f64>,
-    /// Whether parts of the arm went into each other on the way.
+    /// Whether parts of the arm collided with each other on the way.
     pub through_itself: bool,
-    /// How it ended, in words.
+    /// The end in words.
     pub words: String,
 }
 
-/// The tasks of one law on one arm, each in two ways.
+/// The tasks of one law on one arm, each under two conditions.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Paired {
     /// The law's name.
     pub law: String,
     /// The arm's name.
     pub arm: String,
-    /// How each task ended in either way.
+    /// The end of each task under both conditions.
     pub tasks: Vec<[End; 2]>,
 }
 
 impl Paired {
-    /// How many tasks settle in each way.
+    /// Returns the number of tasks that settle under each condition.
     pub fn counts(&self) -> [usize; 2] {
         [0, 1].map(|way| self.tasks.iter().filter(|both| both[way].settled.is_some()).count())
     }
 
-    /// How many settle in the first way alone, and in the second.
+    /// Returns the number of tasks that settle under the first condition only, and under the second only.
     pub fn alone(&self) -> [usize; 2] {
         let alone = |way: usize| {
             move |both: &&[End; 2]| both[way].settled.is_some() && both[1 - way].settled.is_none()
@@ -42,7 +42,7 @@ impl Paired {
         [0, 1].map(|way| self.tasks.iter().filter(alone(way)).count())
     }
 
-    /// By how much later tasks settle in the second way \[s\]: the median of those that settle in both.
+    /// Returns how much later tasks settle under the second condition \[s\]: the median of those that settle under both.
     pub fn later(&self) -> Option<Interval> {
         let both = self.tasks.iter().filter_map(|[first, second]| Some(second.settled? - first.settled?));
         let mut differences: Vec<_> = both.collect();
@@ -50,7 +50,7 @@ impl Paired {
         Interval::median(&differences, Z)
     }
 
-    /// How many of the tasks that do not settle in the second way end so.
+    /// Counts the tasks that do not settle under the second condition, by their end.
     pub fn rest(&self) -> BTreeMap<&str, usize> {
         let mut rest = BTreeMap::new();
         for [_, end] in self.tasks.iter().filter(|[_, end]| end.settled.is_none()) {
@@ -59,7 +59,7 @@ impl Paired {
         rest
     }
 
-    /// The same where no way through the arm itself counts.
+    /// Returns the same result without the tasks in which the arm passed through itself.
     #[must_use]
     pub fn past_itself(&self) -> Self {
         let mut paired = self.clone();
@@ -71,8 +71,8 @@ impl Paired {
         paired
     }
 
-    /// A table of the `rows`, whose two ways are called so: shares with their 95 % intervals \[%\], in how many tasks the ways differ, by
-    /// chance how probably, and by how much later the second settles.
+    /// Returns a table of the `rows`, with the given names of the two conditions: percentages that settle with their 95 % intervals, the
+    /// numbers of tasks that differ, the probability that this is chance, and how much later tasks settle under the second condition.
     pub fn table(rows: &[Self], [first, second]: &[String; 2]) -> String {
         let mut table = format!(
             "| law | arm | tasks | settled, {first} [%] | settled, {second} [%] | only {first}, only {second} | p | {second} later [s] | not \

@@ -1,4 +1,4 @@
-//! Which law is better: two laws on the same tasks, task by task.
+//! Compares two laws on the same tasks, task by task.
 
 use dq_common::named;
 use serde::{Deserialize, Serialize};
@@ -10,7 +10,7 @@ use super::{ALL_ARMS, Matched, REFERENCE};
 use dq_kinematics::control::Law;
 
 named! {
-    /// What two laws are compared in.
+    /// The quantities in which two laws are compared.
     #[derive(Deserialize, Serialize)]
     #[serde(rename_all = "snake_case")]
     "quantity" Quantity {
@@ -18,9 +18,9 @@ named! {
         Settled = "settled",
         /// Settling time to 2 % \[s\].
         SettlingTime = "settling_time",
-        /// Path by straight line.
+        /// Path length / straight line.
         PathRatio = "path_ratio",
-        /// Past the goal \[mm\].
+        /// The overshoot \[mm\].
         Overshoot = "overshoot",
         /// `∫|θ̇|² dt` [rad²/s].
         Effort = "effort",
@@ -29,45 +29,45 @@ named! {
     }
 }
 
-/// What is compared on the tasks that both laws settle, in the order of a row's columns.
+/// The quantities that are compared on tasks that both laws settle, in the order of a row's columns.
 pub(super) const FIGURES: [Quantity; 5] =
     [Quantity::SettlingTime, Quantity::PathRatio, Quantity::Overshoot, Quantity::Effort, Quantity::PeakSpeed];
 
-/// Two laws in one quantity, behind fresh joint states.
+/// The comparison of two laws in one quantity, with fresh joint states.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct Comparison {
-    /// In what.
+    /// The quantity.
     pub quantity: Quantity,
-    /// What was made equal among the laws.
+    /// The quantity that was made equal among the laws.
     pub matched: Matched,
     /// The arm's name, or `all`.
     pub arm: String,
-    /// Whether the servo's limits held.
+    /// Whether the servo's limits were on.
     pub limits: bool,
     /// The two laws.
     pub laws: [String; 2],
-    /// On how many tasks.
+    /// The number of tasks.
     pub pairs: usize,
-    /// On how many of them the first has more, and the second.
+    /// The numbers of tasks on which the first law has more, and the second.
     pub more: [usize; 2],
-    /// First less second: of shares their difference in points, of figures the median of the tasks' differences.
+    /// First minus second: for percentages their difference in points, for figures the median of the tasks' differences.
     pub difference: Interval,
-    /// Probability of so unequal numbers in `more`, or more unequal ones, if neither law were better.
+    /// Probability of numbers in `more` that differ at least as much, if neither law were better.
     pub p: f64,
-    /// The same by Holm (1979), for all comparisons that were made: below 0.05 the laws differ significantly.
+    /// The same probability, adjusted by Holm (1979) for all comparisons. Below 0.05 the laws differ significantly.
     pub p_holm: f64,
 }
 
-/// The level of significance: in 95 of 100 studies no difference is found where there is none.
+/// The level of significance: in 95 of 100 studies no difference is found if there is none.
 const TOLD: f64 = 0.05;
 
 impl Comparison {
-    /// Whether the two laws differ significantly, by the test and by the interval.
+    /// Returns whether the two laws differ significantly, by the test and by the interval.
     pub fn tells(&self) -> bool {
         self.p_holm < TOLD && (self.difference.low > 0.0 || self.difference.high < 0.0)
     }
 
-    /// The same with the laws in the other order.
+    /// Returns the comparison with the laws in the other order.
     #[must_use]
     pub fn reversed(&self) -> Self {
         let Interval { value, low, high } = self.difference;
@@ -81,14 +81,14 @@ impl Comparison {
     }
 }
 
-/// Probability that of `a + b` tosses of a coin so few or fewer, or so many or more, are heads: the exact sign test, and the exact test of
-/// McNemar (1947) where `a` and `b` count the pairs of which one has what the other has not.
+/// Returns the probability that `a + b` tosses of a coin split at least as unevenly as `a` and `b`: the exact sign test, and the exact test
+/// of McNemar (1947) if `a` and `b` count the pairs in which only one has a property.
 pub fn sign_test(a: usize, b: usize) -> f64 {
-    // One half is a probability, so that there always is such a distribution.
+    // One half is a valid probability, so the distribution always exists.
     Binomial::new(0.5, (a + b) as u64).map_or(1.0, |tosses| (2.0 * tosses.cdf(a.min(b) as u64)).min(1.0))
 }
 
-/// Probabilities for all of these tests together (Holm 1979).
+/// Adjusts the probabilities for all of these tests together (Holm 1979).
 pub fn holm(p: &[f64]) -> Vec<f64> {
     let mut order: Vec<_> = (0..p.len()).collect();
     order.sort_by(|i, j| p[*i].total_cmp(&p[*j]));
@@ -101,8 +101,8 @@ pub fn holm(p: &[f64]) -> Vec<f64> {
 }
 
 impl Interval {
-    /// The difference of two shares \[points\] of the same `pairs`, of which `first` have only what is counted first, and `second` only the
-    /// other: Wald's interval after half a pair more of each of the four kinds (Agresti & Min 2005).
+    /// Returns the difference of two percentages \[points\] of the same `pairs`, `first` of which have the property only in the first case,
+    /// and `second` only in the second. The interval is Wald's after adding half a pair of each of the four kinds (Agresti & Min 2005).
     pub fn paired_share(first: usize, second: usize, pairs: usize, z: f64) -> Self {
         let (b, c, n) = (first as f64 + 0.5, second as f64 + 0.5, pairs as f64 + 2.0);
         let (center, half) = ((b - c) / n, z * (b + c - (b - c).powi(2) / n).max(0.0).sqrt() / n);
@@ -112,8 +112,8 @@ impl Interval {
     }
 }
 
-/// All comparisons that are made. On all arms together every pair of laws, with gains for equal settling time; else each law with the
-/// reference; and `more` of them, which count too.
+/// Makes all comparisons: on all arms together every pair of laws, with gains for equal settling time; otherwise each law with the
+/// reference; and `more`, which count too.
 pub(super) fn comparisons(summary: &Summary, arms: &[String], more: Vec<Comparison>) -> Vec<Comparison> {
     let mut all = Vec::new();
     for limits in [false, true] {
@@ -146,7 +146,7 @@ pub(super) fn comparisons(summary: &Summary, arms: &[String], more: Vec<Comparis
     all
 }
 
-/// Two laws on the same tasks, the probability that of this comparison alone; none where there is nothing to compare.
+/// Compares two laws on the same tasks, with the probability of this comparison alone; `None` if there is nothing to compare.
 pub(super) fn compared(
     quantity: Quantity,
     matched: Matched,
@@ -161,7 +161,8 @@ pub(super) fn compared(
     Some(Comparison { quantity, matched, arm, limits, laws, pairs, more, difference, p, p_holm: 1.0 })
 }
 
-/// Pairs, on how many of them the first and the second have more, and the difference; none where no task is settled by both.
+/// Returns the number of pairs, on how many of them the first and the second have more, and the difference; `None` if no task is settled by
+/// both.
 fn compare(
     quantity: Quantity,
     first: &[Option<Row>],

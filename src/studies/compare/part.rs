@@ -1,4 +1,4 @@
-//! The runs in parts, for several machines, and the parts put together.
+//! Splits the runs into parts for several machines, and merges the parts.
 
 use super::{CompareError, Study};
 use std::fs::File;
@@ -10,31 +10,31 @@ use std::str::FromStr;
 /// A part of the runs, for one of several machines.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Part {
-    /// Which, counted from 1.
+    /// The number of the part, from 1.
     number: u64,
-    /// Of how many.
+    /// The number of parts.
     of: u64,
 }
 
 impl Part {
-    /// More parts than this are a slip of the keyboard.
+    /// Largest number of parts; more is probably a typing error.
     pub const MOST: u64 = 100_000;
 
     /// All runs.
     pub const WHOLE: Self = Self { number: 1, of: 1 };
 
-    /// All parts of so many, in their order.
+    /// Yields all of `of` parts, in their order.
     fn each(of: u64) -> impl Iterator<Item = Self> {
         (1..=of).map(move |number| Self { number, of })
     }
 
-    /// The runs of this part out of so many: all parts together are all of them.
+    /// Returns the runs of this part out of `count`; all parts together cover all runs.
     pub fn runs(&self, count: u64) -> Range<u64> {
         let bound = |part: u64| (u128::from(count) * u128::from(part) / u128::from(self.of)) as u64;
         bound(self.number - 1)..bound(self.number)
     }
 
-    /// The name of this part's file: `compare-K-of-N.jsonl`, which sorts as the parts do.
+    /// Returns the name of this part's file, `compare-K-of-N.jsonl`, which sorts in the order of the parts.
     pub fn file_name(&self) -> String {
         let Self { number, of } = self;
         format!("compare-{number:0width$}-of-{of}.jsonl", width = of.to_string().len())
@@ -54,11 +54,11 @@ impl FromStr for Part {
 }
 
 impl Study {
-    /// Puts all parts in `folder`, `of` of them, together as `file`, once each is whole and of this study.
+    /// Merges all `of` parts in `folder` into `file`, after checking that each is complete and belongs to this study.
     ///
     /// # Errors
-    /// [`CompareError::File`] for a part that is not there; [`CompareError::Count`] for one with too few runs;
-    /// [`CompareError::OtherRuns`], [`CompareError::Damaged`].
+    /// [`CompareError::File`] for a missing part; [`CompareError::Count`] for a part with too few runs; [`CompareError::OtherRuns`],
+    /// [`CompareError::Damaged`].
     pub fn merge(&self, folder: &Path, of: u64, file: &Path) -> Result<(), CompareError> {
         let mut parts = Vec::new();
         for part in Part::each(of) {

@@ -1,4 +1,4 @@
-//! Other programs on the tasks of the comparison, as `tests/benches/compare_peers.py` has run them.
+//! Other programs on the tasks of the comparison, as run by `tests/benches/compare_peers.py`.
 
 use super::pairs::{Comparison, FIGURES, Quantity, compared};
 use super::record::Record;
@@ -8,17 +8,17 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// What another program, or the reference law, does on the same tasks: fresh joint states, gains for equal settling time.
+/// The results of another program, or of the reference law, on the same tasks: fresh joint states, gains for equal settling time.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct Peer {
-    /// Its runs on all arms; its name is the law's.
+    /// Its runs on all arms; its name is in the place of the law's.
     #[serde(flatten)]
     pub cell: Cell,
-    /// Its least and its greatest gain on the arms [1/s].
+    /// Its smallest and its largest gain on the arms [1/s].
     pub gains: [f64; 2],
 }
 
-/// The runs of other programs on the first tasks of each arm, beside those of the reference law.
+/// The runs of other programs on the first tasks of each arm, with those of the reference law.
 #[derive(Clone, Debug, Default)]
 pub struct Peers {
     summary: Summary,
@@ -26,11 +26,11 @@ pub struct Peers {
 }
 
 impl Peers {
-    /// Of `peers.jsonl`, if there is that file; the law's runs are those of `summary`.
+    /// Reads `peers.jsonl`, if it exists; the law's runs are taken from `summary`.
     ///
     /// # Errors
-    /// [`CompareError::File`]; [`CompareError::Damaged`]; [`CompareError::OtherPeers`] where a program has not run the first tasks of
-    /// each arm of the study, all of them the same number.
+    /// [`CompareError::File`]; [`CompareError::Damaged`]; [`CompareError::OtherPeers`] if a program has not run the first tasks of each arm
+    /// of the study, the same number for all.
     pub fn read(study: &Study, summary: &Summary, file: &Path) -> Result<Self, CompareError> {
         let mut peers = Self::default();
         let mut tasks: BTreeMap<Key, Vec<(String, u32)>> = BTreeMap::new();
@@ -57,7 +57,7 @@ impl Peers {
         Ok(peers)
     }
 
-    /// Adds a run; returns of which cell of all arms it is.
+    /// Adds a run, and returns the key of its cell of all arms.
     fn add(&mut self, record: &Record) -> Key {
         let key = Key::of(record, ALL_ARMS);
         self.summary.add_to(key.clone(), record);
@@ -66,13 +66,13 @@ impl Peers {
         key
     }
 
-    /// Every program and the reference law in figures; nothing where no other program has run.
+    /// Returns the figures of every program and of the reference law; empty if no other program has run.
     pub(super) fn cells(&self) -> Vec<Peer> {
         let gains = |cell: &Cell| self.gains.get(&cell.key).copied().unwrap_or_default();
         self.summary.cells(Z).into_iter().map(|cell| Peer { gains: gains(&cell), cell }).collect()
     }
 
-    /// Each program with the reference law, on the tasks that both have run; the probabilities are still those of one comparison.
+    /// Compares each program with the reference law, on the tasks that both have run. The probabilities are not adjusted yet.
     pub(super) fn comparisons(&self) -> Vec<Comparison> {
         let reference = |limits| Key::new(Matched::SettlingTime, REFERENCE.0, ALL_ARMS, limits, "ideal");
         let rows = |key: &Key| -> &[Option<Row>] { self.summary.rows(key) };

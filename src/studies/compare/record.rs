@@ -1,4 +1,4 @@
-//! A line of `compare.jsonl`.
+//! The lines of `compare.jsonl`.
 
 use super::CompareError;
 use super::closed_loop::Result as Ended;
@@ -8,16 +8,16 @@ use std::borrow::Cow;
 use std::io::ErrorKind;
 use std::path::Path;
 
-/// A run: what it was, and what became of it.
+/// A run and its result.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct Record<'a> {
-    /// What was made equal among the laws: settling_time or peak_speed.
+    /// The quantity that was made equal among the laws: settling_time or peak_speed.
     pub matched: Cow<'a, str>,
     /// The law's name.
     pub law: Cow<'a, str>,
     /// The arm's name.
     pub arm: Cow<'a, str>,
-    /// Whether the servo's limits held.
+    /// Whether the servo's limits were on.
     pub limits: bool,
     /// The plant's name.
     pub plant: Cow<'a, str>,
@@ -25,13 +25,13 @@ pub struct Record<'a> {
     pub task: u32,
     /// The law's gain [1/s].
     pub gain: f64,
-    /// settled, or why it failed.
+    /// The outcome: settled, or why it failed.
     pub outcome: Cow<'a, str>,
     /// When rotation and position had settled to 2 %.
     pub settling_s: Option<f64>,
-    /// Length of the tool's path by the distance from its start to its end; none where that is below a millimetre.
+    /// Path length of the tool divided by the distance between its ends; `None` if that is below a millimeter.
     pub path_ratio: Option<f64>,
-    /// Past the goal along the line from the start.
+    /// The overshoot past the goal, along the line from the start.
     pub overshoot_mm: f64,
     /// `∫|θ̇|² dt` [rad²/s].
     pub effort: f64,
@@ -40,7 +40,7 @@ pub struct Record<'a> {
 }
 
 impl<'a> Record<'a> {
-    /// Of this run and its end; numbers have six digits, as many as mean something.
+    /// Creates the record of a run and its end. Numbers have six digits, as many as are meaningful.
     pub(super) fn new(run: &Run<'a>, ended: &Ended) -> Self {
         let figures = &ended.figures;
         Self {
@@ -60,10 +60,10 @@ impl<'a> Record<'a> {
         }
     }
 
-    /// The lines of `file`, which other programs have written; none where there is no such file.
+    /// Reads the lines of `file`, which other programs have written; empty if the file does not exist.
     ///
     /// # Errors
-    /// [`CompareError::File`]; [`CompareError::Damaged`].
+    /// [`CompareError::File`] or [`CompareError::Damaged`].
     pub(super) fn read_all(file: &Path) -> std::result::Result<Vec<Record<'static>>, CompareError> {
         let text = match std::fs::read_to_string(file) {
             Ok(text) => text,
@@ -78,7 +78,7 @@ impl<'a> Record<'a> {
         records.collect()
     }
 
-    /// The same, with names of its own.
+    /// Returns the record with owned names.
     pub(super) fn into_owned(self) -> Record<'static> {
         let own = |name: Cow<'_, str>| Cow::Owned(name.into_owned());
         Record {
@@ -91,7 +91,7 @@ impl<'a> Record<'a> {
         }
     }
 
-    /// Whether it is of this run, whatever became of it.
+    /// Returns whether the record belongs to this run, whatever its result.
     pub(super) fn is_of(&self, run: &Run) -> bool {
         let is =
             [(&self.matched, run.matched.name()), (&self.law, run.law.name()), (&self.arm, &run.arm.name)];
@@ -101,6 +101,6 @@ impl<'a> Record<'a> {
 }
 
 fn six_digits(value: f64) -> f64 {
-    // Formatting rounds to the nearest decimal, and what it writes parses.
+    // Formatting rounds to the nearest decimal, and its result can be parsed.
     format!("{value:.5e}").parse().unwrap_or(value)
 }

@@ -1,4 +1,4 @@
-//! One run of the comparison: which law, on which arm, under what.
+//! One run of the comparison: a law on an arm under certain conditions.
 
 use super::arm::Arm;
 use super::conditions::Plant;

@@ -1,16 +1,17 @@
-//! The sentences at the head of the page: which law, when, with which gain, up to which age of the joint states. Each has an interval or a p.
+//! Writes the sentences at the top of the page: which law to take, with which gain, up to which age of the joint states. Each has an
+//! interval or a p-value.
 
 use super::numbers::{median, percent, probability, range, signed, time};
 use super::tables::age;
 use super::{ALL_ARMS, Cell, Comparison, Findings, Interval, Matched, Quantity, REFERENCE};
 use dq_kinematics::control::Law;
 
-/// Under the servo's limits, with fresh joint states and gains for equal settling time.
+/// The laws under the servo's limits, with fresh joint states and gains for equal settling time.
 struct Laws<'a> {
     findings: &'a Findings,
     /// The law that settles most tasks.
     best: Law,
-    /// With those that do not differ from it significantly.
+    /// This law and those that do not differ from it significantly.
     good: Vec<Law>,
     /// The others.
     rest: Vec<Law>,
@@ -48,7 +49,7 @@ fn names(laws: &[Law]) -> String {
     laws.iter().map(|law| format!("`{law}`")).collect::<Vec<_>>().join(", ")
 }
 
-/// A difference with its probability.
+/// Formats a difference with its probability.
 fn told(compared: &Comparison) -> String {
     format!("{} ({})", signed(compared.difference), probability(compared.p_holm))
 }
@@ -63,7 +64,7 @@ impl Laws<'_> {
         self.findings.comparison(quantity, Matched::SettlingTime, ALL_ARMS, true, law, other)
     }
 
-    /// Of `others` the one whose difference from `law` is least sure.
+    /// Returns the law among `others` whose difference from `law` is least certain.
     fn nearest(&self, quantity: Quantity, law: Law, others: &[Law]) -> Option<(Law, Comparison)> {
         let compared = |other: &Law| Some((*other, self.compared(quantity, law, *other)?));
         let each = others.iter().filter(|other| **other != law).filter_map(compared);
@@ -106,7 +107,7 @@ impl Laws<'_> {
         )
     }
 
-    /// Arms on which a law differs from the reference the other way round than on all of them.
+    /// Reports arms on which a law differs from the reference in the opposite direction than on all arms.
     fn on_each_arm(&self) -> Vec<String> {
         let mut reversed = Vec::new();
         for (arm, law) in self.findings.arms.iter().flat_map(|arm| Law::all().map(move |law| (arm, law))) {
@@ -126,14 +127,14 @@ impl Laws<'_> {
                 REFERENCE.0
             )],
             false => vec![format!(
-                "**It depends on the arm**: against `{}` the other way round than on all of them come out {}.",
+                "**The result depends on the arm.** On one arm, some laws differ from `{}` in the opposite direction than on all arms together: {}.",
                 REFERENCE.0,
-                reversed.join(", ")
+                reversed.join("; ")
             )],
         }
     }
 
-    /// Which of the good laws has least of something, where the difference is significant.
+    /// Reports which of the good laws has the least value, if the difference is significant.
     fn least(&self, quantity: Quantity, is: &str, unit: &str, of: fn(&Cell) -> Option<Interval>) -> String {
         let value =
             |law: Law| self.cell(law, true).and_then(of).map_or(f64::INFINITY, |interval| interval.value);

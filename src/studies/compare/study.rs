@@ -1,4 +1,4 @@
-//! All runs of a comparison in one order.
+//! All runs of a comparison, in a fixed order.
 
 use super::CompareError;
 use super::arm::Arm;
@@ -15,20 +15,20 @@ use std::io::{BufWriter, ErrorKind, Write};
 use std::path::Path;
 use tempfile::NamedTempFile;
 
-/// What is compared.
+/// A study: the arms, tasks and gains to compare.
 #[derive(Clone, Debug)]
 pub struct Study {
     /// The arms.
     pub arms: Vec<Arm>,
-    /// Tasks for each arm.
+    /// The number of tasks per arm.
     pub tasks: u32,
-    /// Which tasks.
+    /// The seed of the tasks.
     pub seed: u64,
     /// The gain of each law on each arm, for each way to match them.
     pub gains: Vec<Gain>,
 }
 
-/// Writes the whole file or nothing of it, as other machines may read it.
+/// Writes the whole file at once or not at all, because other machines may read it.
 fn keep(file: &Path, text: &str) -> std::io::Result<()> {
     let mut kept = NamedTempFile::new_in(file.parent().unwrap_or(Path::new(".")))?;
     kept.write_all(text.as_bytes())?;
@@ -36,8 +36,8 @@ fn keep(file: &Path, text: &str) -> std::io::Result<()> {
     Ok(())
 }
 
-/// Under what every law runs every task. Gains for equal peak speed are there to see whether it matters how laws are matched: for that
-/// fresh joint states are enough.
+/// Yields the conditions under which every law runs every task. Gains for equal peak speed only show whether the way of matching matters,
+/// for which fresh joint states are enough.
 fn conditions() -> impl Iterator<Item = (Matched, bool, Plant)> {
     Matched::ALL.into_iter().flat_map(|matched| {
         let plants = if matched == Matched::SettlingTime { &PLANTS[..] } else { &PLANTS[..1] };
@@ -48,11 +48,11 @@ fn conditions() -> impl Iterator<Item = (Matched, bool, Plant)> {
 }
 
 impl Study {
-    /// With the gains that `file` keeps, if it does, else with gains that are chosen now and kept there.
+    /// Creates a study with the gains in `file`, if it exists; otherwise chooses the gains and writes them to it.
     ///
     /// # Errors
-    /// [`CompareError::SameName`] for two arms with one name; [`CompareError::File`]; [`CompareError::OtherGains`] where the file has
-    /// gains that this program would not have chosen for these arms.
+    /// [`CompareError::SameName`] for two arms with the same name; [`CompareError::File`]; [`CompareError::OtherGains`] if the file has
+    /// gains that this program would not choose for these arms.
     pub fn new(
         arms: Vec<Arm>,
         tasks: u32,
@@ -85,27 +85,28 @@ impl Study {
         Ok(Self { arms, tasks, seed, gains })
     }
 
-    /// How many gains [`new`](Self::new) chooses for so many arms.
+    /// Returns how many gains [`new`](Self::new) chooses for this many arms.
     pub fn gain_count(arms: usize) -> u64 {
         (Matched::ALL.len() * arms * Law::all().len()) as u64
     }
 
-    /// How many runs there are.
+    /// Returns the number of runs.
     pub fn run_count(&self) -> u64 {
         let cells = Law::all().len() * self.arms.len() * conditions().count();
         cells as u64 * u64::from(self.tasks)
     }
 
-    /// The gain [1/s] that was chosen for a law on an arm; 0 for an arm that is not compared.
+    /// Returns the gain [1/s] of a law on an arm; 0 for an arm that is not in the study.
     pub fn gain(&self, matched: Matched, arm: &str, law: Law) -> f64 {
         let chosen = |gain: &&Gain| gain.matched == matched && gain.arm == arm && gain.law == law.name();
         self.gains.iter().find(chosen).map_or(0.0, |gain| gain.gain)
     }
 
-    /// A line for each task of each arm: joint angles \[rad\] and tool at the start, the tool's goal \[m\], orientation (x, y, z, w).
+    /// Writes a line for each task of each arm: joint positions \[rad\] and tool at the start, position \[m\] and orientation (x, y, z, w)
+    /// of the goal.
     ///
     /// # Errors
-    /// [`CompareError::File`].
+    /// [`CompareError::File`] if the file cannot be written.
     pub fn write_tasks(&self, file: &Path) -> Result<(), CompareError> {
         let error = |why| CompareError::file(file, why);
         let mut writer = BufWriter::new(File::create(file).map_err(error)?);
@@ -117,7 +118,7 @@ impl Study {
         writer.flush().map_err(error)
     }
 
-    /// The line of a task.
+    /// Returns the line of a task.
     pub(super) fn task_line(&self, arm: &Arm, number: u32) -> Result<String, CompareError> {
         let task = arm.task(self.seed, number)?;
         let tool = arm.parameters.arms.chain().forward_kinematics(&task.start)?;
@@ -133,7 +134,7 @@ impl Study {
         Ok(line.to_string())
     }
 
-    /// The run of that number.
+    /// Returns the run with this number.
     pub(super) fn run(&self, number: u64) -> Run<'_> {
         let mut rest = number;
         let mut digit = |base: u64| {
@@ -150,24 +151,24 @@ impl Study {
         Run { matched, law, arm, gain: self.gain(matched, &arm.name, law), limits, plant, task }
     }
 
-    /// The numbers of one run of each cell; the tasks differ from cell to cell.
+    /// Yields the number of one run in each cell; the tasks differ from cell to cell.
     pub(super) fn sampled(&self) -> impl Iterator<Item = u64> + '_ {
-        /// Shares no factor with usual numbers of tasks.
+        /// A prime number, which has no common factor with usual numbers of tasks.
         const STRIDE: u64 = 7919;
         let tasks = u64::from(self.tasks);
         (0..self.run_count() / tasks).map(move |cell| cell * tasks + cell * STRIDE % tasks)
     }
 
-    /// Does one run of each cell.
+    /// Makes one run of each cell.
     ///
     /// # Errors
-    /// As the loops.
+    /// The errors of the loops.
     pub fn sample(&self) -> Result<Vec<Record<'_>>, CompareError> {
         let numbers: Vec<_> = self.sampled().collect();
         numbers.into_par_iter().map(|number| self.record(number)).collect()
     }
 
-    /// Does the run of that number.
+    /// Makes the run with this number.
     pub(super) fn record(&self, number: u64) -> Result<Record<'_>, CompareError> {
         let run = self.run(number);
         let controller = run.arm.parameters.settings.controller.with_law(run.law, run.gain);

@@ -1,4 +1,4 @@
-//! What the runs say together, with how sure that is.
+//! Summarizes the runs, with confidence intervals.
 
 use super::closed_loop::HORIZON;
 use super::record::Record;
@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// The normal distribution's 97.5 %: intervals hold the truth in 95 of 100 studies.
+/// The 97.5 % quantile of the normal distribution: in 95 of 100 studies the intervals contain the true value.
 pub(super) const Z: f64 = 1.959_964;
 
 /// A figure with its 95 % confidence interval.
@@ -23,7 +23,7 @@ pub struct Interval {
 }
 
 impl Interval {
-    /// A share \[%\] of so many of so many, by Wilson's score interval (1927); `z` is the normal distribution's quantile.
+    /// Returns the percentage \[%\] `count` of `of`, with Wilson's score interval (1927); `z` is the quantile of the normal distribution.
     pub fn share(count: usize, of: usize, z: f64) -> Self {
         let (n, p) = (of.max(1) as f64, count as f64 / of.max(1) as f64);
         let center = (p + z * z / (2.0 * n)) / (1.0 + z * z / n);
@@ -32,8 +32,8 @@ impl Interval {
         Self { value: percent(p), low: percent(center - half), high: percent(center + half) }
     }
 
-    /// The median of `sorted`, between the two of them whose ranks a binomial distribution gives: no assumption on how they are
-    /// distributed (the interval that a bootstrap of the median comes to). None of nothing.
+    /// Returns the median of `sorted`, with the interval between the values whose ranks a binomial distribution gives. It assumes nothing
+    /// about the distribution, and agrees with a bootstrap of the median. `None` for an empty list.
     pub fn median(sorted: &[f64], z: f64) -> Option<Self> {
         let n = sorted.len() as f64;
         let at =
@@ -47,14 +47,14 @@ impl Interval {
     }
 }
 
-/// What all runs of a cell have in common.
+/// The common properties of the runs of a cell.
 #[derive(Clone, Debug, Deserialize, Eq, Ord, PartialEq, PartialOrd, Serialize)]
 pub struct Key {
-    /// What was made equal among the laws.
+    /// The quantity that was made equal among the laws.
     pub matched: String,
     /// The arm's name; `all` for all arms together.
     pub arm: String,
-    /// Whether the servo's limits held.
+    /// Whether the servo's limits were on.
     pub limits: bool,
     /// The plant's name.
     pub plant: String,
@@ -63,13 +63,13 @@ pub struct Key {
 }
 
 impl Key {
-    /// Of these runs.
+    /// Creates the key of these runs.
     pub fn new(matched: Matched, law: Law, arm: &str, limits: bool, plant: &str) -> Self {
         let (matched, law) = (matched.name().to_owned(), law.name().to_owned());
         Self { matched, arm: arm.to_owned(), limits, plant: plant.to_owned(), law }
     }
 
-    /// Of that run, on `arm`, which may be all arms together.
+    /// Creates the key of a run on `arm`; `arm` may also be `all`.
     pub(super) fn of(record: &Record, arm: &str) -> Self {
         Self {
             matched: record.matched.clone().into_owned(),
@@ -80,37 +80,37 @@ impl Key {
         }
     }
 
-    /// Whether the other's runs are those of another law on the same tasks.
+    /// Returns whether the other cell has runs of the same tasks under the same conditions, whatever the law.
     fn is_beside(&self, other: &Self) -> bool {
         (&self.matched, &self.arm, self.limits, &self.plant)
             == (&other.matched, &other.arm, other.limits, &other.plant)
     }
 }
 
-/// All arms together.
+/// The name for all arms together.
 pub const ALL_ARMS: &str = "all";
 
-/// The runs of a cell in figures.
+/// The figures of a cell's runs.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct Cell {
-    /// Which runs.
+    /// The cell.
     #[serde(flatten)]
     pub key: Key,
-    /// How many.
+    /// The number of runs.
     pub runs: usize,
-    /// How many of them settled \[%\].
+    /// The percentage of them that settled \[%\].
     pub settled_percent: Interval,
-    /// How many failed, by reason.
+    /// The numbers of failed runs, by reason.
     pub failures: BTreeMap<String, usize>,
-    /// To 2 % \[s\]: the median of all runs, of which one that failed settles later than the horizon. Where an end of the interval is the
-    /// horizon, it lies later.
+    /// The median settling time to 2 % of all runs \[s\]; a failed run counts as later than the horizon. If an end of the interval equals
+    /// the horizon, it lies beyond.
     pub settling_s: Option<Interval>,
-    /// On how many tasks the figures below are: those that each law settles which settles at least half of them. None for a law that
-    /// settles fewer.
+    /// The number of tasks of the figures below: those that are settled by each law that settles at least half of all tasks. `None` for a
+    /// law that settles fewer.
     pub common: Option<usize>,
-    /// Path by straight line.
+    /// Path length / straight line.
     pub path_ratio: Option<Interval>,
-    /// Past the goal \[mm\].
+    /// The overshoot past the goal \[mm\].
     pub overshoot_mm: Option<Interval>,
     /// `∫|θ̇|² dt` [rad²/s].
     pub effort: Option<Interval>,
@@ -118,10 +118,10 @@ pub struct Cell {
     pub peak_rad_s: Option<Interval>,
 }
 
-/// A run that settled: settling time, path ratio (not a number where there is none), overshoot, effort, peak speed, as in [`Record`].
+/// The figures of a run that settled: settling time, path ratio (NaN if there is none), overshoot, effort, peak speed, as in [`Record`].
 pub type Row = [f64; 5];
 
-/// A cell's runs, task after task, on all arms together arm after arm: none for those that failed.
+/// The runs of a cell, in the order of tasks (and of arms, for all arms together); `None` for failed runs.
 #[derive(Clone, Debug, Default)]
 struct CellRuns {
     rows: Vec<Option<Row>>,
@@ -144,23 +144,23 @@ impl CellRuns {
         self.rows.iter().flatten().count()
     }
 
-    /// Whether a comparison of figures is not one of a few survivors.
+    /// Returns whether enough runs settled for a fair comparison of figures.
     fn settles_half(&self) -> bool {
         2 * self.settled() >= self.rows.len()
     }
 }
 
-/// All runs of a study, by cell; also of all arms together.
+/// All runs of a study by cell, including the cells of all arms together.
 #[derive(Clone, Debug, Default)]
 pub struct Summary {
     cells: BTreeMap<Key, CellRuns>,
 }
 
 impl Summary {
-    /// Of the runs in `compare.jsonl`.
+    /// Reads the runs in `compare.jsonl`.
     ///
     /// # Errors
-    /// As [`Study::read`].
+    /// The errors of [`Study::read`].
     pub fn read(study: &Study, file: &Path) -> Result<Self, CompareError> {
         let mut summary = Self::default();
         study.read(file, |record| summary.add(&record))?;
@@ -179,17 +179,17 @@ impl Summary {
         self.cells.entry(key).or_default().add(record);
     }
 
-    /// Makes these the runs of a cell, whatever the reasons of those that failed.
+    /// Sets the runs of a cell, without the reasons of failed runs.
     pub(super) fn set(&mut self, key: Key, rows: Vec<Option<Row>>) {
         self.cells.insert(key, CellRuns { rows, failures: BTreeMap::new() });
     }
 
-    /// The runs of a cell, task after task: none for those that failed. Two laws' rows are of the same tasks.
+    /// Returns the runs of a cell in the order of tasks; `None` for failed runs. Rows of two laws have the same tasks.
     pub fn rows(&self, key: &Key) -> &[Option<Row>] {
         self.cells.get(key).map_or(&[], |cell| &cell.rows)
     }
 
-    /// Of the tasks of a cell those that each law settles which settles at least half of them.
+    /// Returns, for each task of a cell, whether it is settled by each law that settles at least half of all tasks.
     pub fn common(&self, key: &Key) -> Vec<bool> {
         let mut common = vec![true; self.rows(key).len()];
         let beside = self.cells.iter().filter(|(other, cell)| key.is_beside(other) && cell.settles_half());
@@ -199,7 +199,7 @@ impl Summary {
         common
     }
 
-    /// Every cell in figures; `z` is the normal distribution's quantile for the intervals.
+    /// Returns the figures of every cell; `z` is the quantile of the normal distribution for the intervals.
     pub fn cells(&self, z: f64) -> Vec<Cell> {
         self.cells.iter().map(|(key, runs)| self.cell(key, runs, z)).collect()
     }
@@ -228,7 +228,7 @@ impl Summary {
     }
 }
 
-/// The median of those that are numbers.
+/// Returns the median of the finite values.
 fn median(values: impl Iterator<Item = f64>, z: f64) -> Option<Interval> {
     let mut values: Vec<_> = values.filter(|value| value.is_finite()).collect();
     values.sort_by(f64::total_cmp);
@@ -236,7 +236,7 @@ fn median(values: impl Iterator<Item = f64>, z: f64) -> Option<Interval> {
 }
 
 impl Outcome {
-    /// The names of the ways to fail.
+    /// Yields the names of the failures.
     pub fn failures() -> impl Iterator<Item = &'static str> {
         Self::NAMES.iter().copied().filter(|name| *name != Self::Settled.name())
     }

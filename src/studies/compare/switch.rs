@@ -1,6 +1,6 @@
-//! How many tasks settle under the servo's limits with a parameter at one value and at another.
+//! Compares how many tasks settle under the servo's limits with a parameter at two values.
 //!
-//! Tasks are poses of joint angles within the limits, so that all can be reached. Each law runs each task twice, with the gain for equal
+//! Tasks are the poses of joint positions within the limits, so all can be reached. Each law runs each task twice, with the gain for equal
 //! settling time and fresh joint states.
 
 use super::closed_loop::{ClosedLoop, HORIZON};
@@ -16,17 +16,17 @@ use rayon::prelude::*;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// A parameter of the servo that is compared at two of its values.
+/// A servo parameter that is compared at two values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Switch {
-    /// Whether the arm never or always goes to another configuration from where it has stalled.
+    /// Whether a stalled arm never or always moves to another configuration.
     Reconfigure,
     /// Whether keep-outs, the arm's body and its joint limits are constraints of the law.
     Constraints,
 }
 
 impl Switch {
-    /// The parameter's name.
+    /// Returns the parameter's name.
     pub fn parameter(self) -> &'static str {
         match self {
             Self::Reconfigure => "reconfigure",
@@ -43,15 +43,15 @@ impl Switch {
         }
     }
 
-    /// What the values are called.
+    /// Returns the names of the values.
     pub fn names(self) -> [String; 2] {
         self.values().map(|value| value.to_string())
     }
 
-    /// A loop that has not settled after this time has failed.
+    /// Returns the time after which a loop that has not settled has failed.
     pub fn horizon(self) -> Duration {
         match self {
-            // A motion that goes round stalls first, which takes `progress_timeout`.
+            // Before a reconfiguration the motion stalls, which takes `progress_timeout`.
             Self::Reconfigure => Duration::from_secs(60),
             Self::Constraints => HORIZON,
         }
@@ -59,15 +59,15 @@ impl Switch {
 }
 
 impl Study {
-    /// How many loops [`switched`](Self::switched) runs.
+    /// Returns how many loops [`switched`](Self::switched) runs.
     pub fn switched_count(&self) -> u64 {
         2 * (Law::all().len() * self.arms.len()) as u64 * u64::from(self.tasks)
     }
 
-    /// Every law on every arm, with the parameter at either value. `done` is called after each loop.
+    /// Runs every law on every arm, with the parameter at both values. Calls `done` after each loop.
     ///
     /// # Errors
-    /// As the loops.
+    /// The errors of the loops.
     pub fn switched(&self, switch: Switch, done: impl Fn() + Sync) -> Result<Vec<Paired>, CompareError> {
         let mut all = Vec::new();
         let [first, second] = switch.values();
@@ -94,7 +94,7 @@ impl Study {
         Ok(all)
     }
 
-    /// How the task of that number ends, seen by an arm with that body.
+    /// Returns the end of the task with this number, and whether the arm with this body collided with itself.
     fn end(
         &self,
         law: Law,

@@ -1,4 +1,4 @@
-//! What a step costs.
+//! Measures the time of a step.
 
 use super::{CompareError, Study};
 use dq_kinematics::arm::ArmState;
@@ -7,19 +7,19 @@ use serde::{Deserialize, Serialize};
 use std::hint::black_box;
 use std::time::Instant;
 
-/// What a step of a law costs on this machine.
+/// The time of a law's step on this machine.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct StepTime {
     /// The law's name.
     pub law: String,
-    /// Kinematics and law on the first arm: median, least and greatest of nine rounds \[ns\].
+    /// The time of kinematics and law on the first arm: median, minimum and maximum of nine rounds \[ns\].
     pub ns: [f64; 3],
 }
 
-/// Every law on the first arm's tasks; nothing in a build that is not optimized, whose times would say nothing.
+/// Measures every law on the first arm's tasks. Returns nothing in a build without optimization, whose times would be meaningless.
 ///
 /// # Errors
-/// None in practice: the tasks are the arm's.
+/// Never fails in practice: the tasks belong to the arm.
 pub fn step_times(study: &Study) -> Result<Vec<StepTime>, CompareError> {
     const ROUNDS: usize = 9;
     let Some(arm) = study.arms.first().filter(|_| !cfg!(debug_assertions)) else { return Ok(Vec::new()) };

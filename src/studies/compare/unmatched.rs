@@ -1,4 +1,4 @@
-//! Why gains miss their targets, by what they give on the tasks on which the choice is judged.
+//! Explains why gains miss their targets, from the tasks on which the choice is judged.
 
 use super::closed_loop::HORIZON;
 use super::matching::{CLOSE, PILOTS, Tasks};
@@ -7,40 +7,40 @@ use super::{CompareError, Gain, Matched, Study};
 use dq_kinematics::control::Law;
 use serde::{Deserialize, Serialize};
 
-/// A gain that gives something else than its target, by more than 2 %.
+/// A gain that misses its target by more than 2 %.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct Unmatched {
-    /// The gain, its target, and what it gives.
+    /// The gain, its target, and its value.
     #[serde(flatten)]
     pub gain: Gain,
-    /// What it gives, \[s\] or [rad/s], with the 95 % interval of that median; beyond the horizon it is the horizon.
+    /// Its value, \[s\] or [rad/s], with the 95 % interval of the median; at most the horizon.
     pub median: Interval,
-    /// The median settling times \[s\] with half an octave less and with half an octave more; the horizon where more than half of the
-    /// tasks fail. None of a gain for equal peak speed, which grows with the gain.
+    /// The median settling times \[s\] with half an octave less and half an octave more gain; the horizon if more than half of the tasks
+    /// fail. `None` for equal peak speed, which grows with the gain.
     pub beside: Option<[f64; 2]>,
 }
 
 impl Unmatched {
-    /// Whether the law is slower both with less gain and with more: there is none with which it is as fast as the target.
+    /// Returns whether the law is slower both with less and with more gain, so that no gain reaches the target.
     pub fn is_fastest(&self) -> bool {
         self.beside.is_some_and(|beside| beside.iter().all(|median| *median >= self.median.value))
     }
 
-    /// Half the width of the median's interval \[%\].
+    /// Returns half the width of the median's interval \[%\].
     pub fn uncertain_percent(&self) -> f64 {
         50.0 * (self.median.high - self.median.low) / self.median.value
     }
 
-    /// On how many tasks that would be 2 %.
+    /// Returns the number of tasks with which that would be 2 %.
     pub fn tasks_needed(&self) -> f64 {
         PILOTS as f64 * (0.01 * self.uncertain_percent() / CLOSE).powi(2)
     }
 }
 
-/// Those gains of a study that are not matched.
+/// Returns the gains of a study that are not matched.
 ///
 /// # Errors
-/// As the loops.
+/// The errors of the loops.
 pub(super) fn unmatched(study: &Study) -> Result<Vec<Unmatched>, CompareError> {
     let mut all = Vec::new();
     for arm in &study.arms {
@@ -67,7 +67,7 @@ pub(super) fn unmatched(study: &Study) -> Result<Vec<Unmatched>, CompareError> {
     Ok(all)
 }
 
-/// A settling time is not known beyond the horizon.
+/// Returns the largest value; a settling time is unknown beyond the horizon.
 fn most(matched: Matched) -> f64 {
     match matched {
         Matched::SettlingTime => HORIZON.as_secs_f64(),

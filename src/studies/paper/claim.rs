@@ -1,15 +1,15 @@
-//! A claim of the paper, judged.
+//! A claim of the paper, with its verdict.
 
 use serde::Serialize;
 
-/// What the paper says, and what came out.
+/// A claim of the paper and its verification.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Claim {
-    /// What the paper says.
+    /// The claim.
     pub claim: String,
     /// Whether it holds here.
     pub holds: bool,
-    /// By which numbers.
+    /// The numbers that show it.
     pub evidence: String,
 }
 

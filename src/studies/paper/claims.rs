@@ -1,4 +1,4 @@
-//! What the paper claims, judged by what came out: nothing of the evidence is written before the numbers are known.
+//! Judges the claims of the paper by the results: the text of the evidence depends on the numbers.
 
 use super::claim::Claim;
 use super::comparison::Row;
@@ -7,13 +7,13 @@ use super::figures::Runs;
 use super::{Laboratory, LogarithmEquations, Metrics, PaperError, PoseEquations, Swept, TaskSpaceMetrics};
 use dq_kinematics::control::Law;
 
-/// By what the claims are judged.
+/// The results by which the claims are judged.
 pub struct Evidence<'a> {
     /// The arm and the constants.
     pub lab: &'a Laboratory,
     /// The motions.
     pub runs: &'a Runs,
-    /// diffc with logc's gain, diffc, logc, double_geodesic.
+    /// The comparison: diffc with logc's gain, diffc, logc, double_geodesic.
     pub comparison: &'a [Row; 4],
     /// logc as the paper integrated it.
     pub theirs: &'a TaskSpaceMetrics,
@@ -25,10 +25,10 @@ pub struct Evidence<'a> {
     pub swept: &'a [Swept],
 }
 
-/// What the paper claims in sections 2, 6, 8 and 10.
+/// Judges the claims of sections 2, 6, 8 and 10.
 ///
 /// # Errors
-/// [`PaperError`].
+/// [`PaperError`] if a simulation fails.
 pub fn claims(evidence: &Evidence) -> Result<Vec<Claim>, PaperError> {
     let Evidence { lab, runs, comparison: [low, diffc, logc, _], theirs, logarithms, pose, swept } = evidence;
     let long = lab.metrics(&runs.diffc_low_long)?;
@@ -49,9 +49,9 @@ pub fn claims(evidence: &Evidence) -> Result<Vec<Claim>, PaperError> {
     ])
 }
 
-/// Section 8: 1 and 185 "to achieve the same settling time (within 2% of the final value) of 10s".
+/// Judges section 8: 1 and 185 "to achieve the same settling time (within 2% of the final value) of 10s".
 fn settle_alike(logc: &Row, diffc: &Row) -> Claim {
-    /// Times that differ by less than this part are the same.
+    /// Relative difference below which times count as equal.
     const ALIKE: f64 = 0.1;
     let of = |row: &Row| {
         let joints = &row.metrics.settling_time_2_percent_joints_s;
@@ -75,7 +75,7 @@ fn settle_alike(logc: &Row, diffc: &Row) -> Claim {
     )
 }
 
-/// Section 10: "Both the controllers behave abruptly as the gain is increased".
+/// Judges section 10: "Both the controllers behave abruptly as the gain is increased".
 fn is_abrupt(swept: &[Swept]) -> Claim {
     let of = |law: Law| swept.iter().filter(|row| row.law == law.name()).copied().collect::<Vec<_>>();
     let laws = [Law::Diffc, Law::Logc].map(of);
@@ -130,7 +130,7 @@ fn settles_to_two_percent(diffc: &Row) -> Claim {
     )
 }
 
-/// "1, 2 and 3"; none of nothing.
+/// Lists numbers as "1, 2 and 3"; `None` for an empty list.
 fn enumeration(words: &[String]) -> Option<String> {
     let (last, before) = words.split_last()?;
     Some(if before.is_empty() { last.clone() } else { format!("{} and {last}", before.join(", ")) })
@@ -164,7 +164,7 @@ fn is_less_curved(theirs: &TaskSpaceMetrics, logc: &Metrics, diffc: &Metrics) ->
     )
 }
 
-/// Whether the first settled, and before the second.
+/// Returns whether the first settled, and earlier than the second.
 fn sooner(first: Option<f64>, second: Option<f64>) -> bool {
     first.is_some_and(|first| second.is_none_or(|second| first < second))
 }

@@ -11,18 +11,18 @@ pub struct Row {
     pub law: &'static str,
     /// Its gain [1/s].
     pub gain: f64,
-    /// How long the motion was followed \[s\].
+    /// The duration of the motion \[s\].
     #[serde(rename = "duration_s")]
     pub duration: f64,
-    /// The motion in numbers.
+    /// The figures of the motion.
     #[serde(flatten)]
     pub metrics: Metrics,
 }
 
-/// diffc with logc's gain, diffc with its own, logc, double_geodesic.
+/// Compares diffc with logc's gain, diffc with its own, logc, and double_geodesic.
 ///
 /// # Errors
-/// [`PaperError`].
+/// [`PaperError`] if a simulation fails.
 pub fn comparison(lab: &Laboratory, runs: &Runs) -> Result<[Row; 4], PaperError> {
     let constants = &lab.experiment;
     let row = |run: &SimulatedRun, gain, duration| {

@@ -1,16 +1,16 @@
-//! What the paper claims of its equations, judged by numbers.
+//! Judges the claims of the paper about its equations by numbers.
 
 use super::claim::Claim;
 use super::{Laboratory, LogarithmEquations, PaperError, PoseEquations};
 use dq_kinematics::arm::ArmState;
 
-/// Numbers that differ by rounding alone are nearer than this.
+/// Largest difference between numbers that differ only by rounding.
 const EQUAL: f64 = 1e-12;
 
-/// Eigenvalues below this part of the largest are 0.
+/// Eigenvalues below this fraction of the largest count as 0.
 const ZERO: f64 = 1e-12;
 
-/// Section 2.3.1. J is 8×n, so that the 8×8 product has rank 6 at most: errors that Jᵀ does not see move no joint.
+/// Judges section 2.3.1. J is 8×n, so the 8×8 product has at most rank 6: errors in the null space of Jᵀ move no joint.
 pub(super) fn is_positive_definite(lab: &Laboratory) -> Result<Claim, PaperError> {
     let mut state = ArmState::new(&lab.chain);
     lab.chain.evaluate(&lab.experiment.theta_initial, &mut state)?;
@@ -35,7 +35,7 @@ pub(super) fn is_positive_definite(lab: &Laboratory) -> Result<Claim, PaperError
     ))
 }
 
-/// Section 6, equations 33 to 36.
+/// Judges section 6, equations 33 to 36.
 pub(super) fn is_no_sum(equations: &LogarithmEquations) -> Claim {
     let differences = equations.differences();
     let [product, sum, difference, relative] = differences;
@@ -51,7 +51,7 @@ pub(super) fn is_no_sum(equations: &LogarithmEquations) -> Claim {
     )
 }
 
-/// Section 6, equation 31.
+/// Judges section 6, equation 31.
 pub(super) fn is_the_pose(pose: &PoseEquations) -> Claim {
     Claim::new(
         "r exp(ε ½ t) (eq. 31) is the pose r + ε ½ t r (eq. 13)",
@@ -63,7 +63,8 @@ pub(super) fn is_the_pose(pose: &PoseEquations) -> Claim {
     )
 }
 
-/// Section 6, equation 32, which takes the logarithms of the two factors of eq. 31 for that of their product; eq. 34 says that it is not.
+/// Judges section 6, equation 32, which takes the sum of the logarithms of the two factors of eq. 31 for the logarithm of their product;
+/// eq. 34 says that it is not.
 pub(super) fn is_the_logarithm(pose: &PoseEquations) -> Claim {
     Claim::new(
         "the logarithm of a pose is ½ θ k + ε ½ t (eq. 32)",

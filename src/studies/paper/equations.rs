@@ -1,4 +1,4 @@
-//! Equations 13 and 31 to 36 of the paper by numbers: what a pose's logarithm and that of a product are, and what they are not.
+//! Evaluates equations 13 and 31 to 36 of the paper: which expressions equal the logarithm of a pose or of a product, and which do not.
 
 use dq_algebra::UnitDualQuaternion;
 use nalgebra::{UnitQuaternion, Vector3, Vector6};
@@ -22,7 +22,8 @@ pub struct LogarithmEquations {
 }
 
 impl LogarithmEquations {
-    /// Of a pose `q` and its factor `q₁`; `q₂` is put together from parts of `q₁* q`, so that equality is no truism.
+    /// Evaluates the equations for a pose `q` and its factor `q₁`. `q₂` is assembled from parts of `q₁* q`, so that equality is not
+    /// trivial.
     pub fn new(q: &UnitDualQuaternion, q1: &UnitDualQuaternion) -> Self {
         let relative = q1.inverse() * *q;
         let q2 = UnitDualQuaternion::half_exp(&relative.half_log());
@@ -39,7 +40,7 @@ impl LogarithmEquations {
         Self { log_q, log_q1_q2, log_q1_plus_log_q2, log_q2, log_q_minus_log_q1, log_conjugate_q1_q }
     }
 
-    /// How far the sides of equations 33, 34, 35 and 36 are apart, by the component that differs most.
+    /// The largest difference between the components of both sides of equations 33, 34, 35 and 36.
     pub fn differences(&self) -> [f64; 4] {
         [
             (self.log_q, self.log_q1_q2),
@@ -51,24 +52,24 @@ impl LogarithmEquations {
     }
 }
 
-/// Three readings of one pose: by eq. 13, by the exponential of eq. 31, and by that of the logarithm of eq. 32.
+/// Three interpretations of one pose: by eq. 13, by the exponential of eq. 31, and by the exponential of the logarithm of eq. 32.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct PoseEquations {
-    /// How far the translation of `r exp(ε ½ t)` (eq. 31) is from t: it is `R t`, as `r exp(ε ½ t) = r + ε ½ r t`, where eq. 13 has
-    /// `r + ε ½ t r`.
+    /// The distance of the translation of `r exp(ε ½ t)` (eq. 31) from t. It is `R t`, because `r exp(ε ½ t) = r + ε ½ r t`, while eq. 13
+    /// has `r + ε ½ t r`.
     pub product_off_m: f64,
-    /// How far the translation of the exponential of dual quaternions of `½ θ k + ε ½ t` (eq. 32) is from t.
+    /// The distance of the translation of the dual quaternion exponential of `½ θ k + ε ½ t` (eq. 32) from t.
     pub logarithm_off_m: f64,
 }
 
 impl PoseEquations {
-    /// Of a pose `q`.
+    /// Evaluates the equations for a pose `q`.
     pub fn new(q: &UnitDualQuaternion) -> Self {
         let translation = q.translation();
         let rotation = UnitDualQuaternion::from_parts(q.rotation(), Vector3::zeros());
         let shift = UnitDualQuaternion::from_parts(UnitQuaternion::identity(), translation);
         let off = |pose: UnitDualQuaternion| (pose.translation() - translation).norm();
-        // Twice the half-log pair is a twist, as screw_exp takes it.
+        // Twice the half-log pair is a twist, as in `screw_exp`.
         let exponential = UnitDualQuaternion::screw_exp(&(2.0 * q.half_log()));
         Self { product_off_m: off(rotation * shift), logarithm_off_m: off(exponential) }
     }

@@ -5,7 +5,7 @@ use dq_params::one_line;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
-/// The file that is built in.
+/// The built-in file.
 const BUILTIN: &str = include_str!("../msg_config/paper.yaml");
 
 /// The constants of all experiments; rad, m, s, gains in 1/s.
@@ -16,21 +16,21 @@ pub struct Experiment {
     pub theta_initial: Vec<f64>,
     /// Joint angles at the goal \[rad\].
     pub theta_desired: Vec<f64>,
-    /// diffc as the paper runs it.
+    /// diffc as in the paper.
     pub diffc: Diffc,
     /// The two-arm experiment.
     pub relative_position: RelativePosition,
-    /// logc as the paper integrated it.
+    /// logc as integrated in the paper.
     pub task_space_logc: TaskSpaceGains,
     /// The comparison of the laws.
     pub comparison: Comparison,
-    /// The task with the base moved.
+    /// The task with a shifted base.
     pub base_shift: BaseShift,
     /// The task with the goal's other sign.
     pub wrong_sign: WrongSign,
 }
 
-/// diffc as the paper runs it.
+/// diffc as in the paper.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Diffc {
@@ -38,9 +38,9 @@ pub struct Diffc {
     pub gain: f64,
     /// K equal to logc's [1/s].
     pub low_gain: f64,
-    /// How long the motion is followed \[s\].
+    /// The duration of the motion \[s\].
     pub duration: f64,
-    /// How long K equal to logc's is followed in figure 7 \[s\].
+    /// The duration with K equal to logc's, in figure 7 \[s\].
     pub low_gain_duration: f64,
 }
 
@@ -50,9 +50,9 @@ pub struct Diffc {
 pub struct RelativePosition {
     /// K [1/s].
     pub gain: f64,
-    /// The goal is this many times the initial relative translation.
+    /// The goal as a multiple of the initial relative translation.
     pub target_factor: f64,
-    /// How long the motion is followed \[s\].
+    /// The duration of the motion \[s\].
     pub duration: f64,
 }
 
@@ -64,7 +64,7 @@ pub struct TaskSpaceGains {
     pub gain_angular: f64,
     /// `k_v` [1/s].
     pub gain_linear: f64,
-    /// How long the motion is followed \[s\].
+    /// The duration of the motion \[s\].
     pub duration: f64,
 }
 
@@ -74,41 +74,41 @@ pub struct TaskSpaceGains {
 pub struct Comparison {
     /// Gain of logc and double_geodesic [1/s].
     pub gain: f64,
-    /// How long the motion is followed \[s\].
+    /// The duration of the motion \[s\].
     pub duration: f64,
 }
 
-/// The same task with the base elsewhere.
+/// The same task with a shifted base.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct BaseShift {
-    /// How far the base is moved along x \[m\], the first being what the others are compared with.
+    /// The shifts of the base along x \[m\]; the others are compared with the first.
     pub distances: Vec<f64>,
-    /// How long the motion is followed \[s\].
+    /// The duration of the motion \[s\].
     pub duration: f64,
 }
 
-/// The goal's other sign.
+/// The task with the goal's other sign.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct WrongSign {
-    /// How long the motion is followed \[s\].
+    /// The duration of the motion \[s\].
     pub duration: f64,
 }
 
 impl Experiment {
-    /// The built-in constants: the paper's.
+    /// Returns the built-in constants, which are the paper's.
     ///
     /// # Errors
-    /// [`PaperError::Experiment`].
+    /// [`PaperError::Experiment`] if they are invalid.
     pub fn builtin() -> Result<Self, PaperError> {
         Self::parse(BUILTIN, "msg_config/paper.yaml")
     }
 
-    /// The constants in a file.
+    /// Reads the constants from a file.
     ///
     /// # Errors
-    /// [`PaperError::Experiment`] for what is no such file, or has numbers that cannot be simulated.
+    /// [`PaperError::Experiment`] for an invalid file, or for numbers that cannot be simulated.
     pub fn from_file(path: &Path) -> Result<Self, PaperError> {
         let file = path.display().to_string();
         let text = std::fs::read_to_string(path)
@@ -140,7 +140,7 @@ impl Experiment {
             ("base_shift.duration", self.base_shift.duration),
             ("wrong_sign.duration", self.wrong_sign.duration),
         ];
-        /// Numbers beyond are slips of the keyboard; times beyond would fill the memory with samples \[s\].
+        /// Larger numbers are probably typing errors, and longer times \[s\] would fill the memory with samples.
         const LARGEST: f64 = 1e4;
         const LONGEST: f64 = 600.0;
         if !self.theta_initial.iter().chain(&self.theta_desired).all(|angle| angle.abs() <= LARGEST) {

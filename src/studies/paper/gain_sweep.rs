@@ -1,4 +1,4 @@
-//! Both laws with more and with less gain: what becomes faster, and what stays.
+//! Both laws with more and with less gain: which figures change, and which do not.
 
 use super::{Laboratory, PaperError, SimulatedRun};
 use dq_algebra::UnitDualQuaternion;
@@ -6,7 +6,7 @@ use dq_figures::{Axis, COMPONENTS, Figure, Panel, Series, chart, law_color, over
 use dq_kinematics::control::Law;
 use serde::Serialize;
 
-/// The gains, as parts of the one that the comparison gives the law.
+/// The gains, as multiples of the law's gain in the comparison.
 const PARTS: [f64; 4] = [0.5, 1.0, 2.0, 4.0];
 
 /// A law with one of the gains.
@@ -16,20 +16,20 @@ pub struct Swept {
     pub law: &'static str,
     /// Its gain [1/s].
     pub gain: f64,
-    /// The same as a part of the comparison's.
+    /// The gain as a multiple of that in the comparison.
     pub part: f64,
     /// The largest joint speed [rad/s].
     pub peak_rad_s: f64,
-    /// To 2 %, rotation and position \[s\].
+    /// The settling time to 2 % of rotation and position \[s\].
     pub settling_s: Option<f64>,
-    /// The path's length by the distance between its ends.
+    /// Path length divided by the distance between its ends.
     pub path_ratio: Option<f64>,
 }
 
-/// diffc and logc with each gain, and the figure.
+/// Runs diffc and logc with each gain. Returns the results and the figure.
 ///
 /// # Errors
-/// [`PaperError`].
+/// [`PaperError`] if a simulation fails.
 pub fn gain_sweep(lab: &Laboratory) -> Result<(Vec<Swept>, Figure), PaperError> {
     let (mut rows, mut curves) = (Vec::new(), Vec::new());
     for (law, duration) in
@@ -54,7 +54,7 @@ pub fn gain_sweep(lab: &Laboratory) -> Result<(Vec<Swept>, Figure), PaperError> 
     Ok((rows, figure))
 }
 
-/// How far the tool is from the goal over time.
+/// Returns the distance of the tool from the goal over time.
 fn distance(run: &SimulatedRun, gain: f64) -> Series {
     /// Samples between the points of a curve.
     const STEP: usize = 25;
@@ -64,7 +64,7 @@ fn distance(run: &SimulatedRun, gain: f64) -> Series {
     Series::solid(format!("gain {gain}"), law_color(run.controller.law), points)
 }
 
-/// A colour for each gain.
+/// Draws the curves of a law, with a color for each gain.
 fn of_law(law: Law, curves: &[(Law, Series)]) -> Panel {
     let of = curves.iter().filter(|(of, _)| *of == law).zip(COMPONENTS);
     let series: Vec<_> = of.map(|((_, series), color)| Series { color, ..series.clone() }).collect();

@@ -1,4 +1,4 @@
-//! One arm, one task, several laws: what the figures and the comparison are made of.
+//! One arm and one task under several laws, for the figures and the comparison.
 
 use super::simulation::follow;
 use super::{Experiment, PaperError, Trajectory};
@@ -18,12 +18,12 @@ pub struct Laboratory {
     pub experiment: Experiment,
 }
 
-/// A law driving the arm from start to goal.
+/// A simulated motion from start to goal under a law.
 #[derive(Clone, Debug)]
 pub struct SimulatedRun {
     /// The law with its gains.
     pub controller: Controller,
-    /// The goal, with the sign in force.
+    /// The goal, with the chosen sign.
     pub goal: UnitDualQuaternion,
     /// The joint angles.
     pub trajectory: Trajectory,
@@ -32,36 +32,36 @@ pub struct SimulatedRun {
 }
 
 impl Laboratory {
-    /// The laboratory's controller with this law, and `gain` for all of its gains [1/s].
+    /// Returns the controller with this law, and `gain` for all of its gains [1/s].
     pub fn controller(&self, law: Law, gain: f64) -> Controller {
         self.settings.controller.with_law(law, gain)
     }
 
-    /// The gain that the comparison gives the law [1/s].
+    /// Returns the law's gain in the comparison [1/s].
     pub fn gain(&self, law: Law) -> f64 {
         if law == Law::Diffc { self.experiment.diffc.gain } else { self.experiment.comparison.gain }
     }
 
-    /// The paper's goal.
+    /// Returns the paper's goal.
     ///
     /// # Errors
-    /// [`PaperError::Arm`] where the constants are not for this arm.
+    /// [`PaperError::Arm`] if the constants do not match the arm.
     pub fn goal(&self) -> Result<UnitDualQuaternion, PaperError> {
         Ok(self.chain.forward_kinematics(&self.experiment.theta_desired)?)
     }
 
-    /// The paper's motion under `controller` for `duration` \[s\].
+    /// Simulates the paper's motion under `controller` for `duration` \[s\].
     ///
     /// # Errors
-    /// [`PaperError`].
+    /// [`PaperError`] if the simulation fails.
     pub fn run(&self, controller: Controller, duration: f64) -> Result<SimulatedRun, PaperError> {
         self.run_on(&self.chain, controller, duration)
     }
 
-    /// The paper's motion with `chain` in place of the laboratory's arm.
+    /// Simulates the paper's motion with `chain` instead of the laboratory's arm.
     ///
     /// # Errors
-    /// [`PaperError`].
+    /// [`PaperError`] if the simulation fails.
     pub fn run_on(
         &self,
         chain: &Chain,

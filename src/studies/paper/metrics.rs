@@ -6,30 +6,30 @@ use dq_kinematics::arm::ArmState;
 use serde::Serialize;
 use std::time::Duration;
 
-/// A simulated motion in numbers.
+/// The figures of a simulated motion.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Metrics {
-    /// What it was like, by the project's one definition of each figure.
+    /// The figures of the motion, as defined by [`MotionMeter`].
     #[serde(flatten)]
     pub figures: Figures,
-    /// When each joint had come within 2 % of its angle at the goal for good; none where it has not, or where that angle is 0.
+    /// When each joint had come within 2 % of its position at the goal for good; `None` if it has not, or if that position is 0.
     pub settling_time_2_percent_joints_s: Vec<Option<f64>>,
     /// Distance from start to goal.
     pub distance_m: f64,
-    /// Whether the determinant of the Jacobian of six joints changed its sign on the way: then the figures have 0 for the smallest
-    /// singular value, as samples have but how near to that one of them happened to be.
+    /// Whether the determinant of the Jacobian of six joints changed its sign on the way. If so, the smallest singular value in the figures
+    /// is 0, because the nearest sample to a singularity is arbitrary.
     pub singularity_crossed: bool,
-    /// When it did, to a sample.
+    /// When it did, to the accuracy of a sample.
     pub singularities_crossed_s: Vec<f64>,
-    /// How far each joint is from its angle at the goal in the end, in percent of that angle; none where that is 0.
+    /// The final error of each joint in percent of its position at the goal; `None` if that is 0.
     pub joint_error_percent: Vec<Option<f64>>,
 }
 
 impl Laboratory {
-    /// The figures of a run, by the project's one definition of each ([`MotionMeter`]), and what concerns the joints.
+    /// Computes the figures of a run, as defined by [`MotionMeter`], and those of the joints.
     ///
     /// # Errors
-    /// [`PaperError::Arm`] where the run is not this arm's.
+    /// [`PaperError::Arm`] if the run belongs to another arm.
     pub fn metrics(&self, run: &SimulatedRun) -> Result<Metrics, PaperError> {
         let SimulatedRun { controller, goal, trajectory, poses } = run;
         let mut state = ArmState::new(&self.chain);
@@ -93,7 +93,7 @@ impl Laboratory {
     }
 }
 
-/// The determinant of the body Jacobian, if it is square.
+/// Returns the determinant of the body Jacobian, if it is square.
 fn determinant(state: &ArmState) -> Option<f64> {
     let jacobian = state.body_jacobian();
     (jacobian.ncols() == 6).then(|| jacobian.fixed_columns::<6>(0).determinant())

@@ -1,8 +1,8 @@
-//! The reference work repeated: simulations of its laws, metrics, comparison, figures.
+//! Reproduces the reference work: simulations of its laws, metrics, comparison, figures.
 //!
-//! Akhil Sathuluri, *Dual Quaternion Based Control*, project report, 2018,
-//! <https://github.com/akhilsathuluri/Dual_Quaternion_Control>: "the paper". Its equations, sections and figures are cited by
-//! their numbers in `Project Report/Report_Submission.pdf` there.
+//! "The paper" is Akhil Sathuluri, *Dual Quaternion Based Control*, project report, 2018,
+//! <https://github.com/akhilsathuluri/Dual_Quaternion_Control>. Its equations, sections and figures are cited by their numbers in `Project
+//! Report/Report_Submission.pdf` there.
 
 mod base_shift;
 mod claim;
@@ -34,21 +34,21 @@ pub use task_space::{TaskSpaceLogc, TaskSpaceMetrics, half_log_rate};
 use dq_kinematics::arm::ArmError;
 use thiserror::Error;
 
-/// Why the work could not be repeated.
+/// Why the work could not be reproduced.
 #[derive(Debug, Error)]
 pub enum PaperError {
-    /// The file of constants cannot be used.
+    /// The file of constants is invalid.
     #[error("{file}: {why}")]
     Experiment {
         /// The file's path.
         file: String,
-        /// What is wrong.
+        /// The fault.
         why: String,
     },
-    /// The constants do not fit the arm.
+    /// The constants do not match the arm.
     #[error("the experiment's theta_initial and theta_desired do not fit the arm")]
     Arm(#[from] ArmError),
-    /// The integration gave up.
+    /// The integration failed.
     #[error("the simulation failed: {0}")]
     Simulation(String),
 }

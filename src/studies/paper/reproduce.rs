@@ -1,4 +1,4 @@
-//! Everything in the paper at once, and results more.
+//! Reproduces all results of the paper at once, with additional ones.
 
 use super::claim::Claim;
 use super::claims::{Evidence, claims};
@@ -10,22 +10,22 @@ use dq_figures::{DrawError, Figure, Width};
 use serde_json::{Map, Value, json};
 use std::path::Path;
 
-/// What was reproduced.
+/// The reproduced results.
 pub struct Reproduction {
-    /// `fig1` to `fig9` and the angles of section 4, then the results that the paper does not have.
+    /// `fig1` to `fig9` and the joint angles of section 4, then additional results.
     pub figures: Vec<Figure>,
     /// Section 8 of the paper.
     pub comparison: [Row; 4],
-    /// What the paper claims.
+    /// The claims of the paper.
     pub claims: Vec<Claim>,
-    /// Every number: `results.json`.
+    /// All numbers, for `results.json`.
     pub results: Value,
 }
 
 /// Simulates and draws everything.
 ///
 /// # Errors
-/// [`PaperError`].
+/// [`PaperError`] if a simulation fails.
 pub fn reproduce(lab: &Laboratory) -> Result<Reproduction, PaperError> {
     let runs = Runs::new(lab)?;
     let mut drawn = figures::all(lab, &runs)?;
@@ -66,10 +66,10 @@ pub fn reproduce(lab: &Laboratory) -> Result<Reproduction, PaperError> {
 }
 
 impl Reproduction {
-    /// Writes the figures and `results.json` into `folder`, which is made if it is not there.
+    /// Writes the figures and `results.json` into `folder`, which is created if necessary.
     ///
     /// # Errors
-    /// [`DrawError`].
+    /// [`DrawError`] if a file cannot be written.
     pub fn save(&self, folder: &Path) -> Result<(), DrawError> {
         dq_figures::save(&self.figures, folder, Width::Screen)?;
         dq_figures::write(&folder.join("results.json"), format!("{}\n", self.results).as_bytes())

@@ -1,4 +1,4 @@
-//! Closed loops integrated precisely: the laws themselves, without the servo's limits and without its cycle.
+//! Integrates closed loops accurately: the laws alone, without the servo's limits and its cycle.
 
 use super::PaperError;
 use differential_equations::prelude::*;
@@ -7,26 +7,26 @@ use dq_core::servo::Arms;
 use dq_kinematics::control::Controller;
 use std::cell::RefCell;
 
-/// What a closed loop passed through, [`INTERVAL`] from sample to sample.
+/// The motion of a closed loop, with [`INTERVAL`] between samples.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Trajectory {
     /// The samples' times \[s\].
     pub times: Vec<f64>,
-    /// What was integrated, at each of the times: joint angles \[rad\], or the six numbers of a logarithm.
+    /// The integrated state at each time: joint positions \[rad\], or the six numbers of a logarithm.
     pub states: Vec<Vec<f64>>,
 }
 
-/// The time between two samples \[s\]: fine enough for diffc's first hundredth of a second, in which it goes a third of its way.
+/// The time between two samples \[s\]: fine enough for diffc's first hundredth of a second, in which it covers a third of its path.
 pub const INTERVAL: f64 = 1e-3;
 
-/// Tolerances of an integration step: for figures and for the comparison with the reference work.
+/// Relative and absolute tolerance of an integration step, for figures and for the comparison with the reference work.
 const RELATIVE_TOLERANCE: f64 = 1e-9;
 const ABSOLUTE_TOLERANCE: f64 = 1e-11;
 
-/// Longest integration, in steps: what needs more is going round in circles.
+/// Longest integration in steps; more indicates an endless motion.
 const MOST_STEPS: usize = 1_000_000;
 
-/// The samples' times; the last one is at the end, whatever rounding says.
+/// Returns the times of the samples; the last one is exactly the end.
 fn times(duration: f64) -> Vec<f64> {
     let last = (duration / INTERVAL + 1e-9) as u32;
     (0..=last).map(|count| (f64::from(count) * INTERVAL).min(duration)).collect()
@@ -35,7 +35,7 @@ fn times(duration: f64) -> Vec<f64> {
 /// Integrates `ẋ = velocity(x)` from `start` for `duration` \[s\].
 ///
 /// # Errors
-/// [`PaperError::Simulation`] where the integration fails.
+/// [`PaperError::Simulation`] if the integration fails.
 pub fn integrate(
     velocity: impl Fn(&[f64], &mut [f64]),
     start: &[f64],
@@ -56,10 +56,10 @@ pub fn integrate(
     Ok(Trajectory { times, states })
 }
 
-/// One arm or two under a law, from `start` \[rad\] towards `goal`, whose sign is taken as it is, for `duration` \[s\].
+/// Simulates one arm or two under a law, from `start` \[rad\] towards `goal` with its present sign, for `duration` \[s\].
 ///
 /// # Errors
-/// [`PaperError::Simulation`].
+/// [`PaperError::Simulation`] if the integration fails.
 pub fn follow(
     arms: Arms,
     controller: &Controller,
@@ -77,7 +77,7 @@ pub fn follow(
 }
 
 impl Trajectory {
-    /// The controlled poses along the way: the tool's, or the right tool's in the left tool's frame.
+    /// Returns the controlled poses along the path: the tool's, or the right tool's in the left tool's frame.
     pub fn poses(&self, mut arms: Arms) -> Vec<UnitDualQuaternion> {
         let pose = |theta: &Vec<f64>| {
             arms.evaluate(theta);

@@ -1,4 +1,4 @@
-//! logc as the paper integrated it, behind its figures 4, 5 (red) and 9: in task space, on the half-log pair, without an arm.
+//! logc as integrated in the paper, for its figures 4, 5 (red) and 9: in task space, on the half-log pair, without an arm.
 
 use super::simulation::integrate;
 use super::{Laboratory, PaperError};
@@ -9,7 +9,7 @@ use nalgebra::{Vector3, Vector6};
 use serde::Serialize;
 use std::time::Duration;
 
-/// The motion at even times, [`INTERVAL`](super::INTERVAL) apart.
+/// The motion at equal intervals of [`INTERVAL`](super::INTERVAL).
 #[derive(Clone, Debug)]
 pub struct TaskSpaceLogc {
     /// The samples' times \[s\].
@@ -22,12 +22,12 @@ pub struct TaskSpaceLogc {
     pub goal: UnitDualQuaternion,
 }
 
-/// Figure 4 in numbers.
+/// The figures of figure 4.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct TaskSpaceMetrics {
     /// The half-log pair at the start [rad, m].
     pub initial: [f64; 6],
-    /// When each of its components came within 1e-3 for good \[s\]; none where it has not, or was never outside.
+    /// When each of its components came within 1e-3 for good \[s\]; `None` if it has not, or never was outside.
     pub last_crossing_s: [Option<f64>; 6],
     /// When the rotation had come within 2 % of its initial angle for good \[s\].
     #[serde(rename = "settling_time_2_percent_rotation_s")]
@@ -35,16 +35,16 @@ pub struct TaskSpaceMetrics {
     /// When the translation had come within 2 % of its initial distance for good \[s\].
     #[serde(rename = "settling_time_2_percent_position_s")]
     pub settling_time_position: Option<f64>,
-    /// Length of the path by the distance from start to goal.
+    /// Path length divided by the distance from start to goal.
     pub path_ratio: f64,
 }
 
-/// The half-log pair's rate `Ẋ = V + ½ ad_X V + β ad_X² V` under `V = −(k_ω ψ, (k_ω + k_v) x)` (Bullo & Murray 1995), taken as the
-/// paper's notebooks take it: with half the rotation vector and half the translation as exponential coordinates.
+/// Returns the half-log pair's rate `Ẋ = V + ½ ad_X V + β ad_X² V` under `V = −(k_ω ψ, (k_ω + k_v) x)` (Bullo & Murray 1995), computed as
+/// in the paper's notebooks: with half the rotation vector and half the translation as exponential coordinates.
 ///
-/// Written out: `ψ̇ = −k_ω ψ`, `ẋ = −(k_ω + k_v) x − k_v (½ ψ×x + β ψ×(ψ×x))`, `β = (1 − (|ψ|/2) cot(|ψ|/2))/|ψ|²`. In the
-/// notebooks' form `ẋ = −(k_ω + k_v R_ψ A_ψ⁻¹) x`, with `R_ψ` the rotation by ψ and `A_ψ` its integral. So the translation
-/// decays faster than the rotation where both gains are equal.
+/// Explicitly: `ψ̇ = −k_ω ψ`, `ẋ = −(k_ω + k_v) x − k_v (½ ψ×x + β ψ×(ψ×x))`, `β = (1 − (|ψ|/2) cot(|ψ|/2))/|ψ|²`. The notebooks have the
+/// form `ẋ = −(k_ω + k_v R_ψ A_ψ⁻¹) x`, with the rotation `R_ψ` by ψ and its integral `A_ψ`. So with equal gains the translation decays
+/// faster than the rotation.
 pub fn half_log_rate([k_omega, k_v]: [f64; 2], half_log: &Vector6<f64>) -> Vector6<f64> {
     let psi: Vector3<f64> = half_log.fixed_rows::<3>(0).into();
     let x: Vector3<f64> = half_log.fixed_rows::<3>(3).into();
@@ -57,10 +57,10 @@ pub fn half_log_rate([k_omega, k_v]: [f64; 2], half_log: &Vector6<f64>) -> Vecto
 }
 
 impl TaskSpaceLogc {
-    /// The paper's motion with the constants of the experiment.
+    /// Simulates the paper's motion with the constants of the experiment.
     ///
     /// # Errors
-    /// [`PaperError`].
+    /// [`PaperError`] if the simulation fails.
     pub fn new(lab: &Laboratory) -> Result<Self, PaperError> {
         let constants = &lab.experiment.task_space_logc;
         let gains = [constants.gain_angular, constants.gain_linear];
@@ -77,7 +77,7 @@ impl TaskSpaceLogc {
         Ok(Self { times: trajectory.times, half_logs, poses, goal })
     }
 
-    /// The motion in numbers.
+    /// Computes the figures of the motion.
     pub fn metrics(&self) -> TaskSpaceMetrics {
         let points = || self.poses.iter().map(UnitDualQuaternion::translation);
         let length: f64 = points().zip(points().skip(1)).map(|(a, b)| (b - a).norm()).sum();
@@ -91,7 +91,7 @@ impl TaskSpaceLogc {
         }
     }
 
-    /// When a component came within 1e-3 for good \[s\]: what figure 4 of the paper shows of it begins there.
+    /// Returns when a component came within 1e-3 for good \[s\], which is where its curve in figure 4 of the paper begins.
     fn last_crossing(&self, component: usize) -> Option<f64> {
         const EDGE: f64 = 1e-3;
         let size = |sample: usize| Some(self.half_logs.get(sample)?[component].abs());
@@ -101,7 +101,7 @@ impl TaskSpaceLogc {
         Some(self.times[last] + part * (self.times[last + 1] - self.times[last]))
     }
 
-    /// When the three components from `first` on had come within 2 % for good \[s\].
+    /// Returns when the three components from `first` on had come within 2 % for good \[s\].
     fn settled(&self, first: usize) -> Option<f64> {
         let size = |half_log: &Vector6<f64>| half_log.fixed_rows::<3>(first).norm();
         let mut settling = Settling::new(self.half_logs.first().map_or(0.0, size), 0.0);

@@ -1,4 +1,4 @@
-//! (b) diffc started on its goal with the goal's other sign: without the double-cover rule it leaves, with it it stays.
+//! (b) diffc started at its goal with the goal's other sign: without the double-cover rule the tool leaves, with it the tool stays.
 
 use super::simulation::follow;
 use super::{Laboratory, PaperError};
@@ -8,7 +8,7 @@ use dq_figures::{Axis, Figure, Line, Series, chart, law_color, over_time};
 use dq_kinematics::control::{Law, nearer_goal};
 use serde::Serialize;
 
-/// How far the tool went from a goal on which it stood.
+/// How far the tool went from the goal at which it started.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Departure {
     /// Whether the double-cover rule chose the sign.
@@ -19,10 +19,10 @@ pub struct Departure {
     pub largest_angle_deg: f64,
 }
 
-/// Both, and the figure.
+/// Simulates both cases. Returns the results and the figure.
 ///
 /// # Errors
-/// [`PaperError`].
+/// [`PaperError`] if a simulation fails.
 pub fn wrong_sign(lab: &Laboratory) -> Result<(Vec<Departure>, Figure), PaperError> {
     let goal = lab.goal()?;
     let chosen = nearer_goal(&-goal, &goal);
@@ -56,7 +56,7 @@ pub fn wrong_sign(lab: &Laboratory) -> Result<(Vec<Departure>, Figure), PaperErr
     Ok((departures, chart("wrong_sign", "Started on the goal, which is given as −q", &rows)))
 }
 
-/// How far the tool is at a time \[s\] from the goal on which it started.
+/// The distance of the tool at a time \[s\] from the goal at which it started.
 struct Away {
     time: f64,
     /// \[mm\].
@@ -65,7 +65,7 @@ struct Away {
     angle: f64,
 }
 
-/// The way of an arm that starts on that goal.
+/// Simulates an arm that starts at this goal.
 fn departure(lab: &Laboratory, goal: &UnitDualQuaternion) -> Result<Vec<Away>, PaperError> {
     let controller = lab.controller(Law::Diffc, lab.experiment.diffc.gain);
     let (arm, duration) = (Arms::one(lab.chain.clone()), lab.experiment.wrong_sign.duration);

@@ -1,43 +1,43 @@
-//! The straight line in joint space to another configuration, and how fast the arm goes along it.
+//! The straight line in joint space to another configuration, and the speed along it.
 
 use crate::servo::{Arms, Limits};
 use dq_algebra::UnitDualQuaternion;
 use dq_kinematics::arm::JointKind;
 use dq_limits::Braking;
 
-/// So many places ahead, as far as braking takes, are looked at for how fast the tool may be there.
+/// Number of points along the braking distance at which the tool's speed is checked.
 const PLACES: u32 = 32;
 
-/// The part of the acceleration that braking for the tool counts on.
+/// The fraction of the acceleration limit that braking for the tool's speed relies on.
 const SHARE: f64 = 0.5;
 
-/// Where the joints go, as long as a reconfiguration is found or in progress.
-pub(super) struct Elsewhere {
-    /// The end of the line \[rad, prismatic: m\], one number a joint.
+/// The line in joint space, while another configuration is found or a reconfiguration is under way.
+pub(super) struct JointLine {
+    /// The end of the line \[rad, prismatic: m\], one number per joint.
     pub positions: Vec<f64>,
     pub kinds: Vec<JointKind>,
-    /// To try places on the line, and such a place.
+    /// The arms at a point of the line, and the joint positions there.
     trial: Arms,
     place: Vec<f64>,
-    /// How far each joint has to go.
+    /// The displacement left for each joint.
     rest: Vec<f64>,
 }
 
-impl Elsewhere {
-    /// Nowhere yet, for the arms of `trial`.
+impl JointLine {
+    /// Creates a line without an end yet, for the arms of `trial`.
     pub fn new(trial: Arms) -> Self {
         let kinds = trial.joint_kinds();
         let zeros = vec![0.0; kinds.len()];
         Self { positions: zeros.clone(), kinds, trial, place: zeros.clone(), rest: zeros }
     }
 
-    /// Puts the tool that is tried at `tool_offset`.
+    /// Sets the tool offset of the arms that are tried.
     pub fn set_tool_offset(&mut self, tool_offset: &UnitDualQuaternion) {
         self.trial.set_tool_offset(tool_offset);
     }
 
-    /// How far each joint at `from` has to go \[rad, prismatic: m\]: one that turns without end in the shorter direction, as its encoder may
-    /// wrap between.
+    /// Returns the displacement left for each joint from `from` \[rad, prismatic: m\]. A joint without position limits turns in the shorter
+    /// direction, because its encoder may wrap in between.
     pub fn displacements<'a>(
         &'a self,
         from: &'a [f64],
@@ -50,7 +50,7 @@ impl Elsewhere {
         })
     }
 
-    /// The joint, counted from 0, that takes longest at its largest speed from where they are at `from`, and how long \[s\].
+    /// Returns the joint (counted from 0) that takes longest from `from` at its largest speed, and its time \[s\].
     pub fn longest(&self, from: &[f64], limits: &Limits) -> (usize, f64) {
         let times = self
             .displacements(from, limits)
@@ -59,8 +59,8 @@ impl Elsewhere {
         times.enumerate().max_by(|(_, a), (_, b)| a.total_cmp(b)).unwrap_or_default()
     }
 
-    /// The joint velocities [rad/s, prismatic: m/s] along the line from where the joints are at `from`: all are at the same part of their
-    /// displacements, as fast as the slowest allows, and slow down for the end as for a position limit.
+    /// Computes the joint velocities [rad/s, prismatic: m/s] along the line from `from`. All joints complete the same fraction of their
+    /// displacements at a time, as fast as the slowest allows, and slow down for the end as for a position limit.
     pub fn velocity(&mut self, from: &[f64], limits: &Limits, braking: &Braking, velocity: &mut [f64]) {
         let mut rest = std::mem::take(&mut self.rest);
         rest.iter_mut()
@@ -72,16 +72,19 @@ impl Elsewhere {
             rate = rate.min(approach.speed(rest.abs()) / rest.abs());
             acceleration = acceleration.min(SHARE * approach.deceleration / rest.abs());
         }
-        // Where no joint has to go anywhere, none has a rate.
+        // If no displacement is left, the rate is infinite.
         let rate =
             if rate.is_finite() { self.tool_rate(from, &rest, limits, rate, acceleration) } else { 0.0 };
         velocity.iter_mut().zip(&rest).for_each(|(speed, rest)| *speed = rate * rest);
         self.rest = rest;
     }
 
-    /// The part of the `rest` that is gone in a second, at most `rate` [1/s], so that the tool keeps its speed limits along it
-    /// with this `acceleration` [1/s²]: at the part p of the path the rate r may be `√(r(p)² + 2 a p)`, where `r(p)` is what the tool's limits
-    /// allow there. Where the tool hardly moves while the joints do, as they go in opposite directions, it may move much a little later.
+    /// Returns the fraction of `rest` to move per second, at most `rate` [1/s], such that the tool keeps its speed limits along the line
+    /// with this `acceleration` [1/s²].
+    ///
+    /// At the fraction p of the line, let `r(p)` be the rate that the tool's limits allow there. Then the present rate may be at most
+    /// `√(r(p)² + 2 a p)`. Looking ahead is necessary: if joints turn in opposite directions, the tool may hardly move now and move fast a
+    /// little later.
     fn tool_rate(
         &mut self,
         from: &[f64],

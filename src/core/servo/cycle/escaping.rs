@@ -1,4 +1,4 @@
-//! Through singularities: when a law is stuck at one, and when it goes on by itself.
+//! Passing through singularities: detects that a law is stuck at one, and when it continues on its own.
 
 use super::Servo;
 use super::robot::fastest_of;
@@ -8,26 +8,27 @@ use crate::servo::escape_phase::{EscapePhase, Phase};
 use dq_algebra::UnitDualQuaternion;
 use std::time::Duration;
 
-/// A law is stuck where the joints can change less than this part of its error, `|Jᵀ e| < 0.01 |e|`, rad and m taken alike ...
+/// A law is stuck if the joints can change less than this fraction of its error, `|Jᵀ e| < 0.01 |e|` (rad and m taken alike), ...
 const STUCK: f64 = 1e-2;
 
-/// ... and it drives no joint faster than this [rad/s] ...
+/// ... it drives no joint faster than this [rad/s], ...
 const STANDING: f64 = 0.05;
 
-/// ... for so long.
+/// ... and both have held for this time.
 const PATIENCE: Duration = Duration::from_millis(200);
 
-/// A motion without progress is held up by a singularity where the joints can change less than this part of the law's error.
+/// A motion without progress is stopped by a singularity if the joints can change less than this fraction of the law's error.
 const HELD_UP: f64 = 0.1;
 
-/// A joint that goes slower than commanded by no more than this [rad/s, prismatic: m/s] is not pulled at.
+/// A smaller commanded speed [rad/s, prismatic: m/s] is not evidence of a pull.
 const PULLED: f64 = 1e-3;
 
-/// Another escape begins only where the error has become smaller by this factor since the last one began: so none leads in circles.
+/// Another escape begins only if the error is below this factor times the error at which the last one began, so that escapes cannot lead in
+/// circles.
 const NEARER: f64 = 0.999;
 
 impl Servo {
-    /// Follows the motion through singularities, with what the law asks for in the velocity.
+    /// Updates the phase of escaping, with the velocity that the law asks for in `output.velocity`.
     pub(super) fn watch_escape(&mut self, now: Duration, goal: &UnitDualQuaternion, arrived: bool) {
         let Some(EscapePhase { phase, .. }) = self.mode.pursuit().map(|pursuit| pursuit.watch.escape) else {
             return;
@@ -63,7 +64,7 @@ impl Servo {
         self.escape.freedom(self.robot.arms.state(), &self.settings.controller, goal)
     }
 
-    /// Takes the escape that was found, where it leads from a smaller error than the last one.
+    /// Begins the escape that was found, if the error is smaller than at the last escape.
     fn leave(&mut self, error: f64) -> bool {
         let Some(pursuit) = self.mode.pursuit_mut() else { return false };
         let escape = &mut pursuit.watch.escape;
@@ -79,18 +80,18 @@ impl Servo {
         self.escape.find(&self.settings.controller, goal, theta, limits)
     }
 
-    /// That something pulls at the joints as much as the law does, where it does: most of what the joint that is pulled at most is commanded
-    /// does not move it.
+    /// Returns a sagging stall if something pulls at the joints as strongly as the law does: the joint with the largest pull loses most of
+    /// its command to it.
     fn sag(&self) -> Option<Stall> {
         let (joint, pull) = fastest_of(self.robot.link.pulls())?;
-        // At an arm that stands all of the command is lost.
+        // If an arm stands, all of its command is lost.
         let speed = self.output.command[joint];
         let is_lost = (speed - pull).abs() <= 0.5 * pull.abs();
-        let (error, kind) = (self.mode.pursuit()?.watch.error, self.elsewhere.kinds[joint]);
+        let (error, kind) = (self.mode.pursuit()?.watch.error, self.joint_line.kinds[joint]);
         (speed.abs() >= PULLED && is_lost).then_some(Stall::Sagging { joint: joint + 1, speed, kind, error })
     }
 
-    /// Why the motion to `goal` makes no progress; none where it was held up by a singularity and goes on now.
+    /// Returns why the motion to `goal` makes no progress, or `None` if a singularity stopped it and it now continues.
     pub(super) fn stall(&mut self, goal: &UnitDualQuaternion) -> Option<Stall> {
         if let Some(reach) = self.beyond_reach(&goal.translation()) {
             return Some(Stall::BeyondReach(reach));

@@ -1,4 +1,4 @@
-//! Goals as they come, and where their frames take them: which of them the arm may go to.
+//! New goals, and goals that move with their frames: decides which of them the arm may move to.
 
 use super::Servo;
 use crate::servo::explanation::Nearness;
@@ -11,12 +11,14 @@ use dq_kinematics::control::nearer_goal;
 use std::time::Duration;
 
 impl Servo {
-    /// Takes a goal received at `now`: position \[m\], orientation (x, y, z, w), frame. It begins a new motion; one that comes within
-    /// [`STREAM`](crate::servo::STREAM) of the one before, from the same publisher, only moves the aim of the motion in progress. One that
-    /// is the same within the tolerances, as −q for q, ends a stall only after a silence of `progress_timeout`.
+    /// Takes a goal received at `now`: position \[m\], orientation (x, y, z, w), frame.
+    ///
+    /// A goal begins a new motion, unless it arrives within [`STREAM`](crate::servo::STREAM) of the last one from the same publisher: then
+    /// it only moves the aim of the motion in progress. A goal that equals the last one within the tolerances (−q equals q) ends a stall
+    /// only after a silence of `progress_timeout`.
     ///
     /// # Errors
-    /// The [`Rejection`], which is counted; the last good goal stays in force. As long as a twist rules there is none.
+    /// The [`Rejection`], which is counted; the last valid goal remains. While a twist is in force, every goal is rejected.
     pub fn take_goal(
         &mut self,
         position: [f64; 3],
@@ -31,22 +33,22 @@ impl Servo {
         )
     }
 
-    /// The same of a goal that says when it holds: so a stream of them is followed more steadily.
+    /// Takes a goal with a time stamp. A stream of stamped goals is tracked more steadily.
     ///
     /// # Errors
-    /// As [`take_goal`](Self::take_goal), [`Rejection::Late`] and [`Rejection::Superseded`].
+    /// The errors of [`take_goal`](Self::take_goal), [`Rejection::Late`] and [`Rejection::Superseded`].
     pub fn take_stamped_goal(&mut self, reading: &GoalReading, now: Duration) -> Result<(), Rejection> {
         let GoalReading { position, orientation_xyzw, frame_id, stamp, waited, sent } = *reading;
-        // What is no goal asks for nothing.
+        // An invalid goal does not count as a request.
         let goal = self.counted(Goal::new(position, orientation_xyzw, frame_id, &self.frames.goal))?;
         self.watch_frame(now);
         let (by, silence) = (Asker::Goal(sent.by), self.silence());
-        // What waits for a frame that is lost is not heard, so that it cannot show a silence.
+        // A goal that waits for a lost frame is not heard, so it cannot show a silence.
         let ask = match waited.is_zero() {
             true => self.asks.hear(by, sent.ago, now, silence),
             false => self.asks.hear_found(by, waited + sent.ago, now, silence),
         };
-        let goal = self.counted(self.wanted(goal, sent.ago, &ask, now))?;
+        let goal = self.counted(self.acceptable(goal, sent.ago, &ask, now))?;
         let before = self.mode.pursuit().map(|pursuit| pursuit.goal);
         self.pursue(goal, stamp, ask.by, now);
         self.tell_oscillation(before);
@@ -57,10 +59,10 @@ impl Servo {
         Ok(())
     }
 
-    /// Goes on to a goal of the same stream, or begins a motion to another one.
+    /// Continues a stream with its next goal, or begins a motion to another goal.
     fn pursue(&mut self, goal: Goal, stamp: i64, asker: Asker, now: Duration) {
         let (tolerance, timeout) = (self.settings.goal_tolerance, self.settings.progress_timeout);
-        // Where the arm is now, and by which way it went there, has nothing to do with a motion that was revoked.
+        // The state of a revoked motion does not carry over.
         let is_revoked = self.asks.consent().revocation().is_some();
         let mut before = self.mode.pursuit_mut().filter(|_| !is_revoked);
         if let Some(pursuit) = &mut before {
@@ -80,8 +82,8 @@ impl Servo {
         self.motions.count += 1;
     }
 
-    /// The goal, which took so long to come and is of that ask, where the arm may go to it.
-    fn wanted(&self, goal: Goal, ago: Duration, ask: &Ask, now: Duration) -> Result<Goal, Rejection> {
+    /// Returns the goal, sent `ago` before as part of `ask`, if the arm may move to it.
+    fn acceptable(&self, goal: Goal, ago: Duration, ask: &Ask, now: Duration) -> Result<Goal, Rejection> {
         if ago > self.settings.rearm_timeout {
             return Err(Rejection::Late(ago));
         }
@@ -94,7 +96,7 @@ impl Servo {
         self.reachable(goal)
     }
 
-    /// The goal, if the arm reaches it, or may go as near as it can.
+    /// Returns the goal if the arm reaches it, or may move as near to it as it can.
     fn reachable(&self, goal: Goal) -> Result<Goal, Rejection> {
         match self.settings.beyond_reach {
             BeyondReach::Approach => Ok(goal),
@@ -105,7 +107,7 @@ impl Servo {
         }
     }
 
-    /// Moves the goal in force with its frame, or notes that the frame is lost: then the arm holds until it is there again. Without a
+    /// Moves the current goal with its frame, or notes that the frame is lost: then the arm holds until the frame is found again. Without a
     /// goal nothing happens.
     ///
     /// # Errors
@@ -132,7 +134,7 @@ impl Servo {
         Ok(())
     }
 
-    /// Tells the watch for oscillations by how much the goal in force has changed the law's error, if it is another than `before`.
+    /// Tells the oscillation monitor how much the new goal changed the law's error, unless the goal still is `before`.
     fn tell_oscillation(&mut self, before: Option<Goal>) {
         let after = self.mode.pursuit().map(|pursuit| pursuit.goal);
         let (Some(before), Some(after)) = (before, after.filter(|after| before.as_ref() != Some(after)))
@@ -147,8 +149,8 @@ impl Servo {
         }
     }
 
-    /// Adds the goal in force to its stream, and asks whether the tool explains its motion. How near the tool is to it, if it says something
-    /// new.
+    /// Adds the current goal to its stream, and checks whether the tool's motion explains the goal's. Returns how near the tool is to the
+    /// goal, if the goal provides new evidence.
     fn explain(&mut self, stamp: i64, now: Duration) -> Option<Nearness> {
         let pursuit = self.mode.pursuit()?;
         let Settings { controller, goal_tolerance: tolerance, .. } = &self.settings;
@@ -159,11 +161,11 @@ impl Servo {
             rates: controller.fastest_rates(arm, place).map(|rate| pursuit.watch.gain_factor * rate),
         };
         let goes_on = self.stream.add(place, stamp, now);
-        self.explanation.look(now, place, goes_on, &nearness).then_some(nearness)
+        self.explanation.compare(now, place, goes_on, &nearness).then_some(nearness)
     }
 
-    /// Revokes what was asked for until now once TF has not said for longer than `rearm_timeout` where the goal's frame is. As long as the
-    /// frame is lost, the publisher of a goal that waits for it counts as one that goes on.
+    /// Revokes all requests until now if TF has not known the goal's frame for longer than `rearm_timeout`. While the frame is lost, the
+    /// publisher of a goal that waits for it counts as one that continues.
     pub(super) fn watch_frame(&mut self, now: Duration) {
         let Some(lost) = self.mode.pursuit().and_then(|pursuit| pursuit.lost) else { return };
         self.asks.wait(now);

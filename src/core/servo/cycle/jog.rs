@@ -1,4 +1,4 @@
-//! Jogging: the tool moves by a twist that somebody holds, as from a joystick, and stands when it ceases.
+//! Jogging: the tool moves by a twist while somebody holds a stick, and stops when the twist ends.
 
 use super::Servo;
 use crate::servo::mode::{Jog, Mode};
@@ -6,16 +6,16 @@ use crate::servo::{Ask, Asker, Outcome, Rejection, Revocation, Sent, Twist, Twis
 use std::time::Duration;
 
 impl Servo {
-    /// The frame besides that of goals in which twists come: the tool's own.
+    /// Names the tool's own frame, in which twists may be given besides the goal frame.
     #[must_use]
     pub fn with_tool_frame(mut self, tool_frame: &str) -> Self {
         tool_frame.clone_into(&mut self.frames.tool);
         self
     }
 
-    /// Takes a twist received at `now`. It is in force for `twist_timeout`, and drops the goal; as long as its publisher holds the
-    /// stick, that is one [`Ask`]. One of zero asks for no motion: it lets go of the stick, and drops no goal.
-    /// Of two publishers the one that came first counts.
+    /// Takes a twist received at `now`. It is in force for `twist_timeout`, and drops the goal. While its publisher holds the stick, all
+    /// twists are one [`Ask`]. A zero twist asks for no motion: it releases the stick, and does not drop a goal. Of two publishers, the one
+    /// that came first counts.
     ///
     /// # Errors
     /// The [`Rejection`], which is counted.
@@ -35,7 +35,7 @@ impl Servo {
             return Ok(());
         }
         let ask = self.asks.hear(by, ago, now, self.silence());
-        // Its stick is held all the same.
+        // Even with a late twist the stick counts as held.
         let is_late = ago > self.settings.twist_timeout;
         self.counted(if is_late { Err(Rejection::Late(ago)) } else { Ok(()) })?;
         if !is_other {
@@ -44,7 +44,7 @@ impl Servo {
         Ok(())
     }
 
-    /// Goes over to a twist, or goes on with it. A stick that is held in vain only keeps its reason, where nobody else asks.
+    /// Follows a twist. The request of a held stick with revoked consent only shows its reason, and only if nobody else asks.
     fn jog(&mut self, jog: Jog, ask: Ask, now: Duration) {
         let is_first = self.asks.consent().ask().is_none_or(|before| before.by == ask.by);
         if ask.revoked.is_some() && !is_first {
@@ -64,8 +64,8 @@ impl Servo {
         now.saturating_sub(jog.received) <= self.settings.twist_timeout
     }
 
-    /// Forgets a twist that has ceased, one of zero that the arm has obeyed, since whoever sends zeros for ever rules nothing, and the
-    /// consent of a stick that was let go of.
+    /// Ends a twist that has lapsed, or a zero twist once the arm is at rest, so that endless zeros do not block goals. Withdraws the
+    /// consent of a released stick.
     pub(super) fn watch_jog(&mut self, now: Duration) {
         let is_over = |jog: &Jog| !self.is_fresh(jog, now) || (jog.twist.is_zero() && self.at_rest());
         if self.mode.jog().is_some_and(is_over) {
@@ -79,12 +79,12 @@ impl Servo {
         }
     }
 
-    /// Whether a twist rules, so that no goal does.
+    /// Returns whether a twist is in force, which excludes goals.
     pub(super) fn is_jogged(&self, now: Duration) -> bool {
         self.mode.jog().is_some_and(|jog| self.is_fresh(jog, now))
     }
 
-    /// Wants the velocity at which the tool moves by the twist.
+    /// Computes the velocity at which the tool moves by the twist.
     pub(super) fn obey(&mut self, twist: &Twist) {
         let Twist { linear, angular, in_tool } = *twist;
         let rotation = self.robot.predicted.tool_axes();

@@ -1,11 +1,11 @@
-//! The record of the motion in progress: when it begins, and what becomes of it.
+//! The record of the motion in progress: its beginning and its outcome.
 
 use super::Servo;
 use crate::servo::{Motion, MotionMeter, Outcome, Reconfiguration, STREAM};
 use std::time::Duration;
 
 impl Servo {
-    /// Records what has become of the motion in progress by now, where that is news.
+    /// Records the present outcome of the motion in progress, if it has changed.
     pub(super) fn record_motion(&mut self, now: Duration) {
         let revocation = self.asks.consent().revocation();
         let Some(pursuit) = self.mode.pursuit_mut() else { return };
@@ -13,7 +13,7 @@ impl Servo {
         let is_open = matches!(pursuit.watch.reconfiguration, Reconfiguration::Searching(_));
         let outcome = match (revocation, pursuit.watch.stall) {
             (Some(why), _) => Outcome::Revoked(why),
-            // What there is to say of it is known in a moment.
+            // The result of the search is known in a moment.
             (None, Some(_)) if is_open => return,
             (None, Some(stall)) => Outcome::Stalled(stall),
             (None, None) if pursuit.record.settled && stands => Outcome::Arrived,
@@ -26,7 +26,7 @@ impl Servo {
         let Some(pursuit) = self.mode.pursuit_mut() else { return };
         let record = &mut pursuit.record;
         match record.outcome {
-            // What the arm does after it has arrived belongs to no motion, until a stream goes on.
+            // What the arm does after its arrival belongs to no motion, unless a stream continues.
             Some(Outcome::Arrived) if stands => {}
             Some(Outcome::Arrived | Outcome::Stalled(_)) if outcome == Outcome::Underway => {
                 record.outcome = Some(outcome);
@@ -42,7 +42,7 @@ impl Servo {
         }
     }
 
-    /// Ends the motion in progress, if there is one that has not come to its end.
+    /// Ends the motion in progress, if there is one that has not ended.
     pub(super) fn end_motion(&mut self, outcome: Outcome) {
         let recorded = self.mode.pursuit().and_then(|pursuit| pursuit.record.outcome);
         if recorded.is_some_and(|before| !before.is_end()) {
@@ -67,7 +67,7 @@ impl Servo {
             reconfiguration: pursuit.watch.reconfiguration,
             reconfigured: record.reconfigured,
             figures: record.meter.as_ref().map(MotionMeter::figures).unwrap_or_default(),
-            // Without an allocation where there is nothing yet, or nothing to come.
+            // Avoids an allocation if there are no speeds yet, or the record is not needed anymore.
             peak_speeds: match outcome {
                 Outcome::Underway => Vec::new(),
                 Outcome::Stalled(_) => record.peak_speeds.clone(),

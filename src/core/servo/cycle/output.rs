@@ -1,4 +1,4 @@
-//! What is sent to the robot: the velocity command, or the positions that it leads to.
+//! The output to the robot: the velocity command, or the positions that it leads to.
 
 use crate::servo::filters::Filters;
 use crate::servo::setpoint::Setpoint;
@@ -8,38 +8,38 @@ use dq_limits::LatchedLimits;
 use serde::Serialize;
 use std::time::Duration;
 
-/// What is sent to the robot.
+/// The output to the robot.
 pub(super) struct Output {
-    /// The motion that is wanted, and what filters make of it [rad/s, prismatic: m/s].
+    /// The desired motion, and then what the filters make of it [rad/s, prismatic: m/s].
     pub velocity: Vec<f64>,
-    /// How fast the last command moves each joint, and the command itself: this motion and what holds the joint against what pulls at it.
+    /// The speed at which the last command moves each joint, and the command: this motion plus the joint's hold against its pull.
     pub motion: Vec<f64>,
     pub command: Vec<f64>,
     pub filters: Filters,
     pub latched_limits: LatchedLimits,
     pub setpoint: Setpoint,
-    /// What keeps the arm from what is wanted, in the last cycle.
+    /// What keeps the arm from the desired motion, in the last cycle.
     pub hindrance: Hindrance,
     interface: Interface,
-    /// The arm was driven, or braked: from then on it is sent commands.
+    /// Whether the arm was ever driven or braked: from then on, commands are sent.
     begun: bool,
-    /// What the arm did while the servo was away is not known yet: it is sent nothing.
+    /// Whether it is unknown what the arm did during a gap in the cycles: then nothing is sent.
     blind: bool,
 }
 
-/// What keeps an arm that is driven from what is wanted.
+/// What keeps a driven arm from its desired motion.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Hindrance {
-    /// The joint that its position limit holds back, counted from 1.
+    /// The joint that its position limit stops, counted from 1.
     pub at_limit: Option<usize>,
-    /// The pair that would come too near to each other.
+    /// The pair that would come too close to each other.
     pub pair: Option<ClosePair>,
-    /// The nearest pair of those that were looked at.
+    /// The closest of the pairs that were checked.
     pub closest: Option<ClosePair>,
 }
 
 impl Hindrance {
-    /// What the filters have found for an arm that is driven.
+    /// Collects what the filters have found for a driven arm.
     pub fn of(filters: &Filters) -> Self {
         let at_limit = filters.held_back().map(|joint| joint + 1);
         Self { at_limit, pair: filters.held_by(), closest: filters.closest() }
@@ -63,7 +63,7 @@ impl Output {
         self.filters.go_on_from(approach);
     }
 
-    /// Nothing yet, for cycles of that `period` \[s\].
+    /// Creates an output without a command, for the control period `period` \[s\].
     pub fn new(arms: &Arms, settings: &Settings, period: f64) -> Self {
         let joints = arms.joint_count();
         let mut filters = Filters::new(arms, period);
@@ -82,12 +82,12 @@ impl Output {
         }
     }
 
-    /// Whether the last command moves no joint.
+    /// Returns whether the last command moves no joint.
     pub fn at_rest(&self) -> bool {
         self.motion.iter().all(|speed| *speed == 0.0)
     }
 
-    /// What is to be sent, if anything is.
+    /// Returns what to send, if anything.
     pub fn to_send(&self) -> Option<&[f64]> {
         match self.interface {
             _ if self.blind => None,
@@ -96,12 +96,12 @@ impl Output {
         }
     }
 
-    /// Whether speeds are sent.
+    /// Returns whether speeds are sent.
     pub fn is_sent_speeds(&self) -> bool {
         self.begun && !self.interface.takes_positions()
     }
 
-    /// Sends nothing, so that the arm stands by its own timeout, until it is known what it did while the servo was away.
+    /// Sends nothing while `blind`, so that the arm stops by its own timeout: what it did during a gap in the cycles is unknown.
     pub fn be_silent(&mut self, blind: bool, hold: &[f64]) {
         self.blind = blind;
         if blind {
@@ -110,14 +110,14 @@ impl Output {
         }
     }
 
-    /// The motion that begins after the last command, if this `hold` [rad/s, prismatic: m/s] is what moves nothing from now on.
+    /// Computes the motion that continues the last command, now that `hold` [rad/s, prismatic: m/s] is the command that moves nothing.
     pub fn begin(&mut self, hold: &[f64]) {
         for ((motion, command), hold) in self.motion.iter_mut().zip(&self.command).zip(hold) {
             *motion = command - hold;
         }
     }
 
-    /// Sends what the filters made of the velocity, besides this `hold` [rad/s, prismatic: m/s].
+    /// Sets the command to the filtered velocity plus the `hold` [rad/s, prismatic: m/s].
     pub fn send(&mut self, hold: &[f64]) {
         std::mem::swap(&mut self.motion, &mut self.velocity);
         for ((command, motion), hold) in self.command.iter_mut().zip(&self.motion).zip(hold) {
@@ -125,13 +125,13 @@ impl Output {
         }
     }
 
-    /// How fast the arm is sent on [rad/s, prismatic: m/s].
+    /// Returns the speeds at which the output moves [rad/s, prismatic: m/s].
     pub fn speeds(&self) -> &[f64] {
         if self.interface.takes_positions() { self.setpoint.speeds() } else { &self.motion }
     }
 
-    /// Moves on where an arm that takes positions is sent, `elapsed` after the cycle before; one that is `driven` begins where it is
-    /// `measured`.
+    /// Advances the position setpoint, `elapsed` after the last cycle. If the arm is `driven`, the setpoint begins at the `measured`
+    /// positions.
     pub fn move_setpoint(
         &mut self,
         driven: bool,

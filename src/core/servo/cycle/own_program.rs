@@ -1,33 +1,33 @@
-//! A servo in a program of its own: one goal, the joints as they are, one command.
+//! A servo in a program of its own: takes one goal and the joint positions, and returns one command.
 
 use super::Servo;
 use crate::servo::{GoalReading, JointReading, Rejection, Sent};
 use dq_algebra::UnitDualQuaternion;
 use std::time::Duration;
 
-/// Where the joints are and how fast they move, in the order of the servo's joints, arm after arm.
+/// The measured positions and velocities, in the order of the servo's joints, arm after arm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Measured<'a> {
     /// Positions \[rad, prismatic: m\].
     pub positions: &'a [f64],
-    /// Velocities [rad/s, prismatic: m/s]; empty where they are not measured.
+    /// Velocities [rad/s, prismatic: m/s]; empty if they are not measured.
     pub velocities: &'a [f64],
 }
 
 impl Servo {
-    /// Asks for a goal pose, in the base frame; the next [`cycle`](Self::cycle), or [`cycle_with`](Self::cycle_with), takes it. One that is set again within
-    /// [`STREAM`](crate::servo::STREAM) only moves the aim of the motion in progress: a goal that moves is set before each cycle, as it is
-    /// at that cycle's time.
+    /// Sets a goal pose in the base frame, which the next [`cycle`](Self::cycle) or [`cycle_with`](Self::cycle_with) takes. A goal set
+    /// again within [`STREAM`](crate::servo::STREAM) only moves the aim of the motion in progress. So set a moving goal before each cycle,
+    /// with its pose at the time of that cycle.
     pub fn set_goal(&mut self, base_from_goal: impl Into<UnitDualQuaternion>) {
         self.set = Some(base_from_goal.into());
     }
 
-    /// The whole cycle at time `now`, with the joints where they are `measured` then: it returns what is to be sent to the robot, as
-    /// [`output`](Self::output) does. Times are of any clock that never goes back.
+    /// Runs the whole cycle at time `now` with the joints as `measured`, and returns what to send to the robot, as [`output`](Self::output)
+    /// does. Times may be of any clock that never goes back.
     ///
     /// # Errors
-    /// The [`Rejection`] of the joint state or of the goal that was [set](Self::set_goal). It is counted, and the last good one of its kind
-    /// stays in force: the cycle is made all the same, and [`output`](Self::output) has its command.
+    /// The [`Rejection`] of the joint state or of the goal that was [set](Self::set_goal). It is counted, and the last valid one remains.
+    /// The cycle runs in any case, and [`output`](Self::output) has its command.
     pub fn cycle(&mut self, now: Duration, measured: &Measured) -> Result<Option<&[f64]>, Rejection> {
         self.begin(now);
         let state = self.take_measured(measured, now);
@@ -58,11 +58,11 @@ impl Servo {
         Ok(())
     }
 
-    /// Takes the goal that was [set](Self::set_goal), if one was, after [`begin`](Self::begin): [`cycle`](Self::cycle) and
-    /// [`cycle_with`](Self::cycle_with) do so themselves.
+    /// Takes the goal that was [set](Self::set_goal), if any. Call it after [`begin`](Self::begin); [`cycle`](Self::cycle) and
+    /// [`cycle_with`](Self::cycle_with) call it themselves.
     ///
     /// # Errors
-    /// As [`take_stamped_goal`](Self::take_stamped_goal).
+    /// The errors of [`take_stamped_goal`](Self::take_stamped_goal).
     pub fn take_set_goal(&mut self, now: Duration) -> Result<(), Rejection> {
         let Some(base_from_goal) = self.set.take() else { return Ok(()) };
         let rotation = base_from_goal.real();

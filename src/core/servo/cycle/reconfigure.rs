@@ -1,7 +1,7 @@
-//! The way round what a motion has stalled at: to another configuration along the straight line in joint space, then on by the law.
+//! Reconfiguration of a stalled motion: moves to another configuration along a straight line in joint space, where the law takes over.
 //!
-//! The positions that the joints go to come from a [`Search`], which the servo [asks](Servo::ask) and somebody else lets run: what it comes
-//! to is an event, as what comes from the robot is.
+//! The positions come from a [`Search`], which the servo [asks](Servo::ask) and the caller runs. Its result is an event, like every input
+//! from the robot.
 
 use super::Servo;
 use crate::servo::mode::{Pursuit, Watch};
@@ -10,16 +10,15 @@ use crate::servo::{
 };
 use std::time::Duration;
 
-/// Who has not answered so long after a stall does not: by then the arm stands, which takes a second at most.
+/// A search that has not answered this long after a stall counts as unanswered. By then the arm stands, which takes a second at most.
 const ANSWER: Duration = Duration::from_secs(2);
 
-/// Where every joint is so near to its end \[rad, prismatic: m\], the law takes over.
+/// The law takes over if every joint is this near to the end of the line \[rad, prismatic: m\].
 const NEAR: f64 = 1e-3;
 
 impl Servo {
-    /// Puts the question to `search` whether the goal in force can be reached in another configuration than the one in which the arm has
-    /// stalled, once it has come to rest; true where there is that question and it was not put to this search yet. What it comes to is
-    /// [`Event::Found`](crate::servo::Event::Found). Allocates nothing.
+    /// Asks `search` whether the goal can be reached in another configuration, once the stalled arm has come to rest. Returns true if there
+    /// is a question that this search was not asked yet. The result is [`Event::Found`](crate::servo::Event::Found). Allocates nothing.
     pub fn ask(&self, search: &mut Search) -> bool {
         let Some(pursuit) = self.mode.pursuit() else { return false };
         let Reconfiguration::Searching(since) = pursuit.watch.reconfiguration else { return false };
@@ -30,7 +29,7 @@ impl Servo {
         is_new
     }
 
-    /// Takes what a search came to; nothing where that is not asked any more.
+    /// Takes the result of a search; ignores it if the question is out of date.
     pub(in crate::servo) fn take_found(&mut self, found: &Found) {
         let (now, limits) = (self.now(), &self.settings.limits);
         let asked = Reconfiguration::Searching(found.asked);
@@ -42,26 +41,26 @@ impl Servo {
             tracking.watch.reconfiguration = Reconfiguration::NotFound { starts: found.starts };
             return;
         };
-        self.elsewhere.positions.copy_from_slice(positions);
+        self.joint_line.positions.copy_from_slice(positions);
         let from = self.robot.link.measured();
-        let (joint, _) = self.elsewhere.longest(from, limits);
-        let (kind, from, to) = (self.elsewhere.kinds[joint], from[joint], positions[joint]);
+        let (joint, _) = self.joint_line.longest(from, limits);
+        let (kind, from, to) = (self.joint_line.kinds[joint], from[joint], positions[joint]);
         let detour = Detour { joint: joint + 1, kind, from, to, found: now };
         tracking.watch.reconfiguration = Reconfiguration::Found(detour);
         if self.settings.reconfigure == Reconfigure::Always {
-            tracking.go_round(detour);
+            tracking.start_reconfiguration(detour);
         }
     }
 
-    /// Lets the arm go to the configuration that was found for the goal at which it has stalled; who asks for it did so `ago`.
+    /// Starts the reconfiguration that was found for the stalled goal. The request was sent `ago` before.
     ///
     /// # Errors
-    /// [`Rejection::NoWayRound`], [`Rejection::Late`] where it was asked for before it was found; they are counted, and nothing moves.
+    /// [`Rejection::NoWayRound`], or [`Rejection::Late`] if it was requested before it was found. They are counted, and nothing moves.
     pub fn reconfigure(&mut self, ago: Duration) -> Result<(), Rejection> {
         let detour = self.way_round(ago);
         let detour = self.counted(detour)?;
         if let Some(pursuit) = self.mode.pursuit_mut() {
-            pursuit.go_round(detour);
+            pursuit.start_reconfiguration(detour);
         }
         Ok(())
     }
@@ -86,12 +85,12 @@ impl Servo {
         Err(why.into())
     }
 
-    /// Whether the arm goes to another configuration.
+    /// Returns whether the arm moves to another configuration.
     pub(super) fn is_reconfiguring(&self) -> bool {
         self.mode.pursuit().is_some_and(Pursuit::is_reconfiguring)
     }
 
-    /// Ends a search that nobody answers, and a reconfiguration that is at its end: the law takes over.
+    /// Ends a search without an answer, and a reconfiguration that has reached its end: then the law takes over.
     pub(super) fn watch_reconfiguration(&mut self, now: Duration) {
         let Some(tracking) = self.mode.pursuit_mut() else { return };
         let limits = &self.settings.limits;
@@ -102,7 +101,7 @@ impl Servo {
             }
             Reconfiguration::Underway(_)
                 if tracking.record.settled
-                    || self.elsewhere.displacements(self.robot.link.measured(), limits).all(is_near) =>
+                    || self.joint_line.displacements(self.robot.link.measured(), limits).all(is_near) =>
             {
                 tracking.try_again();
                 tracking.watch.reconfiguration = Reconfiguration::Taken;
@@ -111,16 +110,16 @@ impl Servo {
         }
     }
 
-    /// Wants the velocity along the straight line in joint space to the other configuration.
-    pub(super) fn go_elsewhere(&mut self) {
+    /// Computes the velocity along the straight line in joint space to the other configuration.
+    pub(super) fn follow_joint_line(&mut self) {
         let limits = &self.settings.limits;
         let [_, jerks, steps] = self.output.latched_limits.each();
         let braking = self.robot.link.braking([&limits.joint_acceleration, jerks, steps], self.clock.period);
         let from = self.robot.link.predicted();
-        self.elsewhere.velocity(from, limits, &braking, &mut self.output.velocity);
+        self.joint_line.velocity(from, limits, &braking, &mut self.output.velocity);
     }
 
-    /// What holds up a law that creeps, a limit or a singularity, where the arm always may go round and nobody has looked yet whether it can.
+    /// Returns what slows a creeping law, a limit or a singularity. `None` unless `reconfigure` is `Always` and there was no search yet.
     pub(super) fn hindrance(&self) -> Option<Stall> {
         let pursuit = self.mode.pursuit()?;
         let Settings { controller, reconfigure, .. } = &self.settings;
@@ -138,18 +137,18 @@ impl Servo {
         (sigma < controller.damping.threshold).then_some(Stall::Singular { sigma })
     }
 
-    /// How long the rest of the line to the other configuration takes at the largest speeds \[s\].
-    pub(super) fn time_to_elsewhere(&self) -> f64 {
-        let (_, time) = self.elsewhere.longest(self.robot.link.measured(), &self.settings.limits);
+    /// Returns the time for the rest of the line at the largest speeds \[s\].
+    pub(super) fn time_left_on_joint_line(&self) -> f64 {
+        let (_, time) = self.joint_line.longest(self.robot.link.measured(), &self.settings.limits);
         time
     }
 
-    /// After other settings: a reconfiguration that they do not allow is over. A stall is over too, unless settings were changed at `before`
-    /// that is not longer ago than `progress_timeout`: changes that come all the time are no reason to try again.
-    pub(super) fn look_again(&mut self, before: Option<Duration>) {
+    /// Reacts to changed settings. Ends a reconfiguration that they do not allow. Also ends a stall, unless the change before, at `before`,
+    /// is not longer ago than `progress_timeout`: constant changes are no reason to try again.
+    pub(super) fn settings_changed(&mut self, before: Option<Duration>) {
         let Settings { limits, reconfigure, progress_timeout, .. } = &self.settings;
         let is_allowed =
-            *reconfigure != Reconfigure::Never && limits.position.contain(&self.elsewhere.positions);
+            *reconfigure != Reconfigure::Never && limits.position.contain(&self.joint_line.positions);
         let silence = before.map_or(Duration::MAX, |before| self.clock.now.saturating_sub(before));
         let is_quiet = progress_timeout.is_none_or(|timeout| silence > timeout);
         let Some(pursuit) = self.mode.pursuit_mut() else { return };
@@ -163,7 +162,7 @@ impl Servo {
 }
 
 impl Pursuit {
-    fn go_round(&mut self, detour: Detour) {
+    fn start_reconfiguration(&mut self, detour: Detour) {
         self.try_again();
         self.record.reconfigured = true;
         self.watch.reconfiguration = Reconfiguration::Underway(detour);

@@ -1,4 +1,4 @@
-//! What the servo hears of its robot, and what follows from it.
+//! The servo's inputs from its robot, and what follows from them.
 
 use super::Servo;
 use super::output::Output;
@@ -7,25 +7,26 @@ use dq_algebra::UnitDualQuaternion;
 use dq_link::{ArmFigures, Contact, Disobedience, Hold, JointReading, LinkSettings, Returned, seconds};
 use std::time::Duration;
 
-/// The law's fastest rate times the delay is kept below this. A law of rate λ that feeds back positions predicted over a delay τ
-/// is stable by the small-gain theorem while λ times the error of τ is less than 1; so it is with any true delay from 0 to 2 τ.
+/// Largest product of the law's fastest rate and the delay. A law of rate λ that feeds back positions predicted over a delay τ is stable by
+/// the small-gain theorem while λ times the error of τ is less than 1; so it is stable with any true delay from 0 to 2 τ.
 const STABLE: f64 = 1.0;
 
-/// A joint that was to stand for so long and moves faster than this [rad/s, prismatic: m/s] sinks: more than encoders make of a standstill.
+/// A joint sags if it should have stood for this time, and moves faster than this [rad/s, prismatic: m/s], which is more than the noise of
+/// encoders.
 const AT_REST: Duration = Duration::from_secs(1);
 const SAGGING: f64 = 5e-3;
 
-/// The joint with the largest of these speeds in either direction, counted from 0, and that speed.
+/// Returns the joint (counted from 0) with the largest of these speeds in either direction, and that speed.
 pub(super) fn fastest_of(speeds: impl Iterator<Item = f64>) -> Option<(usize, f64)> {
     speeds.enumerate().max_by(|(_, one), (_, other)| one.abs().total_cmp(&other.abs()))
 }
 
 impl Servo {
-    /// Takes a joint state of the arm number `arm` (0 where there is one), received at `now`; of several in one cycle the last
-    /// good one counts. True where it is of the publisher that is believed: of two, the one that was there first.
+    /// Takes a joint state of the arm number `arm` (0 for a single arm), received at `now`. Of several states in one cycle the last valid
+    /// one counts. Returns true if its publisher is the one in use: of two, the one that was there first.
     ///
     /// # Errors
-    /// The [`Rejection`], which is counted; the last good joint state stays in force.
+    /// The [`Rejection`], which is counted; the last valid joint state remains.
     pub fn take_joint_state(
         &mut self,
         arm: usize,
@@ -42,70 +43,70 @@ impl Servo {
         self.counted(taken)
     }
 
-    /// Notes whether anyone subscribes to the commands for the arm number `arm`: without, it is not driven.
+    /// Notes whether anyone subscribes to the commands for the arm number `arm`. Without a subscriber the arm is not driven.
     ///
     /// # Panics
-    /// Where the servo has no arm of that number.
+    /// If the servo has no arm with this number.
     pub fn set_listeners(&mut self, arm: usize, listeners: bool) {
         self.robot.link.set_listeners(arm, listeners);
     }
 
-    /// Notes whether anyone else sends commands to the arm number `arm`: then it is not driven.
+    /// Notes whether anyone else sends commands to the arm number `arm`. If so, the arm is not driven.
     ///
     /// # Panics
-    /// Where the servo has no arm of that number.
+    /// If the servo has no arm with this number.
     pub fn set_rival(&mut self, arm: usize, rival: bool) {
         self.robot.link.set_rival(arm, rival);
     }
 
-    /// Notes at which part of its speed, 0 to 1, the arm number `arm` says that it moves. That holds for 1 s.
+    /// Notes the fraction of its speed, 0 to 1, at which the arm number `arm` says that it moves. The fraction counts for 1 s.
     ///
     /// # Panics
-    /// Where the servo has no arm of that number.
+    /// If the servo has no arm with this number.
     pub fn set_speed_scaling(&mut self, arm: usize, factor: f64) {
         self.robot.link.set_factor(arm, factor, self.clock.now);
     }
 
-    /// The number of the arm that has been silent longest.
+    /// Returns the number of the arm that has been silent longest.
     pub fn quietest_arm(&self) -> usize {
         self.robot.link.quietest()
     }
 
-    /// What the last cycle found out of each arm.
+    /// Returns the figures of each arm in the last cycle.
     pub fn arm_figures(&self) -> impl Iterator<Item = &ArmFigures> {
         self.robot.link.figures()
     }
 
-    /// Looks at what came since the last cycle. What the arm does next begins with the speed that it has, where it has come or the servo was
-    /// away itself.
-    pub(super) fn look_at_robot(&mut self, now: Duration) {
+    /// Processes the inputs since the last cycle. After an arm has appeared, or after a gap in the cycles, the command begins with the
+    /// speed that the arm has.
+    pub(super) fn process_robot_inputs(&mut self, now: Duration) {
         let settings = LinkSettings {
             limits: &self.settings.limits,
             state_timeout: self.settings.state_timeout,
-            // A robot that may be silent for longer is not away.
+            // A robot that may be silent for longer does not count as away.
             rearm_timeout: self.settings.rearm_timeout.max(self.settings.state_timeout),
             latency: self.settings.latency,
             integral: self.settings.integral,
         };
         self.robot.link.advance(now, &settings);
-        // One that takes positions stands where it was sent, or is moved by somebody else.
+        // An arm that takes positions stands at its last setpoint, or somebody else moves it.
         let coasts = !self.settings.interface.takes_positions();
         for (joint, speed) in self.robot.link.coasting() {
             let limit = self.settings.limits.joint_velocity[joint];
-            // Unlike clamp this takes any numbers.
+            // Unlike `clamp`, this does not panic for any limit.
             let speed = if coasts { speed.max(-limit).min(limit) } else { 0.0 };
             self.output.command[joint] = speed + self.robot.link.hold()[joint];
             self.output.latched_limits.begin(joint, self.output.command[joint], speed == 0.0);
         }
     }
 
-    /// Revokes what was asked for before whatever needs consent anew, all of it before anything is decided. The two publishers of what may have
-    /// one only, if there are two.
+    /// Applies all revocations of this cycle, before anything else is decided. Returns two publishers of an input that may have only one,
+    /// if there are two.
     pub(super) fn revoke_for_faults(&mut self, now: Duration) -> Option<Rivals> {
         let mut is_elsewhere = false;
         for returned in self.robot.link.returns() {
             let why = match returned.what {
-                // How late it came depends on when it was asked to move.
+                // `why_of` computes how late it appeared from the time of each request.
                 Returned::Came => Revocation::CameLater(0.0),
                 Returned::WasAway(seconds) => Revocation::WasAway(seconds),
                 Returned::IsElsewhere(joint, jump, kind) => Revocation::IsElsewhere(joint, jump, kind),
@@ -113,7 +114,7 @@ impl Servo {
             returned.since.into_iter().for_each(|since| self.asks.revoke(since, now, why));
             is_elsewhere = true;
         }
-        // Not for a second publisher: the arm is where it was sent, and decelerates.
+        // A second publisher does not release the setpoint: the arm is where it was sent, and decelerates.
         if is_elsewhere {
             self.output.setpoint.release();
         }
@@ -134,7 +135,7 @@ impl Servo {
         rivals
     }
 
-    /// The two publishers of what may have one only, if there are two.
+    /// Returns two publishers of an input that may have only one, if there are two.
     fn rivals(&mut self, now: Duration) -> Option<Rivals> {
         let asking = self.asks.rivals(now, self.silence());
         let contended = self.robot.link.find(&[Contact::Contended]);
@@ -145,9 +146,9 @@ impl Servo {
         states.or(asking).or(commands)
     }
 
-    /// An arm that takes positions and is too far from where it was sent is not driven on until somebody wants that.
+    /// Revokes consent if an arm that takes positions is too far from its setpoint.
     fn watch_setpoint(&mut self, now: Duration) {
-        // Where it should be by now: a robot's delay is no reason to stop.
+        // The predicted position counts, because the delay of the robot does not justify a stop.
         let lead = self.output.setpoint.farthest(self.robot.link.predicted());
         if let Some((joint, lead, kind)) = lead.filter(|(_, lead, _)| *lead > self.settings.following_error) {
             self.output.setpoint.give_way();
@@ -160,7 +161,7 @@ impl Servo {
         }
     }
 
-    /// Holds the joints of an arm that takes velocities against what pulls at them.
+    /// Balances the pull at the joints of an arm that takes velocities.
     pub(super) fn hold_joints(&mut self, standing: Option<State>) {
         let is_on = self.settings.integral > 0.0 && self.output.is_sent_speeds();
         let hold = match standing {
@@ -176,7 +177,7 @@ impl Servo {
         self.output.begin(self.robot.link.hold());
     }
 
-    /// The joint, counted from 0, that sinks fastest where nobody drives it, and how fast [rad/s, prismatic: m/s], in its direction.
+    /// Returns the joint (counted from 0) that sags fastest while the arm is not driven, and its signed speed [rad/s, prismatic: m/s].
     pub(super) fn sinks(&self, now: Duration) -> Option<(usize, f64)> {
         let stands = self.output.is_sent_speeds() && self.robot.link.stood_after(now.saturating_sub(AT_REST));
         let speeds =
@@ -185,7 +186,7 @@ impl Servo {
         fastest.filter(|(_, speed)| stands && speed.abs() >= SAGGING)
     }
 
-    /// The state in which the arm must not be driven, if there is reason for one. The first reason that holds counts.
+    /// Returns the state in which the arm must not be driven, if there is a reason for one. The first reason that applies counts.
     pub(super) fn reason_to_stand(
         &self,
         now: Duration,
@@ -225,7 +226,7 @@ impl Servo {
         self.contact()
     }
 
-    /// Why the arm is not driven although somebody wants it to be: it does not follow, or nobody hears its commands.
+    /// Returns why an arm with consent is not driven: it does not follow, or nobody subscribes to its commands.
     fn contact(&self) -> (Option<State>, Option<Reason>) {
         let unheard = self.robot.link.find(&[Contact::Nobody]).map(Reason::NobodyListens);
         let lost = self.robot.link.lost().map(Reason::DoesNotMove);
@@ -233,7 +234,8 @@ impl Servo {
         (must_rest.then_some(State::NotFollowing), unheard.or(lost))
     }
 
-    /// What the law in force asks of the robot where the arm is, as far as its delay is known; none before the robot was heard.
+    /// Returns what the present law demands of the robot at the present pose, as far as its delay is known. `None` before the first joint
+    /// state.
     pub fn demand(&self) -> Option<RateBound> {
         let here = self.pose()?;
         let rate = self.fastest_rate(&here);
@@ -243,19 +245,19 @@ impl Servo {
         Some(RateBound { rate, largest, latency, period })
     }
 
-    /// The part of the law's gain that the delay allows on the way to `goal`.
+    /// Returns the fraction of the law's gain that the delay allows on the way to `goal`.
     pub(super) fn stable_part(&self, goal: &UnitDualQuaternion) -> f64 {
         let part = self.stable_rate() / self.fastest_rate(goal);
         if part < 1.0 { part } else { 1.0 }
     }
 
-    /// The fastest rate [1/s] at which the law may make errors decay.
+    /// Returns the fastest rate [1/s] at which the law may make errors decay.
     pub(super) fn stable_rate(&self) -> f64 {
-        // The cycle itself may be slower than the joint states come.
+        // The control period may be longer than the interval of the joint states.
         STABLE / self.robot.link.delay().max(self.clock.period)
     }
 
-    /// The law's fastest rate [1/s] on the way to `goal`.
+    /// Returns the law's fastest rate [1/s] on the way to `goal`.
     pub(super) fn fastest_rate(&self, goal: &UnitDualQuaternion) -> f64 {
         self.settings.controller.fastest_rates(self.robot.arms.state(), goal).into_iter().fold(0.0, f64::max)
     }

@@ -1,4 +1,4 @@
-//! Saves and restores the state of a servo. A servo that is restored goes on as the saved one would, to the last bit.
+//! Saves and restores the state of a servo. A restored servo continues bit for bit as the saved one would.
 //!
 //! The state is what one cycle leaves for the next. It does not include settings, kinematics, counts of rejections, or memory that each
 //! cycle writes before it reads it.
@@ -31,7 +31,7 @@ impl Servo {
         (
             (self.configurations, self.configured, &self.clock, self.motions.count),
             (&self.asks, &self.mode, &self.set, &self.stream, &self.explanation),
-            (&self.escape.direction, &self.elsewhere.positions, self.output.saved(), &self.robot.link),
+            (&self.escape.direction, &self.joint_line.positions, self.output.saved(), &self.robot.link),
             (self.status.sign, self.status.figures, self.status.pose_error),
         )
     }
@@ -45,7 +45,7 @@ impl Servo {
         (self.configurations, self.configured, self.clock, self.motions.count) = counts;
         (self.asks, self.mode, self.set, self.stream, self.explanation) = asked;
         let (direction, elsewhere, output, link) = known;
-        (self.escape.direction, self.elsewhere.positions, self.robot.link) = (direction, elsewhere, link);
+        (self.escape.direction, self.joint_line.positions, self.robot.link) = (direction, elsewhere, link);
         self.output.restore(output);
         (self.status.sign, self.status.figures, self.status.pose_error) = reported;
         self.robot.arms.evaluate(self.robot.link.measured());

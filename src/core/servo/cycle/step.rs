@@ -1,9 +1,9 @@
-//! The cycle as a list: what came, whether the arm may move, where to, the velocity that is wanted, the filters, the command, the report.
+//! The cycle: inputs, consent, target, desired velocity, filters, command, report.
 
 use super::Servo;
 use super::output::Hindrance;
 use super::tracking::Tracked;
-use crate::servo::filters::{Given, Towards};
+use crate::servo::filters::{FilterInput, LawGoal};
 use crate::servo::mode::{Mode, Pursuit};
 use crate::servo::{Input, MotionMeter, Reason, State, Status};
 use dq_kinematics::control::{AllowedRate, Map};
@@ -11,33 +11,33 @@ use dq_limits::Joints;
 use std::time::Duration;
 
 impl Servo {
-    /// Makes the next command, at time `now`, and returns its joint velocities [rad/s, prismatic: m/s]. Send the arm
-    /// [`output`](Self::output), not these.
+    /// Computes the next command at time `now`, and returns its joint velocities [rad/s, prismatic: m/s]. To drive the arm, send
+    /// [`output`](Self::output) instead.
     pub fn step(&mut self, now: Duration) -> &[f64] {
         let elapsed = now.saturating_sub(std::mem::replace(&mut self.clock.stepped, now));
         self.clock.now = now;
-        // What came.
-        self.look_at_robot(now);
+        // Inputs.
+        self.process_robot_inputs(now);
         self.watch_jog(now);
         self.watch_frame(now);
         self.robot.arms.evaluate(self.robot.link.measured());
         self.robot.predicted.evaluate(self.robot.link.predicted());
-        // Whether the arm may move.
+        // Consent.
         let rivals = self.revoke_for_faults(now);
         self.watch_reconfiguration(now);
         let (standing, reason) = self.reason_to_stand(now, rivals);
         let driven = standing.is_none();
-        // Where to, the velocity that is wanted for that, and the command that is made of it.
+        // Target, desired velocity, and command.
         let tracked = self.track(now);
         if driven {
-            self.want(now, tracked.as_ref());
+            self.set_desired_velocity(now, tracked.as_ref());
         }
         self.hold_joints(standing);
         self.set_command(driven, tracked.as_ref());
         let (measured, limits) = (self.robot.link.measured(), &self.settings.limits);
         self.output.move_setpoint(driven, elapsed, measured, self.clock.period, limits);
         self.robot.link.command(now, &self.output.command);
-        // What became of that.
+        // Result.
         let arrived = self.measure(now, tracked.as_ref());
         let state = standing.unwrap_or(self.driving_state(arrived));
         let reason = self.sagging(now, state, reason);
@@ -52,31 +52,32 @@ impl Servo {
         &self.output.command
     }
 
-    /// The velocity that is wanted, by the twist, by the law or on the way to another configuration, where the arm is when the command reaches it.
-    fn want(&mut self, now: Duration, tracked: Option<&Tracked>) {
+    /// Computes the desired velocity at the time at which the command takes effect: by the twist, by the law, or along the line to another
+    /// configuration.
+    fn set_desired_velocity(&mut self, now: Duration, tracked: Option<&Tracked>) {
         match (&self.mode, tracked) {
             (Mode::Jog(jog), _) => {
                 let twist = jog.twist;
                 self.obey(&twist);
             }
-            (Mode::Goal(_), Some(_)) if self.is_reconfiguring() => self.go_elsewhere(),
+            (Mode::Goal(_), Some(_)) if self.is_reconfiguring() => self.follow_joint_line(),
             (Mode::Goal(_), Some(tracked)) => self.obey_law(now, tracked),
             _ => self.output.velocity.fill(0.0),
         }
     }
 
-    /// Makes the next command of what is wanted where the arm is `driven`; else the arm comes to rest.
+    /// Filters the desired velocity into the next command if the arm is `driven`; otherwise brakes the arm to rest.
     fn set_command(&mut self, driven: bool, tracked: Option<&Tracked>) {
         let pursuit = self.mode.pursuit().filter(|pursuit| !pursuit.is_reconfiguring());
         let escapes = pursuit.is_some_and(|pursuit| pursuit.watch.escape.is_escaping());
         let largest = self.stable_rate();
-        let goal = tracked.zip(pursuit).map(|(tracked, pursuit)| Towards {
+        let goal = tracked.zip(pursuit).map(|(tracked, pursuit)| LawGoal {
             pose: tracked.goal,
             moving: tracked.moving.filter(|_| !escapes),
             allowed: AllowedRate { part: pursuit.watch.gain_factor, largest },
             escape: escapes.then_some(&self.escape.direction),
         });
-        let given = Given {
+        let input = FilterInput {
             settings: &self.settings,
             joints: Joints {
                 limits: &self.settings.limits,
@@ -95,33 +96,33 @@ impl Servo {
         };
         self.output.hindrance = Hindrance::default();
         if driven {
-            self.output.filters.drive(&given, &mut self.output.velocity);
+            self.output.filters.drive(&input, &mut self.output.velocity);
             self.output.hindrance = Hindrance::of(&self.output.filters);
             let travel = self.clock.period * self.escape.direction.along(&self.output.velocity);
             if let Some(pursuit) = self.mode.pursuit_mut() {
                 pursuit.watch.escape.travel(travel);
             }
         } else {
-            self.output.filters.stop(&given, &mut self.output.velocity);
+            self.output.filters.stop(&input, &mut self.output.velocity);
         }
         self.output.send(self.robot.link.hold());
         self.output.be_silent(self.robot.link.is_blind(), self.robot.link.hold());
     }
 
-    /// The `reason` for the `state`, or that an arm sinks which nobody drives: that is more than that nobody does.
+    /// Returns the `reason` for the `state`, or that an idle arm sags, which says more than that nobody asks for motion.
     fn sagging(&self, now: Duration, state: State, reason: Option<Reason>) -> Option<Reason> {
         let is_told = matches!(reason, None | Some(Reason::Revoked(_) | Reason::Release(_)));
         let stands = matches!(state, State::Holding | State::Paused | State::Stopping);
         let sinks = if is_told && stands { self.sinks(now) } else { None };
         sinks.map_or(reason, |(joint, speed)| {
-            let kind = self.elsewhere.kinds[joint];
+            let kind = self.joint_line.kinds[joint];
             Some(Reason::Sagging { joint: joint + 1, speed, kind })
         })
     }
 
-    /// Says what the cycle did: nothing in it is read again.
+    /// Builds the status of this cycle. Nothing else in the cycle depends on it.
     fn report(&mut self, now: Duration, state: State, reason: Option<Reason>, tracked: Option<&Tracked>) {
-        self.look_at_reach();
+        self.update_reach();
         let pursuit = self.mode.pursuit();
         let watch = pursuit.map(|pursuit| &pursuit.watch);
         let stall = watch.and_then(|watch| watch.stall);
@@ -160,8 +161,8 @@ impl Servo {
         };
     }
 
-    /// Finds out whether the goal in force is beyond reach, for another goal and under other settings only.
-    fn look_at_reach(&mut self) {
+    /// Determines whether the current goal is beyond reach, once per goal and settings.
+    fn update_reach(&mut self) {
         let configurations = self.configurations;
         let Some(pursuit) = self.mode.pursuit() else { return };
         if pursuit.beyond_reach.is_some_and(|(under, _)| under == configurations) {

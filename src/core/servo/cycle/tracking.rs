@@ -1,4 +1,4 @@
-//! The tracking of a goal: from the goal and the pose to the target velocities, the figures of the motion, and its end.
+//! The tracking of a goal: from the goal and the pose to the desired velocity, the figures of the motion, and its end.
 
 use super::Servo;
 use crate::servo::escape_phase::Phase;
@@ -11,40 +11,40 @@ use dq_link::Contact;
 use nalgebra::Vector3;
 use std::time::Duration;
 
-/// A settled arm counts as tracking again when an error exceeds this multiple of its tolerance.
+/// A settled arm counts as tracking again if an error exceeds this multiple of its tolerance.
 const UNSETTLE: f64 = 2.0;
 
-/// An arm has arrived when at its speed it would take longer than this \[s\] to cross the tolerance.
+/// An arm has arrived only if, at its speed, crossing the tolerance would take longer than this \[s\].
 const LINGERING: f64 = 0.1;
 
-/// Where its error leads is seen in the time in which the law makes it decay, within these \[s\].
+/// The trend of the error is taken over the law's time constant, within these bounds \[s\].
 const TREND: (f64, f64) = (LINGERING, 0.9);
 
-/// The smallest singular value is looked at so often.
+/// Interval at which the smallest singular value is computed.
 const SIGMA_INTERVAL: Duration = Duration::from_millis(10);
 
-/// An arm that stands, no joint faster than this [rad/s, prismatic: m/s], where no small motion brings it nearer waits no longer than this
-/// for progress. One that creeps there may be on its way past a saddle.
+/// Longest wait for progress of an arm that stands (no joint faster than `STANDS` [rad/s, prismatic: m/s]) where no small motion brings it
+/// nearer to the goal. An arm that creeps there may be passing a saddle.
 const STANDS: f64 = 1e-3;
 const CLOSED: Duration = Duration::from_secs(1);
 
-/// A law that asks for no more than this of any joint [rad/s, prismatic: m/s] asks for nothing: rounding is no motion.
+/// A desired velocity with no joint above this [rad/s, prismatic: m/s] counts as zero: it is rounding.
 const NOTHING: f64 = 1e-9;
 
-/// The goal in force in one cycle.
+/// The current goal in one cycle.
 pub(super) struct Tracked {
-    /// How far the arm is from it.
+    /// The arm's error with respect to it.
     pub error: GoalError,
-    /// The screw log of that, `(ω, v)` [rad, m], without what of the goal the tool is not asked for.
+    /// The screw log of the error, `(ω, v)` [rad, m], without the parts of the goal that the aim ignores.
     pub log: nalgebra::Vector6<f64>,
-    /// The goal with the sign that is chosen.
+    /// The goal with the chosen sign.
     pub goal: UnitDualQuaternion,
-    /// The same where it moves and that is fed forward.
+    /// The goal and its motion, if it moves and its velocity is fed forward.
     pub moving: Option<MovingGoal>,
 }
 
 impl Servo {
-    /// How far that point \[m\] is, and how far the arm reaches, where that is too little for what is asked of the tool.
+    /// Returns the distance of `point` \[m\] and the arm's reach, if the reach is too short for the aim.
     pub(super) fn beyond_reach(&self, point: &Vector3<f64>) -> Option<Reach> {
         let Settings { limits, goal_tolerance, controller, .. } = &self.settings;
         let reach = self.robot.arms.reach(point, limits.position.ranges());
@@ -63,18 +63,19 @@ impl Servo {
         }
     }
 
-    /// Gives the motion up, from the next cycle on, where it was driven for too long without progress; `elapsed` since the cycle before.
+    /// Stalls the motion, from the next cycle on, if it was driven for too long without progress. `elapsed` is the time since the last
+    /// cycle.
     pub(super) fn watch_progress(&mut self, now: Duration, elapsed: Duration, tracked: &Tracked) {
         let reconfigures = self.is_reconfiguring();
-        let left = if reconfigures { self.time_to_elsewhere() } else { 0.0 };
+        let left = if reconfigures { self.time_left_on_joint_line() } else { 0.0 };
         let Settings { goal_tolerance: tolerance, progress_timeout, reconfigure, .. } = self.settings;
         let Some(pursuit) = self.mode.pursuit_mut() else { return };
         let watch = &mut pursuit.watch;
-        // The escape from a singularity has an end of its own.
+        // The escape from a singularity has its own end.
         if watch.escape.is_escaping() {
             return;
         }
-        // On the way to another configuration the goal may be farther away for a while.
+        // On the way to another configuration the distance to the goal may grow for a while.
         let (error, law_error) =
             if reconfigures { (GoalError::default(), left) } else { (tracked.error, watch.law_error) };
         let without = watch.progress.update(elapsed, error, law_error, &tolerance);
@@ -97,12 +98,12 @@ impl Servo {
         }
     }
 
-    /// One far beyond reach makes the arm swing whatever the gains are.
+    /// Returns the stall of an oscillating arm: a goal far beyond reach makes it oscillate at any gain.
     fn stall_of_swings(&self, goal: &Vector3<f64>) -> Stall {
         self.beyond_reach(goal).map_or(Stall::Oscillating, Stall::BeyondReach)
     }
 
-    /// What holds up the way to another configuration.
+    /// Returns the stall of an arm on its way to another configuration.
     fn stall_on_the_way(&self) -> Stall {
         match (self.output.hindrance.pair, self.output.hindrance.at_limit) {
             (Some(pair), _) => Stall::Constrained(pair),
@@ -111,7 +112,7 @@ impl Servo {
         }
     }
 
-    /// Where the goal in force is at time `now`, seen from where the arm is.
+    /// Returns the current goal at time `now`, with the error of the arm.
     pub(super) fn track(&mut self, now: Duration) -> Option<Tracked> {
         self.robot.link.received()?;
         let pose = self.robot.arms.pose();
@@ -130,7 +131,7 @@ impl Servo {
         Some(Tracked { error, log, goal, moving: moving.map(|moving| MovingGoal { pose: goal, ..moving }) })
     }
 
-    /// Wants the law's velocity towards the goal.
+    /// Computes the law's velocity towards the goal.
     pub(super) fn obey_law(&mut self, now: Duration, tracked: &Tracked) {
         let (arm, wanted) = (self.robot.predicted.state(), &mut self.output.velocity);
         self.settings.controller.joint_velocity(arm, &tracked.goal, wanted);
@@ -144,7 +145,7 @@ impl Servo {
         }
     }
 
-    /// Whether an arm that is within `tolerance` stays there for a moment at the speed of the last command.
+    /// Returns whether the arm, at the speed of the last command, stays within `tolerance` for a moment.
     fn lingers(&self, tolerance: &Tolerance) -> bool {
         let arm = self.robot.arms.state();
         let asked_for = self.settings.controller.aim.part_of(arm, &arm.tool_twist(&self.output.motion));
@@ -152,7 +153,7 @@ impl Servo {
         linear * LINGERING <= tolerance.linear && angular * LINGERING <= tolerance.angular
     }
 
-    /// Whether an arm that is within `tolerance` comes to rest within it too, as its error leads there: it may be passing through.
+    /// Returns whether an arm within `tolerance` also comes to rest within it, by the trend of its error; it may be passing through.
     fn stays(&mut self, now: Duration, tracked: &Tracked, tolerance: &Tolerance) -> bool {
         let Some(pursuit) = self.mode.pursuit_mut() else { return false };
         pursuit.record.trend.note(now, &tracked.log);
@@ -166,7 +167,7 @@ impl Servo {
         there.translation().norm() <= tolerance.linear && there.rotation().angle() <= tolerance.angular
     }
 
-    /// Adds this cycle to the motion's figures; true where the errors are within the tolerances.
+    /// Adds this cycle to the motion's figures. Returns true if the errors are within the tolerances.
     pub(super) fn measure(&mut self, now: Duration, tracked: Option<&Tracked>) -> bool {
         let (pose, tolerance) = (self.robot.arms.pose(), self.settings.goal_tolerance);
         let lingers =
@@ -194,14 +195,14 @@ impl Servo {
                 meter.see_singular_value(sigma);
             }
         }
-        // An arm that has settled is within its tolerances at any speed, as after a switch to a law that drives it faster.
+        // A settled arm is within its tolerances at any speed, for example after a switch to a law that drives it faster.
         let (slack, lingers) = if record.settled { (UNSETTLE, true) } else { (1.0, lingers) };
         let Tolerance { linear, angular } = tolerance;
         let within =
             lingers && error.is_within(&Tolerance { linear: slack * linear, angular: slack * angular });
         if within {
             meter.arrived();
-            // What takes the arm away from there is not what kept it from it.
+            // If the arm moves away later, that has another cause than the lack of progress before.
             pursuit.watch.progress = Progress::new(SHARE);
         }
         record.settled = within;

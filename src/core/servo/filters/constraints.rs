@@ -1,39 +1,41 @@
-//! What the arm must keep out of: the velocity nearest to the one that is wanted at which no gap closes too fast.
+//! Keeps the arm clear of its scene: finds the velocity nearest to the desired one at which no gap closes too fast.
 
-use super::Given;
+use super::FilterInput;
 use crate::servo::ClosePair;
 use dq_kinematics::control::{Aim, QuadraticProgram};
 use dq_space::space::{Gap, MOST_PAIRS, Near, Placed, Scene};
 
-/// No gap is closed further than to this \[m\].
+/// Gaps are not closed below this \[m\].
 pub const CLEARANCE: f64 = 0.01;
 
-/// A gap takes at least this many cycles, and times the delay, to come e times nearer to the clearance, as the way to a position limit does.
+/// A gap's time constant of approach to the clearance is at least this many cycles and this many times the delay, as for a position limit.
 const CYCLES: f64 = 20.0;
 const DELAYS: f64 = 5.0;
 
-/// The part of the acceleration that keeping clear counts on.
+/// The fraction of the acceleration limit that keeping clear relies on.
 const SHARE: f64 = 0.5;
 
-/// A gap that is too small already grows at this part at least of what the joints could make of it at the speeds that are wanted: those
-/// that go along it would else close it by the bend of their way.
+/// A gap that is too small already grows at least at this fraction of what the joints could make of it at the desired speeds. Otherwise
+/// joints that move along the gap would close it, because their path bends.
 const LEAVING: f64 = 0.1;
 
-/// The weight of a joint's velocity beside that of the tool's, of which a rad/s and a m/s weigh alike.
+/// The weight of a joint's velocity relative to the tool's, in which a rad/s and a m/s weigh alike.
 const JOINT_WEIGHT: f64 = 1e-2;
 
-/// Pairs are looked at beyond what the wanted velocity can reach by this \[m\], as another one goes elsewhere.
+/// Margin \[m\] beyond the reach of the desired velocity within which pairs are checked, because the constrained velocity has another
+/// direction.
 const AROUND: f64 = 0.05;
 
-/// So many gaps bound the velocity at most.
+/// Largest number of gaps that constrain the velocity.
 const MOST_GAPS: usize = 200;
 
-/// Makes of the velocity that is wanted the nearest one with `ḋ ≥ −η (d − d_safe)` for each gap d (Faverjon & Tournassoud 1987), joint speeds
-/// within their limits and no faster towards position limits than they may be.
+/// Replaces the desired velocity by the nearest one with `ḋ ≥ −η (d − d_safe)` for each gap d (Faverjon & Tournassoud 1987), with joint
+/// speeds within their limits and no faster towards position limits than allowed.
 ///
-/// Nearest is that whose tool moves as the wanted one's does, `min |J (θ̇ − θ̇_w)|² + μ |θ̇ − θ̇_w|²`, where the tool's motion is what is
-/// wanted; else that whose joints do. As to stand always satisfies what gaps that are large enough ask, there is a solution; what asks
-/// gaps that are not to grow is dropped where they contradict each other; and where rounding finds none the arm is to stand.
+/// If the desired motion is one of the tool, the nearest velocity is that with the nearest tool motion, `min |J (θ̇ − θ̇_w)|² + μ |θ̇ −
+/// θ̇_w|²`; otherwise that with the nearest joint motion. Standing satisfies the constraints of all gaps that are large enough, so there is
+/// a solution. Constraints that make gaps grow are dropped if they contradict each other. If rounding leaves no solution, the velocity is
+/// zero.
 pub(super) struct Constraints {
     pub(super) placed: Placed,
     near: Vec<Near>,
@@ -41,18 +43,18 @@ pub(super) struct Constraints {
     weights: Vec<f64>,
     wanted: Vec<f64>,
     slope: Vec<f64>,
-    /// The number in `near` of the pair that each constraint after those of the joints is of.
+    /// The index in `near` of the pair of each gap constraint. These constraints follow those of the joints.
     owners: Vec<usize>,
-    /// The nearest pair of those that were looked at.
+    /// The closest of the pairs that were checked.
     pub closest: Option<ClosePair>,
-    /// The pair that keeps the arm from what is wanted.
+    /// The pair that keeps the arm from the desired velocity.
     pub held_by: Option<ClosePair>,
-    /// The first joint, counted from 0, that its position limit holds back.
+    /// The first joint (counted from 0) that its position limit stops.
     pub held_back: Option<usize>,
 }
 
 impl Constraints {
-    /// For so many joints, with room for any scene.
+    /// Allocates for this many joints, and for any scene.
     pub fn new(joints: usize) -> Self {
         Self {
             placed: Placed::with_room(joints),
@@ -74,22 +76,22 @@ impl Constraints {
         (self.closest, self.held_by, self.held_back) = (None, None, None);
     }
 
-    /// Weighs the joints by what is wanted of them.
-    fn weigh(&mut self, given: &Given) {
+    /// Sets the weights of the joints for the desired motion.
+    fn weigh(&mut self, input: &FilterInput) {
         let joints = self.slope.len();
         self.weights.fill(0.0);
-        let parts = match given.settings.controller.aim {
-            _ if !given.by_tool => [0.0, 0.0],
+        let parts = match input.settings.controller.aim {
+            _ if !input.by_tool => [0.0, 0.0],
             Aim::Position | Aim::Distance => [0.0, 1.0],
             Aim::Orientation => [1.0, 0.0],
             Aim::Pose | Aim::PositionAndAxis => [1.0, 1.0],
         };
-        let own = if given.by_tool { JOINT_WEIGHT } else { 1.0 };
+        let own = if input.by_tool { JOINT_WEIGHT } else { 1.0 };
         (0..joints).for_each(|joint| self.weights[joint * joints + joint] = own);
-        if !given.by_tool {
+        if !input.by_tool {
             return;
         }
-        let state = given.arms.state();
+        let state = input.arms.state();
         for (i, (turn, way)) in state.tool_motions().enumerate() {
             for (j, (other_turn, other_way)) in state.tool_motions().enumerate().take(i + 1) {
                 let weight = parts[0] * turn.dot(&other_turn) + parts[1] * way.dot(&other_way);
@@ -101,16 +103,16 @@ impl Constraints {
         }
     }
 
-    /// What joints may do by themselves.
-    fn bound_joints(&mut self, given: &Given) {
-        for joint in 0..given.joints.positions.len() {
-            let (lowest, highest) = given.joints.span(joint).range;
+    /// Adds the constraints of each joint.
+    fn bound_joints(&mut self, input: &FilterInput) {
+        for joint in 0..input.joints.positions.len() {
+            let (lowest, highest) = input.joints.span(joint).range;
             self.program.add_one(joint, 1.0, lowest);
             self.program.add_one(joint, -1.0, -highest);
         }
     }
 
-    /// What the gaps of the pairs that are near ask.
+    /// Adds the constraints of the gaps of near pairs.
     fn bound_gaps(&mut self, scene: &Scene, rate: f64) {
         let placed = &self.placed;
         self.owners.clear();
@@ -128,7 +130,7 @@ impl Constraints {
                         self.slope.iter().zip(&self.wanted).map(|(slope, speed)| (slope * speed).abs()).sum();
                     (-rate * room).min(LEAVING * most)
                 };
-                // What the wanted velocity is far from asks nothing.
+                // A constraint that the desired velocity satisfies by far is left out.
                 let speed: f64 =
                     self.slope.iter().zip(&self.wanted).map(|(slope, speed)| slope * speed).sum();
                 let is_at_hand = room < AROUND || speed < 0.5 * bound;
@@ -142,8 +144,7 @@ impl Constraints {
         }
     }
 
-    /// The pair that is nearest to each other, but for one that is in each other and that no joint takes apart, as the first link is in what
-    /// the arm stands on.
+    /// Finds the closest pair. Excludes pairs that overlap and that no joint can separate, such as the first link and the stand of the arm.
     fn find_closest(&mut self, scene: &Scene) {
         let Self { placed, slope, .. } = self;
         let may_move = |near: &&Near| {
@@ -157,7 +158,7 @@ impl Constraints {
         self.closest = nearest.map(|near| ClosePair::of(scene, near));
     }
 
-    /// The pair that holds the arm, if the velocity is another one than the one that is wanted.
+    /// Finds the pair that holds the arm, if the velocity differs from the desired one.
     fn find_holder(&mut self, scene: &Scene, velocity: &[f64]) {
         let norm = |numbers: &mut dyn Iterator<Item = f64>| numbers.map(|x| x * x).sum::<f64>().sqrt();
         let change = norm(&mut velocity.iter().zip(&self.wanted).map(|(now, wanted)| now - wanted));
@@ -174,23 +175,24 @@ impl Constraints {
     }
 }
 
-/// Whether no joint changes a gap of that slope [m/rad, prismatic: m/m], but for rounding: such a gap asks nothing of them.
+/// Returns whether no joint changes a gap with this slope [m/rad, prismatic: m/m], except by rounding. Such a gap
+/// does not constrain the joints.
 fn is_none(slope: &[f64]) -> bool {
     slope.iter().all(|slope| slope.abs() < 1e-9)
 }
 
-/// An arm whose velocity is changed by less than this part is not held.
+/// An arm counts as constrained if its velocity is changed by more than this fraction.
 const HELD: f64 = 0.1;
 
-/// η \[1/s\]: as fast as braking, the cycle and the delay allow.
-fn rate(given: &Given) -> f64 {
-    let limits = &given.settings.limits;
-    let braking = &given.joints.braking;
+/// Returns η \[1/s\], as fast as braking, the control period and the delay allow.
+fn rate(input: &FilterInput) -> f64 {
+    let limits = &input.settings.limits;
+    let braking = &input.joints.braking;
     let slowest = (CYCLES * braking.cycle).max(DELAYS * braking.delay);
     let joints = limits.joint_acceleration.iter().zip(&limits.joint_velocity).zip(braking.jerks);
     let stops = joints.map(|((acceleration, speed), jerk)| {
         let rate = SHARE * acceleration / speed;
-        // The acceleration itself takes time.
+        // Building up the acceleration takes time, too.
         rate / (1.0 + rate * acceleration / jerk)
     });
     let stops = stops.fold(f64::INFINITY, f64::min);
@@ -198,25 +200,25 @@ fn rate(given: &Given) -> f64 {
 }
 
 impl Constraints {
-    /// Changes `velocity`, one number a joint [rad/s, prismatic: m/s].
-    pub fn apply(&mut self, given: &Given, velocity: &mut [f64]) {
+    /// Changes `velocity`, one number per joint [rad/s, prismatic: m/s].
+    pub fn apply(&mut self, input: &FilterInput, velocity: &mut [f64]) {
         (self.closest, self.held_by, self.held_back) = (None, None, None);
-        let Some(scene) = given.settings.scene.as_deref() else { return };
-        // What is no number the gate sees.
+        let Some(scene) = input.settings.scene.as_deref() else { return };
+        // The final check handles numbers that are not finite.
         if velocity.iter().any(|speed| !speed.is_finite()) {
             return;
         }
-        self.placed.place(scene, given.arms.chains(), given.joints.positions);
-        let rate = rate(given);
+        self.placed.place(scene, input.arms.chains(), input.joints.positions);
+        let rate = rate(input);
         let reach = |approach: f64| CLEARANCE + AROUND + 2.0 * approach / rate;
         self.placed.near(scene, velocity.iter().copied(), reach, &mut self.near);
         self.find_closest(scene);
         self.wanted.copy_from_slice(velocity);
-        self.weigh(given);
+        self.weigh(input);
         if !self.program.begin(velocity.len(), &self.weights) {
             return velocity.fill(0.0);
         }
-        self.bound_joints(given);
+        self.bound_joints(input);
         self.bound_gaps(scene, rate);
         if self.program.solve(velocity).is_err() {
             velocity.copy_from_slice(&self.wanted);
@@ -226,8 +228,8 @@ impl Constraints {
             }
         }
         self.find_holder(scene, velocity);
-        let limits = &given.settings.limits.position;
-        let mut joints = given.joints.positions.iter().enumerate();
+        let limits = &input.settings.limits.position;
+        let mut joints = input.joints.positions.iter().enumerate();
         self.held_back = joints.find_map(|(joint, position)| {
             let forces = [2 * joint, 2 * joint + 1].map(|row| self.program.multiplier(row));
             (forces != [0.0; 2] && limits.is_near(joint, *position)).then_some(joint)

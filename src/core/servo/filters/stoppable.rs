@@ -1,83 +1,83 @@
-//! What is admitted can be stopped: no command after which a stop would lead into anything.
+//! Ensures that the arm can be stopped: rejects a command if a stop after it would lead into an obstacle.
 
-use super::Given;
+use super::FilterInput;
 use crate::servo::ClosePair;
 use dq_limits::{Pace, RAMP_TIME, STOP_TIME, scale};
 use dq_space::space::{Gap, MOST_PAIRS, Near, Placed, Scene};
 use std::ops::Range;
 
-/// A stop leaves gaps of this \[m\], and does not close one that is smaller, but for rounding.
+/// A stop leaves gaps of at least this \[m\]. Gaps that are smaller already are not closed further, except by rounding.
 const LEAST: f64 = 0.002;
 const ROUNDING: f64 = 1e-9;
 
-/// So many places along a stop are looked at, at most.
+/// Largest number of points along a stop that are checked.
 const MOST_PLACES: u32 = 40;
 
-/// A stop may take so many cycles more than its longest time, as each of its parts is rounded up.
+/// Cycles by which a stop may exceed its longest time, because each of its parts is rounded up.
 const MORE_CYCLES: usize = 10;
 
-/// A path is halved so often, at most.
+/// Largest number of times that a path is halved.
 const DEPTH: usize = 10;
 
-/// Lets a velocity pass if the arm can be stopped after it, each joint by its own deceleration, without closing any gap; else slows down
-/// along the path that it is on, or stops.
+/// Accepts a velocity if the arm can be stopped after it, each joint by its own deceleration, without closing any gap. Otherwise slows down
+/// along the present path, or stops.
 ///
-/// It was let pass before only what could be stopped: so a stop never closes a gap, whenever it comes, even if one command more holds for
-/// two cycles than did in the last seconds. The stop is looked at where the arm would be after so many cycles of it, and of
-/// gaps that say too little there of those between, half way too (Schwarzer, Saha & Latombe 2005).
+/// Only velocities after which a stop is possible were accepted before. So a stop never closes a gap, at whatever time it comes, even if
+/// one more command acts for two cycles than recently. The path of the stop is checked at the arm's position after a number of cycles. If a
+/// gap says too little there about the path in between, the path is halved and checked there, too (Schwarzer, Saha & Latombe 2005).
 pub(super) struct Stoppable {
     pub(super) placed: Placed,
     near: Vec<Near>,
     stop: StoppingPath,
-    /// The pairs of which not enough is known on both halves of the paths that are looked at, for each time these were halved.
+    /// The pairs that are still undecided on both halves of a path, for each level of halving.
     open: Vec<[Vec<Open>; 2]>,
     positions: Vec<f64>,
     slope: Vec<f64>,
     slowed: Vec<f64>,
     places: u32,
-    /// The pair for which the last command was not let pass.
+    /// The pair for which the last command was rejected.
     pub held_by: Option<ClosePair>,
 }
 
 /// The path of a stop: how each joint comes to rest.
 #[derive(Default)]
 struct StoppingPath {
-    /// Of each joint, how far it has come after each cycle, the first of them at the whole speed.
+    /// The travel of each joint after each cycle, the first of them at full speed.
     joints: Vec<Vec<Travel>>,
-    /// What each joint loses in a cycle at most [rad/s].
+    /// The largest loss of speed of each joint per cycle [rad/s].
     losses: Vec<f64>,
-    /// How long a cycle should take and takes on average \[s\].
+    /// The nominal and the mean control period \[s\].
     period: f64,
     cycle: f64,
-    /// How many cycles it takes.
+    /// The number of cycles of the stop.
     cycles: usize,
 }
 
-/// How far one joint has come.
+/// The travel of one joint so far.
 #[derive(Clone, Copy)]
 struct Travel {
-    /// From where it was \[rad\].
+    /// The displacement \[rad\].
     gone: f64,
-    /// The same with what it went back \[rad\].
+    /// The length of the path, back and forth \[rad\].
     length: f64,
-    /// Between which its speed was [rad/s].
+    /// The range of its speed [rad/s].
     slowest: f64,
     fastest: f64,
 }
 
 impl StoppingPath {
-    fn begin(&mut self, given: &Given, velocity: &[f64]) {
-        (self.period, self.cycle, self.cycles) = (given.joints.braking.period, given.joints.braking.cycle, 0);
+    fn begin(&mut self, input: &FilterInput, velocity: &[f64]) {
+        (self.period, self.cycle, self.cycles) = (input.joints.braking.period, input.joints.braking.cycle, 0);
         for (joint, speed) in velocity.iter().enumerate() {
-            self.follow(given, joint, *speed);
+            self.follow(input, joint, *speed);
         }
     }
 
-    /// Follows one joint from that `speed` [rad/s] until it stands.
-    fn follow(&mut self, given: &Given, joint: usize, speed: f64) {
+    /// Simulates one joint from `speed` [rad/s] to rest.
+    fn follow(&mut self, input: &FilterInput, joint: usize, speed: f64) {
         let (most, jerk) =
-            (given.joints.braking.decelerations[joint] * self.period, given.joints.braking.jerk_step(joint));
-        let mut pace = Pace { speed, step: speed - given.joints.before[joint] };
+            (input.joints.braking.decelerations[joint] * self.period, input.joints.braking.jerk_step(joint));
+        let mut pace = Pace { speed, step: speed - input.joints.before[joint] };
         let mut travel = Travel { gone: 0.0, length: 0.0, slowest: speed, fastest: speed };
         let first = if jerk.is_finite() { pace.step.abs() } else { 0.0 };
         let travels = &mut self.joints[joint];
@@ -99,18 +99,18 @@ impl StoppingPath {
         self.cycles = self.cycles.max(travels.len() - 1);
     }
 
-    /// How far each joint has come after so many cycles.
+    /// Returns the travel of each joint after this many cycles.
     fn after(&self, cycles: usize) -> impl Iterator<Item = &Travel> + Clone {
         self.joints.iter().filter_map(move |travels| travels.get(cycles.min(travels.len() - 1)))
     }
 
-    /// How far each joint goes in these `cycles`, back and forth \[rad\].
+    /// Returns the length of each joint's path in these `cycles`, back and forth \[rad\].
     fn lengths(&self, cycles: &Range<usize>) -> impl Iterator<Item = f64> + Clone {
         self.after(cycles.start).zip(self.after(cycles.end)).map(|(begin, end)| end.length - begin.length)
     }
 
-    /// How far beside the path each joint may be after so many cycles, from and to \[rad\]: one of them may have held for twice its time,
-    /// and what cycles took longer on average it may have gone at first or not at all.
+    /// Returns the range of each joint's deviation from the path after this many cycles \[rad\]. One of the cycles may have lasted twice
+    /// its time; and the joint may have used the extra time of the mean period at once, or not at all.
     fn beside(&self, cycles: usize) -> impl Iterator<Item = (f64, f64)> + Clone {
         let late = 1.0 - self.period / self.cycle;
         self.after(cycles).map(move |travel| {
@@ -119,7 +119,7 @@ impl StoppingPath {
         })
     }
 
-    /// By how much a gap may be smaller after so many cycles than on the path there, if it changes by `slope` with the joints \[m\].
+    /// Returns by how much a gap with the slope `slope` may be smaller after this many cycles than on the path \[m\].
     fn spare(&self, cycles: usize, slope: &[f64]) -> f64 {
         let joints = self.beside(cycles).zip(slope);
         let closed = joints.map(|((least, most), slope)| (-least * slope).max(-most * slope));
@@ -127,18 +127,18 @@ impl StoppingPath {
     }
 }
 
-/// A pair of which too little is known on a part of the path.
+/// A pair that is undecided on a part of the path.
 #[derive(Clone, Copy)]
 struct Open {
-    /// Its number in `near`.
+    /// Its index in `near`.
     number: usize,
-    /// What is surely left of its gap where that begins and ends \[m\].
+    /// Lower bounds of its gap at the beginning and at the end of the part \[m\].
     here: f64,
     there: f64,
 }
 
 impl Stoppable {
-    /// For so many joints, with room for any scene, and for stops in cycles of that `period` \[s\].
+    /// Allocates for this many joints and any scene, and for stops with the control period `period` \[s\].
     pub fn new(joints: usize, period: f64) -> Self {
         let zeros = vec![0.0; joints];
         let cycles = ((STOP_TIME + 2.0 * RAMP_TIME) / period).ceil() as usize + MORE_CYCLES;
@@ -166,12 +166,12 @@ impl Stoppable {
         self.held_by = None;
     }
 
-    /// Whether the arm can be stopped after `velocity`.
-    fn can_stop(&mut self, given: &Given, scene: &Scene, velocity: &[f64]) -> bool {
+    /// Returns whether the arm can be stopped after `velocity`.
+    fn can_stop(&mut self, input: &FilterInput, scene: &Scene, velocity: &[f64]) -> bool {
         let Self { placed, near, stop, positions, slope, places, held_by, .. } = self;
-        stop.begin(given, velocity);
+        stop.begin(input, velocity);
         let end = stop.cycles;
-        placed.place(scene, given.arms.chains(), given.joints.positions);
+        placed.place(scene, input.arms.chains(), input.joints.positions);
         let beside = stop.beside(end).map(|(least, most)| most.max(-least));
         let all = 0..end;
         let travels = stop.lengths(&all).zip(beside).map(|(length, beside)| length + beside);
@@ -181,14 +181,14 @@ impl Stoppable {
             return true;
         };
         *places = 1;
-        let mut look = Look { given, scene, placed, stop, near, positions, slope, places, held_by };
-        look.whole(end, open) && look.between(all, open, room)
+        let mut check = PathCheck { input, scene, placed, stop, near, positions, slope, places, held_by };
+        check.whole(end, open) && check.between(all, open, room)
     }
 }
 
-/// One look at the path of a stop.
-struct Look<'a> {
-    given: &'a Given<'a>,
+/// The check of one stop's path.
+struct PathCheck<'a> {
+    input: &'a FilterInput<'a>,
     scene: &'a Scene,
     placed: &'a mut Placed,
     stop: &'a StoppingPath,
@@ -199,35 +199,35 @@ struct Look<'a> {
     held_by: &'a mut Option<ClosePair>,
 }
 
-/// What the gap of a pair that is `near` must stay above on the path: one that is smaller already may not close further.
+/// Returns the least gap on the path for the pair `near`. A gap that is smaller already may not close further.
 fn least(near: &Near) -> f64 {
     LEAST.min(near.gap.distance) - ROUNDING
 }
 
-impl Look<'_> {
-    /// Places the arm where it is after so many cycles of the stop.
+impl PathCheck<'_> {
+    /// Places the arm at its position after this many cycles of the stop.
     fn place(&mut self, cycles: usize) {
         *self.places += 1;
-        let travels = self.stop.after(cycles).zip(self.given.joints.positions);
+        let travels = self.stop.after(cycles).zip(self.input.joints.positions);
         self.positions
             .iter_mut()
             .zip(travels)
             .for_each(|(place, (travel, position))| *place = position + travel.gone);
-        self.placed.place(self.scene, self.given.arms.chains(), self.positions);
+        self.placed.place(self.scene, self.input.arms.chains(), self.positions);
     }
 
-    /// What is surely left of a gap where the arm is placed, after so many cycles of the stop \[m\].
+    /// Returns a lower bound of the gap at the placed position, after this many cycles of the stop \[m\].
     fn left(&mut self, cycles: usize, pair: usize, gap: &Gap) -> f64 {
         self.placed.slope(self.scene, pair, gap, self.slope);
         gap.distance - self.stop.spare(cycles, self.slope)
     }
 
-    /// The same of a pair: what is known at once where that is enough for both parts of the path there, else by what is measured. None
-    /// where it is too little.
-    fn look(&mut self, cycles: usize, near: &Near, is_enough: impl Fn(&Self, f64) -> bool) -> Option<f64> {
+    /// Returns a lower bound of a pair's gap: a cheap one if it is enough for both parts of the path there, otherwise one from the measured
+    /// gap. `None` if the gap is too small.
+    fn check(&mut self, cycles: usize, near: &Near, is_enough: impl Fn(&Self, f64) -> bool) -> Option<f64> {
         let at_least = self.placed.gap_at_least(self.scene, near);
         let at_least = at_least.map(|gap| self.left(cycles, near.pair, &gap));
-        let is_fine = |look: &Self, left: &f64| *left >= least(near) && is_enough(look, *left);
+        let is_fine = |check: &Self, left: &f64| *left >= least(near) && is_enough(check, *left);
         let left = at_least.filter(|left| is_fine(self, left)).unwrap_or_else(|| {
             let gap = self.placed.gap_of(self.scene, near.pair);
             self.left(cycles, near.pair, &gap)
@@ -244,8 +244,8 @@ impl Look<'_> {
         false
     }
 
-    /// Looks at where the stop begins, where the arm is placed, and at where it ends, after so many cycles: whether all gaps are large
-    /// enough there. Those of which not enough is known between are `open`.
+    /// Checks the beginning of the stop, where the arm is placed, and its end after `end` cycles. Returns whether all gaps are large enough
+    /// there. Pairs that are undecided in between become `open`.
     fn whole(&mut self, end: usize, open: &mut Vec<Open>) -> bool {
         open.clear();
         for (number, near) in self.near.iter().enumerate() {
@@ -260,8 +260,8 @@ impl Look<'_> {
         for next in 0..open.len() {
             let Open { number, here, .. } = open[next];
             let near = &self.near[number];
-            let knows = |look: &Self, there: f64| look.knows(near, &(0..end), [here, there]);
-            let Some(there) = self.look(end, near, knows) else { return false };
+            let knows = |check: &Self, there: f64| check.knows(near, &(0..end), [here, there]);
+            let Some(there) = self.check(end, near, knows) else { return false };
             if !knows(self, there) {
                 open[count] = Open { number, here, there };
                 count += 1;
@@ -271,12 +271,13 @@ impl Look<'_> {
         true
     }
 
-    /// By how much a gap may be smaller between two places than at both, where it is `gap` at least and the two may move by
-    /// `travel` against each other \[m\].
+    /// Returns by how much a gap may be smaller between two positions than at both \[m\]. There it is at least `gap`, and the two parts
+    /// move by at most `travel` relative to each other.
     ///
-    /// Who goes straight by w past something convex and is D from it at both ends is nowhere nearer than `√(D² − w²/4)`, and who stays
-    /// in it nowhere nearer than at the ends. That the path of a point is not straight, but bends with the joints by φ, takes it `φ w/8`
-    /// aside at most; and that they brake differently, what the bend of their own paths moves it.
+    /// A point that moves straight by w past a convex body, and has the distance D from it at both ends, is nowhere nearer than `√(D² −
+    /// w²/4)`. A point that stays inside of a convex body is nowhere nearer to its surface than at the ends. The path of a point is not
+    /// straight: the rotation φ of the joints moves it by at most `φ w/8`, and the joints' different braking by the bend of their own
+    /// paths.
     fn dip(&self, pair: usize, cycles: &Range<usize>, gap: f64, travel: f64) -> f64 {
         let apart = gap + self.scene.radius(pair);
         let square = apart * apart - 0.25 * travel * travel;
@@ -292,17 +293,17 @@ impl Look<'_> {
         straight + 0.125 * turn * travel + self.scene.travel(pair, bends)
     }
 
-    /// Whether a gap of which so much is left where these `cycles` of the stop begin and end stays large enough between.
+    /// Returns whether a gap with these lower bounds at both ends of `cycles` stays large enough in between.
     fn knows(&self, near: &Near, cycles: &Range<usize>, [here, there]: [f64; 2]) -> bool {
         let travel = self.scene.travel(near.pair, self.stop.lengths(cycles));
-        // Of a closed gap it is enough that it grows from place to place, and half of an open one is room for what is not known.
+        // A closed gap only has to grow from point to point; half of an open one is the margin for what is unknown.
         let least = 0.5 * least(near);
         least <= 0.0
             || 0.5 * (here + there - travel) >= least
             || here.min(there) - self.dip(near.pair, cycles, here.min(there), travel) >= least
     }
 
-    /// Whether the gaps that are `open` between these `cycles` of the stop stay large enough.
+    /// Returns whether the `open` gaps stay large enough between these `cycles` of the stop.
     fn between(&mut self, cycles: Range<usize>, open: &[Open], room: &mut [[Vec<Open>; 2]]) -> bool {
         let Some(first) = open.first() else { return true };
         let half = cycles.start + cycles.len() / 2;
@@ -317,10 +318,10 @@ impl Look<'_> {
         after.clear();
         for Open { number, here, there } in open.iter().copied() {
             let near = &self.near[number];
-            let knows = |look: &Self, left: f64| {
-                [look.knows(near, &first_half, [here, left]), look.knows(near, &second_half, [left, there])]
+            let knows = |check: &Self, left: f64| {
+                [check.knows(near, &first_half, [here, left]), check.knows(near, &second_half, [left, there])]
             };
-            let Some(left) = self.look(half, near, |look, left| knows(look, left) == [true; 2]) else {
+            let Some(left) = self.check(half, near, |check, left| knows(check, left) == [true; 2]) else {
                 return false;
             };
             let [knows_before, knows_after] = knows(self, left);
@@ -335,43 +336,43 @@ impl Look<'_> {
     }
 }
 
-/// Makes of what is `slowed` the slowest along the path that the arm is on; half way to a stop where accelerations may not step.
-fn slow(given: &Given, velocity: &[f64], slowed: &mut [f64]) {
-    if given.joints.braking.limits_jerk() {
-        given.joints.stop(slowed);
+/// Sets `slowed` to the slowest velocity along the present path, or half way to a stop if the jerk is limited.
+fn slow(input: &FilterInput, velocity: &[f64], slowed: &mut [f64]) {
+    if input.joints.braking.limits_jerk() {
+        input.joints.stop(slowed);
         slowed.iter_mut().zip(velocity).for_each(|(slowed, speed)| *slowed = 0.5 * (*slowed + speed));
         return;
     }
-    slowed.copy_from_slice(given.joints.before);
-    let left = given
+    slowed.copy_from_slice(input.joints.before);
+    let left = input
         .joints
         .before
         .iter()
-        .zip(given.joints.braking.decelerations)
-        .map(|(before, deceleration)| 1.0 - deceleration * given.joints.braking.period / before.abs());
-    // None where a joint that stands has no part in it.
+        .zip(input.joints.braking.decelerations)
+        .map(|(before, deceleration)| 1.0 - deceleration * input.joints.braking.period / before.abs());
+    // The factor is 0 if a standing joint takes no part.
     scale(slowed, left.fold(0.0, f64::max).min(1.0));
-    slowed.iter_mut().enumerate().for_each(|(joint, speed)| *speed = given.joints.span(joint).hold(*speed));
+    slowed.iter_mut().enumerate().for_each(|(joint, speed)| *speed = input.joints.span(joint).hold(*speed));
 }
 
 impl Stoppable {
-    /// Changes `velocity`, one number a joint [rad/s, prismatic: m/s].
-    pub fn apply(&mut self, given: &Given, velocity: &mut [f64]) {
+    /// Changes `velocity`, one number per joint [rad/s, prismatic: m/s].
+    pub fn apply(&mut self, input: &FilterInput, velocity: &mut [f64]) {
         self.held_by = None;
-        let Some(scene) = &given.settings.scene else { return };
+        let Some(scene) = &input.settings.scene else { return };
         let stands = velocity.iter().all(|speed| *speed == 0.0);
         let is_none = velocity.iter().any(|speed| !speed.is_finite());
-        // What is no number the gate sees.
-        if stands || is_none || self.can_stop(given, scene, velocity) {
+        // The final check handles numbers that are not finite.
+        if stands || is_none || self.can_stop(input, scene, velocity) {
             return;
         }
         let mut slowed = std::mem::take(&mut self.slowed);
-        slow(given, velocity, &mut slowed);
+        slow(input, velocity, &mut slowed);
         let held_by = self.held_by;
-        if self.can_stop(given, scene, &slowed) {
+        if self.can_stop(input, scene, &slowed) {
             velocity.copy_from_slice(&slowed);
         } else {
-            given.joints.stop(velocity);
+            input.joints.stop(velocity);
         }
         (self.slowed, self.held_by) = (slowed, held_by);
     }

@@ -6,13 +6,13 @@ use crate::control::control_law::{
 use crate::control::transpose::difference;
 use crate::control::{Aim, AngularLinear, PoseError, Stiffness};
 
-/// `θ̇ = Jᵀ K (q_d − q)` in R⁸ (eq. 16–20).
+/// The law `θ̇ = Jᵀ K (q_d − q)` in R⁸ (eq. 16–20).
 ///
-/// Asked for less than a pose, it is the transpose with the error of diffc_inverse at a quarter of its gain, which is the same to first
-/// order for a tool at the base frame's origin: of a twist ½ is in the pose's derivative, and ½ in its transpose.
+/// If the aim is less than a pose, it is the transpose with the error of diffc_inverse at a quarter of its gain. That is the same law to
+/// first order for a tool at the base frame's origin: the pose's derivative contains ½ of a twist, and so does its transpose.
 pub struct Diffc;
 
-/// What is left of K where a twist is fed back.
+/// The factor of K if a twist is fed back.
 const QUARTER: f64 = 0.25;
 
 impl ControlLaw for Diffc {
@@ -59,7 +59,7 @@ impl ControlLaw for Diffc {
         }
     }
 
-    /// With a pose e is `q_d − q`.
+    /// For a pose, e is `q_d − q`.
     fn steepest_descent(&self, input: &LawInput, descent: &mut [f64]) -> f64 {
         let LawInput { arm, base_from_goal, .. } = *input;
         match input.aim {

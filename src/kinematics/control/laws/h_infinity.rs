@@ -1,15 +1,15 @@
-//! Gains that bound how far disturbances carry.
+//! Gains that bound the effect of disturbances.
 
 use crate::control::control_law::{ControlLaw, LawGains};
 use crate::control::{AngularLinear, PoseError};
 use std::f64::consts::SQRT_2;
 
-/// unit_quaternion with the least gains that bound the energy of the error by that of the disturbances (Figueredo, Adorno & Ishihara
-/// 2021, arXiv 1811.05436, Definition 1); its own are the bounds `γ_O` and `γ_T` \[s\].
+/// unit_quaternion with the least gains that bound the energy of the error by that of the disturbances (Figueredo, Adorno & Ishihara 2021,
+/// arXiv 1811.05436, Definition 1). Its parameters are the bounds `γ_O` and `γ_T` \[s\].
 ///
-/// The outputs are `O = sin(½φ) n` and p; disturbances are twists, one in the joints and one in the pose, and each bound
-/// holds for both. With `ω = −κ_O O` and `ṗ = −κ_T p` the bounds hold where `κ_O ≥ 1/α + ¼α(γ⁻² + γ⁻²)`, and likewise for
-/// κ_T (their eq. 18–20): the least gains are `√(γ⁻² + γ⁻²)`, at the best α. For the error `2 sin(½φ) n` it is `k_ω = ½κ_O`.
+/// The outputs are `O = sin(½φ) n` and p. The disturbances are twists, one in the joints and one in the pose, and each bound applies to
+/// both. With `ω = −κ_O O` and `ṗ = −κ_T p` the bounds hold if `κ_O ≥ 1/α + ¼α(γ⁻² + γ⁻²)`, and likewise for κ_T (their eq. 18–20). At the
+/// best α, the least gains are `√(γ⁻² + γ⁻²)`. For the error `2 sin(½φ) n`, `k_ω = ½κ_O`.
 pub struct HInfinity;
 
 impl ControlLaw for HInfinity {
@@ -36,7 +36,7 @@ impl ControlLaw for HInfinity {
         [0.5 * SQRT_2 / angular, SQRT_2 / linear]
     }
 
-    /// The equal bounds whose gains are `½ gain` for the rotation and `gain` for the translation.
+    /// Returns equal bounds, whose gains are `½ gain` for the rotation and `gain` for the translation.
     fn gains_at(&self, gain: f64, _before: [f64; 2]) -> [f64; 2] {
         [SQRT_2 / gain; 2]
     }

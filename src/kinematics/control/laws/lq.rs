@@ -1,13 +1,12 @@
-//! Gains that are the optimum of a quadratic cost.
+//! Gains that minimize a quadratic cost.
 
 use crate::control::control_law::{ControlLaw, LEAST, LawGains};
 use crate::control::{AngularLinear, PoseError};
 
-/// diffc_inverse with the gains that are the optimum of the cost `∫ eᵀ Q e + |ξ|² dt`; its own are the weights Q.
+/// diffc_inverse with the gains that minimize the cost `∫ eᵀ Q e + |ξ|² dt`. Its parameters are the weights Q.
 ///
-/// Marinho, Figueredo & Adorno (IROS 2015) reduce the control of the error `e = 1 − q_d* q` to a linear system whose input
-/// is the twist. For a goal that stands, `ė = −ξ` near it, and the Riccati equation `S² = Q` of an unbounded horizon gives
-/// the gain `K = √Q`.
+/// Marinho, Figueredo & Adorno (IROS 2015) reduce the control of the error `e = 1 − q_d* q` to a linear system whose input is the twist.
+/// For a fixed goal, `ė = −ξ` near the goal, and the Riccati equation `S² = Q` of an infinite horizon gives the gain `K = √Q`.
 pub struct Lq;
 
 impl ControlLaw for Lq {
@@ -34,7 +33,8 @@ impl ControlLaw for Lq {
         weights.map(f64::sqrt)
     }
 
-    /// Those whose gains are `gain` for the rotation and twice that for the translation, the rates of the reference's figure 4.
+    /// Returns the weights whose gains are `gain` for the rotation and twice that for the translation: the rates of the reference's figure
+    /// 4.
     fn gains_at(&self, gain: f64, _before: [f64; 2]) -> [f64; 2] {
         [gain.powi(2), (2.0 * gain).powi(2)]
     }

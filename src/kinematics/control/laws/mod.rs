@@ -1,4 +1,4 @@
-//! The laws that are built in, each written as anybody's own is.
+//! The built-in laws, written like a user's own law.
 
 mod diffc;
 mod h_infinity;

@@ -1,4 +1,4 @@
-//! Gain times error.
+//! The product of gain and error.
 
 use crate::control::control_law::{ControlLaw, LawGains, Map};
 use crate::control::{AngularLinear, PoseError};
@@ -27,7 +27,7 @@ impl<E: Fn(&PoseError) -> AngularLinear + Sync> ControlLaw for Proportional<E> {
         self.map
     }
 
-    /// A transposed Jacobian shortens the error by its squared singular values, and needs the higher gains.
+    /// Returns the default gains. A transposed Jacobian reduces the error by its squared singular values, and needs higher gains.
     fn gains(&self) -> LawGains {
         match self.map {
             Map::Transpose => LawGains::twist(50.0, 1e4),

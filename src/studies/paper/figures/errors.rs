@@ -9,29 +9,29 @@ use dq_figures::{Axis, COMPONENTS, Figure, Line, Panel, Series, chart, over_time
 use dq_kinematics::control::{Aim, Controller, Map};
 use nalgebra::Vector6;
 
-/// What the paper's error plots show of their vertical axes: figures 1, 3 and 4.
+/// The ranges of the vertical axes of the paper's error plots: figures 1, 3 and 4.
 const CLOSE_UP: [f64; 3] = [0.09, 6.5e-4, 1e-3];
 
-/// How much of diffc's motion is over so soon that it needs a time axis of its own \[s\].
+/// The initial part of diffc's motion that needs its own time axis \[s\].
 const SOON: f64 = 0.5;
 
-/// Joints by the paper's names.
+/// The joints by the paper's names.
 const JOINTS: [&str; 8] = ["θ1", "θ2", "θ3", "θ4", "θ5", "θ6", "θ7", "θ8"];
 
-/// A panel over all the time of its curves.
+/// Creates a panel over the whole time of its curves.
 fn panel(title: &str, label: &str, series: Vec<Series>) -> Panel {
     let end = series.iter().flat_map(|series| series.points.last()).map(|point| point.0).fold(0.0, f64::max);
     over_time(title, Axis::new("time [s]", 0.0..end), label, series)
 }
 
-/// The whole and, below it, the part that the paper shows.
+/// Returns the whole panel, and below it the part that the paper shows.
 fn with_close_up(label: &str, series: Vec<Series>, close_up: f64) -> [Panel; 2] {
     let mut close = panel("close up, as in the paper", label, series.clone());
     close.y.range = -close_up..close_up;
     [panel("whole range", label, series), close]
 }
 
-/// The first moments of a panel.
+/// Returns the beginning of a panel.
 fn soon(panel: &Panel) -> Panel {
     let mut soon = panel.clone();
     soon.title = format!("the first {SOON} s");
@@ -39,7 +39,7 @@ fn soon(panel: &Panel) -> Panel {
     soon
 }
 
-/// A curve of `values` for each of `names`, as many colours solid as make a group, and then dashed.
+/// Returns a curve of `values` for each of `names`: first solid in the colors of a group, then dashed.
 fn components(
     names: &[&str],
     group: usize,
@@ -55,7 +55,7 @@ fn components(
     names.iter().enumerate().map(series).collect()
 }
 
-/// The angles of `count` joints from the one of that number on.
+/// Returns the positions of `count` joints from this index on.
 fn angles(trajectory: &Trajectory, first: usize, count: usize) -> Vec<Series> {
     let names = &JOINTS[..count.min(JOINTS.len())];
     components(names, COMPONENTS.len(), &trajectory.times, |k, i| trajectory.states[k][first + i])
@@ -79,11 +79,11 @@ pub(super) fn joint_angles(lab: &Laboratory, run: &SimulatedRun) -> Figure {
     chart("fig2", &title, &[vec![soon(&whole)], vec![whole]])
 }
 
-/// Figure 3, and the angles of both manipulators, which section 4 of the paper announces and does not show.
+/// Draws figure 3, and the joint angles of both manipulators, which section 4 of the paper announces but does not show.
 pub(super) fn relative_position(lab: &Laboratory) -> Result<[Figure; 2], PaperError> {
     let constants = lab.experiment.relative_position;
     let mut arms = Arms::two(lab.chain.clone(), lab.chain.clone());
-    // β, the left arm, is at theta_desired; α, the right one, at theta_initial.
+    // The left arm, β, is at theta_desired; the right arm, α, at theta_initial.
     let start = [lab.experiment.theta_desired.as_slice(), &lab.experiment.theta_initial].concat();
     arms.evaluate(&start);
     let target = constants.target_factor * arms.pose().translation();
@@ -107,7 +107,7 @@ pub(super) fn relative_position(lab: &Laboratory) -> Result<[Figure; 2], PaperEr
     Ok([figure, chart("fig3_angles", &title, &arms)])
 }
 
-/// As the paper integrated it, and beside it through the joints, as the program runs it.
+/// Draws the motion as integrated in the paper, and as the program runs it through the joints.
 pub(super) fn logc_error(lab: &Laboratory, runs: &Runs) -> Figure {
     const NAMES: [&str; 6] = [
         "½ rotation x [rad]",
@@ -129,7 +129,7 @@ pub(super) fn logc_error(lab: &Laboratory, runs: &Runs) -> Figure {
     let half_logs: Vec<_> = ours.poses.iter().map(|pose| (ours.goal.inverse() * *pose).half_log()).collect();
     let [mut our_whole, our_close] = of(&ours.trajectory.times, &half_logs);
     our_whole.title = format!("through the joints, k = {}", lab.experiment.comparison.gain);
-    // One range for both, so that they can be compared.
+    // Both have the same range, so that they can be compared.
     our_whole.y.range =
         whole.y.range.start.min(our_whole.y.range.start)..whole.y.range.end.max(our_whole.y.range.end);
     whole.y.range = our_whole.y.range.clone();

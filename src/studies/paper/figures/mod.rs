@@ -9,10 +9,10 @@ pub use runs::Runs;
 use super::{Laboratory, PaperError};
 use dq_figures::Figure;
 
-/// All of them, in order.
+/// Draws all figures, in order.
 ///
 /// # Errors
-/// [`PaperError`].
+/// [`PaperError`] if a simulation fails.
 pub fn all(lab: &Laboratory, runs: &Runs) -> Result<Vec<Figure>, PaperError> {
     let [relative_position, angles] = errors::relative_position(lab)?;
     Ok(vec![

@@ -6,7 +6,7 @@ use dq_algebra::UnitDualQuaternion;
 use dq_figures::{BOTH_SIDES, Figure, Line, Path, Place, Scene, Viewpoint, frameplotter, law_color, scenes};
 use dq_kinematics::control::Law;
 
-/// A tool on its way, [`INTERVAL`] from pose to pose.
+/// The motion of a tool, with [`INTERVAL`] between poses.
 #[derive(Clone, Copy)]
 struct Tool<'a> {
     law: Law,
@@ -26,15 +26,15 @@ impl<'a> From<&'a TaskSpaceLogc> for Tool<'a> {
     }
 }
 
-/// How many samples make an interval \[s\].
+/// Returns the number of samples in an interval \[s\].
 fn samples(interval: f64) -> usize {
     ((interval / INTERVAL).round() as usize).max(1)
 }
 
-/// Seconds between the dots of a path.
+/// The time between the dots of a path \[s\].
 const DOT_INTERVAL: f64 = 0.05;
 
-/// Seconds between the frames along a path, and along one that takes four times as long.
+/// The time between the frames along a path \[s\], and along a path that takes four times as long.
 const FRAME_INTERVAL: f64 = 0.1;
 const LONG_FRAME_INTERVAL: f64 = 1.0;
 
@@ -44,7 +44,7 @@ impl Tool<'_> {
         Path { name: name.to_owned(), color: law_color(self.law), line, points }
     }
 
-    /// The path as a line, and as dots at even times.
+    /// Returns the path as a line, and as dots at equal intervals.
     fn dotted(&self, name: &str) -> Vec<Path> {
         let dots = self.poses.iter().step_by(samples(DOT_INTERVAL)).map(UnitDualQuaternion::translation);
         let dots = Path {
@@ -70,11 +70,11 @@ impl Tool<'_> {
             .collect()
     }
 
-    /// The tool's frames along its way, `interval` \[s\] apart, seen from two sides.
+    /// Returns the tool's frames along its path, `interval` \[s\] apart, from two views.
     fn frames(&self, title: &str, interval: f64) -> Vec<Scene> {
         let step = samples(interval);
         let end = self.poses.last().map_or_else(nalgebra::Vector3::zeros, UnitDualQuaternion::translation);
-        // A tool that stands still is drawn once.
+        // A standing tool is drawn once.
         let moving = self.poses.iter().rposition(|pose| (end - pose.translation()).norm() > 2e-3);
         let moving = moving.map_or(self.poses.len(), |last| (last + step).min(self.poses.len()));
         let base = UnitDualQuaternion::identity();
@@ -94,7 +94,7 @@ impl Tool<'_> {
         BOTH_SIDES.map(scene).to_vec()
     }
 
-    /// The part of the distance that is left at the end \[%\].
+    /// The percentage of the distance that is left at the end.
     fn left_percent(&self) -> f64 {
         let distance = |pose: Option<&UnitDualQuaternion>| {
             pose.map_or(0.0, |pose| (pose.translation() - self.goal.translation()).norm())
@@ -103,10 +103,10 @@ impl Tool<'_> {
     }
 }
 
-/// From where paths are seen at their whole length.
+/// The viewpoint from which paths are seen at their whole length.
 const ABOVE: Viewpoint = Viewpoint { azimuth: -50.0, elevation: 30.0 };
 
-/// A scene of paths without frames.
+/// Creates a scene of paths without frames.
 fn plain(title: &str, paths: Vec<Path>, places: Vec<Place>, viewpoint: Viewpoint) -> Scene {
     Scene { title: title.to_owned(), paths, frames: Vec::new(), axis_length: 0.0, places, viewpoint }
 }
@@ -123,7 +123,7 @@ pub(super) fn both_laws(lab: &Laboratory, runs: &Runs) -> Figure {
 }
 
 pub(super) fn diffc_alone(lab: &Laboratory, run: &SimulatedRun) -> Result<Figure, PaperError> {
-    // A path that does not pass its goal is shown this near to it all the same [m].
+    // A path without overshoot is still shown this near to its goal [m].
     const NEAR: f64 = 5e-3;
     let overshoot = 1e3 * lab.metrics(run)?.figures.overshoot;
     let tool = Tool::from(run);
@@ -132,7 +132,7 @@ pub(super) fn diffc_alone(lab: &Laboratory, run: &SimulatedRun) -> Result<Figure
     let mut end = whole.clone();
     end.title = "its end".to_owned();
     end.places.retain(|place| place.name == "goal");
-    // Four times as far around the goal as the overshoot.
+    // The view is four times as far around the goal as the overshoot.
     let near = (4e-3 * overshoot).max(NEAR);
     for path in &mut end.paths {
         path.points.retain(|point| (point - run.goal.translation()).norm() < near);

@@ -1,21 +1,21 @@
-//! The runs that the figures are of.
+//! The runs that the figures show.
 
 use crate::paper::{Laboratory, PaperError, SimulatedRun, TaskSpaceLogc};
 use dq_kinematics::control::Law;
 
 /// The runs that several figures and the comparison share.
 pub struct Runs {
-    /// diffc with the gain that settles.
+    /// diffc with the gain with which it settles.
     pub diffc: SimulatedRun,
     /// diffc with logc's gain.
     pub diffc_low: SimulatedRun,
-    /// The same for as long as figure 7 spans.
+    /// diffc with logc's gain over the time of figure 7.
     pub diffc_low_long: SimulatedRun,
-    /// logc as the paper integrated it.
+    /// logc as integrated in the paper.
     pub task_space_logc: TaskSpaceLogc,
     /// logc through the joints, with one gain for rotation and translation.
     pub logc: SimulatedRun,
-    /// The same for as long as figure 4 spans.
+    /// The same over the time of figure 4.
     pub logc_long: SimulatedRun,
     /// double_geodesic with the same gain.
     pub double_geodesic: SimulatedRun,
@@ -25,7 +25,7 @@ impl Runs {
     /// Simulates all of these runs.
     ///
     /// # Errors
-    /// [`PaperError`].
+    /// [`PaperError`] if a simulation fails.
     pub fn new(lab: &Laboratory) -> Result<Self, PaperError> {
         let (diffc, equal) = (lab.experiment.diffc, lab.experiment.comparison);
         let of = |law, gain, duration| lab.run(lab.controller(law, gain), duration);
