@@ -44,7 +44,8 @@ fn a_first_motion_of_a_ur5e_is_slow() {
     let pose = host.output(&["pose", "--arm", "ur5e", "0.1", "-1.5", "1.5", "-1.57", "-1.57", "0.1"]);
     let goal = pose.lines().find_map(|line| line.strip_prefix("dq_servo ")).unwrap();
     let arrived = host.output(&goal.split_whitespace().collect::<Vec<_>>());
-    let numbers = arrived.split_whitespace().filter_map(|word| word.trim_end_matches(':').parse::<f64>().ok());
+    let numbers =
+        arrived.split_whitespace().filter_map(|word| word.trim_end_matches(':').parse::<f64>().ok());
     let [seconds, path, ..] = numbers.collect::<Vec<_>>()[..] else { panic!("{arrived}") };
     assert!(path > 0.05 && path <= 0.05 * seconds, "{arrived}");
     assert_eq!(host.parameter("constraints"), "true");
