@@ -11,7 +11,7 @@ from pathlib import Path
 PATTERNS = [
     (r"\bso (many|often)\b(?! (as|that)\b)", "this many, this often, or the name of the number"),
     (r"\bnone (where|of which|if none)\b", "`None` if"),
-    (r"\bis no (?!longer|more|less|further|faster|slower|larger|smaller|nearer|farther|worse|better|sooner|later|different|other)\w+", "is not a"),
+    (r"(?<!there )\bis no (?!longer|more|less|further|faster|slower|larger|smaller|nearer|farther|worse|better|sooner|later|different|other)\w+", "is not a"),
     (r"\banew\b", "again"),
     (r"^(Of|Who|None|By how|So (much|long)) ", "a sentence, or a noun with its article, in place of a fragment"),
 ]

@@ -13,7 +13,7 @@ struct Stream {
     heard: Duration,
 }
 
-/// Who asks for motion. A publisher is of goals or of twists, and has a number.
+/// The sender of a request for motion. A publisher is of goals or of twists, and has a number.
 #[derive(Clone, Debug, Default)]
 pub struct Opinion {
     streams: HashMap<(bool, u32), Stream>,

@@ -39,7 +39,7 @@ pub struct Rig {
     pub state_delay: Duration,
     /// Whether joint states carry stamps of a clock that agrees.
     pub stamped: bool,
-    /// By how much their stamps are older than they are.
+    /// The difference between the age by their stamps and their real age.
     pub stamp_error: Duration,
     /// Time from one joint state to the next.
     pub state_interval: Duration,
@@ -53,7 +53,7 @@ pub struct Rig {
     pub check_commands: bool,
     /// Whether the tools' speeds are held against their limits: no rule does where the servo cannot know where the arm is.
     pub check_tools: bool,
-    /// Who publishes the joint states.
+    /// The publisher of the joint states.
     pub source: u32,
     /// Searches for the servo, and how long it takes until the answer comes; none: nobody answers.
     pub search: Option<Search>,
@@ -61,13 +61,13 @@ pub struct Rig {
     answer: Option<Duration>,
     /// How often the servo's cycles have allocated memory.
     pub allocations: u64,
-    /// Who asks for motion, by a second opinion.
+    /// The second opinion of whose request is in force.
     pub opinion: Opinion,
     /// The publisher of the next single goal: each `ros2 topic pub --once` is another one.
     next_publisher: u32,
     /// Whether the last that was heard of the goal is that its frame is lost.
     frame_lost: bool,
-    /// Before each so many cycles another servo takes this one's place, which knows what this one knows; 0: never.
+    /// Every this many cycles another servo takes over, with the state of this one; 0: never.
     pub restored_each: u32,
     /// What was sent in each cycle, while somebody wants to know.
     pub sent: Option<Vec<Option<Vec<f64>>>>,
@@ -238,7 +238,7 @@ impl Rig {
     pub fn take_goal(&mut self, goal: &GoalReading) -> Result<(), Rejection> {
         let taken = self.servo.take_stamped_goal(goal, self.now);
         let sent = (self.now - goal.waited - goal.sent.ago, self.now);
-        // What is no goal asks for nothing.
+        // A malformed goal is not a request.
         if !is_none(&taken) {
             self.opinion.hear_goal(goal.sent.by, sent, taken.is_ok());
         }
@@ -372,7 +372,7 @@ impl Rig {
             self.invariants.robot_came();
         }
         if self.check_commands {
-            // What holds an arm against what pulls at it is no motion.
+            // The hold that balances a pull does not count as motion.
             let stands = !driving && self.servo.settings().integral == 0.0;
             self.invariants.check(self.period * self.cycles, &command, stands).unwrap();
         }

@@ -9,7 +9,7 @@ use dq_kinematics::control::Aim;
 use nalgebra::{UnitQuaternion, Vector3};
 use std::time::Duration;
 
-/// So many tasks an arm.
+/// Number of tasks per arm.
 const TASKS: usize = 60;
 
 /// Looks for where the arm has its tool at joint positions `there`, from `here`, with `starts`; what is found reaches that within the limits.
@@ -54,7 +54,7 @@ fn every_arm_of_the_box_finds_each_pose_of_joint_angles_within_its_limits_and_no
             let found = look(&parameters, &here, &there, STARTS);
             let found = found.unwrap_or_else(|| panic!("{name}: no configuration for task {number}"));
             let [found, known] = [&found, &there].map(|there| time(&parameters.settings, &here, there));
-            // Of an arm with seven joints there is no end of configurations, of which some are found.
+            // An arm with seven joints has infinitely many configurations; the search finds some.
             assert!(
                 found <= known * if there.len() > 6 { 1.5 } else { 1.01 } + 1e-3,
                 "{name}, task {number}: {found} s, but {known} s is enough"

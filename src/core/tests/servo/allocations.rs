@@ -6,7 +6,7 @@ use dq_core::servo::{Interface, State};
 use dq_kinematics::control::{Aim, Controller, Law, Map};
 use nalgebra::Vector3;
 
-/// So long a state has lasted before it counts \[s\]: the windows of what is watched are full then.
+/// How long a state has lasted before its cycles are counted \[s\]: all windows of the monitors are full then.
 const WARM: f64 = 0.5;
 
 fn count(rig: &mut Rig, what: &str, seconds: f64) {

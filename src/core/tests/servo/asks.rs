@@ -1,4 +1,4 @@
-//! Who asks, and what ends that whatever else happens: streams of goals, rivals, robots that do not obey, parameters that change.
+//! Requests, and what revokes them whatever else happens: streams of goals, rivals, robots that do not obey, parameters that change.
 
 use crate::reference::{distance, pose, puma, theta};
 use crate::rig::{PERIOD, Rig, reading};

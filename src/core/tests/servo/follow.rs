@@ -75,7 +75,7 @@ pub(super) struct Stream {
     /// Whether messages are sent and come unevenly, and poses are measured.
     pub(super) real: bool,
     pub(super) stamped: bool,
-    /// Of the unevenness and of the measuring.
+    /// The seed of the uneven intervals and of the measurement noise.
     pub(super) seed: u64,
 }
 
@@ -146,7 +146,7 @@ impl Follow {
         }
     }
 
-    /// So many cycles, with a goal and its stamp each `every` cycles, by where the arm begins and the number of the cycle.
+    /// Runs this many cycles, with a goal and its stamp every `every` cycles, made from the arm's start and the cycle's number.
     pub(super) fn goals(
         arm: &(ServoParameters, Vec<f64>),
         feed_forward: bool,

@@ -84,7 +84,7 @@ fn rule_4_bad_messages_are_rejected_counted_and_leave_the_last_good_ones() {
     assert_eq!(rig.servo.status().goal, before);
     assert_eq!(rig.servo.rejections().total(), 11);
     assert_eq!(rig.servo.rejections().by_reason()[0], ("non_finite", 3));
-    // Rounding is no mistake.
+    // Rounding is allowed.
     rig.take_point([0.1; 3], [0.0, 0.0, 0.0, 1.0009], "/base_link").unwrap();
 }
 

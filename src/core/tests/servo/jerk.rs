@@ -10,7 +10,7 @@ fn rig(jerk: f64) -> Rig {
     Rig::with(|settings| settings.limits.joint_jerk = vec![jerk; 6])
 }
 
-/// The largest jerk [rad/s³] of the commands of so many seconds, over all joints.
+/// The largest jerk [rad/s³] of the commands during this many seconds, over all joints.
 fn largest_jerk(rig: &mut Rig, seconds: f64) -> f64 {
     let period = PERIOD.as_secs_f64();
     let (mut before, mut steps) = (rig.command.clone(), Vec::<f64>::new());

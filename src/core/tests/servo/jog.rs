@@ -60,7 +60,7 @@ fn a_tool_that_must_not_turn_is_moved_straight_and_stopped_without_turning() {
     for [y, z] in [[0.3, 0.3], [0.3, -0.3], [-0.3, 0.3], [-0.1, -0.4]] {
         let mut rig = rig(Interface::Velocity);
         rig.change(|settings| settings.limits.angular_speed = 1e-6);
-        // Afterwards what was lowered is no excuse; the rig asks in each cycle how fast the tool turns.
+        // From then on the lowered limit applies; the rig checks the tool's rotation in each cycle.
         rig.run(1.1);
         let begin = point(&rig);
         hold(&mut rig, [0.0, y, z], NONE, "base_link", 1.0);

@@ -1,4 +1,4 @@
-//! Rule 22 whatever happens: random arms, keep-outs, keep-ins, goals, twists, stops, pauses, laws and late cycles. `TASKS=100000` tries so many others.
+//! Rule 22 whatever happens: random arms, keep-outs, keep-ins, goals, twists, stops, pauses, laws and late cycles. `TASKS=100000` tries that number of others.
 
 use super::keep_out::scene_within;
 use super::sequences::{arms, first_difference, jerk};

@@ -6,7 +6,7 @@ use allocation_counter::measure;
 use dq_algebra::UnitDualQuaternion;
 use dq_core::servo::{GoalReading, Sent};
 
-/// Of 100 000 publishers, or of one that streams; somebody takes the news of motions, or nobody does.
+/// Goals of 100 000 publishers, or of one that streams; with or without a reader of the motions.
 #[test]
 fn a_hundred_thousand_goals_leave_nothing_behind() {
     for (publishers, is_heard) in [(100_000, true), (100_000, false), (1, true)] {

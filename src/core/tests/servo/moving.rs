@@ -9,14 +9,14 @@ use dq_core::servo::{GoalMotion, Reason, Revocation, State};
 use nalgebra::{UnitQuaternion, Vector3};
 use std::time::Duration;
 
-/// By how much [mm/s] the velocities of a real stream are off those of an even one without noise.
+/// The error [mm/s] of the velocities of a real stream, relative to an even one without noise.
 fn shake(real: &Follow, even: &Follow) -> f64 {
     let (one, other) = (real.velocities(), even.velocities());
     let squares = one.iter().zip(&other).map(|(a, b)| (a - b).norm_squared());
     (squares.sum::<f64>() / one.len() as f64).sqrt()
 }
 
-/// So many streams make a row of the guide's table.
+/// Number of streams per row of the guide's table.
 const SEEDS: u64 = 20;
 
 /// The median of as many numbers as there are seeds, and what it is between in 96 of 100 studies: the binomial distribution of 20 has 4 %

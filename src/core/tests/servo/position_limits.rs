@@ -104,7 +104,7 @@ fn what_lies_beside_a_position_lies_inside_the_limits() {
     }
 }
 
-/// How far joint 3 goes past its limit \[rad\], by a servo of which so many cycles before each are missed, as its thread gets no time.
+/// How far joint 3 goes past its limit \[rad\], if the servo misses this many cycles before each one that runs, because its thread gets no time.
 fn past_its_limit(mut missed: impl FnMut(u32) -> u32) -> f64 {
     let mut past = 0.0_f64;
     for law in [Law::Diffc, Law::Logc] {

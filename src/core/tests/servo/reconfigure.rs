@@ -117,7 +117,7 @@ fn rule_21_an_arm_that_may_be_asked_stands_until_somebody_asks_and_says_how() {
         why.starts_with("joint3 is at its position limit; with joint") && why.contains("~/reconfigure"),
         "{why}"
     );
-    // Who asked before there was anything to ask for did not mean this.
+    // A request from before there was a result did not mean this result.
     let early = Event::Reconfigure { ago: rig.now - detour.found + PERIOD };
     rig.servo.begin(rig.now);
     assert!(matches!(rig.servo.take(early), Err(Rejection::Late(_))));
@@ -281,7 +281,7 @@ fn rule_21_a_twist_a_robot_that_is_away_and_one_that_is_blocked_end_it() {
 
 #[test]
 fn rule_21_an_answer_that_comes_late_or_is_of_no_use_is_none() {
-    // Of a goal that is gone.
+    // The result is for a goal that is gone.
     let mut rig = rig(Reconfigure::Always);
     rig.search_time = Duration::from_millis(300);
     rig.run_until(State::Stalled, 20.0);
@@ -300,7 +300,7 @@ fn rule_21_an_answer_that_comes_late_or_is_of_no_use_is_none() {
     rig.run(1.0);
     assert_eq!((rig.state(), rig.speed()), (State::Holding, 0.0));
 
-    // Of the stall before this one, of the same goal: what is in between makes it another question.
+    // The result is for the stall before this one, of the same goal: the motion in between makes it another question.
     let mut rig = self::rig(Reconfigure::Ask);
     rig.search = None;
     rig.run_until(State::Stalled, 20.0);

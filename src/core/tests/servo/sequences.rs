@@ -16,7 +16,7 @@ use std::time::Duration;
 /// What may happen to a servo.
 #[derive(Clone, Debug)]
 enum Event {
-    /// Of one of two publishers of streams, or of one that sends no other.
+    /// A goal of one of two publishers of streams, or of one that sends no other.
     Goal(Option<u32>, [f64; 3], [f64; 4]),
     BadGoal(usize),
     Stream(Stream),
@@ -27,7 +27,7 @@ enum Event {
     BadJointState(usize),
     Law(usize),
     Gain(f64),
-    /// Of one of two publishers: zero or not, how often, and how many cycles apart.
+    /// Twists of one of two publishers: zero or not, how often, and how many cycles apart.
     Twists(u32, bool, usize, usize),
     Pause(bool),
     Stop,
@@ -35,13 +35,13 @@ enum Event {
     Follow(bool),
     /// Another publisher of joint states.
     Source(u32),
-    /// So much older than they are are stamps \[ms\].
+    /// How much older stamps are than their messages \[ms\].
     Stamps(u64),
-    /// So many changes of a parameter, 50 ms apart.
+    /// This many changes of a parameter, 50 ms apart.
     Changes(u32),
-    /// Of commands and of joint states [ms].
+    /// The delays of commands and of joint states [ms].
     Delay(u64, u64),
-    /// Of one joint, or of all.
+    /// The stuck joint, or all joints.
     Limit(Limit, usize, f64),
     ProgressTimeout(f64),
     /// Whether the arm goes to other configurations, and how long a search for one takes [ms].
@@ -60,7 +60,7 @@ struct Stream {
     /// Cycles from one to the next.
     each: usize,
     stamped: bool,
-    /// Who sends them.
+    /// Their publisher.
     by: u32,
     /// Whether they are the goal in force, as its frame moves it.
     by_frame: bool,
@@ -342,7 +342,7 @@ proptest! {
     }
 }
 
-/// What is sent while all happens, where another servo goes on before each so many cycles.
+/// What is sent while all happens, where another servo takes over every this many cycles.
 fn sent(
     mut rig: Rig,
     events: &[Event],

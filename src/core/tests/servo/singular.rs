@@ -213,7 +213,7 @@ fn rule_9_one_joint_whose_goal_is_off_its_path_is_as_near_as_it_comes() {
     }
 }
 
-/// Only a program that uses the library can set such a gain: it is no singularity that holds the arm.
+/// Only a program that uses the library can set such a gain: a singularity does not hold the arm here.
 #[test]
 fn rule_9_a_gain_of_zero_makes_no_progress() {
     let mut rig = rig(Law::Logc, &stretched());

@@ -30,7 +30,7 @@ impl Loop {
         self.controller.fastest_rates(self.arm.state(), &self.goal).into_iter().fold(0.0, f64::max)
     }
 
-    /// Whether a small error decays with joint states that are so many cycles old.
+    /// Returns whether a small error decays with joint states that are this many cycles old.
     fn is_stable(&mut self, latency: usize) -> bool {
         let mut theta: Vec<_> =
             self.theta.iter().enumerate().map(|(i, angle)| angle + 1e-6 * (i as f64 - 2.0)).collect();

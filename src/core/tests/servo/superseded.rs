@@ -1,4 +1,4 @@
-//! Goals that wait for their frames: what drops a goal in force, or asks for it anew, does the same to those that came before it
+//! Goals that wait for their frames: what drops a goal in force, or requests it again, does the same to those that came before it
 //! and are found after it.
 
 use crate::reference::pose;
@@ -8,7 +8,7 @@ use dq_kinematics::control::{Aim, Law};
 use dq_plant::Plant;
 use std::time::Duration;
 
-/// A goal elsewhere, found after it has waited for so many seconds.
+/// A goal elsewhere, found after it has waited for this many seconds.
 fn found(seconds: f64) -> GoalReading<'static> {
     let pose = pose("theta_third");
     GoalReading { waited: Duration::from_secs_f64(seconds), ..reading(&pose, 0) }

@@ -61,7 +61,7 @@ fn too_fast_for(seed: u64, jerk: f64) -> f64 {
     last
 }
 
-/// Those of so many seeds, with their limits on jerk, whose tool is too fast for longer than this \[s\].
+/// Returns the seeds, with their jerk limits, whose tool is too fast for longer than this \[s\].
 fn too_late(seeds: u64, longest: f64, jerk: impl Fn(u64) -> f64) -> Vec<(u64, f64, f64)> {
     let all = (0..seeds).map(|seed| (seed, jerk(seed), too_fast_for(seed, jerk(seed))));
     all.filter(|(.., seconds)| *seconds > longest).collect()
