@@ -23,7 +23,7 @@ pub(super) struct Described {
     source: String,
     /// The file, if it is one.
     file: Option<PathBuf>,
-    /// What is irregular in it, although it could be read.
+    /// Description of an irregularity in it that did not prevent reading.
     pub odd: Option<String>,
     /// The arm between the frames.
     pub arm: DescribedArm,

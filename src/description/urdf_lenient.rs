@@ -68,7 +68,7 @@ impl<'a> Tag<'a> {
     /// Reads the tag after a `<`; returns it with the rest of the text.
     ///
     /// # Errors
-    /// What is missing.
+    /// Returns a description of the missing part.
     fn read(text: &'a str) -> Result<(Self, &'a str), &'static str> {
         let text = text.trim_ascii_start();
         let (is_end, text) = text.strip_prefix('/').map_or((false, text), |text| (true, text));

@@ -127,7 +127,7 @@ fn read_as(joint: Node, motion: Motion) -> Result<DescribedJoint, DescriptionErr
 /// Returns the quaternion of an origin (URDF 1.1 and later), if it has one.
 ///
 /// # Errors
-/// What is wrong with it, as text to follow its name.
+/// Returns a description of the error, as text to follow the attribute's name.
 pub(crate) fn quaternion(origin: Node) -> Option<Result<UnitQuaternion<f64>, String>> {
     let text = origin.attribute("quat_xyzw")?;
     let version = origin.document().root_element().attribute("version").unwrap_or("1.0");

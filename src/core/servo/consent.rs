@@ -145,13 +145,13 @@ impl Push {
         now.saturating_sub(self.ask.heard) <= silence
     }
 
-    /// Returns the same, counting time in which its goals may have waited as heard.
+    /// Returns whether its publisher may not have been silent for longer than `silence`: goals that may be waiting for a frame count as heard.
     fn may_go_on(&self, now: Duration, silence: Duration) -> bool {
         now.saturating_sub(self.ask.heard.max(self.waited)) <= silence
     }
 
-    /// Returns whether it is a stream of goals that was heard recently. Goals that may be waiting for a frame do not count, so that they
-    /// prevent nobody from ending a pause.
+    /// Returns whether it is a stream of goals that was heard recently. Goals that may be waiting for a frame do not count. Otherwise
+    /// they would prevent a client from ending a pause.
     fn streams(&self, now: Duration, silence: Duration) -> bool {
         let is_heard = now.saturating_sub(self.ask.heard) <= silence;
         self.ask.by.is_for_goal() && self.came != self.ask.heard && is_heard

@@ -123,7 +123,7 @@ pub(super) struct Watch {
     pub escape: EscapePhase,
     /// Why the motion has stalled, until there is a reason to try again.
     pub stall: Option<Stall>,
-    /// What is known of a reconfiguration.
+    /// The state of a possible reconfiguration.
     pub reconfiguration: Reconfiguration,
     pub oscillation: Oscillation,
 }

@@ -51,7 +51,7 @@ pub struct Motion {
     pub began: Duration,
     /// The outcome.
     pub outcome: Outcome,
-    /// What is known of another configuration in which the goal can be reached.
+    /// Information about another configuration in which the goal can be reached.
     pub reconfiguration: Reconfiguration,
     /// Whether the arm has started a reconfiguration on its way.
     pub reconfigured: bool,

@@ -34,7 +34,7 @@ pub struct Detour {
     pub found: Duration,
 }
 
-/// What is known of another configuration within the joint limits in which the goal of a motion can be reached.
+/// Information about another configuration within the joint limits in which the goal of a motion can be reached.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub enum Reconfiguration {
     /// Nothing: none was searched, or the search has not answered.

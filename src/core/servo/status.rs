@@ -52,7 +52,7 @@ pub struct Status {
     pub leaving_singularity: bool,
     /// Why the motion has stalled, in the state `stalled`.
     pub stall: Option<Stall>,
-    /// What is known of another configuration in which the goal can be reached.
+    /// Information about another configuration in which the goal can be reached.
     pub reconfiguration: Reconfiguration,
     /// The figures of the motion to the goal.
     pub figures: Figures,

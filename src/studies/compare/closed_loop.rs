@@ -40,7 +40,7 @@ named! {
         Stuck = "stuck",
         /// Stopped by a position limit.
         JointLimit = "joint_limit",
-        /// With unbounded speeds.
+        /// Diverged, with unbounded speeds.
         Diverged = "diverged",
     }
 }

@@ -168,7 +168,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_cannot_be_simulated_is_refused_by_name() {
+    fn invalid_values_are_refused_by_name() {
         for (good, bad, needle) in [
             ("gain: 185.0", "gain: -1.0", "diffc.gain is -1"),
             ("gain: 185.0", "gain: .nan", "diffc.gain"),
