@@ -1,16 +1,17 @@
-// What the arm looks like: from where its links are, links with volume, the housings of its joints, a base on the floor and a tool.
+// Builds the shape of an arm from the positions of its links: links with volume, joint housings, a base on the floor and a tool.
 
 import { lengthwise } from "./solids.js";
 import { add, axes, distance, scaled } from "./space.js";
 
-// Radius of the first link by the arm's reach, and what is left of it at the last.
+// Radius of the first link relative to the arm's reach, and the fraction of it that remains at the last link.
 const THICKNESS = 0.062;
 const TAPER = 0.45;
-// A base frame whose first joints are no higher than this part of the reach is that of a shoulder, which stands on a column.
+// If the first joints are no higher than this fraction of the reach, the base frame is at the shoulder, and the shoulder stands on a
+// column.
 const LOW_SHOULDER = 0.1;
 const COLUMN = 0.42;
 
-// How high the floor is under these arms, `before` where it was: never above their lowest point.
+// The floor height for these arms, given the previous height `before`. It is never above their lowest point.
 export function floorUnder(links, reach, before, usual = usualFloor(links, reach)) {
   const lowest = Math.min(...links.flatMap((arm) => arm.slice(1).map(([, , z]) => z))) - THICKNESS * reach;
   return Math.min(before ?? usual, usual, lowest < 0 ? lowest : 0);
@@ -21,7 +22,8 @@ function usualFloor(links, reach) {
   return shoulder < LOW_SHOULDER * reach ? -COLUMN * reach : 0;
 }
 
-// Adds one arm to `solids`: `links` are the origins of base, links and tool, `frames` the poses of the links, each with z along its joint.
+// Adds one arm to `solids`. `links` are the origins of base, links and tool; `frames` are the poses of the links, each with z along its
+// joint axis.
 export function addArm(solids, { links, frames, tool }, { reach, floor, colors }) {
   const [base, ...rest] = links;
   const joints = frames.map((frame, i) => ({ at: rest[i], axis: axes(frame.slice(3))[2] }));
@@ -31,10 +33,10 @@ export function addArm(solids, { links, frames, tool }, { reach, floor, colors }
   joints.forEach(({ at, axis }, i) => {
     const next = joints[i + 1];
     const [size, sizeTo] = [radius(i), radius(i + 1)];
-    // A joint turns in a housing, which sticks out on both sides of its link.
+    // A joint turns in a housing that sticks out on both sides of its link.
     solids.cylinder(add(at, scaled(-1.2 * size, axis)), add(at, scaled(1.2 * size, axis)), 1.12 * size, colors.joint);
     if (!next || distance(at, next.at) < 1e-6) return;
-    // What the next joint is shifted by along its own axis is part of its housing.
+    // If the next joint is offset along this joint's axis, the housing covers the offset.
     const shift = lengthwise(add(next.at, scaled(-1, at)), next.axis);
     const corner = add(next.at, scaled(-1, shift));
     if (distance(at, corner) > 1e-6) solids.capsule(at, corner, size, sizeTo, colors.link);
@@ -48,7 +50,7 @@ function addBase(solids, base, shoulder, size, { floor, colors }) {
   if (distance(base, shoulder) > 1e-6) solids.capsule(base, shoulder, 1.25 * size, size, colors.link);
 }
 
-// What a base of that size stands on.
+// The stand under a base of the given size.
 function addStand(solids, base, size, { floor, colors }) {
   const foot = [base[0], base[1], floor];
   const plate = add(foot, [0, 0, 0.35 * size]);
@@ -56,12 +58,12 @@ function addStand(solids, base, size, { floor, colors }) {
   if (base[2] > plate[2]) solids.cylinder(plate, base, 1.5 * size, colors.base, 1.25 * size);
 }
 
-// The stand of an arm that is drawn by its description, where that has none.
+// The stand of an arm that is drawn from its description, if the description has no stand.
 export function addStandUnder(solids, [base], { reach, floor, colors }) {
   if (floor < base[2] - 1e-3) addStand(solids, base, THICKNESS * reach, { floor, colors });
 }
 
-// The flange, and where there is room up to the tool's point a gripper whose fingers end there.
+// The flange, and a gripper whose fingertips are at the tool point if there is enough room for one.
 function addTool(solids, last, point, tool, { size, colors }) {
   if (!last) return;
   const way = add(point, scaled(-1, last.at));

@@ -1,12 +1,12 @@
-// The connection to the program: comes back by itself.
+// The connection to the program. It reconnects automatically.
 
 const LONGEST_SILENCE = 3000;
 
-// Whether this browser is not let in any more, since browsers do not tell why a WebSocket was refused.
-const isStranger = () => fetch("/", { signal: AbortSignal.timeout(LONGEST_SILENCE) }).then(({ status }) => status === 403, () => false);
+// Asks whether this browser is no longer authorized. Browsers do not report why a WebSocket was refused.
+const isUnauthorized = () => fetch("/", { signal: AbortSignal.timeout(LONGEST_SILENCE) }).then(({ status }) => status === 403, () => false);
 
 export class Connection {
-  // `on` has a function for each kind of frame: hello, robot, looks, markers, now, race, run; and lost(reason, forGood).
+  // `on` has a function for each kind of frame (hello, robot, looks, markers, now, race, run) and lost(reason, forGood).
   constructor(on) {
     this.on = on;
     this.waiting = new Map();
@@ -36,7 +36,7 @@ export class Connection {
     }
   }
 
-  // The program shows something at least twice a second: after a long silence the connection is dead, whatever it says.
+  // The program sends something at least twice a second. After a long silence the connection is treated as dead.
   watch() {
     if (this.socket && performance.now() - this.heard > LONGEST_SILENCE) {
       const dead = this.socket;
@@ -50,7 +50,7 @@ export class Connection {
     this.socket = null;
     for (const id of [...this.waiting.keys()]) this.settle(id, { ok: false, text: "the connection was lost before an answer came" });
     this.on.lost(reason, false);
-    if (await isStranger()) {
+    if (await isUnauthorized()) {
       this.on.lost("the program that serves this page was started again: open the link that it printed", true);
       return;
     }
@@ -63,7 +63,7 @@ export class Connection {
     this.waiting.delete(id);
   }
 
-  // Resolves to the answer: whether it was done, and a text.
+  // Resolves to the answer: whether the request succeeded, and a text.
   ask(ask) {
     if (this.socket?.readyState !== WebSocket.OPEN) return Promise.resolve({ ok: false, text: "there is no connection" });
     const id = this.next++;

@@ -1,27 +1,26 @@
-// Curves over time: the last seconds of what is live, or the whole of runs that are played.
+// Curves over time: the last seconds of live data, or complete runs that are being played.
 
 const WINDOW = 20;
 const MOST = 1200;
-// Below the curves, for the times [px].
+// Height below the curves for the time labels [px].
 const FOOT = 17;
 
 const color = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
-// The least of 1, 2 and 5 times a power of ten that is no less.
+// The smallest number of the form 1, 2 or 5 times a power of ten that is at least `least`.
 function roundStep(least) {
   const power = 10 ** Math.floor(Math.log10(least || 1));
   return power * [1, 2, 5, 10].find((digit) => digit * power >= least * (1 - 1e-9));
 }
 
-// A chart of several curves over one axis.
-// `series`: name, the custom property of the colour, and whether it is dashed, each; `log`: powers of ten; `mark`: the name of a line at a
-// height (`level`); `digits` after the point, where their number is fixed.
+// A chart of several curves with one axis. Each of the `series` has a name, the custom property of its colour, and whether it is dashed.
+// `log` selects a logarithmic axis. `mark` names a horizontal line at the height `level`. `digits` fixes the number of decimals.
 export class Chart {
   constructor(parent, { title, unit, series, log, range, mark, digits }) {
     Object.assign(this, { title, unit, series, log, range, mark, digits, level: null });
-    // What is less than these, one a series, reads as nothing.
+    // Values below these (one for each series) are shown as no value.
     this.least = [];
-    // Of runs that are played: the time from their beginning to their end, and where they are.
+    // For runs that are played: their time range, and the current time.
     this.window = null;
     this.cursor = null;
     const figure = document.createElement("figure");
@@ -53,17 +52,17 @@ export class Chart {
     this.values = entries.map((entry) => entry.querySelector("output"));
   }
 
-  // Live: a value for each series.
+  // Adds live data: one value for each series.
   add(time, values) {
     this.series.forEach(({ samples }, i) => {
-      // The program was started again: its clock begins anew.
+      // The program was restarted, so its clock started again.
       if (samples.length && time < samples.at(-1)[0]) samples.length = 0;
       samples.push([time, values[i]]);
       if (samples.length > MOST) samples.splice(0, samples.length - MOST);
     });
   }
 
-  // Of a run: one more of that series.
+  // Adds one sample of a run to its series.
   push(series, time, value) {
     this.series[series].samples.push([time, value]);
   }
@@ -92,7 +91,7 @@ export class Chart {
   draw() {
     const ratio = Math.min(2, devicePixelRatio);
     const [width, height] = [this.canvas.clientWidth, this.canvas.clientHeight];
-    // It is hidden.
+    // The chart is hidden.
     if (!width) return;
     if (this.canvas.width !== Math.round(width * ratio) || this.canvas.height !== Math.round(height * ratio)) {
       this.canvas.width = Math.round(width * ratio);
@@ -138,7 +137,7 @@ export class Chart {
     sheet.setLineDash([]);
   }
 
-  // The value at the cursor, or the last.
+  // The value at the cursor, or the last value.
   valueOf({ samples }) {
     if (this.cursor === null) return samples.at(-1)?.[1];
     let [low, high] = [0, samples.length];
@@ -159,7 +158,7 @@ export class Chart {
     sheet.stroke();
   }
 
-  // Times along the foot: of runs since their goal, live before now.
+  // Time labels below the curves: since the goal for runs, before now for live data.
   times(sheet, bottom, from, to, x) {
     const origin = this.window ? 0 : to;
     const step = roundStep((to - from) / 4);
@@ -168,7 +167,7 @@ export class Chart {
       const time = i * step;
       const place = Math.round(x(origin + time)) + 0.5;
       this.upright(sheet, bottom, place, color("--faint"));
-      // The last one stays inside.
+      // The last label stays inside the chart.
       sheet.textAlign = i * step > to - origin - step / 4 ? "right" : "center";
       sheet.fillStyle = color("--soft");
       sheet.fillText(this.window || i ? `${+time.toPrecision(3)} s`.replace("-", "−") : "now", place, bottom + 4);
@@ -206,7 +205,7 @@ export class Chart {
     sheet.setLineDash([]);
     sheet.textAlign = "left";
     sheet.textBaseline = "bottom";
-    // Over curves and grid, and not in their colours.
+    // The label has an outline in the background colour, to be legible over curves and grid.
     sheet.lineWidth = 4;
     sheet.strokeStyle = color("--paper");
     sheet.strokeText(this.mark, left + 4, place - 2);

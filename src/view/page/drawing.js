@@ -1,4 +1,4 @@
-// The arm on its stage, and over it on a 2D sheet the goal with its handles, the tool and its path.
+// Draws the arm on its stage, and on a 2D sheet over it the goal with its handles, the tool and the tool's path.
 
 import { addArm, addStandUnder, floorUnder } from "./body.js";
 import { handlesOf } from "./handles.js";
@@ -6,7 +6,7 @@ import { Solids } from "./solids.js";
 import { Camera, add, axes, distance, scaled } from "./space.js";
 import { Stage, parts } from "./stage.js";
 
-// The handles of a goal have room where it is so far from the picture's edge [px].
+// A goal must be at least this far from the edge of the picture to leave room for its handles [px].
 const MARGIN = 80;
 const AXIS_COLORS = ["--axis-x", "--axis-y", "--axis-z"];
 
@@ -16,10 +16,10 @@ export class Drawing {
     this.canvas = canvas;
     this.sheet = canvas.getContext("2d");
     this.ground = ground;
-    // Null where the browser has no WebGL: then lines on the sheet are the arm.
+    // Null if the browser has no WebGL. Then the arm is drawn as lines on the sheet.
     this.stage = Stage.on(ground);
     this.solids = new Solids();
-    // What is seen through: what the arm keeps out of, and fainter what its tool stays in, as it is around the arm.
+    // Transparent solids: keep-out shapes, and more transparent the workspace around the arm.
     this.ghosts = [
       { of: "keep_outs", color: "--bad", alpha: 0.4, solids: new Solids() },
       { of: "keep_ins", color: "--good", alpha: 0.12, solids: new Solids() },
@@ -29,25 +29,25 @@ export class Drawing {
     this.reach = 1;
     this.floor = null;
     this.framed = false;
-    // Of each arm the origins of base, links and tool; and the poses of its links, arm after arm.
+    // For each arm the origins of base, links and tool; and the poses of all links, one arm after the other.
     this.links = null;
     this.frames = null;
-    // Where the joints may turn, as limitsOf gives it.
+    // The position limits of the joints, as limitsOf returns them.
     this.limits = [];
     this.tool = null;
     this.goal = null;
     this.goalName = "goal";
-    // Paths of the tool, the present motion last: one for each motion and law.
+    // Paths of the tool, one for each motion and law. The current one is last.
     this.paths = [];
-    // The handle that is held, and the goal before.
+    // The handle that is being dragged, and the previous goal.
     this.held = null;
     this.driving = false;
     this.dimmed = false;
-    // In place of all that: runs that are played, as the theatre has them.
+    // If set, the runs of the theatre are shown instead of all that.
     this.runs = null;
   }
 
-  // A law may be named with what it was asked for.
+  // The name of a law may be followed by the law that the user requested.
   lawColor(law) {
     return this.color(`--law-${law.split(" ")[0]}`);
   }
@@ -99,14 +99,14 @@ export class Drawing {
     sheet.fill();
   }
 
-  // What is on the stage: arms with the colours of their links, null for the usual one.
+  // What is on the stage: arms with the colours of their links (null for the usual colour).
   arms() {
     if (!this.runs) return [{ links: this.links, frames: this.frames, tool: this.tool, color: null }];
     const isAlone = this.runs.length === 1;
     return this.runs.map(({ links, frames, tool, run }) => ({ links, frames, tool, color: isAlone ? null : run.color }));
   }
 
-  // Whether there is another goal than before, and it is not in the picture.
+  // Whether the goal has changed and the new one is outside the picture.
   isGoalOut() {
     if (!this.goal || this.held || this.runs) return false;
     const isNews = !this.framedGoal || distance(this.framedGoal, this.goal) > 1e-3;
@@ -117,7 +117,7 @@ export class Drawing {
     return isNews && (Math.min(x, width - x) < MARGIN || Math.min(y, height - y) < MARGIN);
   }
 
-  // Looks at the arms and their goals, once for each robot, and again where a goal comes that is not in the picture.
+  // Aims the camera at the arms and their goals: once for each robot, and again when a goal arrives that is outside the picture.
   frameAll() {
     const arms = this.arms().filter(({ links }) => links);
     const isOut = this.isGoalOut();
@@ -158,7 +158,7 @@ export class Drawing {
     this.stage.draw(this.camera, { solids, frames: looks, ghosts: this.ghosts }, { floor: this.floor ?? 0, reach, line: this.color("--edge") });
   }
 
-  // The plane z = 0 of the base frame, a line each 0.2 m.
+  // The plane z = 0 of the base frame, with a line every 0.2 m.
   drawGrid() {
     const step = 0.2;
     const count = Math.ceil(this.reach / step);
@@ -170,7 +170,7 @@ export class Drawing {
     }
   }
 
-  // The tool above the floor.
+  // The height of the tool above the floor.
   drawHeight() {
     if (!this.tool) return;
     const [[x, y, z], { sheet }] = [this.tool, this];
@@ -189,7 +189,7 @@ export class Drawing {
     this.sheet.globalAlpha = this.dimmed ? 0.4 : 1;
   }
 
-  // How near the arm is to what it must keep out of.
+  // The distance from the arm to the nearest keep-out shape.
   drawClosest() {
     const [from, to] = this.markers.closest;
     if (!to) return;
@@ -206,7 +206,7 @@ export class Drawing {
     }
   }
 
-  // Links as thick lines from the farthest to the nearest, joints as dots on them.
+  // Draws links as thick lines from the farthest to the nearest, and joints as dots on them.
   drawArm(links, fill) {
     const { camera } = this;
     const thickness = Math.max(5, 0.052 * camera.scale);
@@ -231,7 +231,7 @@ export class Drawing {
     }
   }
 
-  // Runs over each other: ways first, whole ones pale and what is past on top, then arms, then goals.
+  // Draws runs over each other: first paths (whole paths pale, the part that has been played on top), then arms, then goals.
   drawRuns() {
     const { sheet } = this;
     for (const { run, time } of this.runs) {
@@ -274,7 +274,7 @@ export class Drawing {
     sheet.stroke();
   }
 
-  // Whether tool and goal are too near each other for two names.
+  // Whether tool and goal are too close to each other for two labels.
   atGoal() {
     if (!this.goal) return false;
     const [a, b] = [this.tool, this.goal].map((pose) => this.camera.point(pose.slice(0, 3)));

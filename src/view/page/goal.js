@@ -1,14 +1,14 @@
-// The goal as its user edits it, and its form.
+// The goal as the user edits it, and its form.
 
 import { fromRollPitchYaw, toRollPitchYaw, unit } from "./space.js";
 
 const FIELDS = ["x", "y", "z", "roll", "pitch", "yaw"];
-// A goal that was sent is shown for so long until the servo has it [ms].
+// A goal that was sent is shown for this long until the servo reports it [ms].
 const TAKEN_WITHIN = 2000;
 
-// A goal: [x, y, z, qx, qy, qz, qw]. What its user edits comes before what the servo has.
+// A goal: [x, y, z, qx, qy, qz, qw]. The goal that the user edits has priority over the servo's goal.
 export class Goal {
-  // `form` has the fields; `edited()` is called when its user types, `send(pose)` when it is submitted.
+  // `form` has the fields. `edited()` is called when the user types, `send(pose)` when the form is submitted.
   constructor(form, { edited, send }) {
     this.form = form;
     this.draft = null;
@@ -41,7 +41,7 @@ export class Goal {
     this.sentAt = 0;
   }
 
-  // The goal to show, of the one that the servo has (or null); null for none.
+  // The goal to show, given the servo's goal (or null). Returns null if there is none.
   shown(taken) {
     const isOld = this.sentAt && performance.now() - this.sentAt > TAKEN_WITHIN;
     const isTaken = this.sentAt && taken?.every((part, i) => Math.abs(part - this.draft[i]) < 1e-6);
@@ -49,7 +49,7 @@ export class Goal {
     return this.draft ?? taken;
   }
 
-  // Writes the pose into the fields, but not while somebody types there.
+  // Writes the pose into the fields, unless the user is typing in them.
   fill(pose) {
     if (!pose || (this.form.contains(document.activeElement) && document.activeElement.matches("input"))) return;
     const values = [...pose.slice(0, 3).map((part) => part.toFixed(4)), ...toRollPitchYaw(pose.slice(3)).map((angle) => angle.toFixed(2))];

@@ -1,15 +1,15 @@
-// The six handles of a goal: an arrow to shift along each axis of its frame, a ring to turn about it.
+// The six handles of a goal: an arrow to move it along each axis of its frame, and a ring to rotate it about each axis.
 
 import { aboutAxis, add, axes, product, scaled, unit } from "./space.js";
 
-// Handles keep their size on the screen [px].
+// Size of the handles, which is constant on the screen [px].
 const ARROW = 74;
 const RING = 50;
 const RING_POINTS = 48;
-// How near a pointer must come to a handle [px]; fingers are wider.
+// How close a pointer must be to a handle to grab it [px]. Touch needs a larger distance.
 const GRIP = { mouse: 11, pen: 14, touch: 22 };
 
-// The handles of the pose as they are on the sheet, arrows last.
+// The handles of the pose as drawn on the sheet, arrows last.
 export function handlesOf(pose, camera) {
   camera.aim();
   const place = pose.slice(0, 3);
@@ -30,14 +30,14 @@ export function handlesOf(pose, camera) {
   return [...rings, ...arrows];
 }
 
-// The handle under the pointer of this event; null for none.
+// The handle under the pointer of this event, or null.
 export function handleAt(pose, camera, { offsetX: x, offsetY: y, pointerType }) {
   const grip = GRIP[pointerType] ?? GRIP.mouse;
   const off = ({ kind, points, depths }) => {
-    // The far half of a ring gives way to what is before it.
+    // The far half of a ring has lower priority than the handles in front of it.
     if (kind === "turn") return Math.min(...points.map(([px, py], i) => Math.hypot(px - x, py - y) + (depths[i] < 0 ? 4 : 0)));
     const [from, to] = points;
-    // The outer half of an arrow: the inner one is crowded.
+    // Only the outer half of an arrow can be grabbed, because the inner half is crowded.
     const middle = [(from[0] + to[0]) / 2, (from[1] + to[1]) / 2];
     return distanceToSegment([x, y], middle, to) - 3;
   };
@@ -53,7 +53,7 @@ export function dragged(pose, camera, { kind, axis }, dx, dy, x, y) {
   if (kind === "shift") {
     const [sx, sy] = camera.direction(direction);
     const square = sx * sx + sy * sy;
-    // An axis that points at the viewer cannot be followed.
+    // A drag along an axis that points at the viewer has no effect.
     if (square < (0.12 * camera.scale) ** 2) return pose;
     return [...add(place, scaled((dx * sx + dy * sy) / square, direction)), ...turn];
   }
@@ -61,7 +61,7 @@ export function dragged(pose, camera, { kind, axis }, dx, dy, x, y) {
   const offs = points.map(([px, py]) => Math.hypot(px - x, py - y));
   const nearest = offs.indexOf(Math.min(...offs));
   const [before, after] = [points.at(nearest - 1), points[(nearest + 1) % RING_POINTS]];
-  // How the rim goes there when the ring turns [px/rad]; where it goes away from the viewer, not as fast as it would seem.
+  // How the rim moves on the screen when the ring turns [px/rad]. The value is bounded where the rim moves away from the viewer.
   const [tx, ty] = [after[0] - before[0], after[1] - before[1]].map((part) => (part * RING_POINTS) / (4 * Math.PI));
   const square = Math.max(tx * tx + ty * ty, (0.3 * RING) ** 2);
   return [...place, ...unit(product(aboutAxis(direction, (dx * tx + dy * ty) / square), turn))];

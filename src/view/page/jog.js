@@ -1,22 +1,23 @@
-// Jogging: as long as keys are held, the tool moves.
+// Jogging: the tool moves while keys are held.
 
-// Key to component of the twist and its direction: x, y, z, then about x, y, z.
+// Maps each key to a component of the twist (x, y, z, then about x, y, z) and its direction.
 const KEYS = { w: [0, 1], s: [0, -1], a: [1, 1], d: [1, -1], r: [2, 1], f: [2, -1], u: [3, 1], j: [3, -1], i: [4, 1], k: [4, -1], o: [5, 1], l: [5, -1] };
-// A twist that is older than the servo's twist_timeout is stale: it gets a new one this often [ms].
+// A twist expires after the servo's twist_timeout, so a new one is sent at this interval [ms].
 const REPEAT = 40;
-// Over a slow link, twists wait behind each other: with more than these on the way, the arm would move on after its key is released.
+// The largest number of unanswered twists. On a slow connection, twists queue up: with more of them the arm would continue to move after
+// the key is released.
 const UNANSWERED = 3;
-// The angular speed [rad/s] that goes with a speed of 1 m/s.
+// The angular speed [rad/s] for a linear speed of 1 m/s.
 const TURN = 5;
 
 export class Jog {
-  // `button` switches it on, `speed` has the speed [m/s]; `send(linear, angular)` sends a twist, and resolves when that is answered.
+  // `button` switches jogging on, and `speed` has the speed [m/s]. `send(linear, angular)` sends a twist and resolves when it is answered.
   constructor(button, speed, send) {
     Object.assign(this, { button, speed, send, on: false, held: new Set(), timer: null, unanswered: 0 });
     button.addEventListener("click", () => this.set(!this.on));
     addEventListener("keydown", (event) => this.key(event, true));
     addEventListener("keyup", (event) => this.key(event, false));
-    // Keys that are let go elsewhere are not heard of.
+    // The page gets no event for keys that are released while another window has the focus.
     addEventListener("blur", () => this.release());
     document.addEventListener("visibilitychange", () => this.release());
   }
@@ -29,13 +30,14 @@ export class Jog {
 
   key(event, isDown) {
     const key = event.key.toLowerCase();
-    // With one of these a key is another's, and its end may not be heard: Macs report none under Command.
+    // With one of these modifiers the key belongs to a shortcut, and its keyup event may be missing: macOS sends none while Command is
+    // held.
     if (isDown && (event.ctrlKey || event.metaKey || event.altKey)) {
       this.release();
       return;
     }
     if (!this.on || !KEYS[key]) return;
-    // Whoever types, types.
+    // Typing in a field does not jog.
     if (isDown && event.target.matches?.("input:not([type=range]), select, textarea")) return;
     event.preventDefault();
     if (isDown === this.held.has(key)) return;
@@ -48,7 +50,7 @@ export class Jog {
     }
   }
 
-  // Rest: said once, and silence after it says so too.
+  // A zero twist is sent once. After that, the missing twists also mean rest.
   release() {
     this.held.clear();
     if (!this.timer) return;
@@ -58,7 +60,7 @@ export class Jog {
   }
 
   async move() {
-    // Rest is always said.
+    // A zero twist is always sent.
     if (this.held.size && this.unanswered >= UNANSWERED) return;
     const twist = [0, 0, 0, 0, 0, 0];
     for (const key of this.held) twist[KEYS[key][0]] += KEYS[key][1] * +this.speed.value;

@@ -1,9 +1,9 @@
-// What the arm looks like by its robot description: surfaces that move with its joints.
+// The shape of the arm from its robot description: surfaces that move with its joints.
 
 import { axes } from "./space.js";
 import { STRIDE } from "./solids.js";
 
-// Surfaces as /looks has them: the length of a JSON list, the list, and the numbers of each surface.
+// Surfaces in the format of /looks: the length of a JSON list, the list, and the numbers of each surface.
 export function surfacesOf(buffer) {
   const length = new DataView(buffer).getUint32(0, true);
   const list = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 4, length)));
@@ -22,7 +22,7 @@ export function surfacesOf(buffer) {
 
 const STILL = new Float32Array([1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]);
 
-// From the frame of what carries a surface to space: the base, or a link at that pose.
+// The transform to the base frame from the frame that carries a surface: the base, or a link with the given pose.
 export function modelOf(carrier, frames) {
   if (carrier === 0) return STILL;
   const pose = frames[carrier - 1];

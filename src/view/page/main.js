@@ -1,4 +1,4 @@
-// Puts the page together: what comes from the program goes to scene, curves and controls; what its user does goes back.
+// Connects the parts of the page: data from the program goes to scene, curves and controls, and input of the user goes to the program.
 
 import { Connection } from "./connection.js";
 import { surfacesOf } from "./looks.js";
@@ -49,7 +49,7 @@ const charts = {
 
 byId("no-webgl").hidden = scene.stage !== null;
 
-// The cookie has the token now: who looks at the address need not.
+// The cookie has the token now, so it is removed from the address bar.
 history.replaceState(null, "", "/");
 
 const connection = new Connection({
@@ -87,7 +87,7 @@ const connection = new Connection({
   },
 });
 
-// Resolves when it is answered.
+// Resolves when the program has answered.
 const jog = new Jog(byId("jog"), byId("jog-speed"), async (linear, angular) => {
   const answer = await connection.ask({ jog: { linear, angular } });
   if (!answer.ok) message(false, answer.text);
@@ -98,11 +98,11 @@ const parameters = new Parameters(async (name, value) => {
   return answer.ok;
 });
 
-// Goals of two arms are in the frame of the left tool, the scene is in the base frame.
+// Goals of two arms are in the frame of the left tool, but the scene is in the base frame.
 const inBase = (pose) => (now.goal_frame ? inFrame(now.goal_frame, pose) : pose);
 const fromBase = (pose) => (now.goal_frame ? fromFrame(now.goal_frame, pose) : pose);
 
-// Everything that needs a servo and the right to drive is there only where they are.
+// Controls that need a servo and the right to drive are shown only if both are present.
 function allow() {
   const can = connected && mayDrive;
   byId("drive").disabled = !can;
@@ -112,15 +112,16 @@ function allow() {
   scene.change();
 }
 
-// At once where the state changes; a number in it ten times a second, as the whole page is laid out anew for it.
+// A change of state is shown at once. A change of a number in it is shown ten times a second, because it changes the layout of the whole
+// page.
 function say(words, look) {
   said = { words, look };
-  // How long ago something was lost is no other state.
+  // A different duration since the loss is not a different state.
   const kind = look === "lost" ? words.replace(/\d+/g, "") : now?.servo?.state ?? "";
   if (kind === announced) return;
   announced = kind;
   showWords();
-  // Read aloud when the state changes, not with every number in it.
+  // Screen readers announce a change of state, but not every change of a number in it.
   byId("announcement").textContent = words;
 }
 
@@ -151,7 +152,7 @@ function record() {
   const hasGoal = servo.goal !== null;
   charts.error.add(time, error && hasGoal ? [error[0] * 1e3, error[1] * DEGREES] : [null, null]);
   charts.sigma.add(time, [servo.smallest_singular_value]);
-  // None was measured yet in this motion.
+  // No value has been measured yet in this motion.
   charts.jitter.add(time, [servo.jitter_p99_us || null, servo.jitter_max_us || null]);
   if (robot && velocities?.length) {
     charts.speed.add(time, velocities.map((speed, i) => (100 * Math.abs(speed)) / robot.joint_velocity[i]));
@@ -165,7 +166,7 @@ function jointLimits() {
 
 function showRejection(rejection) {
   const stamp = rejection?.stamp ?? null;
-  // What was rejected before this page was opened is nobody's news.
+  // Goals that were rejected before the page was opened are not reported.
   if (rejected !== null && stamp !== null && stamp !== rejected) message(false, `the servo rejected the goal: ${rejection.why}`);
   rejected = stamp ?? "";
 }
@@ -174,13 +175,13 @@ function showGoal() {
   if (!now || scene.held?.handle) return;
   const pose = goal.shown(now.servo?.goal ?? null);
   scene.goalName = pose ? "goal" : "tool: drag it to set a goal";
-  // Without a goal the handles are at the tool.
+  // Without a goal, the handles are at the tool.
   scene.goal = pose ? inBase(pose) : now.tool;
   if (!goal.draft) goal.fill(pose ?? now.pose);
   scene.change();
 }
 
-// A goal that is dragged is a stream: the newest is sent as soon as the one before was answered.
+// While a goal is dragged, the newest pose is sent as soon as the previous one was answered.
 let newest = null;
 async function stream(pose) {
   const isUnderWay = newest !== null;
@@ -238,7 +239,7 @@ function makeJoints(names) {
   charts.speed.setSeries(series);
 }
 
-// Ten times a second is enough for what is read.
+// Text is updated ten times a second.
 function showFigures() {
   if (!now || !robot || document.hidden) return;
   const { positions, velocities } = now;
@@ -251,7 +252,7 @@ function showFigures() {
   if (!theatre.open) for (const chart of Object.values(charts)) chart.draw();
 }
 
-// The laws that can be compared: the one in force and another, until the user chooses.
+// The laws to compare: the current one and another, until the user chooses.
 function fillLaws(all) {
   const law = all.find((one) => one.name === "controller");
   const [one, other] = [byId("race-one"), byId("race-other")];
@@ -261,7 +262,7 @@ function fillLaws(all) {
   other.value = law.choices.find((name) => name !== law.value) ?? law.value;
 }
 
-// To a tenth of a degree or of a millimetre; nothing is minus nothing.
+// Rounds to a tenth of a degree or of a millimetre, and avoids "-0".
 const slides = (i) => robot.units[i] === "m";
 const amount = (i, value) => `${((Math.round(value * (slides(i) ? 1e3 : DEGREES) * 10) || 0) / 10).toFixed(1)}${slides(i) ? " mm" : ""}`;
 
@@ -296,7 +297,7 @@ for (const ask of ["stop", "pause", "resume", "reset", "record", "end_recording"
 }
 addEventListener("keydown", (event) => {
   if (event.key !== "Escape" || event.defaultPrevented) return;
-  // A drag that the arm does not follow yet is taken back; all else stops the arm.
+  // Cancels a drag that the arm does not follow yet. Otherwise stops the arm.
   const isDraft = scene.cancel() && !byId("follow").checked;
   if (!isDraft && !byId("drive").disabled) byId("stop").click();
 });

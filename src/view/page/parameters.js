@@ -1,8 +1,8 @@
-// The law and the sliders, made from the parameters' own descriptors.
+// The selection of the law and the sliders, made from the parameter descriptors.
 
 const STEPS = 1000;
 
-// A range over several powers of ten goes by powers.
+// A range over several powers of ten gets a logarithmic slider.
 const isWide = ({ min, max }) => min > 0 && max / min >= 1e3;
 
 function position(parameter, value) {
@@ -18,7 +18,7 @@ function valueAt(parameter, step) {
   return Math.min(max, Math.max(min, +value.toPrecision(3)));
 }
 
-// A list of numbers as its numbers; anything else as it is. `show` gets these again.
+// Splits a list of numbers into its numbers, and returns any other value unchanged. These values are passed to `show`.
 function numbersOf(parameter) {
   if (parameter.type !== "double array" || !Array.isArray(parameter.value)) return [parameter];
   const { name } = parameter;
@@ -63,7 +63,7 @@ class Slider {
   }
 }
 
-// Shows the parameters in the page; `ask(name, value)` asks for another value, and resolves to whether the servo took it.
+// Shows the parameters in the page. `ask(name, value)` requests a new value, and resolves to whether the servo accepted it.
 export class Parameters {
   constructor(ask) {
     this.ask = ask;
@@ -72,9 +72,10 @@ export class Parameters {
     this.law.onchange = () => this.set("controller", this.law.value);
     this.aim = document.getElementById("aim");
     this.aim.onchange = () => this.set(this.aim.name, this.aim.value);
-    // How many values of each parameter are asked for and not answered: until then its user's is shown, whatever was read before.
+    // The number of unanswered requests for each parameter. Until they are answered, the value of the user is shown, even if an older value
+    // arrives.
     this.asked = new Map();
-    // The last value that was asked for.
+    // The last value that was requested.
     this.wanted = new Map();
   }
 
@@ -87,14 +88,15 @@ export class Parameters {
     const [list, values] = this.whole(name, value);
     const taken = await this.ask(list, values);
     count(-1);
-    // What the servo did not take is shown as it is, and what it has announced meanwhile.
+    // If the servo rejects a value, the page shows the current value, including changes that were announced in the meantime.
     if (!this.asked.get(name) && (!taken || shown() !== before)) {
       this.sliders.get(name)?.restore();
       this.show(this.known);
     }
   }
 
-  // The parameter that has this value, and all of it: a number of a list changes with the others as they are or were asked for.
+  // The parameter that has this value, and its complete value. If one number of a list changes, the others keep their current or requested
+  // values.
   whole(name, value) {
     const { list } = this.known.find((one) => one.name === name) ?? {};
     if (!list) return [name, value];
@@ -107,7 +109,7 @@ export class Parameters {
     this.known = parameters;
     const law = parameters.find((one) => one.name === "controller");
     if (law) this.showChoice(this.law, law);
-    // Of one arm, or of two.
+    // Parameters of one arm, or of two.
     const aim = parameters.find((one) => one.name === "task" || one.name === "primitive");
     document.getElementById("aim-choice").hidden = !aim;
     if (aim) {
@@ -126,7 +128,7 @@ export class Parameters {
     if (!this.asked.get(name)) select.value = value;
   }
 
-  // Keeps what is there: who holds a slider does not lose it.
+  // Keeps existing controls, so that a slider that the user holds is not replaced.
   place(id, parameters) {
     const elements = parameters.map((parameter) => {
       const known = this.sliders.get(parameter.name);

@@ -1,7 +1,7 @@
-// Plays time: a button, a time line, a speed.
+// Plays a recording: a button, a timeline and a speed.
 
 export class Player {
-  // `root` has the buttons and fields; `show(time)` shows that time.
+  // `root` has the buttons and fields. `show(time)` shows the given time.
   constructor(root, show) {
     Object.assign(this, { root, show, time: 0, start: 0, end: 0, playing: false, following: false });
     const find = (name) => root.querySelector(`[name=${name}]`);
@@ -14,7 +14,7 @@ export class Player {
     });
   }
 
-  // What is played lasts from start to end. `following`: it goes on being made, and the newest is shown.
+  // Sets the range from start to end. If `following`, the recording continues to grow and its newest time is shown.
   span(start, end, following = false) {
     Object.assign(this, { start, end, following });
     Object.assign(this.line, { min: start, max: Math.max(end, start + 0.01), step: 0.01 });

@@ -1,8 +1,8 @@
-// A run: what an arm did, sample by sample. Times in seconds, lengths in metres, base frame.
+// A run: the samples of one arm's motion. Times are in seconds, lengths in metres, in the base frame.
 
 import { unit } from "./space.js";
 
-// What is farther apart in time is not connected.
+// Samples that are farther apart in time are not connected.
 const GAP = 0.5;
 
 const between = (a, b, part) => a.map((value, i) => (Array.isArray(value) ? between(value, b[i], part) : value + part * (b[i] - value)));
@@ -20,7 +20,7 @@ export class Run {
     return this.samples.at(-1)?.time ?? 0;
   }
 
-  // How many samples there are up to that time.
+  // The number of samples up to the given time.
   count(time) {
     let [low, high] = [0, this.samples.length];
     while (low < high) {
@@ -31,7 +31,7 @@ export class Run {
     return low;
   }
 
-  // How it was at that time, before its start as it began; null where there is nothing of it.
+  // The state at the given time, interpolated between samples, or the first sample before the start. Null if there is no sample.
   at(time) {
     const count = this.count(time);
     const [last, next] = [this.samples[Math.max(0, count - 1)], this.samples[count]];
@@ -41,14 +41,14 @@ export class Run {
     return { ...last, links, tool: last.tool && next.tool ? this.turned(last.tool, next.tool, part) : last.tool };
   }
 
-  // Between two poses; q and -q are one orientation.
+  // Interpolates between two poses; q and -q are the same orientation.
   turned(a, b, part) {
     const sign = [3, 4, 5, 6].reduce((sum, i) => sum + a[i] * b[i], 0) < 0 ? -1 : 1;
     const other = b.slice(3).map((value) => sign * value);
     return [...between(a.slice(0, 3), b.slice(0, 3), part), ...unit(between(a.slice(3), other, part))];
   }
 
-  // What was in force at that time, of a list of changes [time, to].
+  // The value that was active at the given time, from a list of changes [time, to].
   of(changes, time) {
     return changes.findLast(([since]) => since <= time)?.[1] ?? changes[0]?.[1] ?? "";
   }
@@ -61,7 +61,7 @@ export class Run {
     return this.of(this.states, time);
   }
 
-  // Its way in pieces of one law each, with the time of each place.
+  // The path in pieces with one law each, and with the time of each point.
   ways() {
     if (this.known?.count === this.samples.length) return this.known.ways;
     const ways = [];

@@ -1,4 +1,4 @@
-// The scene: follows the arm, keeps the path of the tool, and takes what its user does with pointer and keys.
+// The scene: follows the arm, keeps the path of the tool, and handles pointer and keys.
 
 import { Drawing } from "./drawing.js";
 import { dragged, handleAt } from "./handles.js";
@@ -11,7 +11,7 @@ const MOST_POINTS = 6000;
 const KEPT_PATHS = 8;
 
 export class Scene extends Drawing {
-  // `moved(pose)` follows a goal that is dragged, `released(pose)` takes it.
+  // `moved(pose)` is called while a goal is dragged, `released(pose)` when it is dropped.
   constructor(canvas, ground, { moved, released }) {
     super(canvas, ground);
     Object.assign(this, { moved, released });
@@ -20,7 +20,7 @@ export class Scene extends Drawing {
     this.dirty = true;
     new ResizeObserver(() => this.resize()).observe(canvas);
     this.listen();
-    // What is drawn by software takes every second picture, and leaves the other to the rest of the page.
+    // With software rendering only every second frame is drawn, to leave time for the rest of the page.
     let isNext = true;
     const frame = () => {
       isNext = !isNext || !this.stage?.slow;
@@ -39,7 +39,7 @@ export class Scene extends Drawing {
     this.change();
   }
 
-  // What the arm looks like by its description, as surfacesOf gives it.
+  // The shape of the arm from its description, as surfacesOf returns it.
   setLooks(surfaces) {
     this.stage?.setLooks(surfaces);
     this.canvas.dataset.surfaces = surfaces.length;
@@ -47,14 +47,14 @@ export class Scene extends Drawing {
     this.change();
   }
 
-  // What the servo draws besides: what the arm keeps out of, and the nearest pair.
+  // Markers that the servo publishes: keep-out shapes and the nearest pair.
   setMarkers(markers) {
     this.markers = markers;
     this.canvas.dataset.keepOuts = markers.keep_outs.length;
     this.change();
   }
 
-  // `motion` numbers the goals.
+  // `motion` is the number of the goal.
   follow({ links, frames, tool, motion, law, limits }) {
     this.links = links;
     this.frames = frames;
@@ -68,10 +68,10 @@ export class Scene extends Drawing {
     const [place, turn] = [tool.slice(0, 3), tool.slice(3)];
     let path = this.paths.at(-1);
     const last = path?.points.at(-1);
-    // A simulated arm that is put back jumps, which is no way.
+    // A simulated arm jumps when it is reset. The jump is not part of the path.
     const jumped = last && distance(last.place, place) > JUMP;
     if (!path || path.motion !== motion || path.law !== law || jumped) {
-      // Under another law the same way goes on, in another colour.
+      // If the law changes, the same path continues in another colour.
       path = { motion, law, points: last && !jumped ? [last] : [], frames: [] };
       this.paths.push(path);
       if (this.paths.length > KEPT_PATHS) this.paths.shift();
@@ -157,7 +157,7 @@ export class Scene extends Drawing {
     this.change();
   }
 
-  // Gives up what is dragged; whether anything was.
+  // Cancels the drag. Returns whether there was one.
   cancel() {
     if (!this.held?.handle) return false;
     this.goal = this.held.before;

@@ -1,10 +1,10 @@
-// Solids of revolution as triangles: each is a profile that is turned about the line from one point to another.
+// Solids of revolution as triangles. Each is a profile rotated about the line between two points.
 
 import { add, axes, cross, dot, scaled } from "./space.js";
 
 const SIDES = 24;
 const ROUNDS = 5;
-// A vertex: its place, its normal and its colour.
+// A vertex: its position, its normal and its colour.
 export const STRIDE = 9;
 
 const length = (v) => Math.hypot(...v);
@@ -17,7 +17,7 @@ function roomFor(array, size) {
 
 const normed = (v) => scaled(1 / (length(v) || 1), v);
 
-// The rim of a ring, as parts of two directions.
+// The points of a ring, as components along two directions.
 const RIM = Array.from({ length: SIDES + 1 }, (_, i) => [Math.cos((2 * Math.PI * i) / SIDES), Math.sin((2 * Math.PI * i) / SIDES)]);
 
 // Vertices and triangles of many solids, in buffers that grow.
@@ -32,7 +32,8 @@ export class Solids {
     this.size = this.count = 0;
   }
 
-  // `profile`: [distance along the line, radius, the normal's part along the line, its part away from it] of each ring.
+  // `profile`: for each ring [distance along the line, radius, the component of the normal along the line, its component away from the
+  // line].
   turned(from, along, profile, color) {
     const aside = Math.abs(along[2]) < 0.9 ? [0, 0, 1] : [1, 0, 0];
     const u = normed(cross(aside, along));
@@ -60,13 +61,13 @@ export class Solids {
     }
   }
 
-  // A link: round at both ends, with a radius at each.
+  // A link: round at both ends, with a radius at each end.
   capsule(from, to, radius, radiusTo, color) {
     const way = add(to, scaled(-1, from));
     const long = length(way);
     const along = long > 1e-9 ? scaled(1 / long, way) : [0, 0, 1];
     const profile = [];
-    // The wall of a cone leans.
+    // The wall of a cone is inclined.
     const lean = Math.asin(Math.max(-1, Math.min(1, (radius - radiusTo) / Math.max(long, 1e-9))));
     const cap = (centre, size, first, last) => {
       for (let i = 0; i <= ROUNDS; i++) {
@@ -79,7 +80,7 @@ export class Solids {
     this.turned(from, along, profile, color);
   }
 
-  // A box with these edges about the pose.
+  // A box with the given edge lengths, centred at the pose.
   box(pose, size, color) {
     const rows = axes(pose.slice(3));
     for (let k = 0; k < 3; k++) {
@@ -99,7 +100,7 @@ export class Solids {
     }
   }
 
-  // Triangles whose corners follow each other, counterclockwise as seen from outside.
+  // Triangles from consecutive corners, counterclockwise as seen from outside.
   hull(corners, color) {
     const first = this.size / STRIDE;
     this.vertices = roomFor(this.vertices, this.size + corners.length * STRIDE);
@@ -115,7 +116,7 @@ export class Solids {
     }
   }
 
-  // A marker of RViz's: its size is along the axes of its pose; the corners of a hull are in the base frame.
+  // An RViz marker. Its size is along the axes of its pose; the corners of a hull are in the base frame.
   marker({ kind, pose, size, points }, color) {
     const [middle, [, , z]] = [pose.slice(0, 3), axes(pose.slice(3))];
     const half = scaled(0.5 * size[2], z);
@@ -125,7 +126,7 @@ export class Solids {
     else this.cylinder(add(middle, scaled(-1, half)), add(middle, half), 0.5 * size[0], color);
   }
 
-  // A housing: flat at both ends, with an edge that is broken.
+  // A housing: flat at both ends, with bevelled edges.
   cylinder(from, to, radius, color, radiusTo = radius) {
     const way = add(to, scaled(-1, from));
     const long = length(way);

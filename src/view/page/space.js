@@ -1,4 +1,4 @@
-// Vectors, quaternions (x, y, z, w) and the view of space onto the sheet. Metres and radians, z up.
+// Vectors, quaternions (x, y, z, w) and the projection of space onto the sheet. Units are metres and radians, with z up.
 
 export const add = (a, b) => [a[0] + b[0], a[1] + b[1], a[2] + b[2]];
 export const scaled = (k, a) => [k * a[0], k * a[1], k * a[2]];
@@ -6,7 +6,7 @@ export const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 export const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
 export const distance = (a, b) => Math.hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
 
-// The Hamilton product: first turned by b, then by a.
+// The Hamilton product: the rotation b, then the rotation a.
 export function product(a, b) {
   const [ax, ay, az, aw] = a;
   const [bx, by, bz, bw] = b;
@@ -25,7 +25,7 @@ export function unit(q) {
 
 export const aboutAxis = (axis, angle) => [...scaled(Math.sin(angle / 2), axis), Math.cos(angle / 2)];
 
-// Where the axes of the frame point: the columns of its rotation matrix.
+// The directions of the axes of the frame: the columns of its rotation matrix.
 export function axes([x, y, z, w]) {
   return [
     [1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)],
@@ -34,7 +34,7 @@ export function axes([x, y, z, w]) {
   ];
 }
 
-// The pose b, which is in the frame a, in the frame that a is in; and back.
+// Transforms the pose b from frame a to the parent frame of a; and the inverse.
 export const inFrame = (a, b) => [...add(a.slice(0, 3), turned(a.slice(3), b.slice(0, 3))), ...product(a.slice(3), b.slice(3))];
 export function fromFrame(a, b) {
   const back = [-a[3], -a[4], -a[5], a[6]];
@@ -49,7 +49,7 @@ function turned(q, v) {
 // Angle between two orientations.
 export const angleBetween = (a, b) => 2 * Math.acos(Math.min(1, Math.abs(a.reduce((sum, part, i) => sum + part * b[i], 0))));
 
-// Roll, pitch, yaw about the fixed axes x, y, z (REP 103) in degrees, and back.
+// Roll, pitch, yaw about the fixed axes x, y, z (REP 103) in degrees, and the inverse.
 export function fromRollPitchYaw(angles) {
   const [roll, pitch, yaw] = angles.map((angle) => (angle * Math.PI) / 180);
   return product(aboutAxis([0, 0, 1], yaw), product(aboutAxis([0, 1, 0], pitch), aboutAxis([1, 0, 0], roll)));
@@ -58,21 +58,21 @@ export function fromRollPitchYaw(angles) {
 export function toRollPitchYaw(q) {
   const [x, y, z] = axes(q);
   const pitch = Math.asin(Math.max(-1, Math.min(1, -x[2])));
-  // Straight up or down only the sum or the difference of the other two is there: all of it is yaw.
+  // At a pitch of ±90° only the sum or the difference of roll and yaw is defined. All of it is taken as yaw.
   const steep = Math.abs(x[2]) > 1 - 1e-9;
   const roll = steep ? 0 : Math.atan2(y[2], z[2]);
   const yaw = steep ? Math.atan2(-y[0], y[1]) : Math.atan2(x[1], x[0]);
   return [roll, pitch, yaw].map((angle) => (angle * 180) / Math.PI);
 }
 
-// Columns first: along each axis, from the middle, 1 at that distance.
+// A 4x4 matrix, column by column: maps positions relative to `middle` to components along `rows`, where the distance `sizes` becomes 1.
 export function matrix(rows, middle, sizes) {
   const scaledRows = rows.map((row, i) => scaled(1 / sizes[i], row));
   const columns = [0, 1, 2].flatMap((k) => [...scaledRows.map((row) => row[k]), 0]);
   return new Float32Array([...columns, ...scaledRows.map((row) => -dot(row, middle)), 1]);
 }
 
-// Parallel projection, as the figures have it, of what is within `radius` of `target`.
+// Parallel projection, as in the figures, of everything within `radius` of `target`.
 export class Camera {
   constructor() {
     this.reset();
@@ -80,8 +80,8 @@ export class Camera {
     this.resize(1, 1);
   }
 
-  // Looks at the middle of these points, the base first, from where an arm of that reach is large and before its base, or from where it
-  // `stays`.
+  // Aims at the middle of the given points, the first of which is the base. The direction is chosen so that an arm of that reach appears
+  // large and in front of its base; if `stays`, the direction is kept.
   frame(points, reach, stays = false) {
     const [low, high] = [Math.min, Math.max].map((of) => [0, 1, 2].map((i) => of(...points.map((point) => point[i]))));
     this.target = scaled(0.5, add(low, high));
@@ -110,7 +110,7 @@ export class Camera {
     this.zoom = Math.max(0.3, Math.min(12, this.zoom * factor));
   }
 
-  // Prepares what points of one picture have in common.
+  // Computes what all points of one frame have in common.
   aim() {
     const [sa, ca, se, ce] = [Math.sin(this.azimuth), Math.cos(this.azimuth), Math.sin(this.elevation), Math.cos(this.elevation)];
     this.right = [-sa, ca, 0];
@@ -119,12 +119,12 @@ export class Camera {
     this.scale = (this.zoom * Math.min(this.width, this.height)) / (2 * this.radius);
   }
 
-  // From space to WebGL's cube, which is so deep [m].
+  // From space to the WebGL clip cube, with the given depth [m].
   matrix(depth) {
     return matrix([this.right, this.up, scaled(-1, this.towards)], this.target, [this.width / (2 * this.scale), this.height / (2 * this.scale), depth]);
   }
 
-  // A direction on the sheet [px], y downwards.
+  // A direction on the sheet [px], with y down.
   direction(v) {
     return [this.scale * dot(v, this.right), -this.scale * dot(v, this.up)];
   }

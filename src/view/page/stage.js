@@ -1,16 +1,16 @@
-// The arm in light and shadow, by WebGL: solids on a floor with a grid. The sheet with paths, handles and names lies over it.
+// The arm with light and shadow by WebGL: solids on a floor with a grid. The sheet with paths, handles and labels lies over it.
 
 import { modelOf } from "./looks.js";
 import { STRIDE } from "./solids.js";
 import { cross, matrix, scaled } from "./space.js";
 
-// Towards the light.
+// Direction to the light.
 const SUN = [0.42, -0.5, 1];
-// Half the side of what throws shadows, by the arm's reach.
+// Half the side of the area that casts shadows, relative to the arm's reach.
 const SHADOWED = 1.5;
-// What software draws has so many points for each of the screen.
+// The resolution of software rendering relative to the screen.
 const SLOW_RATIO = 0.6;
-// A line of the grid each so many metres.
+// Distance between the lines of the grid [m].
 const GRID = 0.2;
 
 const SHADE = `
@@ -68,18 +68,18 @@ const PROGRAMS = {
   ],
 };
 
-// What draws by software is spared the finer points.
+// Whether WebGL renders in software. If so, shadows and resolution are reduced.
 function isSlow() {
   const gl = document.createElement("canvas").getContext("webgl2");
   const info = gl?.getExtension("WEBGL_debug_renderer_info");
   return info ? /swiftshader|llvmpipe|software/i.test(gl.getParameter(info.UNMASKED_RENDERER_WEBGL)) : false;
 }
 
-// #rrggbb as three parts.
+// Converts #rrggbb to three components.
 export const parts = (color) => [1, 3, 5].map((i) => Number.parseInt(color.slice(i, i + 2), 16) / 255 || 0);
 
 export class Stage {
-  // Null where the browser has no WebGL.
+  // Null if the browser has no WebGL.
   static on(canvas) {
     const slow = isSlow();
     const gl = canvas.getContext("webgl2", { antialias: !slow });
@@ -133,7 +133,7 @@ export class Stage {
     return { program, place };
   }
 
-  // A buffer of vertices of so many numbers, three for each attribute.
+  // A buffer of vertices with `stride` numbers each, three for each attribute.
   buffer(stride, attributes) {
     const { gl } = this;
     const [array, buffer] = [gl.createVertexArray(), gl.createBuffer()];
@@ -146,7 +146,7 @@ export class Stage {
     return { array, buffer };
   }
 
-  // Takes surfaces as surfacesOf gives them.
+  // Sets the surfaces, as surfacesOf returns them.
   setLooks(surfaces) {
     const { gl } = this;
     for (const { kept } of this.looks) {
@@ -187,8 +187,8 @@ export class Stage {
     }
   }
 
-  // Draws the solids, the looks of an arm whose links have these poses, and ghosts, of which so much is seen, as the camera sees them, above
-  // a floor at that height.
+  // Draws the solids, the surfaces of an arm whose links have these poses, and ghosts with the given opacity, as the camera sees them,
+  // above a floor at the given height.
   draw(camera, { solids, frames, ghosts }, { floor, reach, line }) {
     const { gl } = this;
     if (gl.isContextLost()) return;
@@ -219,9 +219,9 @@ export class Stage {
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
     gl.bindTexture(gl.TEXTURE_2D, this.shadows);
     const softness = this.slow ? 0 : 0.7 / this.shadowSize;
-    // A surface is no shadow of its own: it is looked up beside itself by more than a point of the shadows.
+    // The shadow lookup is offset by more than one texel, so that a surface casts no shadow on itself.
     drawAll("solid", { view, light, sun, softness, eye: camera.towards, bias: (6 * SHADOWED * reach) / this.shadowSize, alpha: 1 });
-    // From below the floor is not seen.
+    // The floor is not drawn when it is seen from below.
     if (camera.towards[2] > 0.02) this.drawFloor(camera, { view, light, softness }, { floor, reach, line });
     gl.enable(gl.BLEND);
     gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
@@ -233,7 +233,7 @@ export class Stage {
     }
   }
 
-  // Takes solids to be drawn next.
+  // Sets the solids to draw next.
   take(solids) {
     const { gl } = this;
     gl.bindBuffer(gl.ARRAY_BUFFER, this.solidBuffer.buffer);
@@ -253,14 +253,14 @@ export class Stage {
     gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
     this.use("floor", { view, light, softness, line: parts(line), grid: GRID, middle, far });
     gl.bindVertexArray(this.floorBuffer.array);
-    // What is below the floor or in it is seen through it.
+    // Solids that are in the floor or below it are visible through it.
     gl.depthMask(false);
     gl.drawArrays(gl.TRIANGLES, 0, 6);
     gl.depthMask(true);
   }
 }
 
-// From space to what the light sees, around what the camera looks at.
+// The transform from space to the view of the light, around the target of the camera.
 function lightMatrix(sun, middle, reach) {
   const cut = (v) => scaled(1 / Math.hypot(...v), v);
   const right = cut(cross([0, 0, 1], sun));

@@ -1,4 +1,4 @@
-// Shows two arms that race to the same goal under two laws, over each other in place of the arm.
+// Shows two arms that race to the same goal under two laws, over each other in the place of the arm.
 
 import { Chart } from "./curves.js";
 import { Player } from "./player.js";
@@ -9,7 +9,7 @@ const DEGREES = 180 / Math.PI;
 const OTHER_COLORS = ["--component-1", "--component-2", "--component-3", "--component-0"];
 
 const number = (value, digits) => (Number.isFinite(value) ? value.toFixed(digits) : "–");
-// What is of joints is in what they turn or slide by: the third is what follows that unit.
+// Units of joint values: of their positions. The third entry is the suffix for that unit.
 const FIGURES = [
   ["settled, rotation [s]", (motion) => number(motion.figures.settling_time_2_percent_rotation_s ?? NaN, 2)],
   ["settled, position [s]", (motion) => number(motion.figures.settling_time_2_percent_position_s ?? NaN, 2)],
@@ -22,7 +22,7 @@ const FIGURES = [
 ];
 
 export class Theatre {
-  // `closed()` is called when its user goes back to the arm.
+  // `closed()` is called when the user returns to the arm.
   constructor(scene, closed) {
     Object.assign(this, { scene, runs: [], race: 0, open: false });
     this.closed = closed;
@@ -33,12 +33,12 @@ export class Theatre {
     });
   }
 
-  // Of a race: what both arms do now.
+  // Updates a race: the current state of both arms.
   follow(race) {
     if (race.number < this.race || (race.number === this.race && !this.open)) return;
     if (race.number > this.race) {
       this.race = race.number;
-      // Who comes after its end has come to see the arm.
+      // A page that is opened after the race has ended shows the arm.
       if (race.over) return;
       this.runs = race.lanes.map(({ law }) => new Run({ ...race, name: law, laws: [[-Infinity, law]] }));
       this.enter();
@@ -82,7 +82,7 @@ export class Theatre {
     this.scene.change();
   }
 
-  // Each run has the colour of its law where that is its own, and else one of its own; the second one is dashed besides.
+  // Each run has the colour of its law, or a colour of its own if both laws are the same. The second run is also dashed.
   looks() {
     const laws = this.runs.map((run) => run.law(Infinity).split(" ")[0]);
     const has = (law) => getComputedStyle(document.documentElement).getPropertyValue(`--law-${law}`) !== "";
@@ -119,7 +119,7 @@ export class Theatre {
     byId("state").className = "";
     byId("scene").setAttribute("aria-label", `The arms: ${byId("state").textContent}`);
     for (const [chart] of this.charts) {
-      // The time line and the curves are one.
+      // The timeline and the curves have the same time.
       chart.window = [this.player.start, Math.max(this.player.end, this.player.start + 1)];
       chart.cursor = time;
     }
@@ -131,7 +131,7 @@ export class Theatre {
 
   fillTable() {
     const motions = this.runs.flatMap((run) => run.motions);
-    // What no run has is no column.
+    // A column without a value in any run is left out.
     const figures = FIGURES.filter(([, text]) => motions.some((motion) => text(motion) !== "–"));
     const rows = this.runs.flatMap((run) => run.motions.map((motion, i) => {
       const row = document.createElement("tr");
