@@ -145,7 +145,7 @@ impl Push {
         now.saturating_sub(self.ask.heard) <= silence
     }
 
-    /// Returns whether its publisher may not have been silent for longer than `silence`: goals that may be waiting for a frame count as heard.
+    /// Returns the result of [`goes_on`](Self::goes_on) if goals that may be waiting for a frame count as heard.
     fn may_go_on(&self, now: Duration, silence: Duration) -> bool {
         now.saturating_sub(self.ask.heard.max(self.waited)) <= silence
     }
