@@ -196,7 +196,7 @@ mod tests {
     use serde_json::Value;
 
     #[test]
-    fn what_is_written_reads_back_whatever_the_file_is_called() {
+    fn written_messages_read_back_with_any_file_name() {
         for file in ["run_0.mcap", "my run: \"7\" {é}_0.mcap", "1_0.mcap", "- x", "~"] {
             let directory = tempfile::tempdir().unwrap();
             let metadata = Metadata::new(

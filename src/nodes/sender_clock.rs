@@ -135,7 +135,7 @@ mod tests {
     }
 
     #[test]
-    fn a_publisher_that_was_silent_for_long_is_late_all_the_same() {
+    fn a_publisher_is_late_even_after_a_long_silence() {
         let late = ages(&[(10.0, 0.0), (30_010.0, 5.9)])[1];
         assert!((late - 5.8).abs() < 1e-6, "{late}");
     }

@@ -154,7 +154,7 @@ mod tests {
     }
 
     #[test]
-    fn zeros_are_sent_for_a_moment_to_a_robot_that_stands_and_longer_to_one_that_is_silent() {
+    fn zeros_are_sent_briefly_to_a_robot_at_rest_and_longer_to_a_silent_one() {
         assert_eq!(end(|_| 0.0, |_| Some(0.0)).0, SHORTEST_FINAL_ZEROS);
         let (after, outcome, _) = end(|_| 0.0, |_| None);
         assert_eq!((after, outcome), (LONGEST_FINAL_ZEROS, Ok(())));

@@ -21,7 +21,7 @@ fn where_packets_are_lost_late_out_of_order_and_doubled_it_arrives() {
 }
 
 #[test]
-fn a_goal_that_was_sent_while_the_cable_was_out_moves_nothing_when_it_comes() {
+fn a_goal_that_was_sent_while_the_cable_was_out_moves_nothing_when_it_arrives() {
     let mut network = Network::new(&Impairment::default());
     network.servo_side.start("plant", &["puma560"]);
     network.servo_side.start_servo("servo", &FAST);

@@ -30,7 +30,7 @@ fn figures_show_goals_laws_and_the_threshold_of_damping() {
 
 /// The case of two arms whose law and primitive are set one after the other before a goal.
 #[test]
-fn a_law_under_which_nothing_moved_has_no_curve_of_its_own() {
+fn a_law_without_a_motion_has_no_curve() {
     let run = only_run(Path::new(DEMO));
     let legend = |run: &RecordedRun| {
         let figures = plot(std::slice::from_ref(run));

@@ -104,7 +104,7 @@ mod tests {
     }
 
     #[test]
-    fn another_goal_and_an_arm_that_is_put_back_begin_another_trace() {
+    fn another_goal_and_a_reset_arm_start_another_trace() {
         let mut trace = Trace::default();
         assert!(trace.take(&at(0.0), 1) && trace.take(&at(0.1), 1));
         assert!(!trace.take(&at(0.1001), 1), "too near");
