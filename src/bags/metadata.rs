@@ -212,7 +212,7 @@ mod tests {
 
     /// The publishers' history is excepted, because DDS does not announce it.
     #[test]
-    fn what_is_written_is_what_a_real_ros_2_writes() {
+    fn written_bytes_equal_those_of_a_real_ros_2() {
         let theirs = include_str!("../../tests/data/bag_jazzy_mcap/metadata.yaml");
         let theirs = theirs.replace("keep_last", "unknown").replace("depth: 10", "depth: 0");
         let offered = OfferedQos {

@@ -146,7 +146,7 @@ mod tests {
     }
 
     #[test]
-    fn it_decelerates_then_sends_zeros_until_the_robot_stands() {
+    fn it_decelerates_then_sends_zeros_until_the_robot_is_at_rest() {
         let (after, outcome, steps) = end(braking, |after| Some(braking(after.saturating_sub(50 * MS))));
         assert_eq!((after, outcome), (150 * MS, Ok(())));
         assert_eq!(steps.iter().filter(|step| **step == Step::Decelerate).count(), 50);

@@ -177,7 +177,7 @@ fn a_goal_is_recorded_from_the_start_with_the_parameters_of_before() {
 
 /// Typical recordings: the arm holds an earlier goal, is paused on its way, or has stalled.
 #[test]
-fn what_is_recorded_while_the_arm_stands_replays_from_there_on() {
+fn a_recording_that_starts_at_rest_replays_from_its_start() {
     let mut host = Host::with_nodes(
         &[],
         &[&FAST[..3], &["-p", "progress_timeout:=1.0", "-p", "goal_beyond_reach:=approach"]].concat(),

@@ -30,7 +30,7 @@ fn two_servos_never_drive_one_arm_together_and_both_are_named() {
 }
 
 #[test]
-fn a_forgotten_simulator_beside_the_robot_is_named_and_the_arm_stands() {
+fn a_forgotten_simulator_beside_the_robot_is_named_and_the_arm_stops() {
     let mut host = Host::with_both_nodes();
     host.start("simulator", &["puma560", "--ros-args", "-r", "__node:=forgotten"]);
     run(&host, "two_plants", &[]);

@@ -263,7 +263,7 @@ fn figures_for_a_paper_are_as_wide_as_its_columns() {
 
 /// Like a full disk: no file may grow beyond 10 kB.
 #[test]
-fn figures_that_cannot_be_written_whole_leave_those_before_as_they_were() {
+fn figures_that_cannot_be_written_completely_leave_earlier_ones_unchanged() {
     let directory = tempfile::tempdir().unwrap();
     let (bag, out) = (jazzy(directory.path(), "mcap"), directory.path().join("plots"));
     let plot = |limit: &str| {

@@ -145,7 +145,7 @@ fn a_key_that_is_released_over_a_slow_link_leaves_three_twists_on_the_way() {
 }
 
 #[test]
-fn what_the_arm_keeps_out_of_is_shown() {
+fn keep_out_shapes_are_shown() {
     let keep_out = "keep_out:=['table half_space 0 0 1 -0.6', 'post box 0.6 0.3 -0.2 0.2 0.2 0.8', 'tent hull -0.6 0.2 -0.6 -0.2 0.2 -0.6 -0.4 0.6 -0.6 -0.4 0.3 0']";
     let mut host = Host::with_nodes(&[], &["--ros-args", "-p", "constraints:=true", "-p", keep_out]);
     let link = view(&mut host, &[]);

@@ -89,7 +89,7 @@ mod tests {
     }
 
     #[test]
-    fn a_trace_has_no_more_poses_than_can_be_seen_and_keeps_its_whole_way() {
+    fn a_trace_has_no_more_poses_than_are_visible_and_keeps_its_whole_path() {
         let mut trace = Trace::default();
         let length = 50_000;
         for i in 0..=length {
