@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Lists the tests that passed only when they were run again. Usage: retried.py JUNIT_XML"""
+"""Lists the tests that passed only after a retry. Usage: retried.py JUNIT_XML"""
 import sys
 from xml.etree import ElementTree
 

@@ -1,4 +1,5 @@
-"""Finds prose that has to be read twice, as far as a program can: in comments, pages and parameter files. Prints each place, and fails if there is any.
+"""Finds prose that is hard to read, as far as a program can, in comments, pages and parameter files. Prints each place, and fails if
+there is any.
 
     tests/style.py [FILE OR FOLDER...]
 """
@@ -21,7 +22,7 @@ SKIPPED = {"target", ".git", "data", "fixtures", "node_modules"}
 
 
 def paragraphs(file):
-    """The paragraphs of prose in a file, each with the number of its first line. Code, tables and links are left out."""
+    """The paragraphs of prose in a file, each with its first line number. Code, tables and links are left out."""
     comment, lines, first, is_code = re.compile(COMMENT[file.suffix]), [], 0, False
     for number, line in enumerate([*file.read_text().splitlines(), ""], 1):
         found = comment.match(line)
@@ -39,7 +40,7 @@ def paragraphs(file):
 
 
 def faults(paragraph):
-    """What is wrong with a paragraph."""
+    """The problems of a paragraph."""
     plain = re.sub(r"`[^`]*`", "x", paragraph)
     for pattern, instead in PATTERNS:
         found = re.search(pattern, plain, re.IGNORECASE if not pattern.startswith("^") else 0)

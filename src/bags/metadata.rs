@@ -196,7 +196,7 @@ mod tests {
     use serde_json::Value;
 
     #[test]
-    fn what_is_written_reads_back_whatever_the_file_is_called() {
+    fn written_messages_read_back_with_any_file_name() {
         for file in ["run_0.mcap", "my run: \"7\" {é}_0.mcap", "1_0.mcap", "- x", "~"] {
             let directory = tempfile::tempdir().unwrap();
             let metadata = Metadata::new(
@@ -212,7 +212,7 @@ mod tests {
 
     /// The publishers' history is excepted, because DDS does not announce it.
     #[test]
-    fn what_is_written_is_what_a_real_ros_2_writes() {
+    fn written_bytes_equal_those_of_a_real_ros_2() {
         let theirs = include_str!("../../tests/data/bag_jazzy_mcap/metadata.yaml");
         let theirs = theirs.replace("keep_last", "unknown").replace("depth: 10", "depth: 0");
         let offered = OfferedQos {

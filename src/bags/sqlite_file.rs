@@ -333,7 +333,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_killed_recorder_wrote_ahead_is_read_and_nothing_is_changed() {
+    fn the_write_ahead_log_of_a_killed_recorder_is_read_and_not_changed() {
         let folder = copy("-shm");
         let before = files(folder.path());
         let (count, losses) = read(folder.path());

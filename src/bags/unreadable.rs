@@ -47,7 +47,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn of_many_losses_some_are_shown_and_all_are_counted() {
+    fn some_of_many_losses_are_shown_and_all_are_counted() {
         let mut losses = UnreadableParts::default();
         assert!(losses.is_empty());
         (0..1000).for_each(|number| losses.add(Path::new("bag"), number));

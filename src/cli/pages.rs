@@ -84,7 +84,7 @@ fn texts<'a>(of: &'a serde_json::Value, into: &mut Vec<&'a str>) {
 }
 
 #[test]
-fn the_layouts_for_rviz_and_foxglove_name_only_topics_and_services_of_ours() {
+fn the_layouts_for_rviz_and_foxglove_name_only_existing_topics_and_services() {
     let rviz: serde_json::Value =
         serde_saphyr::from_str(include_str!("../../launch_scripts/dq_servo.rviz")).unwrap();
     let foxglove: serde_json::Value =

@@ -69,7 +69,7 @@ mod tests {
     use dq_params::parameters_for;
 
     #[test]
-    fn a_dump_reads_back_as_it_was() {
+    fn a_dump_reads_back_unchanged() {
         let (store, _) = ServoParameters::start("/left/dq_servo", Vec::new()).unwrap();
         let mut values: Vec<_> = store.values().collect();
         values.push(("b.c.d".to_owned(), Value::String("no".to_owned())));

@@ -57,7 +57,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_rounding_is_not_shown() {
+    fn rounding_errors_are_not_shown() {
         let shown =
             [0.1 + 0.2, -8.4e-19, -0.44799999999999995, 1.0 / 3.0].map(|number| short(number).to_string());
         assert_eq!(shown, ["0.3", "0", "-0.448", "0.333333333333"]);

@@ -63,7 +63,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn texts_are_drawn_and_a_held_terminal_holds_nobody() {
+    fn texts_are_drawn_and_a_blocked_terminal_delays_no_thread() {
         let (drawn, seen) = sync_channel(0);
         // Each drawing waits until the test receives it.
         let spinner = Spinner::start(move |text| drop(drawn.send(text)), || {});

@@ -184,7 +184,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_sheet_is_well_formed_whatever_is_drawn_on_it() {
+    fn a_sheet_is_well_formed_for_any_content() {
         let mut canvas = Canvas::default();
         canvas.text("a<b & c\u{0}>\"d\"", (1.0, 2.0), 10.0, Anchor::Upwards);
         canvas.line(&[(f64::NAN, 0.06), (f64::INFINITY, -1e300)], INK, 1.0, Line::Dashed);

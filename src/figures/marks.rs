@@ -36,8 +36,9 @@ const BEYOND: f64 = 14.0;
 const GAP: f64 = 3.0;
 
 impl<'a> NamedMarks<'a> {
-    /// Finds places for the names at which they overlap neither each other nor a mark. If there is no room for the names of all solid
-    /// marks, only solid marks are named. Each mark comes with its distance from the left edge of the curves, which are `width` wide [px].
+    /// Finds places for the names at which they overlap neither each other nor a mark. If the space is too small for the names of all
+    /// solid marks, only solid marks are named. Each mark comes with its distance from the left edge of the curves, which are `width`
+    /// wide [px].
     pub fn new(marks: impl Iterator<Item = (&'a Mark, f64)>, width: f64) -> Self {
         let mut marks: Vec<_> = marks.collect();
         marks.sort_by(|(_, a), (_, b)| a.total_cmp(b));

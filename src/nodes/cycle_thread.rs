@@ -157,7 +157,7 @@ mod tests {
     const EACH_MS: Schedule = Schedule { period: MS, realtime_priority: 0 };
 
     #[test]
-    fn a_panic_comes_before_the_last_words() {
+    fn a_panic_is_reported_before_on_end_is_called() {
         let (sender, receiver) = std::sync::mpsc::channel();
         let mut ticks = 0;
         let body = move |_| {

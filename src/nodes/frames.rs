@@ -278,7 +278,7 @@ mod tests {
     }
 
     #[test]
-    fn the_listener_hears_only_of_the_end_of_goals_that_it_was_asked_for() {
+    fn the_listener_receives_only_the_end_of_requested_goals() {
         let (asks, mut inbox) = unbounded_channel();
         let mut frames =
             Frames { asks, reports: mpsc::channel().1, asked: 0, over: 0, unfollowed: 0, motion: None };

@@ -188,7 +188,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_drawn_stays_whatever_parameters_are_set() {
+    fn drawn_shapes_stay_when_parameters_are_set() {
         let (in_force, inbox) = new();
         in_force.draw(drawn(2)).unwrap();
         let all = ["table", "crate/0", "crate/1"];
@@ -225,7 +225,7 @@ mod tests {
     }
 
     #[test]
-    fn a_scene_that_the_cycle_takes_no_more_is_dropped_elsewhere() {
+    fn a_scene_that_the_cycle_no_longer_uses_is_not_freed_by_the_cycle() {
         let (in_force, inbox) = new();
         let mut cycle = None;
         for count in 1..20 {

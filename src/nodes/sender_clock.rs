@@ -95,7 +95,7 @@ mod tests {
     }
 
     #[test]
-    fn where_clocks_agree_the_age_is_the_time_under_way() {
+    fn with_synchronized_clocks_the_age_is_the_time_since_sending() {
         assert_eq!(ages(&[(10.0, 5.9)]), [5.9]);
         assert_eq!(ages(&[(10.0, 0.001), (11.0, 0.5)]), [0.001, 0.5]);
         // Messages that were sent while the cable was unplugged arrive at once, the oldest first.
@@ -135,7 +135,7 @@ mod tests {
     }
 
     #[test]
-    fn a_publisher_that_was_silent_for_long_is_late_all_the_same() {
+    fn a_publisher_is_late_even_after_a_long_silence() {
         let late = ages(&[(10.0, 0.0), (30_010.0, 5.9)])[1];
         assert!((late - 5.8).abs() < 1e-6, "{late}");
     }

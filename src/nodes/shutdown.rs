@@ -146,7 +146,7 @@ mod tests {
     }
 
     #[test]
-    fn it_decelerates_then_sends_zeros_until_the_robot_stands() {
+    fn it_decelerates_then_sends_zeros_until_the_robot_is_at_rest() {
         let (after, outcome, steps) = end(braking, |after| Some(braking(after.saturating_sub(50 * MS))));
         assert_eq!((after, outcome), (150 * MS, Ok(())));
         assert_eq!(steps.iter().filter(|step| **step == Step::Decelerate).count(), 50);
@@ -154,7 +154,7 @@ mod tests {
     }
 
     #[test]
-    fn zeros_are_sent_for_a_moment_to_a_robot_that_stands_and_longer_to_one_that_is_silent() {
+    fn zeros_are_sent_briefly_to_a_robot_at_rest_and_longer_to_a_silent_one() {
         assert_eq!(end(|_| 0.0, |_| Some(0.0)).0, SHORTEST_FINAL_ZEROS);
         let (after, outcome, _) = end(|_| 0.0, |_| None);
         assert_eq!((after, outcome), (LONGEST_FINAL_ZEROS, Ok(())));

@@ -172,7 +172,7 @@ mod tests {
     }
 
     #[test]
-    fn a_held_terminal_holds_nobody_and_what_is_lost_is_counted_in_its_place() {
+    fn a_blocked_terminal_delays_no_thread_and_lost_lines_are_counted() {
         let (queue, terminal) = start();
         let held = terminal.hold();
         (0..2 * CAPACITY).for_each(|number| queue.line(number.to_string()));

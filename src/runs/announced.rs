@@ -176,7 +176,7 @@ mod tests {
     }
 
     #[test]
-    fn states_are_told_apart_by_what_differs_and_a_start_begins_anew() {
+    fn states_are_distinguished_by_their_differences_and_a_start_resets_them() {
         let lives = |states| known_by_states(sorted(states)).remove("/n").unwrap();
         let known = lives(vec![announced(3, true), announced(5, true), announced(1, true)]);
         let [known] = known.as_slice() else { panic!("{known:?}") };

@@ -123,7 +123,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_page_is_small_and_asks_nothing_of_others() {
+    fn the_page_is_small_and_loads_nothing_from_other_hosts() {
         let bytes: usize = FILES.iter().map(|(.., content)| content.len()).sum();
         assert!(bytes + colors().len() < 2_000_000, "{bytes}");
         for (path, _, content) in FILES {

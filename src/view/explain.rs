@@ -22,7 +22,7 @@ mod tests {
     use dq_messages::messages::{DiagnosticStatus, KeyValue};
 
     #[test]
-    fn a_servo_that_was_never_heard_and_one_that_is_gone_are_said_to_be() {
+    fn a_servo_that_was_never_heard_and_one_that_ended_are_reported() {
         assert_eq!(explain("/s", None, false), "no servo heard yet: is /s running, in this domain?");
         assert!(explain("/s", None, true).contains("two arms"));
         let law = KeyValue { key: "law".to_owned(), value: "logc".to_owned() };

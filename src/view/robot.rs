@@ -214,7 +214,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn what_the_servo_announces_is_shown() {
+    fn announcements_of_the_servo_are_shown() {
         let mut robot = robot();
         robot.take(&changed("damping.threshold", Value::Double(0.1)));
         robot.take(&changed("nope", Value::Bool(true)));

@@ -197,7 +197,7 @@ mod tests {
     }
 
     #[test]
-    fn corners_that_look_alike_are_one() {
+    fn identical_corners_are_merged() {
         let mut surface = Surface::default();
         let all = triangles(&Shape::Box(Vector3::repeat(1.0)));
         all.iter().for_each(|triangle| surface.add(triangle, [1.0; 3], 1e-3));
@@ -208,7 +208,7 @@ mod tests {
     }
 
     #[test]
-    fn meshes_are_read_and_what_is_none_has_a_reason() {
+    fn meshes_are_read_and_invalid_ones_have_a_reason() {
         let corner = "solid s\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid s\n";
         let folder = tempfile::tempdir().unwrap();
         let own = folder.path().join("robot.urdf");

@@ -153,7 +153,7 @@ mod tests {
     }
 
     #[test]
-    fn a_guard_s_commands_are_known_whatever_their_type() {
+    fn a_guard_s_commands_are_recognized_in_every_type() {
         let array = command_array(vec![0.0; 6]);
         assert!(!array.is_of_guard() && array.of_guard().is_of_guard());
         let trajectory = command_trajectory(Vec::new(), Vec::new(), Duration::ZERO);

@@ -300,7 +300,7 @@ mod tests {
     }
 
     #[test]
-    fn a_report_reads_back_as_it_was() {
+    fn a_report_reads_back_unchanged() {
         for report in [
             report(servo::Outcome::Arrived, None),
             report(servo::Outcome::Revoked(Revocation::Stopped), Some("~/stop was called")),

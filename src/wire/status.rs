@@ -382,7 +382,7 @@ mod tests {
     }
 
     #[test]
-    fn a_status_reads_back_as_it_was() {
+    fn a_status_reads_back_unchanged() {
         let figures = Figures {
             elapsed: 1.5,
             settling_time_rotation: Some(0.25),

@@ -1,16 +1,17 @@
 #!/usr/bin/env python3
-"""Other programs on the tasks of `dq_servo compare`: DQ Robotics, pink, and logc once more, written with Pinocchio, by two inverses.
+"""Runs other programs on the tasks of `dq_servo compare`: DQ Robotics, pink, and the law logc written with Pinocchio, with two inverses.
 
     tests/benches/peers.sh --install
     dq_servo compare --out DIR
     target/peers/venv/bin/python tests/benches/compare_peers.py DIR [TASKS]
     dq_servo compare --out DIR      # once more: its page has them now
 
-Runs the first TASKS (400) tasks of each arm in DIR/tasks.jsonl with fresh joint states, and writes DIR/peers.jsonl, a line a run as in
-compare.jsonl: without limits, and under the arm's limits of speed, acceleration and position those that can have them. Gains are chosen for
-each arm on the 100 tasks after these, so that the median settling time without limits is that of logc with gain 2. Where a quadratic program
-has no solution, the joints brake by their acceleration limits. Fails where a pose is not ours. At the end it says how logc does by the
-damped inverse and by J-PARSE on the tasks in which it passes a singularity by either, paired.
+Runs the first TASKS (400) tasks of each arm in DIR/tasks.jsonl with fresh joint states. Writes DIR/peers.jsonl with one line for each
+run, as in compare.jsonl: without limits, and under the arm's limits of speed, acceleration and position for the programs that support
+them. The gains are chosen for each arm on the 100 tasks after these, so that the median settling time without limits equals that of logc
+with gain 2. If a quadratic program has no solution, the joints brake with their acceleration limits. Fails if a pose differs from this
+program's. At the end it prints a paired comparison of logc with the damped inverse and with J-PARSE, on the tasks in which it passes a
+singularity with either of them.
 """
 
 import functools
@@ -45,7 +46,7 @@ CONFIG = pathlib.Path(__file__).parents[2] / "msg_config"
 
 @functools.cache
 class Arm:
-    """An arm of ours as both of theirs."""
+    """One of our arms as a model of both libraries."""
 
     def __init__(self, name):
         path = CONFIG / "puma560.yaml" if name == "puma560" else CONFIG / "arms" / f"{name}.yaml"
@@ -83,18 +84,18 @@ class Arm:
 
 
 def damped(jacobian, error):
-    """As ours is, below a singular value of 0.05."""
+    """The damped inverse of this program, which damps below a singular value of 0.05."""
     damping = THRESHOLD**2 * max(0.0, 1.0 - (least_singular_value(jacobian) / THRESHOLD) ** 2)
     return jacobian.T @ numpy.linalg.solve(jacobian @ jacobian.T + damping * numpy.eye(6), error)
 
 
 def jparse(jacobian, error):
-    """J-PARSE (Guptasarma et al. 2025, arXiv 2505.00306) with its own defaults."""
+    """J-PARSE (Guptasarma et al. 2025, arXiv 2505.00306) with its default parameters."""
     return JParseCore(gamma=0.1).compute(jacobian, position_dimensions=3, angular_dimensions=3) @ error
 
 
 def logc(inverse, arm, goal, limits, gain):
-    """Our law by another's logarithm and Jacobian."""
+    """The law logc with the logarithm and Jacobian of Pinocchio."""
 
     def velocity(theta, before):
         error = pinocchio.log6(goal.actInv(arm.pose(theta))).vector
@@ -112,7 +113,7 @@ def braking(arm, before):
 
 
 def dq_robotics(arm, goal, limits, gain):
-    """Its pseudoinverse controller; under limits its quadratic program, with the bounds that pink has."""
+    """The pseudoinverse controller of DQ Robotics. Under limits, its quadratic program with the same bounds as pink."""
     # The controller does not keep its solver alive.
     solver = DQ_QuadprogSolver()
     controller = DQ_ClassicQPController(arm.dq, solver) if limits else DQ_PseudoinverseController(arm.dq)
@@ -147,7 +148,7 @@ def dq_robotics(arm, goal, limits, gain):
 
 
 def pink_frame_task(arm, goal, limits, gain):
-    """A task for the frame with its limits of speed, position and acceleration."""
+    """A frame task of pink with the limits of speed, position and acceleration."""
     task = pink.tasks.FrameTask("tool", position_cost=1.0, orientation_cost=1.0, gain=gain * PERIOD, lm_damping=0.0)
     task.set_target(goal)
     acceleration = pink.limits.AccelerationLimit(arm.model, arm.acceleration)
@@ -167,7 +168,7 @@ def pink_frame_task(arm, goal, limits, gain):
 
 
 def run(arm, goal, start, velocity):
-    """The closed loop of src/studies/compare/closed_loop.rs, for the ideal plant."""
+    """The closed loop of src/studies/compare/closed_loop.rs for the ideal plant."""
     theta, length, peak, effort, speeds = numpy.array(start), 0.0, 0.0, 0.0, 0.0
     command = numpy.zeros(len(theta))
     first = point = arm.pose(theta).translation
@@ -216,7 +217,7 @@ def run(arm, goal, start, velocity):
 
 
 def six_digits(value):
-    """As compare.jsonl has numbers: what is equal there must be so here, for the sign test."""
+    """Rounds numbers as compare.jsonl does: values that are equal there must be equal here, for the sign test."""
     return float(f"{value:.5e}")
 
 
@@ -251,7 +252,7 @@ def settling(job):
 
 
 def lines(job):
-    """The lines of a task, and what the two inverses did in it."""
+    """The lines of a task, and the results of the two inverses in it."""
     task, gains = job
     arm, start, goal = seen(task)
     lines, inverses = [], {}
@@ -266,7 +267,7 @@ def lines(job):
 
 
 def choose(pool, pilots):
-    """The gain of each peer on each arm; that of logc is given."""
+    """The gain of each program for each arm. The gain of logc is given."""
     gains = {}
     for name in dict.fromkeys(task["arm"] for task in pilots):
         tasks = [task for task in pilots if task["arm"] == name]
@@ -282,7 +283,7 @@ def choose(pool, pilots):
 
 
 def past_singularities(both):
-    """What the two inverses do in the tasks in which the arm passes a singularity by either."""
+    """Compares the two inverses on the tasks in which the arm passes a singularity with either of them."""
     both = [[of[DAMPED], of[JPARSE]] for of in both if min(of[DAMPED]["least"], of[JPARSE]["least"]) < THRESHOLD]
     settled = [[of["outcome"] == "settled" for of in pair] for pair in both]
     only = [settled.count([True, False]), settled.count([False, True])]

@@ -1,8 +1,8 @@
-"""How long an arm whose controller has no timeout moves on when its servo is killed, with a guard beside it.
+"""Measures how long an arm without a timeout of its own continues to move when its servo is killed and a guard is running.
 
     unshare -r -n target/venv/bin/python tests/benches/guard.py PROGRAM [ROUNDS]
 
-By the robot's own clock: from `kill -9` to the first joint state that stands.
+Measured with the clock of the robot, from `kill -9` to the first joint state at rest.
 """
 import os
 import signal
@@ -30,7 +30,7 @@ def start(*arguments):
 
 
 def killed(states, goal):
-    """How long the arm moves on when the servo is killed on its way to the goal [s]."""
+    """How long the arm continues to move when the servo is killed during a motion to the goal [s]."""
     STATUS.newest = None
     servo = start("servo")
     try:

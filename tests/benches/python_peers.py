@@ -1,9 +1,10 @@
-"""How long a call of the Python package takes, beside DQ Robotics, Pinocchio and Pink on the same UR5, in the medians of seven rounds.
+"""Measures how long a call of the Python package takes, beside DQ Robotics, Pinocchio and Pink on the same UR5, as the median of seven
+rounds.
 
     python3 -m venv peers && peers/bin/pip install ./src/python dqrobotics pin pin-pink qpsolvers[quadprog]
     peers/bin/python tests/benches/python_peers.py
 
-What is not installed is left out.
+Packages that are not installed are left out.
 """
 
 import statistics
@@ -18,7 +19,7 @@ THETAS = np.random.default_rng(1).uniform(-2.0, 2.0, (1000, 6))
 
 
 def microseconds(call, per_call=1):
-    """The median of seven rounds of a tenth of a second each."""
+    """The median of seven rounds of 0.1 s each."""
     rounds, calls = [], 1
     while True:
         began = time.perf_counter()

@@ -1,8 +1,9 @@
-"""What ten browsers cost the servo: its cycle's jitter without the page, with the page, and with ten viewers and one that is frozen.
+"""Measures the effect of browsers on the servo: the jitter of its cycle without the page, with the page, and with ten viewers of which
+one is frozen.
 
     unshare -r -n python3 tests/benches/viewers.py PROGRAM [ROUNDS]
 
-Each round has a window of each kind, so that what else the machine does falls on all of them alike.
+Each round measures every case once, so that other load on the machine affects all cases equally.
 """
 import base64
 import json
@@ -31,7 +32,7 @@ def start(*arguments):
 
 
 class Viewer:
-    """A browser that reads all that it gets, or nothing where it is frozen."""
+    """A browser that reads everything it receives, or nothing if it is frozen."""
 
     def __init__(self, frozen=False):
         self.socket = socket.create_connection(("127.0.0.1", PORT))
@@ -60,7 +61,7 @@ class Viewer:
 
 
 def jitter(goal):
-    """p99 and worst lateness of the servo's cycle [µs] during a motion to the goal and the rest of the window."""
+    """p99 and maximum lateness of the servo's cycle [µs] during a motion to the goal and the rest of the window."""
     end = time.monotonic() + WINDOW
     subprocess.run([PROGRAM, "goal", *goal], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=True)
     time.sleep(max(0.0, end - time.monotonic()))

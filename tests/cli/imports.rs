@@ -184,7 +184,7 @@ fn paths(text: &str) -> Vec<(Vec<String>, String)> {
 }
 
 #[test]
-fn no_files_of_a_crate_import_each_other_in_a_circle() {
+fn files_of_a_crate_have_no_circular_imports() {
     let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
     let folders = std::fs::read_dir(&source).unwrap().map(|entry| entry.unwrap().path());
     let roots =

@@ -36,7 +36,7 @@ fn negative_numbers_are_numbers_however_they_are_written() {
 }
 
 #[test]
-fn a_described_arm_takes_nothing_of_the_built_in_one() {
+fn a_described_arm_takes_no_values_of_the_built_in_one() {
     let output = dq_servo("pose 0 0 --json --ros-args --params-file tests/data/arms/planar.yaml")
         .assert()
         .success()
@@ -74,7 +74,7 @@ fn an_arm_is_taken_from_a_robot_description_or_is_built_in() {
 }
 
 #[test]
-fn what_no_node_of_ours_takes_is_said_and_passed_over() {
+fn unknown_parameters_and_sections_are_reported_and_ignored() {
     for (file, said) in [
         ("shared.yaml", "/dq_servo has no parameter \"nope\": ignored"),
         (
@@ -91,7 +91,7 @@ fn what_no_node_of_ours_takes_is_said_and_passed_over() {
 }
 
 #[test]
-fn nobody_waits_for_a_pipe_that_is_to_be_a_parameter_file() {
+fn a_pipe_as_a_parameter_file_is_not_waited_for() {
     let directory = tempfile::tempdir().unwrap();
     let pipe = directory.path().join("pipe");
     assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
@@ -103,7 +103,7 @@ fn nobody_waits_for_a_pipe_that_is_to_be_a_parameter_file() {
 }
 
 #[test]
-fn a_section_of_this_node_that_is_empty_is_nothing_to_warn_of() {
+fn an_empty_section_of_this_node_causes_no_warning() {
     let file = tempfile::NamedTempFile::new().unwrap();
     std::fs::write(&file, "dq_servo:\n  ros__parameters:\n").unwrap();
     let line = format!("pose 0 0 0 0 0 0 --ros-args --params-file {}", file.path().display());

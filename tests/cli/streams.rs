@@ -54,7 +54,7 @@ fn closed_streams_change_no_code() {
 }
 
 #[test]
-fn where_no_thread_can_be_had_one_line_says_so() {
+fn one_line_reports_that_no_thread_can_be_started() {
     let compare = concat!("compare --out ", env!("CARGO_TARGET_TMPDIR"), "/compared");
     for arguments in ["servo", "puma560", "param list", "goal 0 0 0 0 0 0 1", compare] {
         // Like `ulimit -u`, but also for root: no thread can get a stack of this size.

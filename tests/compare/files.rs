@@ -70,7 +70,7 @@ fn parts_are_checked_and_put_together() {
 
 /// Runs of an older program, or of a machine with other rounding: one digit of one task differs.
 #[test]
-fn runs_that_this_program_would_not_make_are_not_gone_on_with() {
+fn runs_that_this_program_would_not_make_are_not_continued() {
     let (study, _folder, file) = written(study(1, 3));
     let text = fs::read_to_string(&file).unwrap();
     let mut lines: Vec<_> = text.split_inclusive('\n').map(str::to_owned).collect();
@@ -84,7 +84,7 @@ fn runs_that_this_program_would_not_make_are_not_gone_on_with() {
 }
 
 #[test]
-fn what_a_kill_leaves_is_gone_on_with() {
+fn a_study_continues_after_a_kill() {
     let (study, _folder, file) = written(study(1, 3));
     let whole = fs::read(&file).unwrap();
     for cut in [0, 1, whole.len() / 3, whole.len() - 1] {
@@ -97,7 +97,7 @@ fn what_a_kill_leaves_is_gone_on_with() {
 }
 
 #[test]
-fn a_file_of_another_study_is_not_gone_on_with() {
+fn a_file_of_another_study_is_not_continued() {
     let (one, _folder, file) = written(study(1, 3));
     let before = fs::read(&file).unwrap();
     for other in [study(1, 4), study(2, 3)] {
@@ -120,7 +120,7 @@ fn a_file_of_another_study_is_not_gone_on_with() {
 
 /// Damage by disks is reported with its line and a remedy before any work is done.
 #[test]
-fn damaged_lines_are_told() {
+fn damaged_lines_are_reported() {
     let (study, _folder, file) = written(study(1, 3));
     let whole = fs::read_to_string(&file).unwrap();
     let lines: Vec<_> = whole.split_inclusive('\n').collect();
@@ -141,7 +141,7 @@ fn damaged_lines_are_told() {
 
 /// Each value that a line stores about its run is changed in turn; both ends of the run stay correct.
 #[test]
-fn lines_that_are_not_where_they_belong_are_told() {
+fn misplaced_lines_are_reported() {
     let (study, _folder, file) = written(study(2, 3));
     let text = fs::read_to_string(&file).unwrap();
     let lines: Vec<_> = text.split_inclusive('\n').collect();

@@ -49,7 +49,7 @@ fn under_limits_no_joint_is_faster_than_it_may_be() {
 }
 
 #[test]
-fn what_fails_has_a_reason() {
+fn failures_have_a_reason() {
     let arm = arm("puma560");
     let outcome = |law, gain, number: u32| {
         closed_loop(&arm, law, gain).run(&arm.task(1, number).unwrap(), number).unwrap().outcome

@@ -18,7 +18,7 @@ fn the_sign_test_is_exact() {
 /// Approval of a prime minister, asked twice of 1600 people (Agresti, Categorical Data Analysis, 2002, table 10.1): 150 changed to no, 86
 /// to yes; z² = 17.36, and the interval of the difference is 4.0 ± 1.96·0.95 points.
 #[test]
-fn pairs_are_told_apart_as_in_agresti_s_book() {
+fn pairs_are_compared_as_in_agresti_s_book() {
     // The two-sided probability of the normal distribution beyond √17.36.
     let p = sign_test(150, 86);
     assert!((2.5e-5..4.5e-5).contains(&p), "{p}");

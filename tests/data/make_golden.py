@@ -1,5 +1,6 @@
-"""Golden vectors from DQ Robotics, an independent implementation: poses and 8xn pose Jacobians of the PUMA 560 (modified DH)
-and of a seven-joint arm (standard DH). Made by: python3 -m venv v && v/bin/pip install dqrobotics && v/bin/python make_golden.py"""
+"""Makes golden vectors with DQ Robotics, an independent implementation: poses and 8xn pose Jacobians of the PUMA 560 (modified DH) and of
+a seven-joint arm (standard DH).
+Run: python3 -m venv v && v/bin/pip install dqrobotics && v/bin/python make_golden.py"""
 import json
 import random
 

@@ -36,7 +36,7 @@ fn a_goal_has_a_fate_of_its_own() {
 }
 
 #[test]
-fn who_gives_up_withdraws_the_goal_or_says_that_the_arm_goes_on() {
+fn an_interrupted_sender_withdraws_the_goal_or_reports_that_the_motion_continues() {
     let mut host = Host::with_both_nodes();
     let gave_up = host.run(&[&FAR[..], &["--timeout", "0.5"]].concat());
     assert_eq!(gave_up.status.code(), Some(1));

@@ -7,7 +7,7 @@ use std::process::Output;
 use std::time::Duration;
 
 #[test]
-fn goals_in_frames_of_tf_are_gone_to_or_rejected_by_name_and_replay_to_the_bit() {
+fn goals_in_tf_frames_are_reached_or_rejected_by_name_and_replay_bit_for_bit() {
     assert!(recorded_and_replayed(&["framed_goals"]).2 > 500);
 }
 
@@ -17,12 +17,12 @@ fn goals_that_wait_for_their_frames_are_rejected_after_a_stop_or_a_jump_and_do_n
 }
 
 #[test]
-fn a_goal_follows_its_frame_holds_where_that_is_lost_and_replays_to_the_bit() {
+fn a_goal_follows_its_frame_holds_when_the_frame_is_lost_and_replays_bit_for_bit() {
     assert!(recorded_and_replayed(&["followed_goal"]).2 > 500);
 }
 
 #[test]
-fn what_is_drawn_on_keep_out_is_kept_out_of_whatever_parameters_are_set() {
+fn shapes_on_keep_out_are_avoided_with_any_parameters() {
     let (mut host, file) = (Host::new(), tempfile::NamedTempFile::new().unwrap());
     host.start("plant", &["puma560"]);
     let servo = [&["servo"], &FAST[..], &["-p", "constraints:=true"]].concat();
@@ -62,7 +62,7 @@ fn wait_for_what_may_come() {
 }
 
 #[test]
-fn a_goal_that_waits_for_its_frame_is_withdrawn_by_who_gives_up() {
+fn a_goal_that_waits_for_its_frame_is_withdrawn_when_its_sender_gives_up() {
     let host = with_a_table_after("1200");
     let gave_up = go_by_the_table(&host, "0.2");
     assert_eq!(gave_up.status.code(), Some(1));
@@ -79,7 +79,7 @@ fn a_goal_that_waits_for_its_frame_is_withdrawn_by_who_gives_up() {
 }
 
 #[test]
-fn a_goal_that_was_rejected_while_its_frame_was_unknown_is_not_gone_to_later() {
+fn a_goal_rejected_for_an_unknown_frame_is_not_followed_later() {
     let host = with_a_table_after("2200");
     let rejected = go_by_the_table(&host, "10");
     assert_eq!(rejected.status.code(), Some(1));

@@ -15,7 +15,7 @@ fn listener(host: &Host, case: &str) -> Child {
 }
 
 #[test]
-fn a_goal_reaches_all_who_listened_before_it_was_sent() {
+fn a_goal_reaches_all_earlier_subscribers() {
     let host = Host::with_both_nodes();
     let mut listeners: Vec<_> = (0..3).map(|_| listener(&host, "hear_goal")).collect();
     host.output(&FAR);
@@ -44,7 +44,7 @@ fn a_description_that_fits_no_packet_is_answered() {
 }
 
 #[test]
-fn a_robot_that_publishes_best_effort_is_heard() {
+fn the_joint_states_of_a_best_effort_publisher_are_received() {
     let mut host = Host::new();
     host.start_peer(&["best_effort_robot"]);
     let servo = host.start("servo", &["servo"]);
@@ -53,7 +53,7 @@ fn a_robot_that_publishes_best_effort_is_heard() {
 }
 
 #[test]
-fn a_goal_passes_on_why_the_robot_is_not_heard() {
+fn a_goal_reports_why_no_joint_states_arrive() {
     let mut host = Host::new();
     host.start_peer(&["best_effort_robot"]);
     let reliable = ["servo", "--ros-args", "-p", "reliability:=reliable"];

@@ -44,7 +44,7 @@ fn assert_are_drawn(bag: &Path) {
 }
 
 #[test]
-fn an_arm_that_takes_positions_arrives_and_its_bag_replays_to_the_bit() {
+fn an_arm_that_takes_positions_arrives_and_its_bag_replays_bit_for_bit() {
     assert!(there("position") > 1000);
 }
 
@@ -61,13 +61,13 @@ fn a_gain_that_the_robots_delay_does_not_allow_is_warned_of_when_the_robot_is_he
 }
 
 #[test]
-fn an_arm_that_takes_trajectories_arrives_and_its_bag_replays_to_the_bit() {
+fn an_arm_that_takes_trajectories_arrives_and_its_bag_replays_bit_for_bit() {
     assert!(there("trajectory") > 200);
 }
 
 /// Whenever the arm was moved by others, the servo sends nothing until the next goal. Cycles in between have no command.
 #[test]
-fn positions_that_begin_anew_after_a_silence_replay_to_the_bit() {
+fn positions_that_restart_after_a_silence_replay_bit_for_bit() {
     let position = ["--ros-args", "-p", "interface:=position"];
     let plant = [&position[..], &["-p", "state_rate:=50.0"]].concat();
     let mut host = Host::with_nodes(&plant, &[&position[..], &FAST].concat());
@@ -85,7 +85,7 @@ fn positions_that_begin_anew_after_a_silence_replay_to_the_bit() {
 }
 
 #[test]
-fn a_jog_moves_the_arm_while_it_comes_and_its_bag_replays_to_the_bit() {
+fn a_jog_moves_the_arm_while_it_is_sent_and_its_bag_replays_bit_for_bit() {
     assert!(recorded_and_replayed(&["jog"]).2 > 500);
 }
 

@@ -224,7 +224,7 @@ fn without_a_network_the_error_says_so() {
 }
 
 #[test]
-fn who_was_heard_and_comes_back_after_its_lease_ends_the_servo_and_only_who_heard_it() {
+fn a_known_peer_that_returns_after_its_lease_ends_only_the_servo_that_heard_it() {
     const LEASE: &str =
         "<CycloneDDS><Domain><Discovery><LeaseDuration>2s</LeaseDuration></Discovery></Domain></CycloneDDS>";
     let mut host = Host::new();

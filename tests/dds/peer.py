@@ -1,4 +1,4 @@
-"""Another vendor's DDS plays the ROS 2 peer of servo and plant. Usage: peer.py CASE. Fails by an exception."""
+"""A DDS implementation of another vendor acts as the ROS 2 peer of servo and plant. Usage: peer.py CASE. Fails with an exception."""
 import os
 import subprocess
 import sys
@@ -44,7 +44,7 @@ def writer(topic, kind):
 
 
 def wait(what, condition, seconds=20.0):
-    """Waits until the condition gives something true, and returns that."""
+    """Waits until the condition returns a true value, and returns it."""
     end = time.monotonic() + seconds
     while time.monotonic() < end:
         result = condition()
@@ -55,7 +55,7 @@ def wait(what, condition, seconds=20.0):
 
 
 def take(source):
-    """All samples that came; what only announces that a writer has gone is none."""
+    """All samples that arrived, without those that only announce the end of a writer."""
     return [sample for sample in source.take(100000) if not isinstance(sample, InvalidSample)]
 
 
@@ -72,7 +72,7 @@ def wait_matched(entity, readers=READERS):
 
 
 def call(node, service, types, cyclone, **fields):
-    """Calls a service as rmw_cyclonedds does (with its header), or as rmw_fastrtps does (the payload alone)."""
+    """Calls a service as rmw_cyclonedds does (with its header) or as rmw_fastrtps does (payload only)."""
     request, response = types[2:] if cyclone else types[:2]
     out = DataWriter(PARTICIPANT, Topic(PARTICIPANT, f"rq/{node}/{service}Request", request), qos=RELIABLE)
     back = DataReader(PARTICIPANT, Topic(PARTICIPANT, f"rr/{node}/{service}Reply", response), qos=RELIABLE)
@@ -120,7 +120,7 @@ def moving(states):
 
 
 def case_arrive():
-    """A goal from Cyclone moves the arm there, seen in the joint states and in the tool pose."""
+    """A goal from Cyclone DDS moves the arm there. The joint states and the tool pose show that."""
     poses, states = reader("dq_servo/current_pose", ros.PoseStamped), reader("joint_states", ros.JointState)
     statuses = reader("dq_servo/status", ros.DiagnosticStatus)
     before = wait("a joint state", lambda: last(states))
@@ -137,7 +137,8 @@ def case_arrive():
 
 
 def case_parameters():
-    """The controller is set with Cyclone's header and with Fast DDS's mapping; a bad one is refused and changes nothing."""
+    """The controller is set with the header of Cyclone DDS and with the mapping of Fast DDS. An invalid one is rejected and changes
+    nothing."""
     events = reader("parameter_events", ros.ParameterEvent)
     wait_matched(events)
     for cyclone in (True, False):
@@ -153,7 +154,7 @@ def case_parameters():
 
 
 def case_switch():
-    """A switch of law in motion takes effect and never steps the command."""
+    """A change of the law during a motion takes effect without a step in the command."""
     commands = reader("forward_velocity_controller/commands", ros.Float64MultiArray, EVERY)
     states = reader("joint_states", ros.JointState)
     goals = send_goal()
@@ -170,7 +171,7 @@ def case_switch():
 
 
 def case_interrupt(servo, signal):
-    """A servo that gets a signal in motion decelerates, sends zeros and is acknowledged."""
+    """A servo that gets a signal during a motion decelerates and sends zeros, which are acknowledged."""
     commands = reader("forward_velocity_controller/commands", ros.Float64MultiArray, EVERY)
     states = reader("joint_states", ros.JointState)
     goals = send_goal()
@@ -189,7 +190,7 @@ def case_interrupt(servo, signal):
 
 
 def case_interrupt_twice(servo):
-    """A second signal does not wait for the end of a long deceleration: zeros at once."""
+    """A second signal does not wait for the end of a long deceleration: zeros are sent immediately."""
     commands = reader("forward_velocity_controller/commands", ros.Float64MultiArray, EVERY)
     goals = send_goal()
     wait("motion", lambda: (c := last(commands)) and max(map(abs, c.data)) > 0.5)
@@ -212,14 +213,14 @@ def set_parameter(node, name, value):
 
 
 def case_guarded():
-    """The servo has a guard, and an arm."""
+    """The servo has a guard and an arm."""
     statuses = reader("dq_servo/status", ros.DiagnosticStatus)
     guard = lambda status: {pair.key: pair.value for pair in status.values}.get("guard")
     wait("the guard", lambda: (s := last(statuses)) and s.message == "holding" and guard(s) == "watching")
 
 
 def transform(child, x, y, z, stamp=None):
-    """Where a frame is in base_link; its axes are turned by half a turn about x."""
+    """The position of a frame in base_link. Its axes are rotated by 180° about x."""
     at = ros.Transform(ros.Vector3(x, y, z), ros.Quaternion(1.0, 0.0, 0.0, 0.0))
     header = ros.Header(stamp or ros.Time(), "base_link")
     return ros.TFMessage([ros.TransformStamped(header, child, at)])
@@ -230,7 +231,7 @@ def as_time(nanoseconds):
 
 
 def goal_seen_from(frame, x, y, z, stamp=None):
-    """GOAL as seen from a frame that stands there, turned by half a turn about x."""
+    """GOAL relative to a frame at the given position that is rotated by 180° about x."""
     p, q = GOAL.pose.position, GOAL.pose.orientation
     # The product of (-1, 0, 0, 0) as x y z w and the orientation.
     turned = ros.Quaternion(-q.w, q.z, -q.y, q.x)
@@ -242,13 +243,14 @@ def values(status):
 
 
 def rejected(motions, why):
-    """The report of a goal that was rejected, if the servo has said so with that reason."""
+    """The report of a rejected goal, if the servo has published one with the given reason."""
     reports = (values(report) for report in take(motions))
     return next((report for report in reports if report["outcome"] == "rejected" and why in report["why"]), None)
 
 
 def case_framed_goals():
-    """Goals in frames of TF: unknown ones are rejected by name, a static frame's and a moving one's at its stamp are gone to."""
+    """Goals in TF frames: unknown frames are rejected by name. Goals in a static frame, and in a moving frame at its stamp, are
+    reached."""
     statuses, poses = reader("dq_servo/status", ros.DiagnosticStatus), reader("dq_servo/current_pose", ros.PoseStamped)
     motions = reader("dq_servo/motions", ros.DiagnosticStatus)
     goals, tf = writer("goal_pose", ros.PoseStamped), writer("tf", ros.TFMessage)
@@ -298,7 +300,7 @@ def case_framed_goals():
 
 
 def case_late_table(milliseconds):
-    """So long after each goal seen from the table it is said where that is, until this is ended."""
+    """Publishes the position of the table with the given delay after each goal in its frame, until the process is ended."""
     goals, tf = reader("goal_pose", ros.PoseStamped), writer("tf", ros.TFMessage)
     while True:
         goal = wait("a goal", lambda: next((g for g in take(goals) if g.header.frame_id == "table"), None), 60.0)
@@ -310,7 +312,7 @@ def case_late_table(milliseconds):
 
 
 def peer_whose_goals_follow_their_frames():
-    """What it hears of the servo, statuses and poses, and what it says, goals and TF."""
+    """What it receives from the servo (statuses and poses) and what it sends (goals and TF)."""
     statuses, poses = reader("dq_servo/status", ros.DiagnosticStatus), reader("dq_servo/current_pose", ros.PoseStamped)
     goals, tf = writer("goal_pose", ros.PoseStamped), writer("tf", ros.TFMessage)
     for entity in goals, tf:
@@ -320,7 +322,7 @@ def peer_whose_goals_follow_their_frames():
 
 
 def case_followed_goal():
-    """A goal moves with its frame at 0.05 m/s, told 50 times a second: the tool keeps up with it, holds where it is lost, and goes on."""
+    """A goal moves with its frame at 0.05 m/s, published at 50 Hz: the tool follows it, holds while the frame is lost, and continues."""
     statuses, poses, goals, tf = peer_whose_goals_follow_their_frames()
     g, began = GOAL.pose.position, time.monotonic()
 
@@ -361,7 +363,8 @@ def case_followed_goal():
 
 
 def case_waiting_goals():
-    """Goals whose frames are found after a stop, or after the robot has jumped, are rejected by name; the one in force goes on with its frame."""
+    """Goals whose frames become known only after a stop or a jump of the robot are rejected by name. The current one continues to follow
+    its frame."""
     statuses, poses, goals, tf = peer_whose_goals_follow_their_frames()
     motions = reader("dq_servo/motions", ros.DiagnosticStatus)
     set_parameter("dq_servo", "tf_timeout", 2.0)
@@ -402,7 +405,7 @@ def case_waiting_goals():
 
 
 def case_jog():
-    """A twist moves the tool along z while it comes, as the status says; then the arm holds, and a goal is taken again."""
+    """A twist moves the tool along z while it is sent, and the status shows that. Then the arm holds, and a goal is accepted again."""
     statuses, states = reader("dq_servo/status", ros.DiagnosticStatus), reader("joint_states", ros.JointState)
     poses = reader("dq_servo/current_pose", ros.PoseStamped)
     wait("holding", lambda: (s := last(statuses)) and s.message == "holding")
@@ -431,7 +434,7 @@ def case_jog():
 
 
 def case_speed_scaling():
-    """What the robot says of its speed, in percent or not, is the speed_factor as long as it goes on saying so; the arm arrives."""
+    """The speed that the robot reports, in percent or as a fraction, is the speed_factor while it is reported. The arm arrives."""
     statuses = reader("dq_servo/status", ros.DiagnosticStatus)
     scaling = writer("speed_scaling_state_broadcaster/speed_scaling", ros.Float64)
     wait_matched(scaling, 1)
@@ -445,7 +448,8 @@ def case_speed_scaling():
 
 
 def case_unheard():
-    """Unheard for longer than its lease: the servo, which has heard a goal from here, says so and ends when the peer is back."""
+    """The peer is silent for longer than its lease: the servo, which has received a goal from it, logs that and ends when the peer is
+    back."""
     states, statuses = reader("joint_states", ros.JointState), reader("dq_servo/status", ros.DiagnosticStatus)
     goals = send_goal()
     moving(states)
@@ -458,7 +462,7 @@ def case_unheard():
 
 
 def case_simulated_time():
-    """Stamps follow /clock, wherever it goes; the arm goes to its goal all the same."""
+    """Stamps follow /clock, including its jumps. The arm still reaches its goal."""
     states, poses = reader("joint_states", ros.JointState), reader("dq_servo/current_pose", ros.PoseStamped)
     statuses, clock = reader("dq_servo/status", ros.DiagnosticStatus), writer("clock", ros.Clock)
     state = wait("a joint state", lambda: last(states))
@@ -498,7 +502,8 @@ def case_simulated_time():
 
 
 def case_dual():
-    """Two arms: a relative goal, the four primitives and both forms by parameter, a stop in motion; limits hold for both."""
+    """Two arms: a relative goal, the four primitives and both forms by parameter, and a stop during a motion. The limits hold for both
+    arms."""
     statuses, poses = reader("dq_dual_servo/status", ros.DiagnosticStatus), reader("dq_dual_servo/current_pose", ros.PoseStamped)
     arms = ("left", "right")
     commands = [reader(f"{arm}/forward_velocity_controller/commands", ros.Float64MultiArray, EVERY) for arm in arms]
@@ -546,7 +551,7 @@ def case_dual():
 
 
 def case_services():
-    """Pause, stop and reset answer, and do what they say."""
+    """Pause, stop and reset answer and take effect."""
     statuses, states = reader("dq_servo/status", ros.DiagnosticStatus), reader("joint_states", ros.JointState)
     start = wait("a joint state", lambda: last(states)).position
     goals = send_goal()
@@ -559,7 +564,7 @@ def case_services():
 
 
 def case_counter():
-    """The example node of dq_ros is one for clients of both vendors: a topic, a parameter and a service."""
+    """The example node of dq_ros works with clients of both vendors: a topic, a parameter and a service."""
     counts = reader("count", ros.String)
     wait_matched(counts)
     def counted():
@@ -578,7 +583,7 @@ def case_counter():
 
 
 def case_pictures():
-    """Markers, path and the goal's interactive marker are as RViz takes them; a marker that is dragged sends the arm there."""
+    """Markers, path and the interactive marker of the goal have the form that RViz expects. Dragging the marker moves the arm there."""
     markers, paths = reader("dq_servo/markers", ros.MarkerArray), reader("dq_servo/path", ros.Path)
     updates, heard = reader("dq_servo/goal/update", ros.InteractiveMarkerUpdate, EVERY), reader("goal_pose", ros.PoseStamped)
     statuses, poses = reader("dq_servo/status", ros.DiagnosticStatus), reader("dq_servo/current_pose", ros.PoseStamped)
@@ -622,14 +627,15 @@ def case_pictures():
 
 
 def solid(ns, id, kind, x, y, z, size, **fields):
-    """A marker with its middle there."""
+    """A marker with its centre at the given position."""
     pose = ros.Pose(ros.Point(x, y, z), ros.Quaternion(0.0, 0.0, 0.0, 1.0))
     fields.setdefault("header", ros.Header(frame_id="base_link"))
     return ros.Marker(ns=ns, id=id, type=kind, pose=pose, scale=ros.Vector3(*size), **fields)
 
 
 def case_keep_out():
-    """Markers of two publishers are obeyed, in frames of TF too; what cannot be is refused alone; the arm waits until all are gone."""
+    """Markers of two publishers are used, also in TF frames. Only invalid markers are rejected. The arm waits until all markers are
+    gone."""
     markers, statuses = reader("dq_servo/markers", ros.MarkerArray), reader("dq_servo/status", ros.DiagnosticStatus)
     one, other = writer("dq_servo/keep_out", ros.MarkerArray), writer("dq_servo/keep_out", ros.MarkerArray)
     tf = writer("tf", ros.TFMessage)
@@ -642,7 +648,7 @@ def case_keep_out():
         return array and [m for m in array.markers if m.ns == "keep_out" and m.action == 0]
 
     def wait_obeyed(what, expected):
-        """Each by its type, the place of its middle and its length along z."""
+        """The type, the position of the centre and the length along z of each marker."""
         def seen():
             now = obeyed()
             places = now is not None and [(m.type, *(round(c, 3) for c in vars(m.pose.position).values()), m.scale.z) for m in now]
@@ -704,7 +710,7 @@ def case_keep_out():
 
 
 def case_serve():
-    """Another vendor's node that has one parameter: answers as rmw_cyclonedds does, until it is ended."""
+    """A node of another vendor with one parameter. Answers as rmw_cyclonedds does, until it is ended."""
     request, response = ros.GET_PARAMETERS[2:]
     calls = DataReader(PARTICIPANT, Topic(PARTICIPANT, "rq/other/get_parametersRequest", request), qos=RELIABLE)
     replies = DataWriter(PARTICIPANT, Topic(PARTICIPANT, "rr/other/get_parametersReply", response), qos=RELIABLE)
@@ -715,7 +721,7 @@ def case_serve():
 
 
 def case_record_me():
-    """Publishes for a recorder that comes later, until it is ended: lossy, latched, and of a type that nobody knows."""
+    """Publishes for a recorder that starts later, until it is ended: best effort, transient local, and with an unknown type."""
     best_effort = Qos(Policy.Reliability.BestEffort, Policy.Durability.Volatile)
     lossy = DataWriter(PARTICIPANT, Topic(PARTICIPANT, "rt/lossy", ros.String), qos=best_effort)
     latched = DataWriter(PARTICIPANT, Topic(PARTICIPANT, "rt/latched", ros.String), qos=LATCHED)
@@ -729,7 +735,7 @@ def case_record_me():
 
 
 def case_large():
-    """Five hundred messages of 1 MB for a recorder that is there."""
+    """Sends five hundred messages of 1 MB to a running recorder."""
     large = DataWriter(PARTICIPANT, Topic(PARTICIPANT, "rt/large", ros.String), qos=RELIABLE)
     wait("a recorder", large.get_matched_subscriptions)
     text = ros.String("x" * (1 << 20))
@@ -739,7 +745,7 @@ def case_large():
 
 
 def case_type(kind):
-    """Publishes under one name, of the first type or of the second."""
+    """Publishes under one name with the first or the second type."""
     kind, value = [(ros.String, ros.String("x")), (ros.Float64MultiArray, ros.Float64MultiArray(data=[1.0]))][kind]
     writer = DataWriter(PARTICIPANT, Topic(PARTICIPANT, "rt/changing", kind), qos=RELIABLE)
     for _ in range(40):
@@ -748,7 +754,7 @@ def case_type(kind):
 
 
 def case_hear_goal():
-    """Listens before a goal is sent, and gets it."""
+    """Subscribes before a goal is sent, and receives it."""
     goals = reader("goal_pose", ros.PoseStamped)
     print("listening", flush=True)
     goal = wait("a goal", lambda: last(goals), 40.0)
@@ -756,7 +762,8 @@ def case_hear_goal():
 
 
 def case_as_rclcpp():
-    """Writers of logs are as rclcpp's; those of changes of parameters are latched, as is the one that ros2-client makes beside them."""
+    """Writers of logs have the settings of rclcpp. Writers of parameter changes are transient local, as is the one that ros2-client
+    creates beside them."""
     found = BuiltinDataReader(PARTICIPANT, BuiltinTopicDcpsPublication)
     subscriptions = BuiltinDataReader(PARTICIPANT, BuiltinTopicDcpsSubscription)
     publications = {}
@@ -814,14 +821,14 @@ def case_describe_types():
 
 
 def case_describe_types_over_ethernet():
-    """A description that fits no packet reaches the clients of both vendors."""
+    """A description that is larger than a packet reaches the clients of both vendors."""
     for cyclone in (True, False):
         answer = describe(cyclone, "visualization_msgs/msg/MarkerArray")
         assert answer.successful and len(answer.type_sources) > 5, answer
 
 
 def case_best_effort_robot():
-    """A robot that publishes best effort, until it is ended."""
+    """A robot that publishes with best effort, until it is ended."""
     best_effort = Qos(Policy.Reliability.BestEffort, Policy.Durability.Volatile)
     states = DataWriter(PARTICIPANT, Topic(PARTICIPANT, "rt/joint_states", ros.JointState), qos=best_effort)
     position = [0.7853981633974483, 1.0471975511965976, 2.356194490192345, 0.5235987755982988, -0.7853981633974483, 2.0943951023931953]
@@ -834,7 +841,8 @@ def case_best_effort_robot():
 
 
 def case_bulk_goals(count, length):
-    """So many goals as fast as they are taken, in a frame whose name is so long; 0: the servo's own."""
+    """Sends the given number of goals as fast as they are accepted, in a frame whose name has the given length (0: the frame of the
+    servo)."""
     goals = writer("goal_pose", ros.PoseStamped)
     wait_matched(goals)
     for number in range(count):
@@ -848,7 +856,7 @@ def case_bulk_goals(count, length):
 
 
 def case_odd_description():
-    """A robot description that only the lenient reader may take."""
+    """A robot description that only the lenient reader can parse."""
     topic = Topic(PARTICIPANT, "rt/robot_description", ros.String)
     descriptions = DataWriter(PARTICIPANT, topic, qos=LATCHED)
     wait_matched(descriptions)

@@ -166,7 +166,7 @@ fn best_effort_and_unknown_topics_of_another_vendor() {
 }
 
 #[test]
-fn where_nothing_can_be_written_the_error_says_so() {
+fn an_output_that_cannot_be_written_is_named_in_the_error() {
     let host = Host::new();
     let directory = tempfile::tempdir().unwrap();
     let taken = directory.path().to_str().unwrap();
@@ -281,7 +281,7 @@ fn a_demo_that_loses_its_terminal_brings_the_arm_to_rest_and_finishes_its_bag() 
 }
 
 #[test]
-fn a_recorder_whose_summary_nobody_takes_finishes_its_bag_and_ends_at_the_next_signal() {
+fn a_recorder_whose_summary_is_not_read_finishes_its_bag_and_ends_at_the_next_signal() {
     let mut host = Host::with_both_nodes();
     let (_directory, path) = place();
     let (_reader, mut held) = std::io::pipe().unwrap();

@@ -78,7 +78,7 @@ fn assert_alike(told: &Value, plotted: &Value) {
 }
 
 #[test]
-fn the_demo_moves_there_and_back_under_two_laws_replays_to_the_bit_and_is_plotted_as_told() {
+fn the_demo_moves_there_and_back_under_two_laws_replays_bit_for_bit_and_is_plotted() {
     let (_directory, bag) = place();
     let (told, plotted) = demo_and_plot(&[], &bag, 6);
     assert!(assert_replays(&bag) > 1000);
@@ -100,7 +100,7 @@ fn the_demo_moves_there_and_back_under_two_laws_replays_to_the_bit_and_is_plotte
 
 /// The wall is in the path of the arm.
 #[test]
-fn a_demo_among_keep_outs_replays_to_the_bit_and_how_near_it_came_is_drawn() {
+fn a_demo_among_keep_outs_replays_bit_for_bit_and_its_distance_is_drawn() {
     let (_directory, bag) = place();
     let keep_out = "keep_out:=['wall half_space 0 -1 0 -0.4']";
     let more = ["--ros-args", "-p", "constraints:=true", "-p", keep_out];
@@ -177,7 +177,7 @@ fn a_goal_is_recorded_from_the_start_with_the_parameters_of_before() {
 
 /// Typical recordings: the arm holds an earlier goal, is paused on its way, or has stalled.
 #[test]
-fn what_is_recorded_while_the_arm_stands_replays_from_there_on() {
+fn a_recording_that_starts_at_rest_replays_from_its_start() {
     let mut host = Host::with_nodes(
         &[],
         &[&FAST[..3], &["-p", "progress_timeout:=1.0", "-p", "goal_beyond_reach:=approach"]].concat(),
@@ -307,12 +307,12 @@ pub fn built_in() -> ServoParameters {
 }
 
 #[test]
-fn what_a_robot_says_of_its_speed_is_heard_and_replays_to_the_bit() {
+fn the_reported_speed_of_a_robot_is_used_and_replays_bit_for_bit() {
     assert!(recorded_and_replayed(&["speed_scaling"]).2 > 500);
 }
 
 #[test]
-fn what_another_vendor_asks_for_is_done_and_replays_to_the_bit() {
+fn requests_of_another_vendor_take_effect_and_replay_bit_for_bit() {
     // The cases are a stop, a reset of the robot, and a change of the law during a motion. Nothing is sent before the first goal.
     let (_directory, bag, replayed) = recorded_and_replayed(&["services", "switch"]);
     assert!(replayed > 500, "{replayed}");

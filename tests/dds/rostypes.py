@@ -1,4 +1,4 @@
-"""ROS 2 messages as Eclipse Cyclone DDS types, under the names that ROS 2 gives them on the wire."""
+"""ROS 2 messages as types of Eclipse Cyclone DDS, with the names that ROS 2 uses on the wire."""
 from dataclasses import dataclass, field
 
 from cyclonedds.idl import IdlStruct, make_idl_struct
@@ -191,8 +191,8 @@ class SetParametersResult(IdlStruct, typename="rcl_interfaces.msg.dds_.SetParame
 
 
 def service(package, name, request, response):
-    """The four types of a service: request and reply as Fast DDS has them (the payload alone), then as Cyclone has them
-    (behind a header of client id and sequence number)."""
+    """The four types of a service: request and reply as Fast DDS encodes them (payload only), then as Cyclone DDS encodes them (after a
+    header with client id and sequence number)."""
     header = {"client": uint64, "sequence_number": int64}
 
     def struct(suffix, fields):

@@ -1,4 +1,4 @@
-"""Goals that are bad, out of reach, too many or too few."""
+"""Goals that are invalid, unreachable, too frequent or too rare."""
 import random
 
 from watch import *
@@ -14,7 +14,7 @@ BAD_GOALS = {
 
 
 def case_bad_goals():
-    """Rejected and counted under their reasons; the arm goes on to the last good one."""
+    """Invalid goals are rejected and counted by reason. The arm continues to the last valid one."""
     goals = send_goal()
     moving()
     labels = [label for _, label in BAD_GOALS.values()]
@@ -28,7 +28,7 @@ def case_bad_goals():
 
 
 def case_fed_back():
-    """The measured pose with 5 mm added, as goals at 30 Hz: the arm goes no faster than its law asks for these 5 mm."""
+    """Goals at 30 Hz, each 5 mm from the measured pose: the arm moves no faster than its law demands for 5 mm."""
     goals = send_goal()
     settled()
     poses = reader("dq_servo/current_pose", ros.PoseStamped)
@@ -45,7 +45,8 @@ def case_fed_back():
 
 
 def case_long_text():
-    """A goal with a frame of 10 MB, and parameters with names of 100 kB: cut where they are repeated, and the node works on."""
+    """A goal with a frame name of 10 MB, and parameters with names of 100 kB: messages quote them shortened, and the node continues to
+    work."""
     goals = send_goal()
     moving()
     for _ in range(3):
@@ -63,7 +64,8 @@ def case_long_text():
 
 
 def case_bad_after_good():
-    """Twenty good goals, each with a bad one at its heels, so that they come in one cycle: the good ones are taken, all bad ones counted."""
+    """Twenty valid goals, each followed by an invalid one in the same cycle: the valid goals are accepted, and all invalid ones are
+    counted."""
     goals = writer("goal_pose", ros.PoseStamped)
     wait_matched(goals)
     bad, label = BAD_GOALS["nan"]
@@ -77,7 +79,8 @@ def case_bad_after_good():
 
 
 def case_beyond_reach():
-    """Rejected with both distances; where the arm may go as near as it can, it does and stalls; a good one then arrives."""
+    """An unreachable goal is rejected with both distances. If the arm may approach it, it does and stalls. It arrives at a valid goal
+    after that."""
     set_parameter("progress_timeout", type=3, double_value=1.0)
     goals = writer("goal_pose", ros.PoseStamped)
     wait_matched(goals)
@@ -98,7 +101,7 @@ def case_beyond_reach():
 
 
 def case_goal_flood():
-    """A thousand random goals a second: the limits hold, and the next goal that stays is arrived at."""
+    """A thousand random goals a second: the limits hold, and the arm arrives at the next goal that stays."""
     goals, chance = send_goal(), random.Random(2)
     moving()
     begin, count = time.monotonic(), 0
@@ -120,7 +123,7 @@ def case_goal_flood():
 
 
 def case_position_limit():
-    """Joint 3 may not go as far as the goal needs it: joint_limit, then stalled, and it has not gone further."""
+    """The limit of joint 3 prevents the arm from reaching the goal: joint_limit, then stalled, and the joint stays within its limit."""
     states = States()
     FOLLOWED.append(states)
     goals = writer("goal_pose", ros.PoseStamped)
@@ -138,7 +141,7 @@ def case_position_limit():
 
 
 def case_stream():
-    """Goals are a stream: it moves as long as they come, and stands when they do not."""
+    """Goals as a stream: the arm moves while they arrive, and stops when they end."""
     goals = send_goal()
     begin = time.monotonic()
     while time.monotonic() < begin + 1.0:
@@ -152,7 +155,7 @@ def case_stream():
 
 
 def case_no_robot():
-    """A goal, but nobody who reports where the arm is: nothing is commanded, not even zeros."""
+    """A goal without any joint states: the servo sends no commands, not even zeros."""
     goals = send_goal()
     wait("the goal taken", lambda: STATUS.number("goal_count") == 1)
     run(1.0)

@@ -1,4 +1,4 @@
-"""Joint states from a robot of ours, spoilt."""
+"""Corrupted joint states from a robot."""
 import time
 
 import robot as spoilt
@@ -15,7 +15,7 @@ def robot_in_motion():
 
 
 def case_stale(spoil, reason=""):
-    """Spoilt so that nothing can be taken: stale_state, at rest within the timeout and as long again; then it arrives."""
+    """Unusable joint states: the servo reports stale_state and the arm is at rest within twice the timeout. Later it arrives."""
     robot, goals = robot_in_motion()
     robot.spoil = getattr(spoilt, spoil)
     begin = time.monotonic()
@@ -32,7 +32,8 @@ def case_stale(spoil, reason=""):
 
 
 def case_odd():
-    """In any order of joints and of stamps, by a clock that was set back, among others' joints: nothing is rejected, and it arrives."""
+    """Joints and stamps in any order, a clock that was set back, and other joints in the message: nothing is rejected, and the arm
+    arrives."""
     robot, goals = robot_in_motion()
     reordered = spoilt.Reordered()
     robot.spoil = lambda state: reordered(spoilt.odd(state))
@@ -42,7 +43,8 @@ def case_odd():
 
 
 def case_never_change():
-    """Fresh stamps but frozen angles, as after an emergency stop: not_following, then revoked; it goes on when the goal comes again."""
+    """New stamps but constant angles, as after an emergency stop: not_following, then revoked. The motion continues when the goal is sent
+    again."""
     robot, goals = robot_in_motion()
     robot.spoil = spoilt.Frozen()
     wait("not_following", lambda: STATUS.is_("not_following"), 1.0)
@@ -63,7 +65,7 @@ def case_never_change():
 
 
 def case_gripper():
-    """A gripper's joint states on the same topic, at another rate: nothing but rejected messages, and it arrives."""
+    """The joint states of a gripper on the same topic at another rate: only these messages are rejected, and the arm arrives."""
     robot, goals = robot_in_motion()
     gripper = spoilt.Gripper()
     FOLLOWED.append(gripper)
@@ -75,7 +77,8 @@ def case_gripper():
 
 
 def case_two_robots():
-    """Another publisher of the arm's joints: it stands, names both, and goes on when that has gone and the goal comes again."""
+    """A second publisher of the arm's joints: the arm stops, the servo names both, and continues after the second is gone and the goal is
+    sent again."""
     robot, goals = robot_in_motion()
     other = spoilt.Robot(SENT)
     other.position = [0.3] * 6
@@ -95,14 +98,14 @@ def case_two_robots():
 
 
 class Still:
-    """No commands for a robot that stands."""
+    """A robot at rest gets no commands."""
 
     def newest(self):
         return [0.0] * 6
 
 
 def case_million():
-    """A state of 10⁶ joints, the arm's among them: refused as malformed; the next goal is arrived at."""
+    """A state with 10⁶ joints, including the arm's: it is rejected as malformed, and the arm arrives at the next goal."""
     robot, goals = robot_in_motion()
     # With another writer: the robot's keeps only ten states, fewer than it sends until this one has arrived.
     stranger = writer("joint_states", ros.JointState)
@@ -119,7 +122,8 @@ def case_million():
 
 
 def case_huge():
-    """States of 10⁵ joints between honest ones: those with the arm's joints are taken, the others rejected; it arrives."""
+    """States with 10⁵ joints between valid ones: those with the arm's joints are accepted, the others are rejected, and the arm
+    arrives."""
     robot, goals = robot_in_motion()
     robot.spoil = spoilt.Huge()
     run(4.0)

@@ -1,4 +1,4 @@
-"""Bytes that are no message."""
+"""Bytes that are not valid messages."""
 import os
 import random
 import struct
@@ -12,7 +12,7 @@ from watch import *
 
 
 def spoilt_bytes(good, lengths):
-    """What no decoder should trust: cut short, with lengths beyond all memory at `lengths`, in other encodings, random."""
+    """Payloads that a decoder must reject: truncated, with huge lengths at the positions `lengths`, in other encodings, or random."""
     chance = random.Random(3)
     for keep in range(8, len(good), max(4, len(good) // 16 // 4 * 4)):
         yield good[:keep]
@@ -36,7 +36,7 @@ MALFORMED = {
 
 
 def case_malformed():
-    """Bytes that are no message, on every topic and service: nothing ends, and the next good message works."""
+    """Invalid bytes on every topic and service: no process ends, and the next valid message works."""
     for kind in MALFORMED:
         send_malformed(kind)
     run(1.2)
@@ -50,7 +50,7 @@ def case_malformed():
 
 
 def send_malformed(kind):
-    """From another writer."""
+    """Sent by another writer."""
     topic, sample, lengths = MALFORMED[kind]
     stranger = DomainParticipant(int(os.environ["ROS_DOMAIN_ID"]))
     # Cyclone inspects what it writes, so the sample is declared as one byte, under the name of the type.

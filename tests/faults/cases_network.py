@@ -1,4 +1,4 @@
-"""Networks and clocks."""
+"""Faults of networks and clocks."""
 import os
 import signal
 
@@ -6,14 +6,15 @@ from watch import *
 
 
 def case_arrive():
-    """It arrives, whatever the network does."""
+    """The arm arrives in spite of the bad network."""
     goals = send_goal()
     settled(40.0)
     del goals
 
 
 def case_partition(relay_pid):
-    """The network is cut for three seconds in motion: stale_state and zeros; mended, it stands until the goal comes again."""
+    """The network is cut for three seconds during a motion: stale_state and zeros. After that the arm waits until the goal is sent
+    again."""
     goals = send_goal()
     moving()
     os.kill(int(relay_pid), signal.SIGUSR1)
@@ -29,7 +30,8 @@ def case_partition(relay_pid):
 
 
 def case_cable_out(relay_pid):
-    """The sender's cable is out for 2 s while it sends a goal: the goal is rejected when it comes, and the next one is gone to."""
+    """The sender is disconnected for 2 s while it sends a goal: the goal is rejected when it arrives, and the arm moves to the next
+    one."""
     goals = writer("goal_pose", ros.PoseStamped)
     wait_matched(goals)
     wait("holding", lambda: STATUS.is_("holding"))
@@ -48,7 +50,7 @@ def case_cable_out(relay_pid):
 
 
 def case_clock_back(file):
-    """The wall clock of the servo is set back by an hour in motion: it goes on and arrives."""
+    """The system clock of the servo is set back by an hour during a motion: the motion continues, and the arm arrives."""
     arrays = reader("diagnostics", ros.DiagnosticArray)
     goals = send_goal()
     moving()

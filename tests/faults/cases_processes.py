@@ -1,4 +1,4 @@
-"""Servo and plant killed, frozen, reset, stopped."""
+"""Servo and plant are killed, frozen, reset or stopped."""
 import os
 import signal
 
@@ -6,7 +6,7 @@ from watch import *
 
 
 def case_kill(servo):
-    """The servo killed: the plant goes on at the last command until its command_timeout (0.1 s), then stands."""
+    """The servo is killed: the plant continues with the last command until its command_timeout (0.1 s), then stops."""
     states = States()
     FOLLOWED.append(states)
     goals = send_goal()
@@ -21,7 +21,7 @@ def case_kill(servo):
 
 
 def case_plant_gone(plant):
-    """The plant killed: stale_state, and zeros within the timeout and as long again."""
+    """The plant is killed: stale_state, and zeros within twice the timeout."""
     goals = send_goal()
     moving()
     os.kill(int(plant), signal.SIGKILL)
@@ -34,7 +34,8 @@ def case_plant_gone(plant):
 
 
 def case_plant_back():
-    """Another plant, long after the old one and elsewhere: the servo says so and stands until the goal comes again."""
+    """Another plant starts long after the first one, at another position: the servo reports that and waits until the goal is sent
+    again."""
     wait("holding", lambda: STATUS.is_("holding"))
     reason = STATUS.values()["reason"]
     assert "away" in reason and "~/pause" in reason and STATUS.newest.level == 1, STATUS.told()
@@ -46,7 +47,7 @@ def case_plant_back():
 
 
 def case_left_over(servo, recorder):
-    """A goal of before is kept by its publisher for a recorder that was killed: a servo that is started again must not obey it."""
+    """The publisher of an earlier goal keeps it for a recorder that was killed. A restarted servo must not follow this goal."""
     goals = writer("goal_pose", ros.PoseStamped)
     wait("both subscribers", lambda: matched(goals) == 2)
     os.kill(int(recorder), signal.SIGKILL)
@@ -70,7 +71,8 @@ def matched(goals):
 
 
 def case_frozen_servo(servo):
-    """The servo frozen in motion: the plant stands by its own timeout. Thawed, it must not go on as if nothing had been."""
+    """The servo is frozen during a motion: the plant stops by its own timeout. When the servo resumes, it must not continue the
+    motion."""
     states = States()
     FOLLOWED.append(states)
     goals = send_goal()
@@ -86,7 +88,7 @@ def case_frozen_servo(servo):
 
 
 def case_frozen_plant(plant):
-    """The plant frozen in motion: stale_state, and zeros within the timeout and as long again."""
+    """The plant is frozen during a motion: stale_state, and zeros within twice the timeout."""
     goals = send_goal()
     moving()
     os.kill(int(plant), signal.SIGSTOP)
@@ -98,7 +100,7 @@ def case_frozen_plant(plant):
 
 
 def case_reset_in_motion():
-    """The plant jumps back to its start: the arm comes to rest, and goes on from there when the goal comes again."""
+    """The plant jumps back to its start: the arm comes to rest, and continues from there when the goal is sent again."""
     goals = send_goal()
     moving()
     run(0.3)
@@ -112,7 +114,7 @@ def case_reset_in_motion():
 
 
 def case_stop_and_end(servo):
-    """~/stop in motion, then SIGTERM in motion: zeros soon after each, and the robot stands."""
+    """~/stop during a motion, then SIGTERM during a motion: zeros soon after each, and the robot stops."""
     states = States()
     FOLLOWED.append(states)
     wait("the robot", lambda: STATUS.is_("holding"))
@@ -130,7 +132,7 @@ def case_stop_and_end(servo):
 
 
 def guarded():
-    """The servo knows of its guard, and nobody takes that for a rival."""
+    """The servo detects its guard, and no node takes the guard for a second servo."""
     wait("the guard", lambda: STATUS.values().get("guard") == "watching", 5.0)
     wait("diagnostics", lambda: SERVO in DIAGNOSTICS.by_name and PLANT in DIAGNOSTICS.by_name, 5.0)
     run(1.2)
@@ -143,7 +145,7 @@ def of_guards():
 
 
 def case_guarded_kill(servo):
-    """The servo killed in motion, the plant going on at the last velocity: it stands after the guard's command_timeout of 0.1 s."""
+    """The servo is killed during a motion, and the plant keeps the last velocity: it stops after the guard's command_timeout of 0.1 s."""
     states = States()
     FOLLOWED.append(states)
     guarded()
@@ -171,7 +173,7 @@ GUARDED = 0.3
 
 
 def case_guarded_positions(servo):
-    """The same of an arm that takes positions: it is held where it is, which is where it was sent last."""
+    """The same for an arm that takes positions: it is held at its current position, which is the last one it was sent."""
     PLACES.start()
     guarded()
     goals = send_goal()
@@ -187,7 +189,8 @@ def case_guarded_positions(servo):
 
 
 def case_guarded_reset():
-    """An arm that takes positions jumps back to its start in motion: nobody calls it back to where it was sent."""
+    """An arm that takes positions jumps back to its start during a motion: it gets no command to return to the last commanded
+    position."""
     PLACES.start()
     guarded()
     wait("the robot", lambda: PLACES.states.newest)
@@ -230,7 +233,7 @@ PLACES = Places()
 
 
 def case_guarded_end(servo):
-    """The servo ended in motion, in order: no guard says a word."""
+    """The servo ends normally during a motion: the guard sends nothing."""
     guarded()
     goals = send_goal()
     moving()
@@ -242,7 +245,7 @@ def case_guarded_end(servo):
 
 
 def case_guard_without_time():
-    """The guard's core is busy with what goes before it: what it does not hear in time is no reason to stop an arm."""
+    """The guard's core is busy with higher-priority work: messages that the guard receives late are no reason to stop the arm."""
     goals = send_goal()
     moving()
     run(4.0)
@@ -251,7 +254,7 @@ def case_guard_without_time():
 
 
 def case_guard_killed(guard):
-    """The guard killed: the servo warns, and goes on."""
+    """The guard is killed: the servo logs a warning and continues."""
     guarded()
     os.kill(int(guard), signal.SIGKILL)
     wait("the warning", lambda: "guard is gone" in DIAGNOSTICS.message(SERVO), 5.0)

@@ -1,4 +1,4 @@
-"""Others on the servo's topics."""
+"""Other nodes on the topics of the servo."""
 import os
 import signal
 import subprocess
@@ -16,7 +16,7 @@ from watch import *
 
 
 def case_rival():
-    """Another publisher of commands: servo and plant both say so, and no more once it has gone."""
+    """A second publisher of commands: servo and plant both report it, until it is gone."""
     said = lambda name: "2 publishers on /forward_velocity_controller/commands" in DIAGNOSTICS.message(name)
     wait("diagnostics", lambda: DIAGNOSTICS.message(SERVO) and DIAGNOSTICS.message(PLANT), 5.0)
     assert not said(SERVO) and not said(PLANT)
@@ -32,8 +32,8 @@ def case_rival():
 
 
 def case_two_servos():
-    """Two servos that are sent to a goal: who hears the other's commands holds the arm and names both. One that hears the goal only then
-    sends nothing, and the other drives alone."""
+    """Two servos get a goal: a servo that receives commands of the other holds the arm and names both. A servo that gets the goal later
+    sends nothing, and the other moves the arm alone."""
     servos = (STATUS, Status("other"))
     FOLLOWED.append(servos[1])
     goals = writer("goal_pose", ros.PoseStamped)
@@ -56,7 +56,7 @@ def case_two_servos():
 
 
 def case_two_plants():
-    """Two plants that give joint states of the same joints: a goal moves neither, and both are named."""
+    """Two plants publish the states of the same joints: a goal moves neither, and both are named."""
     wait("both named", lambda: all(f"/{name} (" in STATUS.values().get("reason", "") for name in ("puma560", "forgotten")), 10.0)
     goals = send_goal()
     # The servo refuses the goal, or takes it between two checks for other publishers, and holds.
@@ -75,7 +75,7 @@ def listener(case):
 
 
 def case_listen():
-    """A subscriber of commands, until it is killed."""
+    """Subscribes to the commands, until it is killed."""
     wait_matched(SENT.source)
     print("matched", flush=True)
     while True:
@@ -84,7 +84,7 @@ def case_listen():
 
 
 def case_never_read():
-    """A subscriber that has room for a hundred commands and never takes one, until it is killed."""
+    """Subscribes with room for a hundred commands and never takes one, until it is killed."""
     full = Qos(
         Policy.Reliability.Reliable(duration(seconds=1)), Policy.History.KeepAll, Policy.ResourceLimits(max_samples=100)
     )
@@ -100,8 +100,8 @@ ROOM = 8192
 
 
 def case_bad_subscribers():
-    """One frozen, one that never reads, for more commands than a writer has room for by itself: the plant gets its commands all the
-    same, and nothing is dropped."""
+    """One subscriber is frozen, and one never reads, for more commands than a writer can store: the plant still gets its commands, and
+    none is dropped."""
     children = [listener(case) for case in ("listen", "never_read")]
     try:
         children[0].send_signal(signal.SIGSTOP)
@@ -120,7 +120,8 @@ def case_bad_subscribers():
 
 
 def case_parameters():
-    """A hundred changes of parameters a second in motion, laws among them: all answered, no step, and it arrives."""
+    """A hundred changes of parameters a second during a motion, including changes of the law: all are answered, the command has no step,
+    and the arm arrives."""
     request, response = ros.SET_PARAMETERS[2:]
     out = DataWriter(PARTICIPANT, Topic(PARTICIPANT, "rq/dq_servo/set_parametersRequest", request), qos=peer.EVERY)
     back = DataReader(PARTICIPANT, Topic(PARTICIPANT, "rr/dq_servo/set_parametersReply", response), qos=peer.EVERY)

@@ -1,5 +1,5 @@
-"""Faults that another vendor's DDS brings over the wire, and what servo and plant must do about each.
-Usage: faults.py CASE OUT [ARGUMENT …]. Fails by an exception; leaves in OUT every command that the servo sent meanwhile."""
+"""Faults that a DDS implementation of another vendor can cause, and the required reactions of servo and plant.
+Usage: faults.py CASE OUT [ARGUMENT …]. Fails with an exception. Writes to OUT every command that the servo sent in the meantime."""
 import os
 import sys
 

@@ -13,7 +13,7 @@ fn with_nodes(impairment: &Impairment) -> Network {
 }
 
 #[test]
-fn where_packets_are_lost_late_out_of_order_and_doubled_it_arrives() {
+fn the_arm_arrives_with_lost_late_reordered_and_duplicated_packets() {
     let network = with_nodes(&Impairment { loss: 0.05, delay: 0.01, jitter: 0.005, duplicate: 0.05 });
     run(&network.servo_side, "arrive", &[]);
     check_memory(&network.servo_side, &["servo"]);
@@ -21,7 +21,7 @@ fn where_packets_are_lost_late_out_of_order_and_doubled_it_arrives() {
 }
 
 #[test]
-fn a_goal_that_was_sent_while_the_cable_was_out_moves_nothing_when_it_comes() {
+fn a_goal_that_was_sent_while_the_cable_was_out_moves_nothing_when_it_arrives() {
     let mut network = Network::new(&Impairment::default());
     network.servo_side.start("plant", &["puma560"]);
     network.servo_side.start_servo("servo", &FAST);
@@ -29,7 +29,7 @@ fn a_goal_that_was_sent_while_the_cable_was_out_moves_nothing_when_it_comes() {
 }
 
 #[test]
-fn a_partition_of_three_seconds_stops_the_arm_until_the_goal_comes_again() {
+fn a_partition_of_three_seconds_stops_the_arm_until_the_goal_is_sent_again() {
     let network = with_nodes(&Impairment::default());
     run(&network.servo_side, "partition", &[&network.relay_pid()]);
 }

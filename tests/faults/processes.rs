@@ -82,7 +82,7 @@ fn a_servo_whose_log_is_held_moves_stops_and_ends() {
 }
 
 #[test]
-fn a_servo_whose_log_nobody_reads_any_more_moves_stops_and_ends() {
+fn a_servo_whose_log_is_not_read_any_more_moves_stops_and_ends() {
     let (reader, writer) = std::io::pipe().unwrap();
     drop(reader);
     with_log(writer);

@@ -1,6 +1,7 @@
-"""A bad network between two hosts: passes Ethernet frames from one interface to the other, some lost, late, twice or out of order.
-It stands in for `tc netem`, which not every kernel has. SIGUSR1 cuts the network, and the next one mends it.
-Usage: relay.py LOSS DELAY JITTER DUPLICATE, two of them shares of 1, two in seconds; between the interfaces to_a and to_b."""
+"""Simulates a bad network between two hosts: passes Ethernet frames from one interface to the other, and loses, delays, duplicates or
+reorders some of them. It replaces `tc netem`, which not every kernel has. SIGUSR1 cuts the network, and the next SIGUSR1 restores it.
+Usage: relay.py LOSS DELAY JITTER DUPLICATE. LOSS and DUPLICATE are fractions of 1, DELAY and JITTER are in seconds. The interfaces are
+to_a and to_b."""
 import heapq
 import random
 import select

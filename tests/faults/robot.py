@@ -1,4 +1,4 @@
-"""A robot whose joint states can be spoilt, and the servo's commands that it follows."""
+"""A robot whose joint states can be corrupted, and which follows the commands of the servo."""
 import random
 import time
 
@@ -14,7 +14,8 @@ RIVAL = "rival"
 
 
 class Commands:
-    """Every command that the servo or a guard sent, with its mark: a guard's have one. Who sent them, and the record of the servo's cycles."""
+    """Records every command of the servo or a guard with its source (the commands of a guard carry a mark), and the record of the servo's
+    cycles."""
 
     def __init__(self):
         self.source, self.kept, self.senders = reader(COMMANDS, ros.Float64MultiArray, EVERY), [], set()
@@ -40,14 +41,14 @@ class Commands:
         return max(map(abs, self.newest()))
 
     def write(self, path):
-        """A record a line; Rust checks the invariants on what they say was sent."""
+        """Writes one record on each line. Rust code checks the invariants on these records."""
         self.poll()
         with open(path, "w", encoding="utf-8") as out:
             out.writelines(record.hex() + "\n" for record in self.records)
 
 
 class Robot:
-    """Follows the commands at once, and publishes its joint states through `spoil`: what of a state is sent, if anything."""
+    """Follows the commands immediately, and publishes its joint states through `spoil`, which returns the state to send, or None."""
 
     def __init__(self, commands):
         self.commands, self.states = commands, writer("joint_states", ros.JointState)
@@ -70,7 +71,7 @@ class Robot:
 
 
 class Gripper:
-    """Another six joints on the arm's topic."""
+    """Publishes six other joints on the topic of the arm."""
 
     def __init__(self):
         self.states, self.next = writer("joint_states", ros.JointState), 0.0
@@ -93,7 +94,7 @@ def silent(_):
 
 
 class Frozen:
-    """The same state again and again, with new stamps."""
+    """Sends the same state repeatedly, with new stamps."""
 
     def __init__(self):
         self.position = None
@@ -105,7 +106,7 @@ class Frozen:
 
 
 class Reordered:
-    """Four at a time, in any order: older stamps come after newer ones."""
+    """Sends four states at a time in random order, so that older stamps arrive after newer ones."""
 
     def __init__(self):
         self.queue, self.random = [], random.Random(1)
@@ -120,7 +121,7 @@ class Reordered:
 
 
 def odd(state):
-    """An hour old by its stamp, the joints in another order and among others'."""
+    """Sets the stamp one hour back, and puts the joints in another order and among other joints."""
     state.header.stamp.sec -= 3600
     return ros.JointState(state.header, ["gripper"] + state.name[::-1] + ["lid"], [float("nan")] + state.position[::-1] + [9.0], [])
 
@@ -131,7 +132,7 @@ def nan(state):
 
 
 class Huge:
-    """A state of 10⁵ joints now and then, between honest ones; in every other one the arm's joints are among them, at the end."""
+    """Sends a state with 10⁵ joints now and then between valid states. Every other one contains the joints of the arm at the end."""
 
     def __init__(self):
         self.count, self.sent = 0, [0, 0]

@@ -10,7 +10,7 @@ fn two_publishers_of_commands_are_reported_by_servo_and_plant() {
 
 /// The servo runs as fast as possible: a frozen process counts as gone after 10 s, and must miss enough samples before.
 #[test]
-fn a_frozen_subscriber_of_commands_and_one_that_never_reads_hold_up_nobody() {
+fn a_frozen_subscriber_of_commands_and_one_that_never_reads_delay_no_other() {
     let host = Host::with_nodes(&[], &[&FAST[..], &["-p", "update_rate:=2000"]].concat());
     run_at(2000, &host, "bad_subscribers", &[]);
     check_memory(&host, &["servo", "plant"]);
@@ -30,7 +30,7 @@ fn two_servos_never_drive_one_arm_together_and_both_are_named() {
 }
 
 #[test]
-fn a_forgotten_simulator_beside_the_robot_is_named_and_the_arm_stands() {
+fn a_forgotten_simulator_beside_the_robot_is_named_and_the_arm_stops() {
     let mut host = Host::with_both_nodes();
     host.start("simulator", &["puma560", "--ros-args", "-r", "__node:=forgotten"]);
     run(&host, "two_plants", &[]);

@@ -1,4 +1,4 @@
-"""What every case watches and does while it waits."""
+"""What every case observes and polls while it waits."""
 import time
 
 import peer
@@ -17,7 +17,7 @@ def poll():
 
 
 def wait(what, condition, seconds=20.0):
-    """As the peer's, but everything that is followed is polled meanwhile. How long it took [s]."""
+    """Waits like the function of the peer, and polls all observers in the meantime. Returns the elapsed time [s]."""
     begin = time.monotonic()
     while not condition():
         assert time.monotonic() < begin + seconds, f"{what}: not within {seconds} s; {STATUS.told()}"
@@ -34,7 +34,7 @@ def run(seconds):
 
 
 class Status:
-    """The newest ~/status of a servo, and its states one after the other."""
+    """The latest ~/status of a servo, and the sequence of its states."""
 
     def __init__(self, servo="dq_servo"):
         self.source, self.newest, self.states = reader(f"{servo}/status", ros.DiagnosticStatus), None, []
@@ -58,7 +58,7 @@ class Status:
 
 
 class Diagnostics:
-    """The newest /diagnostics by name."""
+    """The latest /diagnostics by name."""
 
     def __init__(self):
         self.source, self.by_name = reader("diagnostics", ros.DiagnosticArray), {}
@@ -77,7 +77,7 @@ class Diagnostics:
 
 
 class States:
-    """The newest joint state, and when by the robot's own clock it came to a stand [ns]."""
+    """The latest joint state, and when the robot came to rest by its own clock [ns]."""
 
     def __init__(self):
         self.source, self.newest, self.stood = reader("joint_states", ros.JointState, peer.EVERY), None, None
@@ -101,7 +101,7 @@ def moving():
 
 
 def again(goals):
-    """The goal once more, after its publisher has paused: what goes on after a revocation asks for nothing."""
+    """Sends the goal again after a pause of its publisher. After a revoked goal, a publisher that never pauses is ignored."""
     run(1.6)
     goals.write(GOAL)
 
@@ -111,7 +111,7 @@ def standing(seconds=1.0):
 
 
 def settled(seconds=30.0):
-    """Settled at GOAL, and told after this call began."""
+    """Whether the servo has settled at GOAL, in a status that arrived after this call began."""
     STATUS.newest = None
     wait("settled", lambda: STATUS.is_("settled") and at_goal(), seconds)
 

@@ -42,7 +42,7 @@ fn value() -> impl Strategy<Value = String> {
 proptest! {
     #![proptest_config(cases(5000))]
     #[test]
-    fn any_environment_is_taken_or_refused_and_security_is_never_lost(
+    fn any_environment_is_accepted_or_rejected_and_security_is_never_lost(
         set in prop::collection::btree_map(select(VARIABLES.to_vec()), value(), 0..8),
         enclave in prop::option::of(value()),
     ) {

@@ -44,7 +44,7 @@ fn check(line: Vec<String>) -> bool {
 }
 
 #[test]
-fn the_corpus_is_answered_as_it_is() {
+fn every_text_of_the_corpus_is_handled() {
     let nodes = LINES.iter().filter(|line| check(line.split(' ').map(str::to_owned).collect())).count();
     assert!(nodes >= 4, "{nodes} of {} make a node", LINES.len());
 }
@@ -64,13 +64,13 @@ fn argument() -> impl Strategy<Value = String> {
 proptest! {
     #![proptest_config(cases(5000))]
     #[test]
-    fn any_arguments_are_taken_or_refused(mut line in prop::collection::vec(argument(), 0..10)) {
+    fn any_arguments_are_accepted_or_rejected(mut line in prop::collection::vec(argument(), 0..10)) {
         line.insert(0, "--ros-args".to_owned());
         check(line);
     }
 
     #[test]
-    fn damaged_command_lines_are_taken_or_refused(original in any::<Index>(), damages in prop::collection::vec(damage(), 1..4)) {
+    fn damaged_command_lines_are_accepted_or_rejected(original in any::<Index>(), damages in prop::collection::vec(damage(), 1..4)) {
         let mut bytes = original.get(&LINES).as_bytes().to_vec();
         damages.iter().for_each(|damage| apply(damage, &mut bytes));
         check(String::from_utf8_lossy(&bytes).split(' ').map(str::to_owned).collect());

@@ -75,7 +75,7 @@ fn the_files_of_msg_config_are_right_for_every_node() {
 }
 
 #[test]
-fn the_corpus_is_answered_as_it_is() {
+fn every_text_of_the_corpus_is_handled() {
     for text in ORIGINALS.iter() {
         check_all(text);
     }

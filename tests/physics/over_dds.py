@@ -1,5 +1,6 @@
-"""One motion of an arm with mass, in real time: `dq_servo servo` over DDS, MuJoCo behind another vendor's. In a network namespace
-of its own, see `test_over_dds`. Usage: over_dds.py ARM velocity|integrating GOAL. Prints what came of it, as JSON.
+"""One motion of an arm with mass in real time: `dq_servo servo` is connected over DDS with MuJoCo, which uses a DDS implementation of
+another vendor. Runs in a network namespace of its own, see `test_over_dds`. Usage: over_dds.py ARM velocity|integrating GOAL. Prints the
+result as JSON.
 """
 
 import json
@@ -20,7 +21,7 @@ from robot import Plant  # noqa: E402
 
 
 class ServoOverDds:
-    """The program as the servo of a `Robot`, whose time becomes that of the clock."""
+    """The program as the servo of a `Robot`, whose time then follows the system clock."""
 
     def __init__(self, arm, parameters):
         servo = dq.Servo(arm, parameters)
@@ -38,7 +39,8 @@ class ServoOverDds:
         self.began, self.said = None, []  # said: each status since the goal
 
     def cycle(self, now, positions=None, velocities=None, stamp=None):
-        """At `now` by the clock: sends the joint state, and takes the command that is newest. Who comes late hurries, as a robot goes on."""
+        """At the clock time `now`: sends the joint state and takes the latest command. A late call does not wait, because the robot keeps
+        moving."""
         self.began = self.began or (time.monotonic() - now, time.time() - now)
         time.sleep(max(0.0, self.began[0] + now - time.monotonic()))
         if positions is not None:

@@ -8,7 +8,7 @@ import rows
 
 
 def span(values, digits):
-    """From the least to the largest."""
+    """The smallest and the largest value."""
     least, most = f"{min(values):.{digits}f}", f"{max(values):.{digits}f}"
     return least if least == most else f"{least} to {most}"
 

@@ -1,6 +1,6 @@
-"""Arms with mass: MuJoCo's, in lockstep with the servo. The models are those of the wheel of robosuite, without their meshes.
+"""Arms with mass, simulated by MuJoCo in lockstep with the servo. The models come from the robosuite wheel, without their meshes.
 
-Time is the simulator's: 1 ms a step, a cycle of the servo every 2 ms. No clock of the machine has a part in it, unless the servo brings one.
+Time is simulated: a step is 1 ms, and a cycle of the servo 2 ms. The system clock is not used, unless the servo uses it.
 """
 
 from dataclasses import dataclass, field
@@ -23,7 +23,7 @@ SATURATION, RATE = 0.2, 10.0
 
 @dataclass
 class Plant:
-    """What the robot is like."""
+    """The properties of the robot."""
 
     arm: str = "ur5e"
     integrates: bool = False  # its joints are servoed to the integral of the velocities that are commanded, else to these
@@ -36,7 +36,7 @@ class Plant:
 
 
 def model(plant: Plant) -> mujoco.MjModel:
-    """The arm with its servos; the payload hangs at the tool's mount."""
+    """The arm with its actuators. The payload is attached at the tool mount."""
     root = Path(find_spec("robosuite").submodule_search_locations[0])
     spec = mujoco.MjSpec.from_file(str(root / f"models/assets/robots/{plant.arm}/robot.xml"))
     for geom in list(spec.geoms):
@@ -69,7 +69,7 @@ def model(plant: Plant) -> mujoco.MjModel:
 
 @dataclass
 class Run:
-    """What was seen, a row a cycle."""
+    """The recorded values, one row for each cycle."""
 
     times: list = field(default_factory=list)
     states: list = field(default_factory=list)
@@ -83,12 +83,12 @@ class Run:
         return np.array(getattr(self, name))
 
     def first(self, state):
-        """When it was first in that state [s]; None where never."""
+        """When it was first in the given state [s], or None."""
         return next((time for time, it in zip(self.times, self.states) if it == state), None)
 
 
 class Robot:
-    """An arm and its servo: the Python package's, where no other is given."""
+    """An arm and its servo, by default the one of the Python package."""
 
     def __init__(self, plant: Plant, parameters=None, servo=None):
         self.plant, self.start = plant, STARTS[plant.arm]
@@ -107,7 +107,7 @@ class Robot:
         self.command = np.zeros(self.model.nu)
 
     def random_goal(self, number):
-        """The goal of that number: where the joints are up to 0.6 rad from the start."""
+        """The goal with the given number. Its joints are up to 0.6 rad from the start."""
         rng = np.random.default_rng(1000 + number)
         return self.chain.forward_kinematics(self.start + rng.uniform(-0.6, 0.6, len(self.start)))
 
@@ -116,14 +116,15 @@ class Robot:
         self.servo.set_goal(goal)
 
     def error(self):
-        """How far the tool is from the goal [m], where the simulator has the joints."""
+        """The distance of the tool from the goal [m], with the joint positions of the simulator."""
         if self.goal is None:
             return 0.0
         here = self.chain.forward_kinematics(self.data.qpos)
         return float(np.linalg.norm(here.translation - self.goal.translation))
 
     def run(self, seconds, until=None, each=None, linger=0.0):
-        """Runs for so long, or until it has been in that state for `linger`, or has stalled; `each` is called with the robot before each cycle."""
+        """Runs for the given time, or until it has been in the given state for `linger`, or has stalled. `each` is called with the robot
+        before each cycle."""
         run, inside = Run(), 0.0
         end = self.now + seconds
         while self.now < end:

@@ -1,4 +1,4 @@
-"""What the arms with mass are tried with: the rows of the page "What happens on a real arm"."""
+"""The test conditions for the arms with mass: the rows of the page "What happens on a real arm"."""
 
 from dataclasses import dataclass, field, replace
 
@@ -11,7 +11,7 @@ WATCHED, LONGEST = 2.0, 20.0
 
 @dataclass
 class Row:
-    """A robot, the parameters of its servo, and what the servo says where the robot does not arrive: none where it must."""
+    """A robot, the parameters of its servo, and the expected state if the robot does not arrive (none if it must arrive)."""
 
     name: str
     plant: Plant = field(default_factory=Plant)
@@ -22,7 +22,7 @@ class Row:
 
 @dataclass
 class Result:
-    """What came of one goal."""
+    """The result of one goal."""
 
     settled: float | None  # [s]
     stays: bool  # from then on
@@ -68,7 +68,7 @@ ROWS = [
 
 
 def pushed(push, began):
-    """A push sideways, for 0.1 s: once the arm has stood for 1 s, or 0.3 s after it has `began`."""
+    """A lateral push for 0.1 s: after the arm has been at rest for 1 s, or 0.3 s after `began`."""
     since = [None]
 
     def push_now(robot):
@@ -82,7 +82,7 @@ def pushed(push, began):
 
 
 def run(row, number, servo=None):
-    """The motion of that row to the goal of that number: what came of it, and what was seen."""
+    """Runs the given row with the given goal. Returns the result and the recorded values."""
     robot = Robot(row.plant, row.parameters, servo)
     robot.run(LONGEST, until="holding", linger=0.5)
     robot.go(robot.random_goal(number))

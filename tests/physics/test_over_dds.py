@@ -1,4 +1,4 @@
-"""Arms with mass behind the program `dq_servo servo`, over DDS in real time: once for each kind of servo."""
+"""Arms with mass driven by the program `dq_servo servo` over DDS in real time, once for each kind of actuator."""
 
 import json
 import subprocess
@@ -16,7 +16,7 @@ ATTEMPTS = 3
 
 
 def over_dds(*arguments):
-    """What came of one motion, of a robot and a servo that meet in a network of their own; and their log."""
+    """The result of one motion, with robot and servo in a network namespace of their own, and their log."""
     program = [sys.executable, str(Path(__file__).with_name("over_dds.py")), *arguments]
     shell = ["sh", "-c", f'{NETWORK} && ROS_DOMAIN_ID=77 exec "$@"', "sh"]
     done = subprocess.run(["unshare", "--map-root-user", "--net", *shell, *program], capture_output=True, text=True, timeout=90)

@@ -1,4 +1,4 @@
-"""Arms with mass, by MuJoCo: what the page "What happens on a real arm" promises. PHYSICS_GOALS=8 tries each row with as many goals."""
+"""Arms with mass in MuJoCo: checks the page "What happens on a real arm". PHYSICS_GOALS=8 tests each row with eight goals."""
 
 import os
 import re
@@ -14,7 +14,7 @@ TOLERANCE = 1e-3  # [m], the servo's
 
 
 def check(test, row, result):
-    """That a motion of that row went as the page has it."""
+    """Checks that a motion of the given row had the result that the page states."""
     test.assertLess(result.speed, 1.05, "no joint is faster than its limit")
     if row.says and result.settled is None:
         test.assertRegex(result.reasons[-1], row.says)
@@ -45,7 +45,7 @@ class Rows(unittest.TestCase):
 
 
 class Standing(unittest.TestCase):
-    """An arm that nobody drives any more."""
+    """An arm that gets no commands any more."""
 
     def stopped(self, parameters):
         robot = Robot(replace(rows.UR5E, payload=2.0), parameters)

@@ -1,4 +1,4 @@
-"""The Python package against itself, against Pinocchio, and against what the program's own data say."""
+"""Tests the Python package against itself, against Pinocchio, and against the data of the program."""
 
 import ast
 import unittest

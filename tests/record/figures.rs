@@ -30,7 +30,7 @@ fn figures_show_goals_laws_and_the_threshold_of_damping() {
 
 /// The case of two arms whose law and primitive are set one after the other before a goal.
 #[test]
-fn a_law_under_which_nothing_moved_has_no_curve_of_its_own() {
+fn a_law_without_a_motion_has_no_curve() {
     let run = only_run(Path::new(DEMO));
     let legend = |run: &RecordedRun| {
         let figures = plot(std::slice::from_ref(run));
@@ -263,7 +263,7 @@ fn figures_for_a_paper_are_as_wide_as_its_columns() {
 
 /// Like a full disk: no file may grow beyond 10 kB.
 #[test]
-fn figures_that_cannot_be_written_whole_leave_those_before_as_they_were() {
+fn figures_that_cannot_be_written_completely_leave_earlier_ones_unchanged() {
     let directory = tempfile::tempdir().unwrap();
     let (bag, out) = (jazzy(directory.path(), "mcap"), directory.path().join("plots"));
     let plot = |limit: &str| {

@@ -44,7 +44,7 @@ fn flip_each(path: &Path, samples: &[Sample], chunk: usize) {
 }
 
 #[test]
-fn one_flipped_bit_ends_the_reading_at_its_chunk_and_is_said() {
+fn one_flipped_bit_ends_the_reading_at_its_chunk_and_is_reported() {
     let (_directory, path) = place("file.mcap");
     let samples = samples(30);
     mcap_file(&path, WriteOptions::new().chunk_size(Some(4096)), "cdr", &samples);
@@ -97,7 +97,7 @@ fn a_chunk_that_lies_about_its_beginning_is_read_in_order() {
 }
 
 #[test]
-fn a_message_whose_data_are_gone_is_reported_and_not_counted() {
+fn a_message_whose_data_are_missing_is_reported_and_not_counted() {
     let directory = tempfile::tempdir().unwrap();
     let file = data_file(&jazzy(directory.path(), "sqlite3"));
     let mut bytes = std::fs::read(&file).unwrap();
@@ -258,7 +258,7 @@ fn a_compressed_file_that_unpacks_to_gigabytes_ends_in_bounded_memory() {
 }
 
 #[test]
-fn a_database_that_computes_its_messages_is_none_of_rosbag2_s() {
+fn a_database_that_computes_its_messages_is_rejected() {
     let (_directory, path) = place("bag.db3");
     let database = rusqlite::Connection::open(&path).unwrap();
     let tables =

@@ -39,7 +39,7 @@ fn text(path: &Path) -> &str {
 }
 
 #[test]
-fn rosbags_reads_every_message_of_ours_to_the_bit() {
+fn rosbags_reads_every_recorded_message_bit_for_bit() {
     let directory = tempfile::tempdir().unwrap();
     let samples = samples(200);
     let split = WriterOptions { max_size: None, max_duration: Some(std::time::Duration::from_secs(1)) };

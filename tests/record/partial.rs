@@ -74,7 +74,7 @@ fn longest_step(run: &RecordedRun) -> f64 {
 }
 
 #[test]
-fn a_jump_of_the_robot_or_of_its_tool_is_no_way() {
+fn a_jump_of_the_robot_or_of_its_tool_is_not_part_of_the_path() {
     let directory = tempfile::tempdir().unwrap();
     let whole = only_run(Path::new(DEMO));
     let middle = first_goal(&demo()) + 2 * SECOND;

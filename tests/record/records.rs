@@ -10,7 +10,7 @@ fn joints() -> [JointOrder; 2] {
 }
 
 #[test]
-fn a_record_reads_back_to_the_last_bit_and_every_part_of_one_is_none() {
+fn a_record_reads_back_bit_for_bit_and_a_truncated_one_is_rejected() {
     let (joints, numbers) = (joints(), [0.1, -0.0]);
     let others = ["b".to_owned(), "x".to_owned()];
     let state = |names| JointReading {
@@ -89,7 +89,7 @@ fn a_cycle_in_which_six_joints_move_takes_some_hundred_bytes() {
 }
 
 #[test]
-fn what_names_an_arm_that_is_not_there_is_nothing() {
+fn a_recorded_event_of_a_missing_arm_is_ignored() {
     let reading = |arm| Recorded::Listeners(arm, true).event(&joints()).is_some();
     assert_eq!((reading(1), reading(2)), (true, false));
 }

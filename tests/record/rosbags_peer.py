@@ -1,7 +1,7 @@
-"""PyPI rosbags reads and writes bags beside dq_servo: `read BAG`, `write BAG mcap|zstd|sqlite3|message[_mcap]|file[_mcap]` and
-`copy BAG COPY mcap|sqlite3`.
+"""Reads and writes bags with rosbags from PyPI: `read BAG`, `write BAG mcap|zstd|sqlite3|message[_mcap]|file[_mcap]` and `copy BAG COPY
+mcap|sqlite3`.
 
-All print a JSON list with one object a message: topic, type, time [ns], cdr [hex].
+All print a JSON list with one object for each message: topic, type, time [ns], cdr [hex].
 """
 
 import json
@@ -21,12 +21,13 @@ def entry(connection, time, cdr):
 
 
 def unpadded(cdr):
-    """ROS 2 pads payloads to four bytes."""
+    """Pads a payload to four bytes, as ROS 2 does."""
     return bytes(cdr).rstrip(b"\0")
 
 
 def check_definitions(reader):
-    """Registers the types that Jazzy has not. The other definitions of the bag are Jazzy's, field by field, and so are the hashes."""
+    """Registers the types that Jazzy does not have. The other definitions in the bag equal those of Jazzy field by field, and so do the
+    hashes."""
     for connection in reader.connections:
         assert connection.msgdef.data, connection
         types = get_types_from_msg(connection.msgdef.data, connection.msgtype)
@@ -76,7 +77,7 @@ def write(path, kind):
 
 
 def copy(source, path, kind):
-    """A bag's messages, and between them those of a topic that it does not have."""
+    """The messages of a bag, mixed with those of a topic that the bag does not have."""
     storage = StoragePlugin.MCAP if kind == "mcap" else StoragePlugin.SQLITE3
     messages = []
     with Reader(source) as reader, Writer(path, version=9, storage_plugin=storage) as writer:

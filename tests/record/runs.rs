@@ -80,7 +80,7 @@ fn the_run_of_a_real_ros_2_is_explained_from_either_storage() {
 }
 
 #[test]
-fn a_bag_that_rosbags_wrote_with_topics_of_others_is_explained_alike() {
+fn a_bag_written_by_rosbags_with_foreign_topics_is_explained_the_same_way() {
     let directory = tempfile::tempdir().unwrap();
     let original = jazzy(directory.path(), "mcap");
     let of_original = only_run(&original);
@@ -287,7 +287,7 @@ fn motions_are_what_the_servo_said() {
 
 /// A motion that ended before the recording does not count, and one that was under way has its true figures.
 #[test]
-fn a_recording_that_begins_late_has_the_motions_that_it_saw_with_all_their_figures() {
+fn a_recording_that_starts_late_has_its_motions_with_all_their_figures() {
     let directory = tempfile::tempdir().unwrap();
     let whole = only_run(Path::new(DEMO)).motions;
     let messages = demo();
@@ -326,7 +326,7 @@ fn a_bag_without_goals_is_drawn_and_has_no_motions() {
 }
 
 #[test]
-fn replay_judges_what_it_has_all_inputs_of_and_says_what_that_is() {
+fn replay_compares_cycles_with_complete_inputs_and_reports_their_number() {
     let directory = tempfile::tempdir().unwrap();
     let whole = replay_demo(Path::new(DEMO));
     assert_eq!((whole.judged_s.len(), whole.not_judged), (1, 0), "{whole:?}");
@@ -469,7 +469,7 @@ fn replay_makes_the_motions_of_a_bag_that_does_not_have_them() {
 }
 
 #[test]
-fn what_is_no_run_is_told_so() {
+fn invalid_runs_are_reported() {
     let directory = tempfile::tempdir().unwrap();
     let path = |name: &str| directory.path().join(name);
     let strangers: Vec<_> =

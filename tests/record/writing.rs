@@ -7,7 +7,7 @@ use std::path::Path;
 use std::time::Duration;
 
 #[test]
-fn what_is_written_is_read_back_to_the_bit() {
+fn written_messages_are_read_back_bit_for_bit() {
     let ((_directory, bag), samples) = (place("bag"), samples(100));
     let summary = write(&bag, WriterOptions::default(), &samples);
     assert_eq!((summary.messages, summary.files, summary.dropped), (1500, 1, 0));
@@ -33,7 +33,7 @@ fn messages_out_of_order_are_read_in_order() {
 }
 
 #[test]
-fn files_are_split_by_size_and_by_duration_and_none_is_lost() {
+fn files_are_split_by_size_and_by_duration_and_no_message_is_lost() {
     let directory = tempfile::tempdir().unwrap();
     let samples = samples(5000);
     let by_size = WriterOptions { max_size: Some(40_000), max_duration: None };

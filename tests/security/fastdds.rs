@@ -32,7 +32,7 @@ fn services_answer_requests_of_every_length() {
 }
 
 #[test]
-fn a_goal_moves_the_arm_and_the_status_is_heard() {
+fn a_goal_moves_the_arm_and_the_status_is_received() {
     let keystore = Keystore::new();
     // Debian's Fast DDS fails an assertion in its statistics if a secured writer has a second reader (of goals, the recorder).
     let site = Site::recording(keystore.variables(), &["--topics", "/dq_servo/status", "/joint_states"]);

@@ -132,7 +132,7 @@ fn messages(bag: &Path, topic: &str) -> Vec<BagMessage> {
 }
 
 #[test]
-fn a_secured_servo_and_plant_move_the_arm_and_are_told_what_to_do() {
+fn a_secured_servo_and_plant_move_the_arm_and_accept_parameters_and_goals() {
     let keystore = Keystore::new();
     let site = Site::new(keystore.variables());
     assert_success(&site.run(&["param", "set", "controller", "diffc"], "/dq_servo_param"));
@@ -227,7 +227,7 @@ fn the_secured_demos_move_there_and_back() {
 }
 
 #[test]
-fn who_belongs_may_still_do_no_more_than_its_permissions_say() {
+fn a_member_may_do_no_more_than_its_permissions_allow() {
     let keystore = Keystore::new();
     let site = Site::new(keystore.variables());
     for (command, enclave, forbidden) in [

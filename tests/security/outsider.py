@@ -1,5 +1,5 @@
-"""A participant with another vendor's DDS and without any key tries everything for some seconds: outsider.py SECONDS.
-Prints what it got as JSON: samples read by topic, and answers of the service that it called."""
+"""A DDS participant of another vendor without a key tries everything for some seconds: outsider.py SECONDS.
+Prints the results as JSON: samples read by topic, and answers of the service that it called."""
 import json
 import os
 import sys

@@ -91,7 +91,7 @@ fn outsiders_read_nothing_change_nothing_and_get_no_answer() {
 }
 
 #[test]
-fn an_unsecured_outsider_of_our_kind_gets_everything_where_nothing_is_secured() {
+fn an_outsider_that_runs_dq_servo_gets_everything_without_security() {
     let mut site = Site::new(unsecured());
     let loot = of_our_kind(&mut site.host, &unsecured());
     assert_eq!((loot.topics.len(), loot.answered), (SERVO_S.len(), true), "{loot:?}");
@@ -100,7 +100,7 @@ fn an_unsecured_outsider_of_our_kind_gets_everything_where_nothing_is_secured() 
 }
 
 #[test]
-fn an_outsider_of_another_vendor_gets_everything_where_nothing_is_secured() {
+fn an_outsider_of_another_vendor_gets_everything_without_security() {
     let site = Site::new(unsecured());
     let loot = of_another_vendor(&site.host);
     assert_eq!((loot.topics.len(), loot.answered), (3, true), "{loot:?}");

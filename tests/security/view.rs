@@ -53,7 +53,7 @@ fn without(keystore: &Keystore, enclave: &str, topics: &str) {
 }
 
 #[test]
-fn an_enclave_of_an_earlier_version_is_made_anew_by_what_one_line_says() {
+fn an_enclave_of_an_earlier_version_is_replaced_as_the_message_explains() {
     let keystore = Keystore::new();
     without(&keystore, "dq_servo_view", "rt/dq_servo/target_twist");
     let mut host = site(&keystore.variables());

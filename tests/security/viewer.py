@@ -1,4 +1,5 @@
-"""A browser on the page of a secured view: `viewer.py PORT TOKEN`. Sends a goal and waits until the arm has settled there; fails by an exception."""
+"""A browser on the page of a secured view: `viewer.py PORT TOKEN`. Sends a goal and waits until the arm has settled there. Fails with an
+exception."""
 import base64
 import json
 import os
@@ -22,7 +23,7 @@ while stream.readline().strip():
 
 
 def frame():
-    """The next text, as JSON; others are passed over."""
+    """The next text message as JSON. Other messages are skipped."""
     while True:
         assert time.monotonic() < END, "a minute is over"
         kind, length = stream.read(2)

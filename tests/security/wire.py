@@ -1,6 +1,6 @@
-"""Who has no key sits on the wire. It reads all packets until its input ends, which it announces by a line, and then pretends to be
-each participant that it has seen: it sends joint states of an arm that is bent otherwise, and once more all that it has read.
-Prints as JSON how many packets it read, and in how many of them there was each of some words."""
+"""An attacker without a key on the network. It prints a line when it is ready and reads all packets until its input ends. Then it
+pretends to be each participant that it has seen: it sends false joint states of the arm, and replays everything it has read.
+Prints as JSON how many packets it read, and how many of them contained each of the given words."""
 import json
 import os
 import re
@@ -39,7 +39,7 @@ def submessage(kind, body, flags=1):
 
 
 def forged(prefix, writer, payload, number):
-    """An RTPS message of that writer, who has nothing before sample `number`: HEARTBEAT and DATA for every reader."""
+    """An RTPS message of the given writer, which has nothing before sample `number`: HEARTBEAT and DATA for every reader."""
     sequence = struct.pack("<iI", 0, number)
     ids = bytes(4) + writer
     heartbeat = submessage(0x07, ids + sequence + sequence + struct.pack("<i", number))

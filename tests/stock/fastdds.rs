@@ -20,7 +20,7 @@ fn no_goal_of_a_publisher_that_leaves_at_once_is_lost() {
 }
 
 #[test]
-fn a_subscriber_that_joins_a_running_publisher_loses_and_doubles_nothing() {
+fn a_subscriber_that_joins_a_running_publisher_loses_and_duplicates_nothing() {
     let mut host = Host::new();
     let folder = tempfile::tempdir().unwrap();
     let bag = folder.path().join("bag");
@@ -38,7 +38,7 @@ fn a_subscriber_that_joins_a_running_publisher_loses_and_doubles_nothing() {
 }
 
 #[test]
-fn who_cannot_be_heard_is_named_in_rosout_with_the_remedy() {
+fn an_incompatible_publisher_is_named_in_rosout_with_the_remedy() {
     let mut host = Host::new();
     let reliable = ["servo", "--ros-args", "-p", "reliability:=reliable"];
     wait_for_line(host.start("servo", &reliable), "waiting for joint states");

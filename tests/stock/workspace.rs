@@ -73,7 +73,7 @@ fn a_merged_workspace_has_the_package() {
 }
 
 #[test]
-fn what_is_no_workspace_is_refused_and_nothing_is_written() {
+fn an_invalid_workspace_is_rejected_and_nothing_is_written() {
     let folder = tempfile::tempdir().unwrap();
     let script = concat!(env!("CARGO_MANIFEST_DIR"), "/launch_scripts/install_into_workspace.sh");
     let output = Command::new(script).arg(folder.path()).output().unwrap();

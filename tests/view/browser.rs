@@ -111,7 +111,7 @@ fn without_webgl_the_arm_is_drawn_as_lines() {
 }
 
 #[test]
-fn who_only_watches_has_no_controls() {
+fn a_viewer_without_the_right_to_drive_has_no_controls() {
     let mut host = Host::with_both_nodes();
     let link = view(&mut host, &["--watch-only"]);
     Browser::start(&host, "watch", &link).until("done");
@@ -145,7 +145,7 @@ fn a_key_that_is_released_over_a_slow_link_leaves_three_twists_on_the_way() {
 }
 
 #[test]
-fn what_the_arm_keeps_out_of_is_shown() {
+fn keep_out_shapes_are_shown() {
     let keep_out = "keep_out:=['table half_space 0 0 1 -0.6', 'post box 0.6 0.3 -0.2 0.2 0.2 0.8', 'tent hull -0.6 0.2 -0.6 -0.2 0.2 -0.6 -0.4 0.6 -0.6 -0.4 0.3 0']";
     let mut host = Host::with_nodes(&[], &["--ros-args", "-p", "constraints:=true", "-p", keep_out]);
     let link = view(&mut host, &[]);
@@ -208,7 +208,7 @@ fn an_arm_that_slides_is_shown_in_millimetres_with_its_rail() {
 
 /// Each of these signals would end the program silently by default.
 #[test]
-fn signals_that_nobody_sends_to_end_a_program_do_not_and_a_limit_of_time_does() {
+fn unrelated_signals_do_not_end_a_program_and_a_time_limit_does() {
     let mut host = Host::new();
     view(&mut host, &[]);
     for signal in ["USR1", "USR2", "ALRM", "VTALRM", "PROF", "IO", "STKFLT", "XFSZ", "34", "64"] {
@@ -220,7 +220,7 @@ fn signals_that_nobody_sends_to_end_a_program_do_not_and_a_limit_of_time_does() 
 }
 
 #[test]
-fn a_demo_without_a_terminal_offers_its_page_and_prints_its_table_all_the_same() {
+fn a_demo_without_a_terminal_offers_its_page_and_prints_its_table() {
     let mut host = Host::new();
     // Slow, so that the browser connects in time.
     let arguments = ["demo", "--ros-args", "-p", "gains.logc:=[0.25, 0.25]"];

@@ -1,4 +1,4 @@
-"""Makes demo.gif of a folder's frames, each named by when it was taken [ms]."""
+"""Makes demo.gif from the frames in a folder. The name of each frame is its time [ms]."""
 
 import sys
 from pathlib import Path

@@ -99,7 +99,7 @@ async fn a_foreign_host_and_a_foreign_origin_are_refused_and_logged() {
 }
 
 #[tokio::test]
-async fn here_and_beyond_this_host_only_who_has_the_link_gets_anything() {
+async fn only_a_browser_with_the_link_gets_the_page_on_this_host_and_beyond() {
     for listen in ["127.0.0.1:0", "0.0.0.0:0"] {
         let page = Page::open(listen, true).await;
         assert_eq!(page.token.len(), 32);
@@ -140,7 +140,7 @@ async fn pester(address: std::net::SocketAddr, line: &'static [u8]) {
 }
 
 #[tokio::test]
-async fn ninety_strangers_who_come_again_and_again_keep_no_guest_out() {
+async fn ninety_unauthorized_clients_that_reconnect_repeatedly_keep_no_guest_out() {
     let page = Page::new().await;
     let lines: [&[u8]; 3] =
         [b"", b"GET / HTTP/1.1\r\nHost: ", b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\nGET / HTTP/1.1\r\n"];
@@ -285,7 +285,7 @@ async fn one_browser_may_ask_only_so_much_at_once() {
 }
 
 #[tokio::test]
-async fn who_comes_late_gets_what_is_and_who_is_slow_only_the_newest() {
+async fn a_late_client_gets_the_current_state_and_a_slow_one_only_the_latest() {
     let page = Page::new().await;
     page.robot.robot.send_replace(r#"{"robot":{"reach":1}}"#.into());
     let mut browser = page.browser().await;
@@ -301,7 +301,7 @@ async fn who_comes_late_gets_what_is_and_who_is_slow_only_the_newest() {
 }
 
 #[tokio::test]
-async fn a_frozen_browser_is_dropped_and_holds_up_nobody() {
+async fn a_frozen_browser_is_dropped_and_delays_no_other() {
     let page = Page::new().await;
     let frozen = page.browser().await;
     let mut other = page.browser().await;

@@ -224,7 +224,7 @@ mod tests {
     }
 
     #[test]
-    fn what_does_not_fit_is_dropped_and_counted_and_nobody_waits() {
+    fn messages_beyond_the_capacity_are_dropped_and_counted_without_waiting() {
         let directory = tempfile::tempdir().unwrap();
         let bag = BagWriter::create(&directory.path().join("bag"), WriterOptions::default()).unwrap();
         let (items, receiver) = sync_channel(CAPACITY);
@@ -250,7 +250,7 @@ mod tests {
     }
 
     #[tokio::test]
-    async fn an_error_ends_the_thread_and_is_told() {
+    async fn an_error_ends_the_thread_and_is_reported() {
         let directory = tempfile::tempdir().unwrap();
         let bag = BagWriter::create(&directory.path().join("bag"), WriterOptions::default()).unwrap();
         let (queue, thread) = WritingThread::start(bag).unwrap();

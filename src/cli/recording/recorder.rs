@@ -322,7 +322,7 @@ mod tests {
     }
 
     #[test]
-    fn publishers_that_differ_are_subscribed_to_with_what_all_offer() {
+    fn publishers_that_differ_are_subscribed_to_with_settings_that_all_offer() {
         let qos = |reliability, durability| OfferedQos {
             reliability,
             durability,

@@ -189,7 +189,7 @@ mod tests {
     }
 
     #[test]
-    fn the_end_of_a_drag_is_a_goal_and_a_click_is_none() {
+    fn the_end_of_a_drag_is_a_goal_but_a_click_is_not() {
         let mut marker = GoalMarker::new("/dq_servo", "base_link");
         marker.follow(&at(0.0), MS);
         assert_eq!(marker.take(feedback("a", UP, 0.0), MS), None, "a click");
@@ -205,7 +205,7 @@ mod tests {
     }
 
     #[test]
-    fn one_client_drags_at_a_time_and_one_that_is_gone_lets_go() {
+    fn one_client_drags_at_a_time_and_a_silent_one_loses_the_drag() {
         let mut marker = GoalMarker::new("/dq_servo", "base_link");
         marker.follow(&at(0.0), MS);
         marker.take(feedback("a", DRAG, 0.3), MS);

@@ -89,7 +89,7 @@ mod tests {
     }
 
     #[test]
-    fn a_trace_has_no_more_poses_than_can_be_seen_and_keeps_its_whole_way() {
+    fn a_trace_has_no_more_poses_than_are_visible_and_keeps_its_whole_path() {
         let mut trace = Trace::default();
         let length = 50_000;
         for i in 0..=length {
@@ -104,7 +104,7 @@ mod tests {
     }
 
     #[test]
-    fn another_goal_and_an_arm_that_is_put_back_begin_another_trace() {
+    fn another_goal_and_a_reset_arm_start_another_trace() {
         let mut trace = Trace::default();
         assert!(trace.take(&at(0.0), 1) && trace.take(&at(0.1), 1));
         assert!(!trace.take(&at(0.1001), 1), "too near");

@@ -45,7 +45,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_domain_is_left_to_who_found_it_and_to_who_is_in_it() {
+    fn a_domain_is_left_to_the_process_that_found_it_and_to_those_in_it() {
         let [one, two] = [0; 2].map(|common| OwnDomain::find(common).unwrap());
         assert_ne!(one.id(), two.id());
         let id = one.id();

@@ -151,9 +151,8 @@ mod tests {
     }
 
     #[tokio::test(flavor = "multi_thread")]
-    async fn who_was_lost_is_heard_by_its_announcement_and_nobody_else_is() {
-        if outside("dds::peer_recovery::tests::who_was_lost_is_heard_by_its_announcement_and_nobody_else_is")
-        {
+    async fn only_a_lost_peer_is_recognized_by_its_announcement() {
+        if outside("dds::peer_recovery::tests::only_a_lost_peer_is_recognized_by_its_announcement") {
             return;
         }
         // Keep a participant in the group.

@@ -255,7 +255,7 @@ mod tests {
     }
 
     #[test]
-    fn of_a_switch_and_its_opposite_the_last_counts() {
+    fn the_last_of_a_switch_and_its_opposite_counts() {
         let (_, ros) = parse(
             "--ros-args --disable-rosout-logs --enable-rosout-logs --enable-stdout-logs --disable-stdout-logs \
              --disable-external-lib-logs --enable-external-lib-logs",

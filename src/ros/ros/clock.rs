@@ -58,7 +58,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn stamps_follow_a_simulated_clock_wherever_it_goes() {
+    fn stamps_follow_a_simulated_clock_including_its_jumps() {
         let time = Arc::new(AtomicI64::new(0));
         let clock = Clock { simulated: Some(time.clone()) };
         assert!(clock.is_simulated() && clock.now().is_zero());

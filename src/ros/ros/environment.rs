@@ -247,7 +247,7 @@ mod tests {
     }
 
     #[test]
-    fn what_only_looks_like_a_switch_is_refused() {
+    fn switches_other_than_true_or_false_are_rejected() {
         for value in ["True", "1", "yes", "Enforce"] {
             let message = folder(&[("ROS_SECURITY_ENABLE", value)], None).unwrap_err();
             assert!(message.contains(value) && message.contains("true or false"), "{message}");

@@ -99,7 +99,7 @@ mod tests {
     }
 
     #[test]
-    fn tokens_of_rcutils_are_expanded_once_and_all_else_stays() {
+    fn tokens_of_rcutils_are_expanded_once_and_all_other_text_is_kept() {
         for (format, expected) in [
             (
                 "[{severity}] [{time}] [{name}]: {message}",

@@ -267,8 +267,8 @@ mod tests {
 
     /// On `~/parameters` an event without changes announces a start, at which a plot begins again.
     #[tokio::test(flavor = "multi_thread")]
-    async fn a_request_to_change_nothing_is_announced_to_nobody() {
-        if outside("ros::parameter_server::tests::a_request_to_change_nothing_is_announced_to_nobody") {
+    async fn a_request_that_changes_nothing_is_not_announced() {
+        if outside("ros::parameter_server::tests::a_request_that_changes_nothing_is_not_announced") {
             return;
         }
         let ((_one, mut server), (_other, mut user)) = (node("puma560"), node("user"));
@@ -289,9 +289,9 @@ mod tests {
     /// `ros2 param get` and `set` request several names like this. GetParameters.srv promises one value per name, in order. Searching for a
     /// suggestion for each of 5000 names took two seconds per request.
     #[tokio::test(flavor = "multi_thread")]
-    async fn thousands_of_unknown_names_are_answered_and_keep_nobody_waiting() {
+    async fn thousands_of_unknown_names_are_answered_and_delay_no_other_client() {
         if outside(
-            "ros::parameter_server::tests::thousands_of_unknown_names_are_answered_and_keep_nobody_waiting",
+            "ros::parameter_server::tests::thousands_of_unknown_names_are_answered_and_delay_no_other_client",
         ) {
             return;
         }

@@ -196,7 +196,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_name_is_refused_with_a_reason() {
+    fn invalid_names_are_rejected_with_a_reason() {
         for bad in ["", "a b", "1a", "a//b", "a/", "~x", "/", "a__b", "é"] {
             assert!(resolver("").topic(bad).is_err(), "{bad:?}");
         }

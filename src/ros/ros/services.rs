@@ -188,8 +188,8 @@ mod tests {
     use std::time::{Duration, Instant};
 
     #[tokio::test(flavor = "multi_thread")]
-    async fn who_asks_and_is_gone_keeps_nobody_else_waiting() {
-        if outside("ros::services::tests::who_asks_and_is_gone_keeps_nobody_else_waiting") {
+    async fn a_client_that_disconnects_after_a_request_delays_no_other() {
+        if outside("ros::services::tests::a_client_that_disconnects_after_a_request_delays_no_other") {
             return;
         }
         const GONE: u32 = 40;

@@ -149,8 +149,10 @@ mod tests {
     use rustdds::QosPolicies;
 
     #[tokio::test(flavor = "multi_thread")]
-    async fn the_endpoints_of_a_node_have_its_name_elsewhere_until_it_ends() {
-        if outside("ros::session::tests::the_endpoints_of_a_node_have_its_name_elsewhere_until_it_ends") {
+    async fn other_participants_see_the_endpoints_of_a_node_under_its_name_until_it_ends() {
+        if outside(
+            "ros::session::tests::other_participants_see_the_endpoints_of_a_node_under_its_name_until_it_ends",
+        ) {
             return;
         }
         let (other, (_ours, mut node)) = (session(), node("ours"));

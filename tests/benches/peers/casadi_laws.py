@@ -1,6 +1,6 @@
-"""Has CasADi generate C for the control step of the PUMA 560: laws.c and laws.h in the working directory.
+"""Generates C code for the control step of the PUMA 560 with CasADi: laws.c and laws.h in the working directory.
 
-The laws are those of src/control with one difference: the damping is the same everywhere, since symbols have no singular value.
+The laws are those of src/control with one difference: the damping is constant, because singular values cannot be computed symbolically.
 """
 
 from math import cos, pi, sin
@@ -16,7 +16,7 @@ GAIN, DAMPING = 185.0, 0.05
 
 
 def exact(number):
-    """Without the rounding of cos(pi/2), so that CasADi sees a zero."""
+    """Rounds cos(pi/2) to an exact zero, which CasADi can simplify."""
     return 0.0 if abs(number) < 1e-15 else number
 
 
@@ -42,7 +42,7 @@ def dot(a, b):
 
 
 def solve(matrix, right):
-    """By L D Lᵀ."""
+    """Solves by an L D Lᵀ decomposition."""
     n = matrix.shape[0]
     lower, pivots = [[None] * n for _ in range(n)], []
     for j in range(n):

@@ -1,4 +1,4 @@
-"""DQ Robotics as PyPI has it, from Python: answers what measure.py asks."""
+"""DQ Robotics from PyPI, used from Python: answers the requests of measure.py."""
 
 import sys
 import time

@@ -1,7 +1,8 @@
-"""Measures this program's control step beside its peers': measure.py FILE NAME=COMMAND..., ours first.
+"""Measures the control step of this program and of other libraries: measure.py FILE NAME=COMMAND..., this program first.
 
-Each peer is a process on the same core that is asked in turn: round by round, task by task, so that whatever else the machine does meets all
-of them. Before that all must give the poses and Jacobians of ours, in one of its two forms. Prints a table, and writes FILE.
+Each library runs as a process on the same core. The processes are measured in turn, task by task in each round, so that other load on the
+machine affects all of them equally. Before that, the poses and Jacobians of all libraries must agree with this program's, in one of its
+two forms. Prints a table and writes FILE.
 """
 
 import json
@@ -36,7 +37,7 @@ class Peer:
 
 
 def disagreement(theirs, ours):
-    """The largest difference; eight numbers of a pose have two signs, and their Jacobian has the same."""
+    """The largest difference. A pose of eight numbers may have the opposite sign, and then its Jacobian has the opposite sign too."""
     if theirs.shape[1] == 56:
         sign = numpy.sign((theirs[:, :4] * ours[:, :4]).sum(axis=1, keepdims=True))
         theirs = theirs * sign

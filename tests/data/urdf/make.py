@@ -1,5 +1,5 @@
-"""Robot descriptions without their looks and weights: the links and joints of URDF files in PyPI's example-robot-data 6.0.0.
-Made by: python3 -m venv v && v/bin/pip install example-robot-data && v/bin/python make.py"""
+"""Makes robot descriptions without meshes and masses: the links and joints of the URDF files in example-robot-data 6.0.0 from PyPI.
+Run: python3 -m venv v && v/bin/pip install example-robot-data && v/bin/python make.py"""
 import sys
 import xml.etree.ElementTree as xml
 from pathlib import Path

@@ -1,10 +1,11 @@
-"""What ROS 2's own reader takes of mutated robot descriptions: urdfdom, as PyPI's pin 4.1.0 has it (urdfdom 6.0.0, tinyxml2 11.0.0).
+"""Records how the URDF reader of ROS 2 parses mutated robot descriptions: urdfdom as in pin 4.1.0 from PyPI (urdfdom 6.0.0, tinyxml2
+11.0.0).
 
     make.py PYTHON_WITH_PIN SEED BASE_FRAME TOOL_FRAME FILE > mutations.txt
 
-A line each: where FILE's text is changed [characters], how many characters go, what comes in their place (UTF-8 or, with a byte that
-is none, Latin-1, in hexadecimal numbers; - for nothing), and what urdfdom makes of it: - where it refuses it, or the names of the joints
-(in hexadecimal numbers) and then the tool's place in the base with all joints at 0 [m].
+Each line has: the position of the change in the text of FILE [characters], the number of removed characters, the inserted text
+(hexadecimal; UTF-8, or Latin-1 if it has an invalid byte; - for nothing), and the result of urdfdom: - if it rejects the text, or the
+names of the joints (hexadecimal) and then the position of the tool in the base frame with all joints at 0 [m].
 """
 import random
 import subprocess
