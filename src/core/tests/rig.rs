@@ -78,6 +78,8 @@ pub struct Rig {
     states_under_way: VecDeque<(Duration, Vec<ArmState>)>,
     next_state: Duration,
     invariants: Invariants,
+    /// The largest deceleration of each joint so far [rad/s²].
+    steepest: Vec<f64>,
     /// What looks whether the arms keep out of what they must, and the least gap \[m\] so far.
     gaps: Option<Gaps>,
     pub least_gap: f64,
@@ -173,7 +175,8 @@ impl Rig {
         };
         let names = joints[0].names().to_vec();
         let command = vec![0.0; arms.joint_count()];
-        let mut invariants = Invariants::new(checked(&settings), period);
+        let mut steepest = vec![0.0; arms.joint_count()];
+        let mut invariants = Invariants::new(checked(&settings, &mut steepest), period);
         invariants.check(Duration::ZERO, &command, true).unwrap();
         Self {
             search: Some(Search::new(arms.clone())),
@@ -185,6 +188,7 @@ impl Rig {
             gaps: settings.scene.clone().map(Gaps::new),
             least_gap: f64::INFINITY,
             invariants,
+            steepest,
             cycles: 0,
             servo,
             plants: starts.iter().map(plant).collect(),
@@ -296,7 +300,7 @@ impl Rig {
     pub fn change(&mut self, change: impl FnOnce(&mut Settings)) {
         let mut settings = self.servo.settings().clone();
         change(&mut settings);
-        self.invariants.set_limits(checked(&settings));
+        self.invariants.set_limits(checked(&settings, &mut self.steepest));
         self.opinion.silence = settings.rearm_timeout.max(STREAM);
         if settings.scene != self.servo.settings().scene {
             self.gaps = settings.scene.clone().map(Gaps::new);
@@ -514,16 +518,15 @@ impl Rig {
     }
 }
 
-/// What is checked of the limits. A joint that is held against a pull slows down towards what holds it, which may be to another command, and faster.
-fn checked(settings: &Settings) -> Limits {
+/// Returns the limits to check. A joint that is held against a pull slows down towards its hold, which may be to another command, and faster.
+/// It keeps the largest deceleration that was in force when it set out: `steepest` is the largest so far [rad/s²].
+fn checked(settings: &Settings, steepest: &mut [f64]) -> Limits {
     let mut limits = settings.limits.clone();
-    if settings.integral > 0.0 {
-        let decelerations = (0..limits.joint_velocity.len()).map(|joint| settings.limits.deceleration(joint));
-        limits
-            .joint_acceleration
-            .iter_mut()
-            .zip(decelerations)
-            .for_each(|(most, other)| *most = most.max(other));
+    for (joint, steepest) in steepest.iter_mut().enumerate() {
+        *steepest = steepest.max(settings.limits.deceleration(joint));
+        if settings.integral > 0.0 {
+            limits.joint_acceleration[joint] = limits.joint_acceleration[joint].max(*steepest);
+        }
     }
     limits
 }

@@ -7,7 +7,7 @@
 //! endpoints with our earlier ones (`discovery.rs`, "Participant rediscovery").
 //!
 //! Therefore, from the first loss on, this module listens to the multicast group of announcements. Until then no socket is open. Delete
-//! this module when lost participants that are back are received again, that is, when test `dds` who_was_heard_and_comes_back_… has nothing
+//! this module when lost participants that are back are received again, that is, when test `dds` a_known_peer_that_returns_… has nothing
 //! to end.
 
 use super::ended_threads::deaf_to;
