@@ -5,7 +5,7 @@
 //! use dq_space::space::{Body, KeepOut, Near, Placed, Scene};
 //! let row = |a| DhRow { alpha: 0.0, a, d: 0.0, theta_offset: 0.0 };
 //! let chains = [Chain::new(Convention::ModifiedDh, &[row(0.0), row(0.4), row(0.3)])?];
-//! Two links of 0.4 m and 0.3 m in a plane, with a radius of 5 cm, and a ball near them.
+//! // Two links of 0.4 m and 0.3 m in a plane, with a radius of 5 cm, and a ball near them.
 //! let ball: KeepOut = "ball sphere 0.9 0.0 0.0 0.1".parse()?;
 //! let scene = Scene::new(Body::along(&chains, 0.05), vec![ball], &chains, &[(-3.0, 3.0); 3])?;
 //! let mut placed = Placed::of(&scene);
