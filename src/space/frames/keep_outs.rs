@@ -297,7 +297,7 @@ impl FramedKeepOuts {
         self.all.iter().filter_map(|known| known.current.as_ref())
     }
 
-    /// Returns the keep-outs that are not in force, or not up to date, with their reasons; at most [`MOST_REFUSED`].
+    /// Returns the keep-outs that are not in force, or not up to date, with their reasons; at most `MOST_REFUSED`.
     pub fn refused(&self) -> &[(KeepOutKey, KeepOutRefused)] {
         &self.refused
     }

@@ -129,7 +129,7 @@ impl Follow {
             let noise = UnitDualQuaternion::from_parts(UnitQuaternion::from_scaled_axis(turn), point);
             let mut goal = path(&self.start, speed, taken.max(0.0));
             if real {
-                goal = goal * noise;
+                goal *= noise;
             }
             due.push((taken.max(0.0) + under_way, EPOCH + (taken * 1e9) as i64, goal));
             number += 1.0;
