@@ -252,7 +252,7 @@ proptest! {
         for (i, (x, angle)) in numbers.iter().enumerate() {
             let turn = UnitQuaternion::from_scaled_axis(Vector3::new(*angle, 0.3 * x, -0.5));
             let step = UnitDualQuaternion::from_parts(turn, Vector3::new(*x, 0.1, 0.2));
-            expected = expected * step;
+            expected *= step;
             let (one, other) = (name(i), name(i + 1));
             if i < split {
                 put(&mut tree, [&other, &one], SECOND, &step.inverse(), false).unwrap();
