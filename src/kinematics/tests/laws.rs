@@ -23,7 +23,7 @@ impl FreeBody {
     /// Makes one step at the law's twist plus a disturbance.
     fn step(&mut self, disturbance: &Vector6<f64>, h: f64) {
         let twist = self.controller.body_twist(&self.goal_from_tool) + disturbance;
-        self.goal_from_tool = self.goal_from_tool * UnitDualQuaternion::screw_exp(&(twist * h));
+        self.goal_from_tool *= UnitDualQuaternion::screw_exp(&(twist * h));
     }
 
     fn error(&self) -> f64 {
