@@ -29,7 +29,6 @@ def generate_launch_description():
 
     def node(command, namespace, enclave, condition=None, pause=FIRST_PAUSE):
         ros_args = ["--ros-args", "-r", f"__ns:={namespace}", "--params-file", params_file, "--enclave", enclave]
-
         ros_args += ["--params-file", last_params_file]
 
         def ended(event, context):

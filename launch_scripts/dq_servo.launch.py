@@ -32,7 +32,6 @@ def generate_launch_description():
     def node(command, enclave, condition=None, pause=FIRST_PAUSE):
         ros_args = ["--ros-args", "-r", ["__ns:=", namespace], "--params-file", params_file]
         ros_args += ["--enclave", PathJoinSubstitution([namespace, enclave])]
-
         ros_args += ["--params-file", last_params_file]
 
         def ended(event, context):

@@ -20,7 +20,7 @@ pub(super) struct Incomplete {
 /// This process has lost the network; a new process can join again.
 #[derive(Debug, Error)]
 #[error("{0}: start this program again")]
-pub(super) struct NetworkLost(#[source] pub NetworkEnd);
+pub(super) struct NetworkLost(pub NetworkEnd);
 
 /// Returns whether the error is in what the user asked of the network.
 pub(super) fn is_ros_usage(error: &RosError) -> bool {

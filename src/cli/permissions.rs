@@ -1,7 +1,8 @@
 //! `dq_servo permissions`: prints what each enclave of a secured graph may publish and subscribe to, according to the wire contract.
 //! `launch_scripts/dq_servo_keystore.sh` signs it.
 
-use super::{OF_PLANTS, OF_SERVOS, Usage, print};
+use super::print::print_line;
+use super::{OF_PLANTS, OF_SERVOS, Usage};
 use dq_config::{DualParameters, GuardParameters, NodeParameters, PLANT_NAMES, ServoParameters};
 use dq_core::servo::Interface;
 use dq_messages::{Direction, NodeContract};
@@ -37,12 +38,12 @@ impl Permissions {
         let enclaves = graph.enclaves()?;
         let Some(name) = &self.enclave else {
             let names: Vec<_> = enclaves.iter().map(|enclave| enclave.name.as_str()).collect();
-            return Ok(print::line(format_args!("{}", names.join("\n")))?);
+            return Ok(print_line!("{}", names.join("\n"))?);
         };
         let enclave = enclaves.iter().find(|enclave| enclave.name == *name);
         let enclave =
             enclave.ok_or_else(|| Usage(format!("no enclave {name:?} is made in this namespace")))?;
-        Ok(print::line(format_args!("{}", enclave.xml()))?)
+        Ok(print_line!("{}", enclave.xml())?)
     }
 }
 
