@@ -100,5 +100,8 @@ mod tests {
         assert!(is_complete(Path::new("run"), &WrittenBag { dropped: 0, ..bag }).is_ok());
         assert_eq!(number(&Usage(String::new()).into()), 2);
         assert_eq!(number(&anyhow::anyhow!("failed")), 1);
+        let lost = anyhow::Error::from(NetworkLost(dq_ros::ros::NetworkEnd::Stopped));
+        assert_eq!(number(&lost), 4);
+        assert_eq!(format!("{lost:#}").matches("DDS has ended").count(), 1, "{lost:#}");
     }
 }
