@@ -348,6 +348,9 @@ impl RosInputs {
             *goal_count += 1;
             let reading = GoalReading { sent, ..goal_reading(goal) };
             let foreign = frames.as_mut().filter(|_| !is_own_frame(&goal.header.frame_id, goal_frame));
+            if foreign.is_some() {
+                let _ = record.take(servo, Event::Waits(sent));
+            }
             let taken = match foreign {
                 None => record.take(servo, Event::Goal(reading)),
                 Some(_) if sent.ago > servo.settings().rearm_timeout => {

@@ -122,6 +122,8 @@ pub enum Recorded<'a> {
     /// [`Event::Twist`].
     #[serde(borrow)]
     Twist(TwistReading<'a>),
+    /// [`Event::Waits`].
+    Waits(Sent),
 }
 
 impl<'a> Recorded<'a> {
@@ -149,6 +151,7 @@ impl<'a> Recorded<'a> {
             Event::Listeners(arm, listeners) => Self::Listeners(arm, listeners),
             Event::Rival(arm, rival) => Self::Rival(arm, rival),
             Event::SpeedScaling(arm, factor) => Self::SpeedScaling(arm, factor),
+            Event::Waits(sent) => Self::Waits(sent),
             Event::Goal(goal) => Self::Goal(goal),
             Event::GoalMotion(motion) => Self::GoalMotion(motion),
             Event::Twist(twist) => Self::Twist(twist),
@@ -180,6 +183,7 @@ impl<'a> Recorded<'a> {
             Self::Listeners(arm, listeners) => Event::Listeners(has(arm).then_some(*arm)?, *listeners),
             Self::Rival(arm, rival) => Event::Rival(has(arm).then_some(*arm)?, *rival),
             Self::SpeedScaling(arm, factor) => Event::SpeedScaling(has(arm).then_some(*arm)?, *factor),
+            Self::Waits(sent) => Event::Waits(Sent { ago: bounded(sent.ago), ..*sent }),
             Self::Goal(goal) => Event::Goal(bounded_goal(*goal)),
             Self::GoalMotion(GoalMotion::Lost) => Event::GoalMotion(GoalMotion::Lost),
             Self::GoalMotion(GoalMotion::To(goal)) => Event::GoalMotion(GoalMotion::To(bounded_goal(*goal))),

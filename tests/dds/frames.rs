@@ -43,10 +43,10 @@ fn shapes_on_keep_out_are_avoided_with_any_parameters() {
     assert!(!log.contains("there are 0"), "{log}");
 }
 
-/// Starts an arm whose servo lets a goal wait up to 2 s for its frame, and a peer that publishes the frame this many milliseconds after a
+/// Starts an arm whose servo lets a goal wait up to 1.5 s for its frame, and a peer that publishes the frame this many milliseconds after a
 /// goal.
 fn with_a_table_after(milliseconds: &str) -> Host {
-    let mut host = Host::with_nodes(&[], &["--ros-args", "-p", "tf_timeout:=2.0"]);
+    let mut host = Host::with_nodes(&[], &["--ros-args", "-p", "tf_timeout:=1.5"]);
     host.start_peer(&["late_table", milliseconds]);
     std::thread::sleep(Duration::from_secs(2));
     host

@@ -2,8 +2,8 @@
 //!
 //! A *push* begins with a request that follows no earlier one: the first message of a publisher of goals or twists after a silence or after
 //! a zero twist, or a request to `~/pause` (false), which asks for the current goal again. Later messages without a silence in between
-//! belong to the same push. So a publisher that only continues after a revocation does not give consent again. A single goal is a stream of
-//! one.
+//! belong to the same push. So a publisher that only continues after a revocation does not give consent again. Every message counts, also
+//! one that is invalid or waits for its frame. A single goal is a stream of one.
 //!
 //! A revocation revokes every push up to a time: `~/stop` up to now, a robot that appeared up to `rearm_timeout` before that, a robot that
 //! jumped up to the joint state before. Two publishers that push at the same time are rivals, and revoke each other.
@@ -135,8 +135,8 @@ impl Consent {
 struct Push {
     ask: Ask,
     came: Duration,
-    /// Until when unheard goals of this publisher may have waited for a lost frame.
-    waited: Duration,
+    /// Whether any of its messages asked for a motion that is possible.
+    is_usable: bool,
 }
 
 impl Push {
@@ -145,16 +145,10 @@ impl Push {
         now.saturating_sub(self.ask.heard) <= silence
     }
 
-    /// Returns the result of [`goes_on`](Self::goes_on) if goals that may be waiting for a frame count as heard.
-    fn may_go_on(&self, now: Duration, silence: Duration) -> bool {
-        now.saturating_sub(self.ask.heard.max(self.waited)) <= silence
-    }
-
-    /// Returns whether it is a stream of goals that was heard recently. Goals that may be waiting for a frame do not count. Otherwise
-    /// they would prevent a client from ending a pause.
+    /// Returns whether it is a stream of goals that goes on.
     fn streams(&self, now: Duration, silence: Duration) -> bool {
-        let is_heard = now.saturating_sub(self.ask.heard) <= silence;
-        self.ask.by.is_for_goal() && self.came != self.ask.heard && is_heard
+        let is_stream = self.ask.by.is_for_goal() && self.is_usable && self.came != self.ask.heard;
+        is_stream && self.goes_on(now, silence)
     }
 }
 
@@ -179,27 +173,29 @@ impl Asks {
         &self.consent
     }
 
-    /// Notes a message of `by` that arrives at `now` and was sent `ago` before. A publisher that was silent for longer than `silence`
-    /// begins a new push.
-    pub fn hear(&mut self, by: Asker, ago: Duration, now: Duration, silence: Duration) -> Ask {
-        self.pushes.retain(|push| push.ask.by != by || push.goes_on(now, silence));
-        self.hear_found(by, ago, now, silence)
-    }
-
-    /// Notes a goal like [`hear`](Self::hear), if it has waited for its frame. Earlier goals of its publisher may have waited too, without
-    /// success.
-    pub fn hear_found(&mut self, by: Asker, ago: Duration, now: Duration, silence: Duration) -> Ask {
-        self.pushes.retain(|push| push.may_go_on(now, silence));
+    /// Notes a message of `by` that arrived at `came` and was sent `ago` before. A publisher that was silent for longer than `silence`
+    /// begins a new push. Messages that are not usable count too: a publisher that sends them is not silent. A goal that waits for its
+    /// frame is heard when it arrives, and again, with the same times, when its frame is found.
+    pub fn hear(
+        &mut self,
+        by: Asker,
+        ago: Duration,
+        came: Duration,
+        silence: Duration,
+        is_usable: bool,
+    ) -> Ask {
+        self.pushes.retain(|push| push.goes_on(came, silence));
         if let Some(push) = self.pushes.iter_mut().find(|push| push.ask.by == by) {
-            push.ask.heard = now;
+            push.ask.heard = push.ask.heard.max(came);
+            push.is_usable |= is_usable;
             return push.ask;
         }
         self.make_room();
         let has_room = self.pushes.len() < MOST;
-        let pushed = if has_room { now.saturating_sub(ago) } else { Duration::ZERO };
-        let ask = Ask { by, pushed, heard: now, revoked: self.revoked_before(by, pushed) };
+        let pushed = if has_room { came.saturating_sub(ago) } else { Duration::ZERO };
+        let ask = Ask { by, pushed, heard: came, revoked: self.revoked_before(by, pushed) };
         if has_room {
-            self.pushes.push(Push { ask, came: now, waited: Duration::ZERO });
+            self.pushes.push(Push { ask, came, is_usable });
         }
         ask
     }
@@ -218,11 +214,6 @@ impl Asks {
     fn revoked_before(&self, by: Asker, pushed: Duration) -> Option<Revocation> {
         let jogged = self.jogged.filter(|jogged| by.is_for_goal() && pushed <= jogged.until);
         jogged.or(self.consent.revoked.filter(|last| pushed < last.until)).map(|last| last.why_of(pushed))
-    }
-
-    /// Notes that goals cannot be heard at `now`, because they wait for a lost frame.
-    pub fn wait(&mut self, now: Duration) {
-        self.pushes.iter_mut().filter(|push| push.ask.by.is_for_goal()).for_each(|push| push.waited = now);
     }
 
     /// Notes that a publisher no longer asks for motion.
@@ -246,7 +237,8 @@ impl Asks {
     /// Returns two publishers of one kind that push at the same time: the first one was heard again after the other began.
     pub fn rivals(&self, now: Duration, silence: Duration) -> Option<Rivals> {
         let is_asking = |push: &&Push| {
-            push.goes_on(now, silence) && matches!(push.ask.revoked, None | Some(Revocation::Rivals(_)))
+            let is_valid = matches!(push.ask.revoked, None | Some(Revocation::Rivals(_)));
+            is_valid && push.is_usable && push.goes_on(now, silence)
         };
         let mut pushes = self.pushes.iter().filter(is_asking);
         pushes.find_map(|one| {
@@ -338,7 +330,7 @@ mod tests {
 
     /// Notes a goal of publisher `by` at the time `at` \[ms\], and takes it unless it is revoked.
     fn goal(asks: &mut Asks, by: u32, at: u32) -> Option<Revocation> {
-        let ask = asks.hear(Asker::Goal(by), Duration::ZERO, at * MS, STREAM);
+        let ask = asks.hear(Asker::Goal(by), Duration::ZERO, at * MS, STREAM, true);
         if ask.revoked.is_none() {
             asks.take(ask);
         }
@@ -371,7 +363,7 @@ mod tests {
         assert!(asks.consent().is_given(), "it was sent later");
         asks.revoke(10 * MS, 20 * MS, Revocation::CameLater(0.0));
         assert_eq!(asks.consent().revocation(), Some(Revocation::CameLater(0.01)));
-        let late = asks.hear(Asker::Goal(1), 12 * MS, 21 * MS, STREAM);
+        let late = asks.hear(Asker::Goal(1), 12 * MS, 21 * MS, STREAM, true);
         assert_eq!(late.revoked, Some(Revocation::CameLater(0.011)));
         assert_eq!(goal(&mut asks, 2, 21), None);
         asks.revoke(21 * MS, 21 * MS, Revocation::AnotherTool);
@@ -395,7 +387,7 @@ mod tests {
     fn a_twist_revokes_goals_and_a_held_stick_asks_once() {
         let mut asks = Asks::default();
         let twist = |asks: &mut Asks, by, at: u32| {
-            let ask = asks.hear(Asker::Twist(by), Duration::ZERO, at * MS, STREAM);
+            let ask = asks.hear(Asker::Twist(by), Duration::ZERO, at * MS, STREAM, true);
             asks.jog(at * MS);
             asks.take(ask);
             ask.revoked

@@ -44,6 +44,8 @@ pub enum Event<'a> {
     Rival(usize, bool),
     /// [`Servo::set_speed_scaling`] of the arm with this number.
     SpeedScaling(usize, f64),
+    /// A goal that waits for its frame: until it is [found](GoalReading::waited), its publisher counts as heard.
+    Waits(Sent),
     /// [`Servo::take_stamped_goal`].
     Goal(GoalReading<'a>),
     /// [`Servo::move_goal`].
@@ -132,6 +134,7 @@ impl Servo {
             Event::Listeners(arm, listeners) => self.set_listeners(arm, listeners),
             Event::Rival(arm, rival) => self.set_rival(arm, rival),
             Event::SpeedScaling(arm, factor) => self.set_speed_scaling(arm, factor),
+            Event::Waits(sent) => self.wait_for_frame(sent),
             Event::Goal(goal) => self.take_stamped_goal(&goal, now)?,
             Event::GoalMotion(motion) => self.move_goal(&motion, now)?,
             Event::Twist(twist) => self.take_twist(&twist, now)?,

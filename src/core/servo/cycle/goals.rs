@@ -39,16 +39,10 @@ impl Servo {
     /// The errors of [`take_goal`](Self::take_goal), [`Rejection::Late`] and [`Rejection::Superseded`].
     pub fn take_stamped_goal(&mut self, reading: &GoalReading, now: Duration) -> Result<(), Rejection> {
         let GoalReading { position, orientation_xyzw, frame_id, stamp, waited, sent } = *reading;
-        // An invalid goal does not count as a request.
-        let goal = self.counted(Goal::new(position, orientation_xyzw, frame_id, &self.frames.goal))?;
+        let goal = Goal::new(position, orientation_xyzw, frame_id, &self.frames.goal);
         self.watch_frame(now);
-        let (by, silence) = (Asker::Goal(sent.by), self.silence());
-        // A goal that waits for a lost frame is not heard, so it cannot show a silence.
-        let ask = match waited.is_zero() {
-            true => self.asks.hear(by, sent.ago, now, silence),
-            false => self.asks.hear_found(by, waited + sent.ago, now, silence),
-        };
-        let goal = self.counted(self.acceptable(goal, sent.ago, &ask, now))?;
+        let ask = self.hear_goal(sent, now.saturating_sub(waited), goal.is_ok());
+        let goal = self.counted(goal.and_then(|goal| self.acceptable(goal, sent.ago, &ask, now)))?;
         let before = self.mode.pursuit().map(|pursuit| pursuit.goal);
         self.pursue(goal, stamp, ask.by, now);
         self.tell_oscillation(before);
@@ -57,6 +51,16 @@ impl Servo {
         }
         self.explain(stamp, now);
         Ok(())
+    }
+
+    /// Notes that a goal has arrived that waits for its frame.
+    pub(in crate::servo) fn wait_for_frame(&mut self, sent: Sent) {
+        self.hear_goal(sent, self.clock.now, false);
+    }
+
+    /// Notes that a goal arrived at `came`, and returns the request to which it belongs.
+    fn hear_goal(&mut self, sent: Sent, came: Duration, is_usable: bool) -> Ask {
+        self.asks.hear(Asker::Goal(sent.by), sent.ago, came, self.silence(), is_usable)
     }
 
     /// Continues a stream with its next goal, or begins a motion to another goal.
@@ -164,11 +168,9 @@ impl Servo {
         self.explanation.compare(now, place, goes_on, &nearness).then_some(nearness)
     }
 
-    /// Revokes all requests until now if TF has not known the goal's frame for longer than `rearm_timeout`. While the frame is lost, the
-    /// publisher of a goal that waits for it counts as one that continues.
+    /// Revokes all requests until now if TF has not known the goal's frame for longer than `rearm_timeout`.
     pub(super) fn watch_frame(&mut self, now: Duration) {
         let Some(lost) = self.mode.pursuit().and_then(|pursuit| pursuit.lost) else { return };
-        self.asks.wait(now);
         let ask = self.asks.consent().ask().filter(|ask| ask.revoked.is_none());
         if ask.is_some_and(|ask| now.saturating_sub(ask.pushed.max(lost)) > self.settings.rearm_timeout) {
             let away = now.saturating_sub(lost);

@@ -22,8 +22,10 @@ impl Servo {
     pub fn take_twist(&mut self, reading: &TwistReading, now: Duration) -> Result<(), Rejection> {
         let TwistReading { linear, angular, frame_id, sent: Sent { by: publisher, ago } } = *reading;
         let frames = [&self.frames.goal, &self.frames.tool].map(String::as_str);
-        let twist = self.counted(Twist::new(linear, angular, frame_id, frames))?;
         let by = Asker::Twist(publisher);
+        let twist = Twist::new(linear, angular, frame_id, frames);
+        let ask = self.asks.hear(by, ago, now, self.silence(), twist.is_ok());
+        let twist = self.counted(twist)?;
         let before = self.mode.jog().copied().filter(|jog| self.is_fresh(jog, now));
         let is_other = before.is_some_and(|jog| jog.publisher != publisher);
         let next = Jog { twist, publisher, received: now };
@@ -34,7 +36,6 @@ impl Servo {
             }
             return Ok(());
         }
-        let ask = self.asks.hear(by, ago, now, self.silence());
         // Even with a late twist the stick counts as held.
         let is_late = ago > self.settings.twist_timeout;
         self.counted(if is_late { Err(Rejection::Late(ago)) } else { Ok(()) })?;

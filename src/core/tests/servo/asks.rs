@@ -1,10 +1,11 @@
 //! Requests, and what revokes them whatever else happens: streams of goals, rivals, robots that do not obey, parameters that change.
 
 use crate::reference::{distance, pose, puma, theta};
-use crate::rig::{PERIOD, Rig, reading};
+use crate::rig::{PERIOD, Rig, reading, twist};
 use dq_algebra::UnitDualQuaternion;
 use dq_core::servo::{
     Contended, GoalReading, Interface, Reason, Rejection, Revocation, Rivals, STREAM, Sent, State,
+    TwistReading,
 };
 use dq_kinematics::control::{Aim, Law};
 use dq_plant::Plant;
@@ -51,6 +52,37 @@ fn a_stream_of_goals_does_not_outlive_a_stop() {
         rig.run_until(State::Holding, 1.0);
         moves_after_a_pause_only(&mut rig, &pose("theta_desired"), every);
     }
+}
+
+#[test]
+fn a_stream_that_sends_invalid_goals_or_twists_for_a_while_has_not_paused() {
+    let mut rig = Rig::new();
+    let goal = pose("theta_desired");
+    stream(&mut rig, &goal, 1, 10, 1.0);
+    rig.stop();
+    rig.run_until(State::Holding, 1.0);
+    let sent = Sent { by: 1, ago: Duration::ZERO };
+    for _ in 0..300 {
+        let lost = GoalReading { position: [f64::NAN; 3], sent, ..reading(&goal, 0) };
+        rig.servo.take_stamped_goal(&lost, rig.now).unwrap_err();
+        (0..5).for_each(|_| rig.cycle());
+    }
+    moves_after_a_pause_only(&mut rig, &goal, 10);
+    // A stick that is held likewise.
+    rig.run(STREAM.as_secs_f64() + 0.01);
+    let [up, lost] = [0.1, f64::NAN].map(|z| TwistReading { sent, ..twist([0.0, 0.0, z], [0.0; 3], "") });
+    rig.take_twist(&up).unwrap();
+    rig.stop();
+    for _ in 0..300 {
+        rig.take_twist(&lost).unwrap_err();
+        (0..5).for_each(|_| rig.cycle());
+    }
+    let before = rig.positions();
+    for _ in 0..300 {
+        rig.take_twist(&up).unwrap();
+        rig.cycle();
+    }
+    assert_eq!(rig.positions(), before);
 }
 
 #[test]

@@ -1,11 +1,14 @@
-//! A frame that TF loses for longer than `rearm_timeout` revokes what was asked until then, a stream of goals in it too.
+//! A frame that TF loses for longer than `rearm_timeout` revokes what was asked until then, a stream of goals in it too. Whatever revoked a
+//! stream, its publisher must pause, and goals that wait for their frame are no pause.
 
 use crate::reference::{parameters, pose, theta};
 use crate::rig::reading;
 use crate::sim::{Random, Sim};
-use dq_core::servo::{GoalMotion, Reason, Rejection, Revocation, State};
+use dq_core::servo::{Event, GoalMotion, Reason, Rejection, Revocation, Sent, State};
+use std::time::Duration;
 
-/// An arm on its way to a goal in a frame, of which one is sent each `interval` \[s\], until the frame is lost for that time \[s\].
+/// An arm on its way to a goal in a frame, of which one is sent each `interval` \[s\], until the frame is lost for that time \[s\]. The
+/// publisher goes on.
 fn lost_for(seconds: f64, interval: f64) -> Sim {
     let mut sim = Sim::new(&parameters(), theta("theta_initial"));
     sim.run(0.1);
@@ -14,8 +17,17 @@ fn lost_for(seconds: f64, interval: f64) -> Sim {
         sim.run(interval);
     }
     sim.servo.move_goal(&GoalMotion::Lost, sim.now()).unwrap();
-    sim.run(seconds);
+    wait_for(&mut sim, seconds, interval);
     sim
+}
+
+/// Goals come each `interval` \[s\] for that time \[s\], and wait for their frame.
+fn wait_for(sim: &mut Sim, seconds: f64, interval: f64) {
+    let end = sim.now() + Duration::from_secs_f64(seconds);
+    while sim.now() < end {
+        sim.servo.take(Event::Waits(Sent { by: 1, ago: Duration::ZERO })).unwrap();
+        sim.run(interval.min((end - sim.now()).as_secs_f64()));
+    }
 }
 
 /// TF has the frame again, where it was.
@@ -31,7 +43,7 @@ fn nothing_moves(sim: &mut Sim, waited: f64, interval: f64) {
         let waited = if number == 0 { waited } else { 0.003 };
         let refused = sim.goal_ago(1, &pose("theta_desired"), 0.0, waited);
         assert!(matches!(refused, Err(Rejection::Superseded(Revocation::FrameWasAway(_)))), "{refused:?}");
-        sim.run(interval);
+        sim.run(interval - waited);
     }
     assert_eq!((sim.state(), &sim.q), (State::Holding, &before));
 }
@@ -73,12 +85,46 @@ fn a_frame_that_was_lost_for_a_moment_revokes_nothing() {
 }
 
 #[test]
-fn whoever_asks_after_a_frame_was_lost_moves_the_arm() {
-    // Another publisher in another frame, and the same one in the servo's own.
-    for (by, waited) in [(2, 0.003), (1, 0.0)] {
-        let mut sim = lost_for(3.0, 0.1);
-        sim.goal_ago(by, &pose("theta_third"), 0.0, waited).unwrap();
+fn another_publisher_that_asks_after_a_frame_was_lost_moves_the_arm() {
+    let mut sim = lost_for(3.0, 0.1);
+    let refused = sim.goal_ago(1, &pose("theta_third"), 0.0, 0.0);
+    assert!(matches!(refused, Err(Rejection::Superseded(Revocation::FrameWasAway(_)))), "{refused:?}");
+    sim.goal_ago(2, &pose("theta_third"), 0.0, 0.003).unwrap();
+    sim.run(0.1);
+    assert!(sim.state().is_driven(), "{}", sim.state());
+}
+
+#[test]
+fn a_stream_that_was_stopped_must_pause_even_if_its_frame_is_lost_meanwhile() {
+    for (seconds, interval) in [(1.6, 0.02), (5.0, 0.1), (20.0, 1.0)] {
+        let mut sim = lost_for(0.1, interval);
+        sim.servo.stop();
+        wait_for(&mut sim, seconds, interval);
+        let before = sim.q.clone();
+        for waited in [0.01, 0.003, 0.0] {
+            let refused = sim.goal_ago(1, &pose("theta_desired"), 0.0, waited);
+            assert!(matches!(refused, Err(Rejection::Superseded(Revocation::Stopped))), "{refused:?}");
+            sim.run(interval);
+        }
+        assert_eq!(sim.q, before);
+        sim.run(1.6);
+        sim.goal_ago(1, &pose("theta_desired"), 0.0, 0.003).unwrap();
         sim.run(0.1);
-        assert!(sim.state().is_driven(), "{by}: {}", sim.state());
+        assert!(sim.state().is_driven(), "it has paused: {}", sim.state());
     }
+}
+
+#[test]
+fn goals_whose_frame_nobody_knows_hinder_no_other_publisher() {
+    let mut sim = Sim::new(&parameters(), theta("theta_initial"));
+    sim.run(0.1);
+    for _ in 0..20 {
+        wait_for(&mut sim, 0.05, 0.02);
+        sim.goal_ago(2, &pose("theta_desired"), 0.0, 0.0).unwrap();
+    }
+    sim.servo.take(Event::Pause { paused: true, ago: Duration::ZERO }).unwrap();
+    wait_for(&mut sim, 0.5, 0.02);
+    sim.servo.take(Event::Pause { paused: false, ago: Duration::ZERO }).unwrap();
+    sim.run(0.1);
+    assert!(sim.state().is_driven(), "{} {:?}", sim.state(), sim.servo.status().reason);
 }
