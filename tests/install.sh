@@ -1,6 +1,6 @@
 #!/bin/sh
 # Installs what the tests need, and keeps what is already there: Debian's packages, and under target/ a Python environment with nextest,
-# npm's modules, and the peers on Fast DDS.
+# npm's modules, the peers on Fast DDS, and rclpy of two releases of ROS 2.
 set -eu
 cd "$(dirname "$0")/.."
 
@@ -41,6 +41,21 @@ if ! cat $lists | cmp -s - target/venv/installed; then
     xargs npm install --prefix target/node --no-audit --no-fund --prefer-offline <tests/view/packages.txt
     cat $lists >target/venv/installed
 fi
+
+# ros2 RELEASE: installs rclpy with Fast DDS to target/RELEASE. Its wheels are for Python 3.12. pyenv reads PYENV_VERSION.
+ros2() {
+    packages=tests/ros2/$1.txt
+    if ! cmp -s "$packages" "target/$1/installed"; then
+        if ! PYENV_VERSION=3.12 python3.12 -m venv --clear "target/$1"; then
+            echo "tests/install.sh: ROS 2 $1 needs Python 3.12: install python3.12 and python3.12-venv, or: pyenv install 3.12" >&2
+            exit 1
+        fi
+        "target/$1/bin/python" -m pip install --quiet --requirement "$packages"
+        cp "$packages" "target/$1/installed"
+    fi
+}
+ros2 jazzy
+ros2 kilted
 
 # peer NAME: builds tests/NAME/peer.cpp to target/peers/NAME, unless that is newer than its source.
 peer() {

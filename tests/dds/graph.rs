@@ -25,7 +25,7 @@ fn a_goal_reaches_all_earlier_subscribers() {
 }
 
 #[test]
-fn logs_are_offered_as_rclcpp_does_and_parameter_events_latched() {
+fn logs_and_parameter_events_are_offered_as_rclcpp_does() {
     Host::with_both_nodes().peer(&["as_rclcpp"]);
 }
 

@@ -762,8 +762,7 @@ def case_hear_goal():
 
 
 def case_as_rclcpp():
-    """Writers of logs have the settings of rclcpp. Writers of parameter changes are transient local, as is the one that ros2-client
-    creates beside them."""
+    """Writers of logs and of parameter changes have the settings of rclcpp. Beside the latter ros2-client creates a latched one."""
     found = BuiltinDataReader(PARTICIPANT, BuiltinTopicDcpsPublication)
     subscriptions = BuiltinDataReader(PARTICIPANT, BuiltinTopicDcpsSubscription)
     publications = {}
@@ -775,8 +774,9 @@ def case_as_rclcpp():
     time.sleep(1.0)
     complete()
     of = lambda topic: [p.qos for p in publications.values() if p.topic_name == topic]
+    assert sorted(qos[Policy.Durability] == Policy.Durability.Volatile for qos in of("rt/parameter_events")) == [False, False, True, True]
     for qos in of("rt/parameter_events"):
-        assert qos[Policy.Durability] == Policy.Durability.TransientLocal and isinstance(qos[Policy.Reliability], type(RELIABLE[Policy.Reliability])), qos
+        assert isinstance(qos[Policy.Reliability], type(RELIABLE[Policy.Reliability])), qos
     for qos in of("rt/rosout"):
         assert qos[Policy.Durability] == Policy.Durability.TransientLocal and qos[Policy.Lifespan].lifespan == duration(seconds=10), qos
     assert [len(of("rt/parameter_events")), len(of("rt/rosout"))] == [4, 2], publications

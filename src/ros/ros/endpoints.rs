@@ -11,8 +11,8 @@ use crate::dds::own_datagrams::OwnDatagrams;
 use crate::dds::raw_subscription::RawSubscription;
 use crate::dds::sample_limits;
 use crate::dds::send_backlog::InTimeWriter;
-use dq_messages::messages::{Message, ServiceType};
-use dq_messages::{Direction, DurabilityKind, ParameterEvent, ReliabilityKind, TopicContract};
+use dq_messages::messages::ServiceType;
+use dq_messages::{Direction, DurabilityKind, ReliabilityKind, TopicContract};
 use ros2_client::{Client, MessageTypeName, Name, QosProfile, ServiceMapping, ServiceTypeName};
 use rustdds::policy::{Durability, History, Lifespan, Reliability, ResourceLimits};
 use rustdds::{
@@ -172,17 +172,16 @@ fn of_services() -> QosProfile {
 /// The number of requests that a service stores. With 10, requests that a client sent at 100 Hz were lost while the service was busy.
 const REQUESTS: i32 = 32;
 
-/// Returns the QoS of `/parameter_events`: rclcpp's `ParameterEventsQoS`, but latched, like the unused writer that ros2-client creates for
-/// each node. If the first publisher that rosbag2 finds is latched, it requests latched messages, and would miss publishers that are not.
+/// Returns the QoS of `/parameter_events`: rclcpp's `ParameterEventsQoS`.
 pub(super) fn of_parameter_events() -> QosPolicies {
-    of(&TopicContract {
-        direction: Direction::Out,
-        message: ParameterEvent::TYPE.to_owned(),
-        reliability: ReliabilityKind::Reliable,
-        durability: DurabilityKind::TransientLocal,
-        depth: 1,
-        rate: "on change".to_owned(),
-    })
+    const DEPTH: i32 = 1000;
+    QosPolicyBuilder::new()
+        .reliability(Reliability::Reliable { max_blocking_time: Duration::ZERO })
+        .durability(Durability::Volatile)
+        .history(History::KeepLast { depth: DEPTH })
+        // The recorder's participant also reads this topic, and stores as many samples as the writer.
+        .resource_limits(sample_limits::of_reader(DEPTH))
+        .build()
 }
 
 /// Returns the QoS of `/rosout` as in rcl: the last 1000 lines of each node, for ten seconds, latched.

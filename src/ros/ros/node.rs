@@ -12,7 +12,7 @@ use super::services::Service;
 use super::topics::{OwnTopic, Publisher, Subscription};
 use crate::dds::raw_subscription::{self, RawSubscription};
 use dq_messages::messages::{Message, ServiceType};
-use dq_messages::{Direction, NodeContract, ReliabilityKind, TopicContract};
+use dq_messages::{Direction, NodeContract, ParameterEvent, ReliabilityKind, TopicContract};
 use ros2_client::{Context, NodeOptions, ServiceMapping};
 use rustdds::{QosPolicies, RTPSEntity};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
@@ -27,6 +27,7 @@ pub struct Node {
     /// The clients of services that were called.
     clients: HashMap<String, Arc<Connection>>,
     endpoints: Arc<Endpoints>,
+    parameter_events: Arc<Publisher<ParameterEvent>>,
 }
 
 impl Node {
@@ -46,7 +47,13 @@ impl Node {
         let endpoints = Arc::new(Endpoints::new(node, domain));
         let logging = Logging { level: names.log_level().unwrap_or(logging.level), ..logging };
         let log = Logger::new(&names.logger(), logging);
-        let mut node = Self { names, log, tasks: JoinSet::new(), clients: HashMap::new(), endpoints };
+        // Every node has this publisher, as in rclcpp, and before all others: ros2-client has just created a latched one, and rosbag2
+        // subscribes to latched messages if it finds only latched publishers.
+        let (topic, qos) = ("/parameter_events".to_owned(), endpoints::of_parameter_events());
+        let plan = Plan { name: topic, message: ParameterEvent::TYPE.to_owned(), qos, log: log.clone() };
+        let parameter_events = Arc::new(Publisher::new(&endpoints, &plan)?);
+        let (tasks, clients) = (JoinSet::new(), HashMap::new());
+        let mut node = Self { names, log, tasks, clients, endpoints, parameter_events };
         if logging.rosout {
             let rosout = node.publisher_with("/rosout", endpoints::of_rosout())?;
             node.log = node.log.clone().with_rosout(move |line| rosout.publish(line));
@@ -62,6 +69,11 @@ impl Node {
     /// Returns what it shares with other nodes.
     pub(super) fn domain(&self) -> &Domain {
         &self.endpoints.domain
+    }
+
+    /// Returns the publisher of the changes of the node's parameters.
+    pub(super) fn parameter_events(&self) -> Arc<Publisher<ParameterEvent>> {
+        self.parameter_events.clone()
     }
 
     /// Returns the node's log.

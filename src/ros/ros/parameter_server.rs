@@ -1,6 +1,5 @@
 //! Serves a node's parameters to clients of every vendor.
 
-use super::endpoints;
 use super::error::RosError;
 use super::node::Node;
 use super::topics::Publisher;
@@ -18,15 +17,15 @@ pub type Apply = dyn Fn(&ParameterStore, &[(String, Value)]) -> Result<(), Strin
 /// A node's parameters, served by the six `rcl_interfaces` services and the service that describes types. Every change is checked as a
 /// whole before it is applied.
 ///
-/// Changes are announced on `/parameter_events`, as by every ROS 2 node. There, late joiners receive at most the last change. Therefore
-/// `~/parameters` has all parameters, latched, from the start and after each change, with the changes.
+/// Changes are announced on `/parameter_events`, as by every ROS 2 node. Late joiners receive none of them. Therefore `~/parameters`
+/// has all parameters, latched, from the start and after each change, with the changes.
 ///
 /// This server does not subscribe to `/parameter_events`, as nodes of rclcpp do for their own `use_sim_time`: that would match all nodes of
 /// a domain with each other for nothing.
 pub struct ParameterServer {
     current: Mutex<Current>,
     apply: Box<Apply>,
-    events: Publisher<ParameterEvent>,
+    events: Arc<Publisher<ParameterEvent>>,
     states: Publisher<ParameterEvent>,
     node: String,
 }
@@ -52,7 +51,7 @@ impl ParameterServer {
         let server = Arc::new(Self {
             current: Mutex::new(Current { store, stamp: Time::now() }),
             apply,
-            events: node.publisher_with(EVENTS, endpoints::of_parameter_events())?,
+            events: node.parameter_events(),
             states: node.publisher(contract, "~/parameters")?,
             node: node.name().fully_qualified(),
         });
@@ -172,9 +171,6 @@ impl Current {
         if now.nanoseconds() > self.stamp.nanoseconds() { now } else { self.stamp.plus_a_nanosecond() }
     }
 }
-
-/// The topic on which every node announces its changes.
-const EVENTS: &str = "/parameter_events";
 
 /// The most parameters that one request sets.
 const MOST_AT_ONCE: usize = 2000;
