@@ -4,7 +4,7 @@ use dq_common::text::cut;
 use dq_common::text_file;
 use dq_core::servo::{JOINT_JERKS, JOINT_SPEEDS, RAMP_TIME, STOP_TIME};
 use dq_description::{
-    DescribedArm, DescribedJoint, Description, DescriptionError, JointLimits, LONGEST_DESCRIPTION,
+    DescribedArm, DescribedJoint, Description, DescriptionError, Guess, JointLimits, LONGEST_DESCRIPTION,
     guess_frames, oddity,
 };
 use dq_description::{FittedBody, fitted};
@@ -29,8 +29,8 @@ pub(super) struct Described {
     pub arm: DescribedArm,
     /// The names of the base and the tool frame.
     frames: [String; 2],
-    /// Whether one of the frames was guessed.
-    guessed: bool,
+    /// Other links that could be the tool frame; `None` if both frames were given.
+    alternatives: Option<Vec<String>>,
 }
 
 /// Time from rest to the velocity limit \[s\], which determines the acceleration of joints whose description has none.
@@ -60,21 +60,29 @@ impl Described {
         };
         let (text, odd) = decoded(text);
         let named = ["base_frame", "tool_frame"].map(|name| self::text(given, name));
-        let frames = guess_frames(&text, named).map_err(|why| error(source, &why))?;
-        let arm = read(&text, source, &frames[0], &frames[1])?.arm;
-        let guessed = named.contains(&None);
+        let Guess { base, tool, alternatives } =
+            guess_frames(&text, named).map_err(|why| error(source, &why))?;
+        let arm = read(&text, source, &base, &tool)?.arm;
+        let (frames, alternatives) = ([base, tool], named.contains(&None).then_some(alternatives));
         let odd = odd.or_else(|| oddity(&text)).map(|odd| format!("{source}: {odd}"));
-        Ok(Some(Self { source: source.to_owned(), file, text, odd, arm, frames, guessed }))
+        Ok(Some(Self { source: source.to_owned(), file, text, odd, arm, frames, alternatives }))
     }
 
     /// Returns a message about the guessed frames, if any.
     pub fn guess(&self) -> Option<String> {
-        let [base, tool] = &self.frames;
-        let (source, count) = (&self.source, self.arm.moving().count());
-        let guess = format!(
-            "the arm of {source} is taken to be the {count} joints from base_frame {base:?} to tool_frame {tool:?}: others by -p base_frame:=..., -p tool_frame:=..."
-        );
-        self.guessed.then_some(guess)
+        /// Largest number of alternatives in the message.
+        const LISTED: usize = 4;
+        let alternatives = self.alternatives.as_ref()?;
+        let ([base, tool], source, count) = (&self.frames, &self.source, self.arm.moving().count());
+        let mut others =
+            alternatives.iter().take(LISTED).map(|link| format!("{link:?}")).collect::<Vec<_>>().join(", ");
+        if alternatives.len() > LISTED {
+            others += ", ...";
+        }
+        let others = if others.is_empty() { others } else { format!(" (also near its end: {others})") };
+        Some(format!(
+            "the arm of {source} is taken to be the {count} joints from base_frame {base:?} to tool_frame {tool:?}{others}: others by -p base_frame:=..., -p tool_frame:=..."
+        ))
     }
 
     /// Returns values for parameters that are not set. Limits that are set take precedence over the description's.

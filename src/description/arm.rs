@@ -73,6 +73,9 @@ pub enum DescriptionError {
         /// The root of the tool's own chain.
         root: String,
     },
+    /// Several chains have equal claims to be the arm.
+    #[error("the robot description has several arms: give tool_frame, for example {}", .0.join(" or "))]
+    SeveralArms(Vec<String>),
     /// The links do not move relative to each other.
     #[error("no joint that moves is between base_frame {base:?} and tool_frame {tool:?}")]
     NoJoint {
