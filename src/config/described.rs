@@ -5,7 +5,7 @@ use dq_common::text_file;
 use dq_core::servo::{JOINT_JERKS, JOINT_SPEEDS, RAMP_TIME, STOP_TIME};
 use dq_description::{
     DescribedArm, DescribedJoint, Description, DescriptionError, Guess, JointLimits, LONGEST_DESCRIPTION,
-    guess_frames, oddity,
+    Motion, guess_frames, oddity,
 };
 use dq_description::{FittedBody, fitted};
 use dq_kinematics::arm::{Chain, bounds};
@@ -142,6 +142,30 @@ impl Described {
             "{}: the deceleration or the jerk of joint {name:?} does not stop it in time: it is taken to have what does, in {STOP_TIME} s with {RAMP_TIME} s to come to it",
             self.source
         ))
+    }
+
+    /// Returns a warning if limits of the description look like degrees.
+    pub fn degrees(&self, given: &GivenLimits) -> Option<String> {
+        /// Position limits of an arm's joint, in degrees; in radians more than two turns \[rad\].
+        const POSITIONS: RangeInclusive<f64> = 15.0..=1e3;
+        /// Speed limits of an arm's joint, in degrees per second; in radians faster than any arm \[rad/s\].
+        const SPEEDS: RangeInclusive<f64> = 30.0..=1e3;
+        let turning = self.arm.moving().filter(|joint| joint.motion != Motion::Prismatic);
+        turning.into_iter().find_map(|DescribedJoint { name, limits, .. }| {
+            let range = limits.range().filter(|(lower, upper)| {
+                !given.has_range() && [lower, upper].iter().any(|limit| POSITIONS.contains(&limit.abs()))
+            });
+            let speed = limits.velocity.filter(|speed| given.velocity.is_none() && SPEEDS.contains(speed));
+            let range = range.map(|(lower, upper)| format!("{lower} to {upper} rad"));
+            let speed = speed.map(|speed| format!("{speed} rad/s"));
+            let both: Vec<_> = range.into_iter().chain(speed).collect();
+            let (source, limits) = (&self.source, both.join(" and "));
+            (!both.is_empty()).then(|| {
+                format!(
+                    "{source}: the limits of joint {name:?} are {limits}: are these degrees? URDF has radians"
+                )
+            })
+        })
     }
 
     /// Returns the arm's body from the shapes of its links.
