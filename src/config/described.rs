@@ -4,8 +4,8 @@ use dq_common::text::cut;
 use dq_common::text_file;
 use dq_core::servo::{JOINT_JERKS, JOINT_SPEEDS, RAMP_TIME, STOP_TIME};
 use dq_description::{
-    DescribedArm, DescribedJoint, Description, DescriptionError, JointLimits, LONGEST_DESCRIPTION,
-    guess_frames, oddity,
+    DescribedArm, DescribedJoint, Description, DescriptionError, Guess, JointLimits, LONGEST_DESCRIPTION,
+    Motion, guess_frames, oddity,
 };
 use dq_description::{FittedBody, fitted};
 use dq_kinematics::arm::{Chain, bounds};
@@ -29,8 +29,8 @@ pub(super) struct Described {
     pub arm: DescribedArm,
     /// The names of the base and the tool frame.
     frames: [String; 2],
-    /// Whether one of the frames was guessed.
-    guessed: bool,
+    /// Other links that could be the tool frame; `None` if both frames were given.
+    alternatives: Option<Vec<String>>,
 }
 
 /// Time from rest to the velocity limit \[s\], which determines the acceleration of joints whose description has none.
@@ -60,21 +60,29 @@ impl Described {
         };
         let (text, odd) = decoded(text);
         let named = ["base_frame", "tool_frame"].map(|name| self::text(given, name));
-        let frames = guess_frames(&text, named).map_err(|why| error(source, &why))?;
-        let arm = read(&text, source, &frames[0], &frames[1])?.arm;
-        let guessed = named.contains(&None);
+        let Guess { base, tool, alternatives } =
+            guess_frames(&text, named).map_err(|why| error(source, &why))?;
+        let arm = read(&text, source, &base, &tool)?.arm;
+        let (frames, alternatives) = ([base, tool], named.contains(&None).then_some(alternatives));
         let odd = odd.or_else(|| oddity(&text)).map(|odd| format!("{source}: {odd}"));
-        Ok(Some(Self { source: source.to_owned(), file, text, odd, arm, frames, guessed }))
+        Ok(Some(Self { source: source.to_owned(), file, text, odd, arm, frames, alternatives }))
     }
 
     /// Returns a message about the guessed frames, if any.
     pub fn guess(&self) -> Option<String> {
-        let [base, tool] = &self.frames;
-        let (source, count) = (&self.source, self.arm.moving().count());
-        let guess = format!(
-            "the arm of {source} is taken to be the {count} joints from base_frame {base:?} to tool_frame {tool:?}: others by -p base_frame:=..., -p tool_frame:=..."
-        );
-        self.guessed.then_some(guess)
+        /// Largest number of alternatives in the message.
+        const LISTED: usize = 4;
+        let alternatives = self.alternatives.as_ref()?;
+        let ([base, tool], source, count) = (&self.frames, &self.source, self.arm.moving().count());
+        let mut others =
+            alternatives.iter().take(LISTED).map(|link| format!("{link:?}")).collect::<Vec<_>>().join(", ");
+        if alternatives.len() > LISTED {
+            others += ", ...";
+        }
+        let others = if others.is_empty() { others } else { format!(" (also near its end: {others})") };
+        Some(format!(
+            "the arm of {source} is taken to be the {count} joints from base_frame {base:?} to tool_frame {tool:?}{others}: others by -p base_frame:=..., -p tool_frame:=..."
+        ))
     }
 
     /// Returns values for parameters that are not set. Limits that are set take precedence over the description's.
@@ -134,6 +142,30 @@ impl Described {
             "{}: the deceleration or the jerk of joint {name:?} does not stop it in time: it is taken to have what does, in {STOP_TIME} s with {RAMP_TIME} s to come to it",
             self.source
         ))
+    }
+
+    /// Returns a warning if limits of the description look like degrees.
+    pub fn degrees(&self, given: &GivenLimits) -> Option<String> {
+        /// Position limits of an arm's joint, in degrees; in radians more than two turns \[rad\].
+        const POSITIONS: RangeInclusive<f64> = 15.0..=1e3;
+        /// Speed limits of an arm's joint, in degrees per second; in radians faster than any arm \[rad/s\].
+        const SPEEDS: RangeInclusive<f64> = 30.0..=1e3;
+        let turning = self.arm.moving().filter(|joint| joint.motion != Motion::Prismatic);
+        turning.into_iter().find_map(|DescribedJoint { name, limits, .. }| {
+            let range = limits.range().filter(|(lower, upper)| {
+                !given.has_range() && [lower, upper].iter().any(|limit| POSITIONS.contains(&limit.abs()))
+            });
+            let speed = limits.velocity.filter(|speed| given.velocity.is_none() && SPEEDS.contains(speed));
+            let range = range.map(|(lower, upper)| format!("{lower} to {upper} rad"));
+            let speed = speed.map(|speed| format!("{speed} rad/s"));
+            let both: Vec<_> = range.into_iter().chain(speed).collect();
+            let (source, limits) = (&self.source, both.join(" and "));
+            (!both.is_empty()).then(|| {
+                format!(
+                    "{source}: the limits of joint {name:?} are {limits}: are these degrees? URDF has radians"
+                )
+            })
+        })
     }
 
     /// Returns the arm's body from the shapes of its links.

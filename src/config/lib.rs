@@ -169,6 +169,7 @@ pub trait NodeParameters: Parameters + Send + 'static {
             }
             warnings
                 .extend(described.slow_stop(&limits).filter(|_| store.declaration("limits.jerk").is_some()));
+            warnings.extend(described.degrees(&limits));
             warnings.extend(described.guess());
             warnings.extend(described.odd);
             let in_force = Self::description_in_force(described.text, &described.arm);

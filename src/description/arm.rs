@@ -1,7 +1,7 @@
 //! A robot as described by its URDF, and the arm between two of its links.
 
 use dq_algebra::UnitDualQuaternion;
-use dq_kinematics::arm::bounds::{self, JOINT_ANGLE};
+use dq_kinematics::arm::bounds::JOINT_ANGLE;
 use dq_kinematics::arm::{ArmError, Chain, Joint, JointKind};
 use nalgebra::{Isometry3, Unit, UnitQuaternion, Vector3};
 use thiserror::Error;
@@ -73,6 +73,9 @@ pub enum DescriptionError {
         /// The root of the tool's own chain.
         root: String,
     },
+    /// Several chains have equal claims to be the arm.
+    #[error("the robot description has several arms: give tool_frame, for example {}", .0.join(" or "))]
+    SeveralArms(Vec<String>),
     /// The links do not move relative to each other.
     #[error("no joint that moves is between base_frame {base:?} and tool_frame {tool:?}")]
     NoJoint {
@@ -248,9 +251,6 @@ impl DescribedArm {
         for joint in &self.joints {
             before *= joint.parent_from_joint().frame();
             let Some(kind) = joint.motion.kind() else { continue };
-            if let Some((lower, upper)) = joint.limits.range().filter(|_| kind == JointKind::Prismatic) {
-                bounds::length("travel", joints.len() + 1, upper.max(-lower))?;
-            }
             joints.push(Joint { kind, parent_from_joint: before.into(), axis: joint.unit_axis() });
             before = Isometry3::identity();
         }

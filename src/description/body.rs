@@ -5,15 +5,15 @@ use super::mesh_file;
 use super::places::Place;
 use super::urdf_reader::Description;
 use super::urdf_shapes::{Collision, Shape, collisions};
-use dq_space::space::{Body, Capsule, Fitted, MOST_CAPSULES, merged};
+use dq_space::space::{Body, Capsule, Fitted, merged};
 use nalgebra::Vector3;
 use std::path::Path;
 
 /// The radius of the default capsule along a link \[m\].
 pub const LIMB_RADIUS: f64 = 0.05;
 
-/// Largest number of capsules of one arm, so that two arms have at most [`MOST_CAPSULES`].
-const MOST: usize = MOST_CAPSULES / 2;
+/// Largest number of capsules of one arm, unless it has more links: a cycle's time grows with the pairs of capsules.
+const MOST: usize = 16;
 
 /// Largest distance of a part of an arm from its joint \[m\]; a larger one is probably in millimeters.
 const FARTHEST: f64 = 10.0;

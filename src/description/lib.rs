@@ -6,6 +6,7 @@
 mod arm;
 mod body;
 mod collada_file;
+mod guess;
 pub mod mesh_file;
 mod places;
 mod stl_file;
@@ -17,7 +18,8 @@ mod urdf_tree;
 
 pub use arm::{DescribedArm, DescribedJoint, DescriptionError, JointLimits, Motion};
 pub use body::{FittedBody, LIMB_RADIUS, fitted};
+pub use guess::{Guess, guess_frames};
 pub use places::Place;
-pub use urdf_reader::{Description, guess_frames};
+pub use urdf_reader::Description;
 pub use urdf_shapes::{Collision, Rgb, Shape, Visual, collisions, visuals};
 pub use urdf_tree::{LONGEST_DESCRIPTION, oddity};

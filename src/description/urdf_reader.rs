@@ -46,26 +46,6 @@ impl Description {
     }
 }
 
-/// Returns the two frames of an arm in the URDF document `text`; each is the given one or a guess. From the root, the arm follows the links
-/// that carry most joints, up to a branch with fewer than three joints, which is a gripper. It begins at `base_link`, if it passes that
-/// link, and continues over fixed joints, to `tool0` if there is one.
-///
-/// # Errors
-/// [`DescriptionError`] if the document is invalid.
-pub fn guess_frames(text: &str, [base, tool]: [Option<&str>; 2]) -> Result<[String; 2], DescriptionError> {
-    if let (Some(base), Some(tool)) = (base, tool) {
-        return Ok([base, tool].map(str::to_owned));
-    }
-    with_document(text, |document| {
-        let tree = Tree::new(document.root_element())?;
-        let root = tree.root().unwrap_or_default();
-        let arm = tree.arm(base.unwrap_or(root));
-        let from = base.or_else(|| arm.iter().copied().find(|link| *link == "base_link")).unwrap_or(root);
-        let to = tool.or_else(|| arm.last().copied()).unwrap_or(root);
-        Ok([from.to_owned(), to.to_owned()])
-    })
-}
-
 /// Reads a joint of the chain.
 fn read_joint(joint: Node) -> Result<DescribedJoint, DescriptionError> {
     let motion = match joint.attribute("type").unwrap_or_default() {

@@ -216,61 +216,6 @@ impl<'a> Tree<'a> {
     pub fn root(&self) -> Option<&'a str> {
         self.links.iter().copied().find(|link| !self.by_child.contains_key(link))
     }
-
-    /// Returns a guess of the arm's links, from the link `from` on.
-    pub fn arm(&self, from: &'a str) -> Vec<&'a str> {
-        /// A branch with fewer joints after the arm is a gripper.
-        const LEAST: usize = 3;
-        let mut children: HashMap<&str, Vec<(&'a str, Node)>> = HashMap::new();
-        for joint in &self.joints {
-            if let (Ok(parent), Ok(child)) = (linked(*joint, "parent"), linked(*joint, "child")) {
-                children.entry(parent).or_default().push((child, *joint));
-            }
-        }
-        let of = |link: &str| children.get(link).map(Vec::as_slice).unwrap_or_default();
-        let mut all = vec![from];
-        let mut next = 0;
-        while let Some(link) = all.get(next) {
-            all.extend(of(link).iter().map(|(child, _)| *child));
-            next += 1;
-        }
-        // For each link, the largest number of the arm's joints on any path from it, and whether anything moves there. Mimic joints are not
-        // of the arm.
-        let mut most: HashMap<&str, (usize, bool)> =
-            HashMap::from_iter(self.links.iter().map(|link| (*link, (0, false))));
-        for link in all.into_iter().rev() {
-            let each = of(link).iter().map(|(child, joint)| carried(*joint, most[child]));
-            let all = each.fold((0, false), |(most, any), (count, moves)| (most.max(count), any || moves));
-            most.insert(link, all);
-        }
-        let (mut arm, mut link, mut moved) = (vec![from], from, false);
-        loop {
-            let carried = |(child, joint): &(&str, Node)| carried(*joint, most[child]);
-            let (longest, _) = most[link];
-            let parts = of(link).iter().filter(|child| carried(child).1).count() > 1;
-            if parts && moved && longest < LEAST {
-                return arm;
-            }
-            let is_tool = |(child, _): &&(&str, Node)| longest == 0 && *child == "tool0";
-            let is_longest = |child: &&(&str, Node)| carried(child).0 == longest;
-            let next = of(link).iter().find(is_tool).or_else(|| of(link).iter().find(is_longest));
-            let Some((child, joint)) = next else { return arm };
-            (link, moved) = (*child, moved || moves(*joint));
-            arm.push(link);
-        }
-    }
-}
-
-/// Returns whether the joint can be one of the arm: it moves, and does not mimic.
-fn moves(joint: Node) -> bool {
-    let moves = matches!(joint.attribute("type"), Some("revolute" | "continuous" | "prismatic"));
-    moves && child_of(joint, "mimic").is_none()
-}
-
-/// Returns the largest number of the arm's joints from this joint on, and whether anything moves there, given these values for its child.
-fn carried(joint: Node, (most, moves_beyond): (usize, bool)) -> (usize, bool) {
-    let is_fixed = joint.attribute("type") == Some("fixed");
-    (most + usize::from(moves(joint)), moves_beyond || !is_fixed)
 }
 
 /// Returns the names of these elements, after checking that each is unique.

@@ -7,6 +7,7 @@ use crate::lateness::{Cycles, Lateness};
 use crate::parts::Parts;
 use crate::presence::{Return, Step};
 use crate::pull::{Hold, Observed, Pull, Room, observed_at};
+use crate::rarity::Rarity;
 use crate::samples::Samples;
 use crate::tracking_monitor::TrackingMonitor;
 use crate::{ArmFigures, Contact, JointOrder, JointReading, LinkSettings, StateError, seconds};
@@ -50,6 +51,8 @@ pub(crate) struct ArmLink {
     pub figures: ArmFigures,
     /// The event of this cycle that revokes consent, if any.
     pub returned: Option<Return>,
+    /// Whether the states arrive too rarely.
+    pub rarity: Rarity,
     /// The fraction of its speed at which the robot says that it moves, and when it said so.
     pub told_factor: Option<(f64, Duration)>,
     /// A robot that appeared and may be moving.
@@ -104,6 +107,7 @@ impl ArmLink {
             measured_at: Duration::ZERO,
             figures: ArmFigures::default(),
             returned: None,
+            rarity: Rarity::default(),
             told_factor: None,
             newcomer: None,
             blind_since: None,
@@ -202,6 +206,9 @@ impl ArmLink {
     ) {
         (self.returned, self.came) = (None, false);
         let Some(Newest { now, has_velocities, stamp_age }) = self.newest.take() else { return };
+        if let Some(before) = self.received {
+            self.rarity.hear(now.saturating_sub(before), settings.state_timeout);
+        }
         let (measured, velocity) = (&mut measured[self.joints.clone()], &mut velocity[self.joints.clone()]);
         let lately = self.received.unwrap_or(now).saturating_sub(LATELY);
         history.travel(self.joints.clone(), lately, now, &mut self.asked);

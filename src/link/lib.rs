@@ -14,6 +14,7 @@ mod link;
 mod parts;
 mod presence;
 mod pull;
+mod rarity;
 mod samples;
 mod state_error;
 mod tracking_monitor;

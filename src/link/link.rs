@@ -208,6 +208,11 @@ impl Link {
         self.arms.iter().map(|arm| arm.received).min().flatten()
     }
 
+    /// Returns the interval between joint states of an arm whose joint states arrive too rarely for `state_timeout`.
+    pub fn rare_states(&self) -> Option<Duration> {
+        self.arms.iter().filter_map(|arm| arm.rarity.interval).max()
+    }
+
     /// Returns the arm that has been silent longest.
     pub fn quietest(&self) -> usize {
         let arms = self.arms.iter().enumerate();

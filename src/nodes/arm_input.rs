@@ -1,5 +1,6 @@
 //! The input from one arm: its joint states, their publishers, and the fraction of its speed at which it says that it moves.
 
+use super::arm_speed::ArmSpeed;
 use super::events::EventsRecord;
 use super::senders::Senders;
 use super::wiring::NodeSetup;
@@ -9,6 +10,7 @@ use dq_messages::messages::{Float64, JointState, Time};
 use dq_ros::ros::{Clock, EndpointId, RosError, Subscription};
 use dq_wire::joint_reading;
 use std::sync::Arc;
+use std::time::Instant;
 
 /// The subscription to an arm's joint states.
 pub(super) type JointStates = Arc<Subscription<JointState>>;
@@ -25,8 +27,8 @@ pub(super) struct ArmInput {
     clock: Clock,
     /// The stamp of the last accepted joint state, or its time of arrival if it has no stamp.
     pub stamp: Time,
-    /// The speed of the arm's fastest joint [rad/s] in the last joint state, if the state has the speeds of all joints of the arm.
-    pub speed: Option<f64>,
+    /// The arm's speed by its joint states.
+    pub speed: ArmSpeed,
 }
 
 /// Subscribes to the inputs of the arms with these joints. Joint states are subscribed to with this reliability.
@@ -59,7 +61,7 @@ pub(super) fn subscribe(
             publishers: Senders::default(),
             clock: clock.clone(),
             stamp: Time::default(),
-            speed: None,
+            speed: ArmSpeed::default(),
         })
     };
     kind.arms().iter().zip(joints).map(subscribe).collect()
@@ -79,7 +81,7 @@ impl ArmInput {
             // The servo counts a rejection, and the report logs it.
             let taken = record.take(servo, Event::JointState(arm, joint_reading(state, source, real)));
             if taken.unwrap_or(false) {
-                *speed = fastest_of(joints, state);
+                speed.hear(joints, state, Instant::now());
                 *stamp = if state.header.stamp.is_zero() { clock.now() } else { state.header.stamp.clone() };
             }
         });
@@ -119,19 +121,6 @@ fn part(published: f64) -> f64 {
     if published > 1.0 { published / 100.0 } else { published }
 }
 
-/// Returns the speed of the fastest of these joints [rad/s], ignoring others such as a gripper or wheels; `None` if one of these joints has
-/// no speed.
-fn fastest_of(joints: &JointOrder, state: &JointState) -> Option<f64> {
-    let JointState { name, velocity, .. } = state;
-    let speed = |joint| {
-        let place = name.iter().position(|name| name == joint)?;
-        velocity.get(place).map(|speed| speed.abs()).filter(|speed| speed.is_finite())
-    };
-    let mut speeds = joints.names().iter().map(speed);
-    let fastest = speeds.try_fold(0.0, |fastest, speed| Some(f64::max(fastest, speed?)));
-    fastest.filter(|_| velocity.len() == name.len())
-}
-
 /// Returns the largest absolute speed; `None` if there are no speeds.
 pub(super) fn fastest(speeds: &[f64]) -> Option<f64> {
     speeds.iter().map(|speed| speed.abs()).reduce(f64::max)
@@ -146,22 +135,5 @@ mod tests {
         for (told, expected) in [(100.0, 1.0), (20.0, 0.2), (2.0, 0.02), (1.0, 1.0), (0.2, 0.2), (0.0, 0.0)] {
             assert_eq!(part(told), expected);
         }
-    }
-
-    #[test]
-    fn only_the_arm_s_own_joints_say_whether_it_stands() {
-        let names = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect::<Vec<_>>();
-        let joints = JointOrder::new(names(&["shoulder", "elbow"]));
-        let speed = |name: &[&str], velocity: &[f64]| {
-            let state =
-                JointState { name: names(name), velocity: velocity.to_vec(), ..JointState::default() };
-            fastest_of(&joints, &state)
-        };
-        let mobile = ["wheel", "elbow", "shoulder"];
-        assert_eq!(speed(&mobile, &[9.0, 0.1, -0.2]), Some(0.2));
-        assert_eq!(speed(&mobile, &[9.0, 0.0, 0.0]), Some(0.0));
-        assert_eq!(speed(&mobile, &[0.0, f64::NAN, 0.0]), None);
-        assert_eq!(speed(&["wheel", "elbow"], &[0.0, 0.0]), None);
-        assert_eq!((speed(&mobile, &[]), speed(&mobile, &[0.0, 0.0])), (None, None));
     }
 }

@@ -6,6 +6,7 @@
 #[cfg(test)]
 mod allocations;
 mod arm_input;
+mod arm_speed;
 mod commands;
 mod complaint;
 mod cycle_thread;

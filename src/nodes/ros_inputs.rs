@@ -1,6 +1,7 @@
 //! The inputs of a running servo: requests, joint states, goals, twists, and who subscribes to its commands.
 
 use super::arm_input::{ArmInput, fastest};
+use super::arm_speed::ArmSpeed;
 use super::commands::Commands;
 use super::events::{EventsRecord, ParameterRecord};
 use super::frames::Frames;
@@ -199,7 +200,7 @@ impl RosInputs {
         }
         let command = fastest(servo.command()).unwrap_or(0.0);
         // Use the speeds only if all arms reported them. An arm that was never heard counts as standing still.
-        let reported: Option<Vec<_>> = self.arms.iter().map(|arm| arm.speed).collect();
+        let reported: Option<Vec<_>> = self.arms.iter().map(|arm| arm.speed.fastest).collect();
         let never_heard = servo.pose().is_none().then_some(0.0);
         let reported = reported.and_then(|speeds| fastest(&speeds)).or(never_heard);
         shutdown.step(self.clocks.now, command, reported)
@@ -279,7 +280,7 @@ impl RosInputs {
                 Request::Shutdown => {
                     self.stop(servo);
                     self.shutdown = Some(Shutdown::new(self.clocks.now, &self.kinds));
-                    self.arms.iter_mut().for_each(|arm| arm.speed = None);
+                    self.arms.iter_mut().for_each(|arm| arm.speed = ArmSpeed::default());
                 }
             }
         }

@@ -89,7 +89,7 @@ fn a_description_from_a_file_is_the_same_arm() {
 #[test]
 fn guessed_frames_are_reported() {
     let (store, warnings) = start(&[("robot_file", text(&file("ur5")))]).unwrap();
-    let frames = "from base_frame \"base_link\" to tool_frame \"tool0\"";
+    let frames = "from base_frame \"base_link\" to tool_frame \"tool0\" (also near its end: \"wrist_3_link\", \"ee_link\"): ";
     assert!(warnings.len() == 1 && warnings[0].contains(frames), "{warnings:?}");
     let parameters = ServoParameters::from_store(&store).unwrap();
     assert_eq!((parameters.goal_frame.as_str(), parameters.tool_frame.as_str()), ("base_link", "tool0"));

@@ -120,6 +120,58 @@ fn limits_of_extreme_size_count_as_none() {
     assert_eq!(limits.joint_acceleration[0], 3.0);
 }
 
+/// A sliding joint counts its limits as a turning one does, each on its own.
+#[test]
+fn a_sliding_joint_may_have_no_limit() {
+    for lower in ["-1e9", "-1e16", "-inf"] {
+        let document = with("lower='-0.1'", &format!("lower='{lower}'"));
+        let servo = started(&values(&document, &[])).unwrap();
+        let position = servo.settings.limits.position;
+        assert_eq!((position.lower[1], position.upper[1]), (-1e5, 0.4));
+    }
+}
+
+/// A parameter that replaces the limits silences the warning.
+#[test]
+fn limits_that_look_like_degrees_cause_a_warning() {
+    let range = [
+        ("limits.joint_position_lower", vec![-1.0, -0.1, -3.0]),
+        ("limits.joint_position_upper", vec![1.0, 0.4, 3.0]),
+    ];
+    let warned = |document: &str, more: &[List]| {
+        let (_, warnings) = ServoParameters::start("/dq_servo", given(&values(document, more))).unwrap();
+        warnings.into_iter().find(|warning| warning.contains("degrees"))
+    };
+    let degrees = with("lower='-1' upper='2' velocity='1.5'", "lower='-170' upper='170' velocity='180'");
+    let warning = warned(&degrees, &[]).unwrap();
+    assert!(warning.contains("joint \"j1\" are -170 to 170 rad and 180 rad/s"), "{warning}");
+    let warning = warned(&degrees, &range).unwrap();
+    assert!(warning.contains("joint \"j1\" are 180 rad/s"), "{warning}");
+    let turns = with("lower='-1' upper='2'", "lower='-12.6' upper='12.6'");
+    let slides = with("lower='-0.1' upper='0.4'", "lower='-100' upper='100'");
+    for fine in [GANTRY, &turns, &slides, &with("lower='-1' upper='2'", "lower='-1e16' upper='1e16'")] {
+        assert_eq!(warned(fine, &[]), None);
+    }
+}
+
+/// A body along the links has one capsule for each.
+#[test]
+fn an_arm_may_have_64_joints() {
+    let (mut links, mut joints) = ("<link name='l0'/>".to_owned(), String::new());
+    for joint in 1..=64 {
+        links += &format!("<link name='l{joint}'/>");
+        joints += &format!(
+            "<joint name='j{joint}' type='revolute'><parent link='l{}'/><child link='l{joint}'/><origin xyz='0 0 0.1'/>\
+             <limit lower='-1' upper='1' velocity='1'/></joint>",
+            joint - 1
+        );
+    }
+    let document = format!("<robot name='snake'>{links}{joints}</robot>");
+    let [base, tool] = frames("l0", "l64");
+    let servo = started(&[("robot_description", text(&document)), base, tool]).unwrap();
+    assert_eq!(servo.joints[0].names().len(), 64);
+}
+
 /// A rail along x from 0 to 4 m, with a post of 0.3 m, a swivel and an arm of 0.5 m on it.
 const RAIL: &str = "<robot name='r'><link name='a'/><link name='b'/><link name='c'/><link name='e'/>
   <joint name='rail' type='prismatic'><parent link='a'/><child link='b'/><limit lower='0' upper='4' velocity='1' effort='1'/></joint>

@@ -39,6 +39,7 @@ mod escape_phase;
 mod event;
 mod explanation;
 mod filters;
+mod free_directions;
 mod goal;
 mod goal_error;
 mod mode;
@@ -71,6 +72,7 @@ pub use dq_limits::{
 pub use dq_link::{ArmFigures, Contact, JointOrder, JointReading, StateError, stamp_age};
 pub use event::{Event, GoalMotion, GoalReading, Sent, TwistReading};
 pub use filters::{CLEARANCE, Replaced};
+pub use free_directions::FreeDirections;
 pub use goal::{Goal, is_own_frame};
 pub use goal_error::GoalError;
 pub use motion::{Figures, MotionMeter, Settling};

@@ -2,6 +2,7 @@
 
 use super::{Contended, Revocation, Rivals};
 use dq_kinematics::arm::JointKind;
+use std::time::Duration;
 
 /// A reason, for states that do not say enough by themselves.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -12,6 +13,8 @@ pub enum Reason {
     Release(Revocation),
     /// An input that may have only one publisher has two (state `holding`).
     Rivals(Rivals),
+    /// Joint states arrive with this interval, which is too long for `state_timeout` (state `stale_state`).
+    RareStates(Duration),
     /// The stream of goals has ended (state `stale_goal`).
     StreamEnded,
     /// TF no longer has the frame with which the goal moves (state `stale_goal`).
@@ -73,6 +76,11 @@ impl Reason {
                 "{} does not follow: contact? Else: is the robot's controller active, or its delay longer than before (then set latency)? It is tried gently once more",
                 joint(number)
             ),
+            Self::RareStates(interval) => {
+                let interval = interval.as_secs_f64();
+                let (rate, least) = (1.0 / interval, 2.0 * interval);
+                format!("joint states come at {rate:.0} Hz: set state_timeout to {least:.2} s or more")
+            }
             Self::StreamEnded => {
                 "no goal has come for longer than goal_timeout: a goal that is sent once needs goal_timeout 0"
                     .to_owned()

@@ -2,7 +2,7 @@
 
 use dq_common::named;
 
-use super::{ClosePair, Consent, Figures, Goal, Reason, Reconfiguration, Stall, State};
+use super::{ClosePair, Consent, Figures, FreeDirections, Goal, Reason, Reconfiguration, Stall, State};
 use nalgebra::Vector6;
 
 named! {
@@ -50,6 +50,8 @@ pub struct Status {
     pub speed_factor: f64,
     /// Whether the arm is being led out of a singularity at which the law stands still.
     pub leaving_singularity: bool,
+    /// The directions in which the arm can move, if it cannot follow the twist in force.
+    pub instead_of_twist: Option<FreeDirections>,
     /// Why the motion has stalled, in the state `stalled`.
     pub stall: Option<Stall>,
     /// Information about another configuration in which the goal can be reached.
@@ -97,6 +99,9 @@ impl Status {
                     )
                 })
             }
+            State::Jogging if self.instead_of_twist.is_some() => {
+                self.instead_of_twist.map(|directions| directions.explain())
+            }
             State::Tracking | State::Jogging if self.speed_factor < SLOW => Some(format!(
                 "the robot moves at {:.0} % of its speed: was it told to be slow?",
                 100.0 * self.speed_factor
@@ -127,6 +132,7 @@ impl Default for Status {
             too_far: None,
             speed_factor: 1.0,
             leaving_singularity: false,
+            instead_of_twist: None,
             stall: None,
             reconfiguration: Reconfiguration::Unknown,
             figures: Figures::default(),

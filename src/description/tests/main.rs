@@ -1,5 +1,6 @@
 //! Tests of arms in robot descriptions, and of descriptions without an arm.
 
+mod guess;
 #[path = "../../kinematics/tests/jacobians.rs"]
 mod jacobians;
 #[path = "../../algebra/tests/tolerance.rs"]
@@ -8,7 +9,7 @@ mod tolerance;
 
 use dq_algebra::UnitDualQuaternion;
 use dq_config::ForArm;
-use dq_description::{DescribedArm, Description, Motion, guess_frames};
+use dq_description::{DescribedArm, Description, Motion};
 use dq_kinematics::arm::{ArmState, Chain, JointKind};
 use jacobians::check_jacobians;
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
@@ -271,23 +272,4 @@ fn joints_outside_of_the_chain_may_be_invalid() {
     assert_eq!((read.arm.joints.len(), stiff.motion), (4, Motion::Fixed));
     let free = GANTRY.replace("name='finger' type='prismatic'", "name='finger' type='floating'");
     assert!(Description::read(&free, "a", "e").unwrap().beside.is_empty());
-}
-
-/// The longest arm, without wheels, head, gripper and fingers; from `base_link` to `tool0`, if these exist.
-#[test]
-fn missing_frames_are_guessed() {
-    for (robot, base, tool, joints) in [
-        ("panda", "panda_link0", "panda_hand", 7),
-        ("scara", "link0", "tool", 4),
-        ("tiago", "base_link", "wrist_ft_tool_link", 8),
-        ("ur5", "base_link", "tool0", 6),
-        ("xarm7", "world", "link_eef", 7),
-    ] {
-        let text = text(robot);
-        let frames = guess_frames(&text, [None, None]).unwrap();
-        assert_eq!(frames, [base, tool], "{robot}");
-        let arm = Description::read(&text, base, tool).unwrap().arm;
-        assert_eq!(arm.moving().count(), joints, "{robot}");
-        assert_eq!(guess_frames(&text, [Some("here"), Some("there")]).unwrap(), ["here", "there"]);
-    }
 }

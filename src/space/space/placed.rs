@@ -407,7 +407,7 @@ mod tests {
         assert_eq!(full.besides(things(62, 64)).unwrap(), new(body.clone(), things(0, 64)).unwrap());
         let cell = full.staying_in(things(62, 65), &chains, &[(-3.0, 3.0); 6]).unwrap_err().to_string();
         assert!(cell.ends_with("no room for thing64"), "{cell}");
-        let capsules = body.capsules.iter().cycle().take(33).cloned().collect();
-        assert_eq!(new(Body { capsules }, Vec::new()), Err(SceneError::Capsules(33)));
+        let capsules = body.capsules.iter().cycle().take(MOST_CAPSULES + 1).cloned().collect();
+        assert_eq!(new(Body { capsules }, Vec::new()), Err(SceneError::Capsules(MOST_CAPSULES + 1)));
     }
 }

@@ -4,8 +4,8 @@ use super::{Body, Capsule, KeepOut, Name};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-/// Largest number of capsules of a body.
-pub const MOST_CAPSULES: usize = 32;
+/// Largest number of capsules of a body: one along each link of the longest chain, base included.
+pub const MOST_CAPSULES: usize = 65;
 /// Largest number of keep-outs and keep-ins together in a scene.
 pub const MOST_KEEP_OUTS: usize = 64;
 /// Largest number of pairs in a scene: each two capsules, and each capsule with each keep-out.

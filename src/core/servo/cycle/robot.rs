@@ -200,6 +200,9 @@ impl Servo {
         let Some(received) = self.robot.link.received() else {
             return (Some(State::WaitingForState), rivals);
         };
+        if let Some(interval) = self.robot.link.rare_states() {
+            return (Some(State::StaleState), rivals.or(Some(Reason::RareStates(interval))));
+        }
         if now.saturating_sub(received) > self.settings.state_timeout || self.robot.link.is_blind() {
             return (Some(State::StaleState), rivals);
         }

@@ -5,7 +5,7 @@ use super::output::Hindrance;
 use super::tracking::Tracked;
 use crate::servo::filters::{FilterInput, LawGoal};
 use crate::servo::mode::{Mode, Pursuit};
-use crate::servo::{Input, MotionMeter, Reason, State, Status};
+use crate::servo::{FreeDirections, Input, MotionMeter, Reason, State, Status};
 use dq_kinematics::control::{AllowedRate, Map};
 use dq_limits::Joints;
 use std::time::Duration;
@@ -150,6 +150,11 @@ impl Servo {
             too_far: self.robot.link.too_far(now),
             speed_factor: self.robot.link.factor(),
             leaving_singularity: state.is_driven() && watch.is_some_and(|watch| watch.escape.is_escaping()),
+            instead_of_twist: self.mode.jog().filter(|_| state == State::Jogging).and_then(|jog| {
+                let robot = &self.robot.predicted;
+                let aim = self.settings.controller.aim;
+                FreeDirections::instead_of(&jog.twist, aim, robot.state(), &robot.tool_axes())
+            }),
             stall,
             reconfiguration: watch.map(|watch| watch.reconfiguration).unwrap_or_default(),
             figures: pursuit

@@ -4,7 +4,9 @@ use crate::rig::{Rig, twist};
 use dq_core::servo::{
     Contended, Input, Interface, Reason, Rejection, Revocation, Rivals, Sent, State, TwistReading,
 };
+use dq_kinematics::arm::{Chain, Convention, DhRow};
 use nalgebra::Vector3;
+use std::f64::consts::FRAC_PI_2;
 use std::time::Duration;
 
 const UP: [f64; 3] = [0.0, 0.0, 0.05];
@@ -285,4 +287,25 @@ fn two_arms_are_jogged_relative_to_each_other() {
     }
     let way = rig.servo.pose().unwrap().translation() - begin;
     assert!(way.x > 0.02 && way.yz().norm() < 0.1 * way.x, "{way:?}");
+}
+
+/// A waist, a shoulder, an elbow and a wrist that pitches, with the tool ahead: it cannot move sideways without turning.
+#[test]
+fn a_twist_that_the_arm_cannot_follow_names_the_directions_that_it_has() {
+    let rows = [(FRAC_PI_2, 0.0, 0.3), (0.0, 0.4, 0.0), (0.0, 0.35, 0.0), (0.0, 0.1, 0.0)];
+    let rows = rows.map(|(alpha, a, d)| DhRow { alpha, a, d, theta_offset: 0.0 });
+    let mut rig = Rig::of_arm(Chain::new(Convention::StandardDh, &rows).unwrap(), vec![0.0, 0.6, -1.2, 0.3]);
+    let mut explained = |linear, angular| {
+        hold(&mut rig, linear, angular, "base_link", 0.5);
+        assert_eq!(rig.state(), State::Jogging);
+        let text = rig.servo.status().explain(&rig.names);
+        rig.run(1.0);
+        text
+    };
+    assert_eq!(explained(UP, NONE), None);
+    let has =
+        "the arm has no joints for this twist here: it can move along x, z and turn about y of the base";
+    assert_eq!(explained(NONE, [0.2, 0.0, 0.0]).as_deref(), Some(has));
+    // The waist turns about z, and moves the tool sideways then.
+    assert_eq!(explained(NONE, [0.0, 0.2, 0.0]), None);
 }

@@ -370,3 +370,35 @@ fn rule_17_old_states_that_come_after_an_absence_start_nothing() {
     }
     assert_eq!(rig.state(), State::Holding);
 }
+
+/// Joint states at 10 Hz neither drive the arm in bursts nor warn again each time: the arm stands, and the reason names the remedy.
+#[test]
+fn joint_states_that_are_too_rare_for_the_timeout_name_it() {
+    for (interval, rate) in
+        [(100, "10 Hz: set state_timeout to 0.20 s"), (200, "5 Hz: set state_timeout to 0.40 s")]
+    {
+        let mut rig = Rig::new();
+        rig.state_interval = Duration::from_millis(interval);
+        rig.run(1.5);
+        rig.goal("theta_desired");
+        for _ in 0..500 {
+            rig.cycle();
+            let reason = rig.servo.status().reason.unwrap();
+            assert_eq!((rig.state(), rig.speed()), (State::StaleState, 0.0));
+            let text = reason.explain(|_| String::new(), |_, _| String::new(), |_| String::new());
+            assert!(text.contains(rate), "{text}");
+        }
+        // With the remedy, the arm moves to the goal.
+        rig.change(|settings| settings.state_timeout = Duration::from_millis(2 * interval));
+        rig.run_until(State::Settled, 60.0);
+        assert_eq!(rig.servo.status().reason, None);
+    }
+    // One outage is not rare.
+    let mut rig = in_motion();
+    rig.connect(false);
+    rig.run(0.3);
+    assert_eq!((rig.state(), rig.servo.status().reason), (State::StaleState, None));
+    rig.connect(true);
+    rig.run(0.1);
+    assert_ne!(rig.state(), State::StaleState);
+}

@@ -1,0 +1,75 @@
+//! The directions in which an arm can move its tool, for a twist that it cannot follow.
+
+use super::Twist;
+use dq_kinematics::arm::ArmState;
+use dq_kinematics::control::Aim;
+use nalgebra::{Matrix6, UnitQuaternion, Vector3, Vector6};
+
+/// An arm follows a twist if it can follow at least this part of it.
+const FOLLOWED: f64 = 0.5;
+
+/// An arm has a direction if all but this part of the direction is possible.
+const MISSING: f64 = 1e-3;
+
+/// Singular values of the Jacobian below this [m/rad, prismatic: 1] do not move the tool.
+const SMALLEST: f64 = 0.02;
+
+/// The axes along which an arm can move its tool, and about which it can turn it, each without the others.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct FreeDirections {
+    /// About x, y and z, then along x, y and z.
+    each: [bool; 6],
+    /// Whether the axes are the tool's; otherwise they are the base's.
+    in_tool: bool,
+}
+
+impl FreeDirections {
+    /// Returns the directions of `arm`, whose tool has these `axes`, if it cannot follow the twist within the aim.
+    pub(super) fn instead_of(
+        twist: &Twist,
+        aim: Aim,
+        arm: &ArmState,
+        axes: &UnitQuaternion<f64>,
+    ) -> Option<Self> {
+        let (turns, moves) = match aim {
+            Aim::Pose => (1.0, 1.0),
+            Aim::Position => (0.0, 1.0),
+            Aim::Orientation => (1.0, 0.0),
+            // Their directions are no axes.
+            Aim::PositionAndAxis | Aim::Distance => return None,
+        };
+        let turned = |v: Vector3<f64>| if twist.in_tool { axes.inverse() * v } else { v };
+        let six = |angular: Vector3<f64>, linear: Vector3<f64>| {
+            let [angular, linear] = [turns * angular, moves * linear];
+            Vector6::new(angular.x, angular.y, angular.z, linear.x, linear.y, linear.z)
+        };
+        let wanted = six(twist.angular, twist.linear).try_normalize(f64::MIN_POSITIVE)?;
+        let columns = arm.tool_motions().map(|(angular, linear)| six(turned(angular), turned(linear)));
+        let eigen =
+            columns.fold(Matrix6::zeros(), |sum, column| sum + column * column.transpose()).symmetric_eigen();
+        let possible = eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter());
+        let possible = possible.filter(|(square, _)| **square > SMALLEST * SMALLEST);
+        let projector = possible.fold(Matrix6::zeros(), |sum, (_, way)| sum + way * way.transpose());
+        if wanted.dot(&(projector * wanted)) >= FOLLOWED {
+            return None;
+        }
+        let each = std::array::from_fn(|axis| projector[(axis, axis)] > 1.0 - MISSING);
+        Some(Self { each, in_tool: twist.in_tool })
+    }
+
+    /// Explains in a sentence that the arm cannot follow, and where it can move.
+    pub fn explain(&self) -> String {
+        let [about, along] = [&self.each[..3], &self.each[3..]].map(|three| {
+            let names = ["x", "y", "z"].into_iter().zip(three).filter(|(_, is_free)| **is_free);
+            names.map(|(name, _)| name).collect::<Vec<_>>().join(", ")
+        });
+        let whose = if self.in_tool { "the tool" } else { "the base" };
+        let can = match (along.is_empty(), about.is_empty()) {
+            (false, false) => format!("move along {along} and turn about {about} of {whose}"),
+            (false, true) => format!("move along {along} of {whose}"),
+            (true, false) => format!("turn about {about} of {whose}"),
+            (true, true) => "move only along several axes at once".to_owned(),
+        };
+        format!("the arm has no joints for this twist here: it can {can}")
+    }
+}

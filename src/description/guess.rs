@@ -1,0 +1,265 @@
+//! A guess of which part of a description is the arm, if nobody names its frames.
+
+use super::arm::DescriptionError;
+use super::urdf_tree::{Tree, child_of, linked, name_of, with_document};
+use dq_common::text::cut;
+use roxmltree::Node;
+use std::collections::{HashMap, HashSet};
+use std::f64::consts::PI;
+
+/// Frames to which tools are mounted, in the order of preference.
+const TOOL_FRAMES: [&str; 2] = ["tool0", "flange"];
+
+/// The frames of an arm.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Guess {
+    /// The base frame.
+    pub base: String,
+    /// The tool frame.
+    pub tool: String,
+    /// Other links that could be the tool frame, if it was guessed.
+    pub alternatives: Vec<String>,
+}
+
+/// Returns the frames of the arm in the URDF document `text`. A given frame is kept, a missing one is guessed.
+///
+/// The tool frame is `tool0`, otherwise `flange`, also with a prefix. Without them it is the end of the chain with most joints, up to a
+/// gripper, and over fixed joints. A gripper begins where several parts move, none of them on more joints than the arm has so far; or it
+/// is a jaw.
+/// The base frame is `base_link`, if it is on the way to the tool, otherwise the root.
+///
+/// # Errors
+/// [`DescriptionError::SeveralArms`] if several chains have equal claims; others if the document is invalid.
+pub fn guess_frames(text: &str, [base, tool]: [Option<&str>; 2]) -> Result<Guess, DescriptionError> {
+    if let (Some(base), Some(tool)) = (base, tool) {
+        let [base, tool] = [base, tool].map(str::to_owned);
+        return Ok(Guess { base, tool, alternatives: Vec::new() });
+    }
+    with_document(text, |document| {
+        let tree = Tree::new(document.root_element())?;
+        let root = tree.root().unwrap_or_default();
+        let from = base.unwrap_or(root);
+        let branches = Branches::new(&tree, from);
+        let (tool, alternatives) = match tool {
+            Some(tool) => (tool, Vec::new()),
+            None => branches.tool(from)?,
+        };
+        let passes_base_link = || {
+            tree.between(root, tool)
+                .is_ok_and(|way| way.iter().any(|joint| linked(*joint, "parent") == Ok("base_link")))
+        };
+        let base = base.unwrap_or_else(|| if passes_base_link() { "base_link" } else { root });
+        let alternatives = alternatives.into_iter().map(|link| cut(link).into_owned()).collect();
+        Ok(Guess { base: base.to_owned(), tool: tool.to_owned(), alternatives })
+    })
+}
+
+/// A joint and the link that it carries.
+#[derive(Clone, Copy)]
+struct Branch<'a> {
+    joint: Node<'a, 'a>,
+    child: &'a str,
+    /// Whether it moves as joints before it do: a mimic joint of a linkage.
+    follows: bool,
+}
+
+impl Branch<'_> {
+    /// Returns whether the joint can be one of the arm's own: it moves, and does not mimic.
+    fn is_driven(&self) -> bool {
+        is_moving(self.joint) && child_of(self.joint, "mimic").is_none()
+    }
+
+    /// Returns whether the joint does not move on its own.
+    fn is_rigid(&self) -> bool {
+        self.follows || self.joint.attribute("type") == Some("fixed")
+    }
+
+    /// Returns whether the joint opens to one side only, by at most half a turn: as a jaw, not as a wrist.
+    fn is_one_sided(&self) -> bool {
+        /// The largest part of the range that a jaw has on the other side of zero.
+        const OTHER_SIDE: f64 = 0.25;
+        let limit = |name| child_of(self.joint, "limit")?.attribute(name)?.trim().parse::<f64>().ok();
+        let (lower, upper) = (limit("lower").unwrap_or(0.0), limit("upper").unwrap_or(0.0));
+        let (one, other) = (upper.max(-lower), upper.min(-lower));
+        lower < upper && upper - lower <= PI && other <= OTHER_SIDE * one
+    }
+}
+
+fn is_moving(joint: Node) -> bool {
+    matches!(joint.attribute("type"), Some("revolute" | "continuous" | "prismatic"))
+}
+
+/// The links from one link on.
+struct Branches<'a> {
+    by_parent: HashMap<&'a str, Vec<Branch<'a>>>,
+    /// For each link, what is beyond it.
+    beyond: HashMap<&'a str, Beyond>,
+    /// All links, each after its parent.
+    order: Vec<&'a str>,
+}
+
+/// What is beyond a link.
+#[derive(Clone, Copy, Default)]
+struct Beyond {
+    /// The largest number of driven joints on a chain.
+    joints: usize,
+    /// Whether anything moves that does not follow the joints before it.
+    moves: bool,
+}
+
+impl<'a> Branches<'a> {
+    fn new(tree: &Tree<'a>, from: &'a str) -> Self {
+        let mut by_parent: HashMap<&str, Vec<Branch>> = HashMap::new();
+        for &joint in &tree.joints {
+            if let (Ok(parent), Ok(child)) = (linked(joint, "parent"), linked(joint, "child")) {
+                by_parent.entry(parent).or_default().push(Branch { joint, child, follows: false });
+            }
+        }
+        let mut all = Self { by_parent, beyond: HashMap::new(), order: Vec::new() };
+        // Depth first, with the joints that lead to each link. A link is met again after all links beyond it.
+        let (mut stack, mut before) = (vec![(from, None, false)], HashSet::new());
+        while let Some((link, joint, is_done)) = stack.pop() {
+            if is_done {
+                let each = all.of(link).iter().map(|branch| all.carried(branch));
+                let sum = each.fold(Beyond::default(), |sum, one| Beyond {
+                    joints: sum.joints.max(one.joints),
+                    moves: sum.moves || one.moves,
+                });
+                all.beyond.insert(link, sum);
+                joint.map(|joint| before.remove(name_of(joint)));
+                continue;
+            }
+            all.order.push(link);
+            joint.map(|joint| before.insert(name_of(joint)));
+            stack.push((link, joint, true));
+            for branch in all.by_parent.get_mut(link).into_iter().flatten().rev() {
+                let driver = child_of(branch.joint, "mimic").and_then(|mimic| mimic.attribute("joint"));
+                branch.follows = driver.is_some_and(|driver| before.contains(driver));
+                stack.push((branch.child, Some(branch.joint), false));
+            }
+        }
+        all
+    }
+
+    fn of(&self, link: &str) -> &[Branch<'a>] {
+        self.by_parent.get(link).map(Vec::as_slice).unwrap_or_default()
+    }
+
+    /// Returns what a branch carries, its own joint included.
+    fn carried(&self, branch: &Branch) -> Beyond {
+        let Beyond { joints, moves } = self.beyond.get(branch.child).copied().unwrap_or_default();
+        Beyond { joints: joints + usize::from(branch.is_driven()), moves: moves || !branch.is_rigid() }
+    }
+
+    /// Returns the tool frame of the arm from `from` on, and alternatives.
+    fn tool(&self, from: &'a str) -> Result<(&'a str, Vec<&'a str>), DescriptionError> {
+        for name in TOOL_FRAMES {
+            if let Some(tool) = self.named(from, name)? {
+                return Ok((tool, self.fixed_to(from, tool)));
+            }
+        }
+        let tool = self.over_fixed(self.end(from, 0)?);
+        Ok((tool, self.fixed_to(from, tool)))
+    }
+
+    /// Returns the frame with this name, or with this name after a prefix, that is the first on its chain; only if the larger part of the
+    /// joints is before it.
+    fn named(&self, from: &'a str, name: &str) -> Result<Option<&'a str>, DescriptionError> {
+        let (mut before, mut found) = (HashMap::from([(from, 0)]), Vec::new());
+        for &link in &self.order {
+            let Some(joints) = before.remove(link) else { continue };
+            let is_named =
+                link.strip_suffix(name).is_some_and(|prefix| prefix.is_empty() || prefix.ends_with('_'));
+            if is_named && joints > 0 && joints >= self.beyond[link].joints {
+                found.push(link);
+                continue;
+            }
+            let next = |branch: &Branch<'a>| (branch.child, joints + usize::from(branch.is_driven()));
+            before.extend(self.of(link).iter().map(next));
+        }
+        if found.contains(&name) {
+            found.retain(|link| *link == name);
+        }
+        match found.as_slice() {
+            [] => Ok(None),
+            [tool] => Ok(Some(tool)),
+            several => Err(several_arms(several)),
+        }
+    }
+
+    /// Returns the link at which the arm ends and its gripper begins, from `from` on, which `joints` of its joints carry.
+    fn end(&self, from: &'a str, mut joints: usize) -> Result<&'a str, DescriptionError> {
+        /// The fewest joints of an arm with a jaw. With fewer, a one-sided joint is the arm's: the vertical axis of a gantry.
+        const FEWEST: usize = 4;
+        let (mut link, mut last) = (from, None);
+        loop {
+            let longest = self.beyond[link].joints;
+            let parts = self.of(link).iter().filter(|branch| self.carried(branch).moves).count();
+            let chains = self.of(link).iter().filter(|branch| self.carried(branch).joints > 0).count();
+            let is_hand = parts > 1 && (longest <= 1 || chains > 1 && longest <= joints);
+            if longest == 0 || joints > 0 && is_hand {
+                break;
+            }
+            let next: Vec<_> =
+                self.of(link).iter().filter(|branch| self.carried(branch).joints == longest).collect();
+            let [branch] = next.as_slice() else {
+                let end = |branch: &&Branch<'a>| {
+                    let joints = joints + usize::from(branch.is_driven());
+                    self.over_fixed(self.end(branch.child, joints).unwrap_or(branch.child))
+                };
+                return Err(several_arms(&next.iter().map(end).collect::<Vec<_>>()));
+            };
+            if branch.is_driven() {
+                (joints, last) = (joints + 1, Some((link, *branch)));
+            }
+            link = branch.child;
+        }
+        Ok(match last {
+            Some((parent, jaw)) if joints > FEWEST && jaw.is_one_sided() => parent,
+            _ => link,
+        })
+    }
+
+    /// Returns the last link that is rigidly connected to `link` on the only way there. A tool's center point does not count,
+    /// because it depends on the tool.
+    fn over_fixed(&self, mut link: &'a str) -> &'a str {
+        let is_next = |branch: &&Branch| branch.is_rigid() && !branch.child.ends_with("tcp");
+        loop {
+            let mut next = self.of(link).iter().filter(is_next);
+            match (next.next(), next.next()) {
+                (Some(branch), None) => link = branch.child,
+                _ => return link,
+            }
+        }
+    }
+
+    /// Returns the other links that the joint before `tool` carries rigidly, and those that the next joints carry.
+    fn fixed_to(&self, from: &'a str, tool: &'a str) -> Vec<&'a str> {
+        let parents = self
+            .by_parent
+            .iter()
+            .flat_map(|(parent, all)| all.iter().map(|branch| (branch.child, (*parent, branch))));
+        let parents: HashMap<_, _> = parents.collect();
+        let mut first = tool;
+        while let Some((parent, _)) =
+            parents.get(first).filter(|(_, branch)| branch.is_rigid() && first != from)
+        {
+            first = parent;
+        }
+        let (mut links, mut next) = (vec![first], 0);
+        while let Some(link) = links.get(next) {
+            // Links beyond the next joint's own do not count.
+            let is_moved = next > 0 && parents.get(link).is_some_and(|(_, branch)| !branch.is_rigid());
+            links.extend(self.of(link).iter().filter(|_| !is_moved).map(|branch| branch.child));
+            next += 1;
+        }
+        links.retain(|link| *link != tool);
+        links
+    }
+}
+
+fn several_arms(tools: &[&str]) -> DescriptionError {
+    /// Largest number of names in the message.
+    const NAMED: usize = 6;
+    DescriptionError::SeveralArms(tools.iter().take(NAMED).map(|tool| format!("{:?}", cut(tool))).collect())
+}
