@@ -367,7 +367,7 @@ def case_waiting_goals():
     its frame."""
     statuses, poses, goals, tf = peer_whose_goals_follow_their_frames()
     motions = reader("dq_servo/motions", ros.DiagnosticStatus)
-    set_parameter("dq_servo", "tf_timeout", 2.0)
+    set_parameter("dq_servo", "tf_timeout", 1.5)
 
     def follows(y):
         told = lambda: tf.write(transform("cup", 0.0, y, 0.5, as_time(time.time_ns()))) or time.sleep(0.02)
@@ -389,6 +389,13 @@ def case_waiting_goals():
     goals.write(goal_seen_from("cup", 0.0, 0.0, 0.5))
     follows(0.0)
     overtaken("shelf", lambda: trigger("dq_servo", "stop"), "stop", "~/stop was called")
+    # A stream whose frame is unknown has not paused.
+    for _ in range(20):
+        goals.write(goal_seen_from("nowhere", 0.0, 0.0, 0.5))
+        time.sleep(0.1)
+    take(motions)
+    goals.write(GOAL)
+    wait("the rejection of a stream", lambda: rejected(motions, "~/stop was called"), 3.0)
     time.sleep(1.6)  # What goes on after a stop asks for nothing.
     goals.write(goal_seen_from("cup", 0.0, 0.0, 0.5))
     follows(0.05)
