@@ -14,7 +14,7 @@ type Asset = (&'static str, &'static str, &'static str);
 const SCRIPT: &str = "text/javascript; charset=utf-8";
 const STYLE: &str = "text/css; charset=utf-8";
 
-const FILES: [Asset; 20] = [
+const FILES: [Asset; 21] = [
     ("/", "text/html; charset=utf-8", include_str!("page/index.html")),
     ("/style.css", STYLE, include_str!("page/style.css")),
     ("/main.js", SCRIPT, include_str!("page/main.js")),
@@ -34,6 +34,7 @@ const FILES: [Asset; 20] = [
     ("/solids.js", SCRIPT, include_str!("page/solids.js")),
     ("/space.js", SCRIPT, include_str!("page/space.js")),
     ("/stage.js", SCRIPT, include_str!("page/stage.js")),
+    ("/texts.js", SCRIPT, include_str!("page/texts.js")),
     ("/theatre.js", SCRIPT, include_str!("page/theatre.js")),
 ];
 
@@ -121,6 +122,7 @@ fn luminance([red, green, blue]: Color) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use dq_kinematics::control::Aim;
 
     #[test]
     fn the_page_is_small_and_loads_nothing_from_other_hosts() {
@@ -132,6 +134,15 @@ mod tests {
                 let content = content.replace("http://www.w3.org/2000/svg", "");
                 assert!(!content.contains(elsewhere), "{path}: {elsewhere}");
             }
+        }
+    }
+
+    #[test]
+    fn every_law_and_every_task_has_a_line() {
+        let texts = include_str!("page/texts.js");
+        let tasks = Aim::NAMES.iter().chain(Aim::RELATIVE_NAMES).copied();
+        for name in Law::ALL.iter().map(|law| law.name()).chain(tasks) {
+            assert!(texts.contains(&format!("\n  {name}: \"")), "{name}");
         }
     }
 

@@ -12,14 +12,28 @@ pub(super) fn explain(servo: &str, heard: Option<(&StatusReport, Duration)>, two
         Some((_, silent)) if silent > StatusReport::SILENCE => {
             format!("the servo is gone: nothing heard of {servo} for {:.0} s", silent.as_secs_f64())
         }
-        Some((report, _)) => report.sentence(),
+        Some((report, _)) => for_people(&report.sentence()),
     }
+}
+
+/// Replaces the names of services in a text of the servo by the page's buttons.
+fn for_people(text: &str) -> String {
+    text.replace("call ~/pause with false", "press Resume").replace("~/stop was called", "the arm was stopped")
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use dq_core::servo::{Reason, Revocation};
     use dq_messages::messages::{DiagnosticStatus, KeyValue};
+
+    /// Programs read the servo's own words.
+    #[test]
+    fn a_revoked_motion_names_the_page_s_button_and_no_service() {
+        let revoked = Reason::Revoked(Revocation::Stopped);
+        let text = revoked.explain(|_| String::new(), |_, _| String::new(), |_| String::new());
+        assert_eq!(for_people(&text), "the arm was stopped; to go on, send a goal again or press Resume");
+    }
 
     #[test]
     fn a_servo_that_was_never_heard_and_one_that_ended_are_reported() {

@@ -63,8 +63,9 @@ struct Shared {
 /// The motion to the goal in force, for a race to repeat.
 #[derive(Clone)]
 struct LastMotion {
-    /// The joint positions when the goal arrived.
+    /// The joint positions when the motion began.
     start: Vec<f64>,
+    /// The goal, of a stream the last one.
     goal: PoseNumbers,
 }
 
@@ -144,9 +145,15 @@ async fn show(
         let mut known = shared.known();
         let before = seen.positions();
         let has_new = seen.take(known.robot());
-        if let Some(report) = seen.report().filter(|report| report.goal_count != goals) {
-            goals = report.goal_count;
-            *locked(&shared.motion) = before.zip(report.goal).map(|(start, goal)| LastMotion { start, goal });
+        if let Some(report) = seen.report() {
+            let mut motion = locked(&shared.motion);
+            if report.goal_count != goals {
+                goals = report.goal_count;
+                *motion = before.zip(report.goal).map(|(start, goal)| LastMotion { start, goal });
+            } else if let (Some(motion), Some(goal)) = (motion.as_mut(), report.goal) {
+                // A stream moves the goal of its motion, for example while a goal is dragged.
+                motion.goal = goal;
+            }
         }
         let mut restarted = false;
         events.each(|event, _| {

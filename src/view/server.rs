@@ -52,6 +52,8 @@ pub struct Settings {
     pub token: Option<String>,
     /// Whether browsers may send requests, or only watch.
     pub drive: bool,
+    /// The guide, as text.
+    pub guide: &'static str,
     /// Logs warnings.
     pub warn: Box<dyn Fn(&str) + Send + Sync>,
 }
@@ -67,6 +69,7 @@ pub struct Server {
 struct Shared {
     guard: Guard,
     drive: bool,
+    guide: &'static str,
     page: PageEnd,
     guests: Arc<Semaphore>,
     viewers: Arc<Semaphore>,
@@ -81,7 +84,7 @@ impl Server {
     /// # Errors
     /// [`ViewError::Listen`], [`ViewError::Taken`] or [`ViewError::Token`].
     pub async fn bind(settings: Settings, page: PageEnd) -> Result<Self, ViewError> {
-        let Settings { listen, token, drive, warn } = settings;
+        let Settings { listen, token, drive, guide, warn } = settings;
         if !token.as_deref().is_none_or(guard::is_usable) {
             return Err(ViewError::Token);
         }
@@ -99,7 +102,7 @@ impl Server {
         let [guests, viewers] = [MOST_GUESTS, MOST_VIEWERS].map(|most| Arc::new(Semaphore::new(most)));
         let watched = watch::Sender::new(false);
         let complaints = Arc::new(WarningLog::new(warn));
-        let shared = Arc::new(Shared { guard, drive, page, guests, viewers, complaints, watched });
+        let shared = Arc::new(Shared { guard, drive, guide, page, guests, viewers, complaints, watched });
         Ok(Self { listener, address, shared })
     }
 
@@ -184,6 +187,7 @@ fn router(shared: Arc<Shared>, admitted: Arc<Notify>) -> Router {
     files
         .route("/session", any(open_session))
         .route("/looks", get(looks))
+        .route("/guide", get(guide))
         .layer(from_fn_with_state((shared.clone(), admitted), check))
         .with_state(shared)
 }
@@ -217,6 +221,11 @@ async fn check(
 /// Returns the shape of the arm.
 async fn looks(State(shared): State<Arc<Shared>>) -> Bytes {
     Bytes::from_owner(shared.page.looks.borrow().clone())
+}
+
+/// Returns the guide. Browsers show plain text, but offer Markdown as a file to save.
+async fn guide(State(shared): State<Arc<Shared>>) -> &'static str {
+    shared.guide
 }
 
 /// Opens a session.

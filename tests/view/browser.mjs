@@ -169,8 +169,10 @@ const cases = {
     await page.waitForFunction(() => document.getElementById("parameter-gains.double_geodesic[1]").value === "2.5");
     await overtaken(page);
     say("switched");
+    await refuses(page);
     await shift(page);
     await turn(page);
+    await holds(page);
     say("dragged");
     await page.click("#pause");
     await state(page, /^paused/);
@@ -182,6 +184,12 @@ const cases = {
     await page.keyboard.press("Escape");
     await message(page, "the goal is dropped");
     await state(page, /^holding/);
+    assert.equal(await page.textContent("#version"), "0.1.0");
+    assert.match(await page.evaluate(async () => (await fetch("guide")).text()), /^# In a browser/);
+    assert.equal(await page.textContent("#law-about"), "A straight line and the shortest turn, each with its own gain.");
+    assert.deepEqual(await page.$$eval("#others h4", (all) => all.map((head) => head.textContent)),
+      ["Speed and position limits", "Arrival", "Silence", "Singularities", "Delay and payload", "Other"]);
+    assert.equal(await page.textContent("[for='parameter-limits.linear_speed']"), "limits.linear_speed [m/s]");
     await shoot(page, { path: `${directory}/driven.png` });
   },
 
@@ -192,15 +200,7 @@ const cases = {
     await state(page, /^settled/);
     assert.ok(await page.isHidden("#no-webgl"));
     assert.ok((await onStage(page)) > 5000, "the arm is on the stage");
-    // The most important parts fit on one screen without scrolling.
-    await page.setViewportSize({ width: 1280, height: 720 });
-    await page.evaluate(() => document.querySelectorAll("details").forEach((details) => (details.open = false)));
-    await page.waitForTimeout(300);
-    await page.screenshot({ path: `${directory}/screen.png` });
-    for (const id of ["picture", "state", "stop", "send", "law", "first-curves"]) {
-      const { y, height } = await page.locator(`#${id}`).boundingBox();
-      assert.ok(y >= 0 && y + height <= 720, `#${id} ends at ${y + height}`);
-    }
+    await fits(page);
     await unfold(page);
     for (const scheme of ["light", "dark"]) {
       await page.emulateMedia({ colorScheme: scheme });
@@ -304,9 +304,18 @@ const cases = {
     await state(page, /^settled/);
     await page.selectOption("#race-one", "logc");
     await page.selectOption("#race-other", "double_geodesic");
-    await page.click("#race-start");
-    await message(page, "logc and double_geodesic from where");
+    // While the nodes of the comparison start, Stop is answered.
+    await page.evaluate(() => {
+      window.told = [];
+      const element = document.getElementById("message");
+      new MutationObserver(() => window.told.push(element.textContent)).observe(element, { childList: true, characterData: true, subtree: true });
+      document.getElementById("race-start").click();
+      document.getElementById("stop").click();
+    });
     await page.waitForSelector("#player:not([hidden])");
+    const order = ["the goal is dropped", "logc and double_geodesic from where"];
+    const told = await page.evaluate(() => window.told);
+    assert.deepEqual(order.map((text) => told.findIndex((line) => line.includes(text))), [0, 1], `${told}`);
     await state(page, /^logc: tracking.* · double_geodesic: tracking/);
     await page.click("#race-start");
     await message(page, "one comparison at a time");
@@ -318,6 +327,7 @@ const cases = {
     for (const color of [[213, 94, 0], [0, 158, 115]]) assert.ok((await pixels(page, color)) > 50, `a way in ${color}`);
     const rows = await page.$$eval("#run-rows tr", (all) => all.map((row) => [...row.cells].map((cell) => cell.textContent)));
     assert.deepEqual(rows.map(([name]) => name), ["logc", "double_geodesic"]);
+    assert.ok((await heads(page)).includes("overshoot [mm]"), `${await heads(page)}`);
     for (const row of rows) assert.ok(+row[3] > 1 && +row[4] > 0.1, `it says when and how far: ${row}`);
     await shoot(page, { path: `${directory}/race.png`, fullPage: true });
     await isAccessible(page, "race");
@@ -326,13 +336,13 @@ const cases = {
     const clock = await page.textContent("#player output");
     assert.ok(parseFloat(clock) > 0.3 && parseFloat(clock) < 3, `played again from the start: ${clock}`);
     await page.click("#back");
-    await state(page, /^settled after/);
+    await state(page, /^holding/);
     assert.ok(await page.isVisible("#curves"));
     await page.waitForTimeout(300);
     assert.equal(await pixels(page, [0, 158, 115]), 0, "the other law's way is gone");
     await page.reload();
     await ready(page);
-    await state(page, /^settled after/);
+    await state(page, /^holding/);
     assert.ok(await page.isVisible("#curves"), "who comes later sees the arm");
   },
 
@@ -341,6 +351,7 @@ const cases = {
     await ready(page);
     // A busy machine draws the arcs of the limits slowly.
     while ((await pixels(page, [122, 62, 134])) <= 100) await page.waitForTimeout(300);
+    assert.equal(await page.textContent("#legend"), "range of a joint");
     await page.click("#end_recording");
     await message(page, "there is no recording");
     await page.click("#record");
@@ -403,6 +414,7 @@ const cases = {
     const page = await open(browser);
     await page.waitForFunction(() => document.getElementById("scene").dataset.keepOuts === "3");
     await page.waitForTimeout(500);
+    assert.equal(await page.textContent("#legend"), "keep-out");
     await shoot(page, { path: `${directory}/keep_outs.png` });
   },
 
@@ -416,6 +428,82 @@ const cases = {
     await state(page, /^settled/);
   },
 };
+
+// The most important parts fit on every screen without scrolling, and Stop is visible wherever the reader has scrolled.
+async function fits(page) {
+  const needed = ["picture", "home", "state", "stop", "pause", "resume", "goal"];
+  for (const [width, height, more] of [[1440, 900, ["law", "first-curves"]], [1024, 600, ["law"]], [390, 844, []]]) {
+    await page.setViewportSize({ width, height });
+    await page.evaluate(() => {
+      document.querySelectorAll("details").forEach((details) => (details.open = false));
+      scrollTo(0, 0);
+      document.getElementById("controls").scrollTo(0, 0);
+    });
+    await page.waitForTimeout(300);
+    await page.screenshot({ path: `${directory}/screen-${width}.png` });
+    const isWhole = async (id) => {
+      const { x, y, width: wide, height: high } = await page.locator(`#${id}`).boundingBox();
+      assert.ok(x >= 0 && y >= 0 && x + wide <= width && y + high <= height, `#${id} on ${width}×${height}: ${[x, y, wide, high]}`);
+    };
+    for (const id of [...needed, ...more]) await isWhole(id);
+    // The bar of a phone covers nothing of the goal.
+    const isOnTop = ([id]) => {
+      const { left, bottom } = document.getElementById(id).getBoundingClientRect();
+      return document.elementFromPoint(left + 10, bottom - 5).closest(`#${id}`) !== null;
+    };
+    assert.ok(await page.evaluate(isOnTop, ["send"]), `${width}: the goal is covered`);
+    await unfold(page);
+    await page.evaluate(() => {
+      scrollTo(0, document.body.scrollHeight);
+      document.getElementById("controls").scrollTo(0, 1e6);
+    });
+    await page.waitForTimeout(100);
+    await isWhole("stop");
+    assert.ok(await page.evaluate(isOnTop, ["stop"]), `${width}: Stop is covered`);
+  }
+}
+
+// A goal that the servo refuses does not move the camera, its message goes, and one click brings a view back that the user has turned.
+async function refuses(page) {
+  const camera = () => page.evaluate(() => document.getElementById("scene").dataset.camera);
+  const before = await camera();
+  for (const [field, value] of Object.entries({ ...GOAL, x: 9 })) await page.fill(`#goal [name=${field}]`, `${value}`);
+  await page.click("#send");
+  await message(page, "the servo rejected the goal");
+  await page.waitForTimeout(200);
+  assert.equal(await camera(), before);
+  const zoom = async () => JSON.parse(await camera()).zoom;
+  await page.focus("#scene");
+  for (const key of ["ArrowLeft", "ArrowUp", "+", "+"]) await page.keyboard.press(key);
+  await page.waitForTimeout(300);
+  assert.ok((await zoom()) > 1.2, await camera());
+  await page.click("#home");
+  await page.waitForTimeout(300);
+  assert.equal(await zoom(), 1);
+  await page.waitForFunction(() => document.getElementById("message").textContent === "");
+}
+
+// From press to release is one motion, however long the goal is held still.
+async function holds(page) {
+  const before = (await frames(page)).now.servo;
+  const all = await handles(page);
+  const longest = all.reduce((best, one, i) => (Math.hypot(...one.direction) > Math.hypot(...all[best].direction) ? i : best), 0);
+  const { tip: [x, y], direction } = all[longest];
+  const [dx, dy] = normed(direction, 40);
+  await page.mouse.move(x, y);
+  await page.mouse.down();
+  await page.mouse.move(x + dx / 2, y + dy / 2);
+  await page.waitForTimeout(2500);
+  await page.mouse.move(x + dx, y + dy);
+  await page.waitForTimeout(2500);
+  await page.mouse.up();
+  await message(page, "goal sent");
+  await state(page, /^settled/);
+  const { servo, words } = (await frames(page)).now;
+  assert.equal(servo.goal_count, before.goal_count + 1, words);
+  const [, seconds, metres] = /after ([\d.]+) s and ([\d.]+) m/.exec(words);
+  assert.ok(seconds > 0.5 && metres > 0.01, words);
+}
 
 // From the top, because the head of the page stays where its reader has scrolled.
 async function shoot(page, options) {

@@ -11,8 +11,9 @@ const { chromium } = createRequire(resolve(MODULES, "package.json"))("playwright
 const [name, ...args] = process.argv.slice(2);
 
 const SCREENS = {
-  desktop: { viewport: { width: 1280, height: 720 } },
-  dark: { viewport: { width: 1280, height: 720 }, colorScheme: "dark" },
+  desktop: { viewport: { width: 1440, height: 900 } },
+  laptop: { viewport: { width: 1024, height: 600 } },
+  dark: { viewport: { width: 1440, height: 900 }, colorScheme: "dark" },
   phone: { viewport: { width: 390, height: 844 }, isMobile: true, hasTouch: true },
 };
 

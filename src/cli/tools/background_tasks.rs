@@ -9,7 +9,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use tokio::sync::watch;
-use tokio::task::JoinSet;
+use tokio::task::{JoinSet, spawn_blocking};
 
 /// Performs tasks until the page is closed.
 pub(super) struct Runner {
@@ -50,7 +50,7 @@ impl Runner {
             };
             let Some(Asked { ask, answer }) = asked else { break };
             let given = match ask {
-                BackgroundTask::Race(race) => self.race(race),
+                BackgroundTask::Race(race) => self.race(race).await,
                 BackgroundTask::Record => self.record(),
                 BackgroundTask::EndRecording => self.end_recording().await,
             };
@@ -62,16 +62,19 @@ impl Runner {
         }
     }
 
-    fn race(&mut self, race: Race) -> anyhow::Result<Answer> {
+    async fn race(&mut self, race: Race) -> anyhow::Result<Answer> {
         self.race.try_join_next();
         if !self.race.is_empty() {
             return Ok(Answer::refused("one comparison at a time"));
         }
-        let nodes = RaceNodes::start(&self.environment, &race)?;
-        self.races += 1;
-        self.race.spawn(nodes.run(race.goal, self.races, self.show.clone()));
         let [one, other] = &race.laws;
-        Ok(Answer::done(format!("{one} and {other} from where the last motion began")))
+        let done = Answer::done(format!("{one} and {other} from where the last motion began"));
+        // Four nodes take seconds to start, and a stop must not wait for them.
+        let (environment, goal) = (self.environment.clone(), race.goal);
+        let nodes = spawn_blocking(move || RaceNodes::start(&environment, &race)).await??;
+        self.races += 1;
+        self.race.spawn(nodes.run(goal, self.races, self.show.clone()));
+        Ok(done)
     }
 
     /// Records into a directory that is named after the time.

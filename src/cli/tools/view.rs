@@ -106,7 +106,8 @@ impl View {
     ) -> Result<Server, dq_view::ViewError> {
         // Not on the command line, which all users of a host can read.
         let token = std::env::var(TOKEN).ok().filter(|token| !token.is_empty());
-        let settings = Settings { listen: self.listen.clone(), token, drive: !self.watch_only, warn };
+        let (listen, guide) = (self.listen.clone(), include_str!("../../guide/view.md"));
+        let settings = Settings { listen, token, drive: !self.watch_only, guide, warn };
         Server::bind(settings, browsers).await
     }
 }

@@ -13,11 +13,18 @@ function roundStep(least) {
   return power * [1, 2, 5, 10].find((digit) => digit * power >= least * (1 - 1e-9));
 }
 
+// The smallest number that is at least `least`, and whose half is as short.
+function roundTop(least) {
+  const power = 10 ** Math.floor(Math.log10(least));
+  return power * [1, 1.2, 1.6, 2, 2.4, 3, 4, 5, 6, 8, 10].find((digits) => digits * power >= least * (1 - 1e-9));
+}
+
 // A chart of several curves with one axis. Each of the `series` has a name, the custom property of its colour, and whether it is dashed.
-// `log` selects a logarithmic axis. `mark` names a horizontal line at the height `level`. `digits` fixes the number of decimals.
+// `log` selects a logarithmic axis, which begins at `floor` at the lowest. The axis fits the shown values, and ends at `top` or above.
+// `mark` names a horizontal line at the height `level`. `digits` fixes the number of decimals.
 export class Chart {
-  constructor(parent, { title, unit, series, log, range, mark, digits }) {
-    Object.assign(this, { title, unit, series, log, range, mark, digits, level: null });
+  constructor(parent, { title, unit, series, log, floor, top, mark, digits }) {
+    Object.assign(this, { title, unit, series, log, floor, top, mark, digits, level: null });
     // Values below these (one for each series) are shown as no value.
     this.least = [];
     // For runs that are played: their time range, and the current time.
@@ -74,12 +81,21 @@ export class Chart {
     return Math.abs(value) >= 100 ? value.toFixed(0) : value.toPrecision(2);
   }
 
+  // The ends of the axis: round numbers that fit the values that are shown.
   bounds() {
-    let [low, high] = this.range;
+    const [from] = this.span();
+    let [low, high] = this.level ? [this.level, this.level] : [Infinity, 0];
     for (const { samples } of this.series) {
-      for (const [, value] of samples) if (Number.isFinite(value) && value > high) high = value;
+      for (const [time, value] of samples) {
+        if (time < from || value === null || !Number.isFinite(value)) continue;
+        if (value > high) high = value;
+        if (value < low) low = value;
+      }
     }
-    return this.log ? [Math.log10(low), Math.ceil(Math.log10(high) - 1e-9)] : [low, high];
+    high = Math.max(high, this.top);
+    if (!this.log) return [0, roundTop(high)];
+    const bottom = Math.floor(Math.log10(Math.max(Math.min(low, high), this.floor)) + 1e-9);
+    return [bottom, Math.max(bottom + 1, Math.ceil(Math.log10(high) - 1e-9))];
   }
 
   span() {

@@ -12,8 +12,9 @@ const AXIS_COLORS = ["--axis-x", "--axis-y", "--axis-z"];
 
 // What is shown, and how it is drawn. Poses are [x, y, z, qx, qy, qz, qw].
 export class Drawing {
-  constructor(canvas, ground) {
+  constructor(canvas, ground, legend) {
     this.canvas = canvas;
+    this.legend = legend;
     this.sheet = canvas.getContext("2d");
     this.ground = ground;
     // Null if the browser has no WebGL. Then the arm is drawn as lines on the sheet.
@@ -37,6 +38,8 @@ export class Drawing {
     this.tool = null;
     this.goal = null;
     this.goalName = "goal";
+    // The goal that the servo has taken. The camera follows only this one: a goal that the servo refuses does not move it.
+    this.taken = null;
     // Paths of the tool, one for each motion and law. The current one is last.
     this.paths = [];
     // The handle that is being dragged, and the previous goal.
@@ -63,6 +66,7 @@ export class Drawing {
     sheet.clearRect(0, 0, camera.width, camera.height);
     this.frameAll();
     camera.aim();
+    this.canvas.dataset.camera = JSON.stringify(camera);
     sheet.lineCap = sheet.lineJoin = "round";
     sheet.globalAlpha = this.dimmed ? 0.4 : 1;
     if (this.stage) this.drawStage();
@@ -106,13 +110,13 @@ export class Drawing {
     return this.runs.map(({ links, frames, tool, run }) => ({ links, frames, tool, color: isAlone ? null : run.color }));
   }
 
-  // Whether the goal has changed and the new one is outside the picture.
+  // Whether the servo has taken another goal and that is outside the picture.
   isGoalOut() {
-    if (!this.goal || this.held || this.runs) return false;
-    const isNews = !this.framedGoal || distance(this.framedGoal, this.goal) > 1e-3;
-    this.framedGoal = this.goal;
+    if (!this.taken || this.held || this.runs) return false;
+    const isNews = !this.framedGoal || distance(this.framedGoal, this.taken) > 1e-3;
+    this.framedGoal = this.taken;
     this.camera.aim();
-    const [x, y] = this.camera.point(this.goal);
+    const [x, y] = this.camera.point(this.taken);
     const { width, height } = this.camera;
     return isNews && (Math.min(x, width - x) < MARGIN || Math.min(y, height - y) < MARGIN);
   }
@@ -122,11 +126,10 @@ export class Drawing {
     const arms = this.arms().filter(({ links }) => links);
     const isOut = this.isGoalOut();
     if ((this.framed && !isOut) || !arms.length) return;
-    const goals = this.runs ? this.runs.map(({ goal }) => goal) : [this.goal];
+    const goals = this.runs ? this.runs.map(({ goal }) => goal) : [this.taken];
     const points = [...arms.flatMap(({ links }) => links.flat()), ...goals.filter(Boolean)].map((point) => point.slice(0, 3));
     this.camera.frame(points, this.reach, this.framed);
     this.framed = true;
-    this.canvas.dataset.camera = JSON.stringify(this.camera);
   }
 
   drawStage() {
@@ -196,6 +199,26 @@ export class Drawing {
     const ends = [from, to].map((point) => this.camera.point(point));
     this.line(ends, this.color("--bad"), 2);
     for (const end of ends) this.dot(end, this.color("--bad"), 3);
+  }
+
+  // Names what is drawn in the picture besides the arm.
+  showLegend() {
+    const { limits, markers } = this;
+    const entries = [
+      ["range of a joint", "--limit", limits.some(({ isNear }) => !isNear)],
+      ["joint near its limit", "--bad", limits.some(({ isNear }) => isNear)],
+      ["keep-out", "--bad", markers.keep_outs.length],
+      ["keep-in", "--good", markers.keep_ins.length],
+    ].filter(([, , isShown]) => isShown);
+    const names = entries.map(([name]) => name).join();
+    if (this.legend.dataset.names === names) return;
+    this.legend.dataset.names = names;
+    this.legend.replaceChildren(...entries.map(([name, color]) => {
+      const [entry, swatch] = ["li", "i"].map((kind) => document.createElement(kind));
+      swatch.style.setProperty("--swatch", `var(${color})`);
+      entry.append(swatch, name);
+      return entry;
+    }));
   }
 
   drawLimits() {

@@ -36,6 +36,7 @@ export class Goal {
     this.sentAt = performance.now();
   }
 
+  // Forgets what the user has edited.
   drop() {
     this.draft = null;
     this.sentAt = 0;

@@ -22,7 +22,7 @@ let announced = "";
 let said = { words: "connecting", look: "lost" };
 let rejected = null;
 
-const scene = new Scene(byId("scene"), byId("stage"), {
+const scene = new Scene(byId("scene"), byId("stage"), byId("legend"), {
   moved(pose) {
     goal.edit(fromBase(pose));
     if (byId("follow").checked) stream(fromBase(pose));
@@ -33,16 +33,16 @@ const goal = new Goal(byId("goal"), { edited: () => showGoal(), send: (pose) => 
 const JOINT_COLORS = ["--law-diffc", "--law-logc", "--law-double_geodesic", "--component-1", "--component-2", "--component-3"];
 const charts = {
   error: new Chart(byId("first-curves"), {
-    title: "error", unit: "mm, °", log: true, range: [0.01, 10],
+    title: "error", unit: "mm, °", log: true, floor: 0.01, top: 0.01,
     series: [{ name: "position", color: "--law-diffc" }, { name: "rotation", color: "--law-logc" }],
   }),
-  speed: new Chart(byId("first-curves"), { title: "joint speeds", unit: "% of the limit", log: false, range: [0, 100], digits: 0, series: [] }),
+  speed: new Chart(byId("first-curves"), { title: "joint speeds", unit: "% of the limit", top: 1, digits: 0, series: [] }),
   sigma: new Chart(byId("more-curves"), {
-    title: "smallest singular value", unit: "1", log: true, range: [0.001, 1], mark: "damping begins",
+    title: "smallest singular value", unit: "1", log: true, floor: 0.001, top: 0.001, mark: "damping begins",
     series: [{ name: "σ", color: "--law-double_geodesic" }],
   }),
   jitter: new Chart(byId("more-curves"), {
-    title: "cycle jitter", unit: "µs", log: true, range: [1, 100],
+    title: "cycle jitter", unit: "µs", log: true, floor: 1, top: 1,
     series: [{ name: "99 %", color: "--law-diffc" }, { name: "worst", color: "--component-1" }],
   }),
 };
@@ -56,6 +56,7 @@ const connection = new Connection({
   hello(frame) {
     mayDrive = frame.drive;
     connected = true;
+    byId("version").textContent = frame.version;
     byId("rights").hidden = mayDrive;
     allow();
   },
@@ -105,7 +106,7 @@ const fromBase = (pose) => (now.goal_frame ? fromFrame(now.goal_frame, pose) : p
 // Controls that need a servo and the right to drive are shown only if both are present.
 function allow() {
   const can = connected && mayDrive;
-  byId("drive").disabled = !can;
+  byId("drive").disabled = byId("brake").disabled = !can;
   if (!can && jog.on) jog.set(false);
   scene.driving = can && Boolean(now?.alive) && !theatre.open;
   scene.dimmed = !connected || !(now?.alive || theatre.open);
@@ -167,13 +168,18 @@ function jointLimits() {
 function showRejection(rejection) {
   const stamp = rejection?.stamp ?? null;
   // Goals that were rejected before the page was opened are not reported.
-  if (rejected !== null && stamp !== null && stamp !== rejected) message(false, `the servo rejected the goal: ${rejection.why}`);
+  if (rejected !== null && stamp !== null && stamp !== rejected) {
+    message(false, `the servo rejected the goal: ${rejection.why}`);
+    goal.drop();
+  }
   rejected = stamp ?? "";
 }
 
 function showGoal() {
   if (!now || scene.held?.handle) return;
-  const pose = goal.shown(now.servo?.goal ?? null);
+  const taken = now.servo?.goal ?? null;
+  const pose = goal.shown(taken);
+  scene.taken = taken && inBase(taken);
   scene.goalName = pose ? "goal" : "tool: drag it to set a goal";
   // Without a goal, the handles are at the tool.
   scene.goal = pose ? inBase(pose) : now.tool;
@@ -196,6 +202,13 @@ async function stream(pose) {
   if (!answer.ok) message(false, answer.text);
 }
 
+// A goal that is held is repeated at this interval [ms], so that the servo takes everything from press to release as one motion: after a
+// silence of 1.5 s it would begin another one.
+const REPEAT = 500;
+setInterval(() => {
+  if (scene.held?.handle && scene.held.before !== scene.goal && byId("follow").checked) stream(fromBase(scene.goal));
+}, REPEAT);
+
 const ask = (pose) => connection.ask({ goal: { position: pose.slice(0, 3), orientation: pose.slice(3) } });
 
 async function send(pose) {
@@ -211,9 +224,15 @@ async function report(asked) {
   return answer;
 }
 
+// What a message is about is over after this time [ms].
+const SHOWN_FOR = 12_000;
+let fading = null;
+
 function message(ok, text) {
   byId("message").textContent = text;
   byId("message").className = ok ? "" : "refused";
+  clearTimeout(fading);
+  fading = text ? setTimeout(() => message(true, ""), SHOWN_FOR) : null;
 }
 
 function makeJoints(names) {
@@ -281,6 +300,7 @@ byId("race").addEventListener("submit", (event) => {
   event.preventDefault();
   report(connection.ask({ race: { laws: [byId("race-one").value, byId("race-other").value] } }));
 });
+byId("home").addEventListener("click", () => scene.home());
 byId("here").addEventListener("click", () => {
   if (now?.pose) goal.edit(now.pose);
   showGoal();
@@ -299,7 +319,7 @@ addEventListener("keydown", (event) => {
   if (event.key !== "Escape" || event.defaultPrevented) return;
   // Cancels a drag that the arm does not follow yet. Otherwise stops the arm.
   const isDraft = scene.cancel() && !byId("follow").checked;
-  if (!isDraft && !byId("drive").disabled) byId("stop").click();
+  if (!isDraft && !byId("brake").disabled) byId("stop").click();
 });
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => scene.change());
 setInterval(() => {

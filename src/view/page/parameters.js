@@ -1,5 +1,7 @@
 // The selection of the law and the sliders, made from the parameter descriptors.
 
+import { GROUPS, LAWS, TASKS } from "./texts.js";
+
 const STEPS = 1000;
 
 // A range over several powers of ten gets a logarithmic slider.
@@ -25,6 +27,12 @@ function numbersOf(parameter) {
   return parameter.value.map((value, i) => ({ ...parameter, type: "double", name: `${name}[${i}]`, value, list: name }));
 }
 
+// A description ends with the unit in brackets. Its first clause says what the parameter is; the rest is for reference.
+function lineOf(description) {
+  const [, text, unit] = /^(.*?)(?: \[([^\]]*)\])?$/s.exec(description);
+  return { line: text.split(/[;:]/)[0], unit: unit ?? "" };
+}
+
 class Slider {
   constructor(parameter, set) {
     this.element = document.createElement("div");
@@ -32,7 +40,8 @@ class Slider {
     const id = `parameter-${parameter.name}`;
     const label = document.createElement("label");
     label.htmlFor = id;
-    label.textContent = parameter.name;
+    const { line, unit } = lineOf(parameter.description);
+    label.textContent = unit ? `${parameter.name} [${unit}]` : parameter.name;
     this.range = document.createElement("input");
     Object.assign(this.range, { type: "range", min: 0, max: STEPS, step: 1 });
     this.range.setAttribute("aria-label", `${parameter.name}, slider`);
@@ -40,7 +49,8 @@ class Slider {
     Object.assign(this.number, { id, type: "number", step: "any", min: parameter.min, max: parameter.max });
     const about = document.createElement("small");
     about.id = `${id}-about`;
-    about.textContent = parameter.description;
+    about.textContent = line;
+    about.title = parameter.description;
     this.number.setAttribute("aria-describedby", about.id);
     this.range.oninput = () => (this.number.value = valueAt(this.parameter, +this.range.value));
     this.range.onchange = () => set(this.parameter.name, valueAt(this.parameter, +this.range.value));
@@ -69,6 +79,14 @@ export class Parameters {
     this.ask = ask;
     this.law = document.getElementById("law");
     this.sliders = new Map();
+    this.groups = GROUPS.map(([title, names]) => {
+      const [section, heading, place] = ["section", "h4", "div"].map((kind) => document.createElement(kind));
+      heading.textContent = title;
+      place.className = "sliders";
+      section.append(heading, place);
+      document.getElementById("others").append(section);
+      return { names, section, place };
+    });
     this.law.onchange = () => this.set("controller", this.law.value);
     this.aim = document.getElementById("aim");
     this.aim.onchange = () => this.set(this.aim.name, this.aim.value);
@@ -108,28 +126,34 @@ export class Parameters {
     parameters = parameters.flatMap(numbersOf);
     this.known = parameters;
     const law = parameters.find((one) => one.name === "controller");
-    if (law) this.showChoice(this.law, law);
+    if (law) this.showChoice(this.law, law, LAWS);
     // Parameters of one arm, or of two.
     const aim = parameters.find((one) => one.name === "task" || one.name === "primitive");
     document.getElementById("aim-choice").hidden = !aim;
     if (aim) {
       this.aim.name = aim.name;
-      this.showChoice(this.aim, aim);
+      this.showChoice(this.aim, aim, TASKS);
     }
     const numbers = parameters.filter((one) => one.type === "double" && !one.read_only && one.min !== null && one.max !== null);
-    this.place("gains", numbers.filter((one) => law && (one.list ?? one.name) === `gains.${law.value}`));
-    this.place("others", numbers.filter((one) => !one.list && !one.name.startsWith("gains.")));
+    this.place(document.getElementById("gains"), numbers.filter((one) => law && (one.list ?? one.name) === `gains.${law.value}`));
+    let others = numbers.filter((one) => !one.list && !one.name.startsWith("gains."));
+    for (const { names, section, place } of this.groups) {
+      this.place(place, others.filter(({ name }) => names.test(name)));
+      others = others.filter(({ name }) => !names.test(name));
+      section.hidden = !place.children.length;
+    }
   }
 
-  showChoice(select, { name, choices, value }) {
+  showChoice(select, { name, choices, value }, texts) {
     if (select.options.length !== choices.length) {
       select.replaceChildren(...choices.map((name) => new Option(name, name)));
     }
     if (!this.asked.get(name)) select.value = value;
+    document.getElementById(`${select.id}-about`).textContent = texts[select.value] ?? "";
   }
 
   // Keeps existing controls, so that a slider that the user holds is not replaced.
-  place(id, parameters) {
+  place(place, parameters) {
     const elements = parameters.map((parameter) => {
       const known = this.sliders.get(parameter.name);
       if (!known) this.sliders.set(parameter.name, new Slider(parameter, (name, value) => this.set(name, value)));
@@ -137,7 +161,6 @@ export class Parameters {
       else if (!known.element.contains(document.activeElement) || known.parameter.value !== parameter.value) known.show(parameter);
       return this.sliders.get(parameter.name).element;
     });
-    const place = document.getElementById(id);
     const same = place.children.length === elements.length && elements.every((element, i) => place.children[i] === element);
     if (!same) place.replaceChildren(...elements);
   }

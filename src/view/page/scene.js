@@ -12,8 +12,8 @@ const KEPT_PATHS = 8;
 
 export class Scene extends Drawing {
   // `moved(pose)` is called while a goal is dragged, `released(pose)` when it is dropped.
-  constructor(canvas, ground, { moved, released }) {
-    super(canvas, ground);
+  constructor(canvas, ground, legend, { moved, released }) {
+    super(canvas, ground, legend);
     Object.assign(this, { moved, released });
     this.pointers = new Map();
     this.held = null;
@@ -51,6 +51,7 @@ export class Scene extends Drawing {
   setMarkers(markers) {
     this.markers = markers;
     this.canvas.dataset.keepOuts = markers.keep_outs.length;
+    this.showLegend();
     this.change();
   }
 
@@ -59,6 +60,7 @@ export class Scene extends Drawing {
     this.links = links;
     this.frames = frames;
     this.limits = limits;
+    this.showLegend();
     this.tool = tool;
     if (tool) this.extend(tool, motion, law);
     this.change();
@@ -167,6 +169,13 @@ export class Scene extends Drawing {
     return true;
   }
 
+  // Shows the whole arm again, from the first direction.
+  home() {
+    this.camera.reset();
+    this.framed = false;
+    this.change();
+  }
+
   key(event) {
     const { camera } = this;
     const actions = {
@@ -176,10 +185,7 @@ export class Scene extends Drawing {
       ArrowDown: () => camera.turn(0, -0.1),
       "+": () => camera.magnify(1.15),
       "-": () => camera.magnify(1 / 1.15),
-      0: () => {
-        camera.reset();
-        this.framed = false;
-      },
+      0: () => this.home(),
     };
     if (event.ctrlKey || event.metaKey || event.altKey || !actions[event.key]) return;
     actions[event.key]();

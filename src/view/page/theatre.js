@@ -16,7 +16,7 @@ const FIGURES = [
   ["at goal [s]", (motion) => number(motion.figures.arrival_time_s ?? NaN, 2)],
   ["path [m]", (motion) => number(motion.figures.path_length_m, 3)],
   ["path / straight", (motion) => number(motion.figures.path_ratio ?? NaN, 3)],
-  ["overshoot [m]", (motion) => number(motion.figures.overshoot_m, 4)],
+  ["overshoot [mm]", (motion) => number(1e3 * motion.figures.overshoot_m, 1)],
   ["peak", (motion) => number(motion.figures.peak_joint_speed_rad_s, 2), "/s"],
   ["effort", (motion) => number(motion.figures.effort_rad2_s, 1), "²/s"],
 ];
@@ -100,10 +100,10 @@ export class Theatre {
     const series = this.runs.map(({ name, color, dashed }) => ({ name, color, dashed }));
     const chart = (options) => new Chart(place, { series, ...options });
     this.charts = [
-      [chart({ title: "position error", unit: "mm", log: true, range: [0.01, 10] }), ({ error }) => error && error[0] * 1e3],
-      [chart({ title: "rotation error", unit: "°", log: true, range: [0.01, 10] }), ({ error }) => error && error[1] * DEGREES],
-      [chart({ title: "fastest joint", unit: "% of its limit", log: false, range: [0, 100], digits: 0 }), ({ speeds }) => (speeds.length ? Math.max(...speeds) : null)],
-      [chart({ title: "smallest singular value", unit: "1", log: true, range: [0.001, 1], mark: "damping begins" }), ({ sigma }) => sigma],
+      [chart({ title: "position error", unit: "mm", log: true, floor: 0.01, top: 1 }), ({ error }) => error && error[0] * 1e3],
+      [chart({ title: "rotation error", unit: "°", log: true, floor: 0.01, top: 1 }), ({ error }) => error && error[1] * DEGREES],
+      [chart({ title: "fastest joint", unit: "% of its limit", top: 1, digits: 0 }), ({ speeds }) => (speeds.length ? Math.max(...speeds) : null)],
+      [chart({ title: "smallest singular value", unit: "1", log: true, floor: 0.001, top: 0.001, mark: "damping begins" }), ({ sigma }) => sigma],
     ];
     this.charts[3][0].level = threshold;
   }
