@@ -3,9 +3,13 @@
 use super::arm::ArmChoice;
 use super::print::{StdoutError, print_line, short};
 use dq_algebra::UnitDualQuaternion;
+use dq_core::servo::JointOrder;
+use dq_kinematics::arm::JointKind;
 use dq_ros::ros::RosArgs;
+use dq_ros::stderr;
 use dq_wire::pose_numbers;
 use serde_json::json;
+use std::f64::consts::TAU;
 
 /// Print the tool pose of joint positions
 #[derive(clap::Args)]
@@ -27,7 +31,16 @@ impl Pose {
         if let Some(bad) = self.joints.iter().find(|position| !position.is_finite()) {
             return Err(super::Usage(format!("joint position {bad}: expected a finite number")).into());
         }
-        let base_from_tool = parameters.arms.chain().forward_kinematics(&self.joints)?;
+        let chain = parameters.arms.chain();
+        let base_from_tool = chain.forward_kinematics(&self.joints)?;
+        let names = parameters.joints.iter().flat_map(JointOrder::names);
+        for ((position, kind), name) in self.joints.iter().zip(chain.kinds()).zip(names) {
+            if *kind == JointKind::Revolute && position.abs() > TAU {
+                stderr::line(format!(
+                    "warning: {name} at {position} rad is more than a full turn from 0: positions are in rad, not in degrees"
+                ));
+            }
+        }
         if self.json {
             print_json(&base_from_tool)?;
         } else {

@@ -18,7 +18,8 @@ pub(super) fn explain(servo: &str, heard: Option<(&StatusReport, Duration)>, two
 
 /// Replaces the names of services in a text of the servo by the page's buttons.
 fn for_people(text: &str) -> String {
-    text.replace("call ~/pause with false", "press Resume").replace("~/stop was called", "the arm was stopped")
+    text.replace("call ~/pause with false", "press Resume")
+        .replace("~/stop was called", "the arm was stopped")
 }
 
 #[cfg(test)]

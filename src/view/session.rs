@@ -64,7 +64,8 @@ impl Session {
 
     /// Shows the robot until the browser disconnects or is disconnected.
     pub async fn run(mut self) {
-        let hello = json!({ "hello": { "drive": self.drive, "version": env!("CARGO_PKG_VERSION") } }).to_string();
+        let hello =
+            json!({ "hello": { "drive": self.drive, "version": env!("CARGO_PKG_VERSION") } }).to_string();
         if self.send(hello).await.is_err() {
             return;
         }

@@ -34,6 +34,20 @@ fn pose_prints_lines_for_goal_and_for_ros2_topic_pub() {
     assert!((yaml["pose"]["position"]["x"].as_f64().unwrap() - 0.1303602522913436).abs() < 1e-12);
 }
 
+/// An arm's joints are often known in degrees.
+#[test]
+fn pose_warns_of_angles_beyond_a_full_turn() {
+    for (joints, warning) in [
+        ("90 0 0 0 0 0", "joint1 at 90 rad is more than a full turn"),
+        ("0 0 0 0 0 -6.3", "joint6 at -6.3 rad is more than a full turn"),
+        ("6.28 0 0 0 0 -6.28", ""),
+    ] {
+        let output = dq_servo(&format!("pose {joints}")).assert().success().get_output().clone();
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert!(said.contains(warning) && said.is_empty() == warning.is_empty(), "{joints}: {said}");
+    }
+}
+
 #[test]
 fn help_and_version_are_no_errors() {
     dq_servo("--version").assert().success();

@@ -43,7 +43,8 @@ impl Page {
         let warnings: Arc<Mutex<Vec<String>>> = Arc::default();
         let said = warnings.clone();
         let warn = Box::new(move |why: &str| said.lock().unwrap().push(why.to_owned()));
-        let settings = Settings { listen: listen.to_owned(), token: None, drive, guide: "the guide", warn };
+        let guide = include_str!("../../src/guide/view.md");
+        let settings = Settings { listen: listen.to_owned(), token: None, drive, guide, warn };
         let server = Server::bind(settings, browsers).await.unwrap();
         let link = server.link();
         let (place, token) = link.split_once("/?token=").unwrap();

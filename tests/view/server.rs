@@ -29,7 +29,7 @@ async fn the_page_is_served_with_every_file_it_names_and_no_site_may_use_it() {
     };
     let mut files: Vec<_> = named("href=\"").into_iter().chain(named("src=\"")).collect();
     files.retain(|file| !file.starts_with(['#', 'd']));
-    assert_eq!(files, ["colors.css", "style.css", "main.js"]);
+    assert_eq!(files, ["colors.css", "style.css", "guide", "main.js"]);
     let modules = [
         "connection.js",
         "curves.js",
@@ -43,6 +43,7 @@ async fn the_page_is_served_with_every_file_it_names_and_no_site_may_use_it() {
         "run.js",
         "scene.js",
         "space.js",
+        "texts.js",
         "theatre.js",
     ]
     .map(str::to_owned);

@@ -30,7 +30,7 @@ function numbersOf(parameter) {
 // A description ends with the unit in brackets. Its first clause says what the parameter is; the rest is for reference.
 function lineOf(description) {
   const [, text, unit] = /^(.*?)(?: \[([^\]]*)\])?$/s.exec(description);
-  return { line: text.split(/[;:]/)[0], unit: unit ?? "" };
+  return { line: text.split(";")[0], unit: unit ?? "" };
 }
 
 class Slider {
