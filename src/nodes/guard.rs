@@ -28,6 +28,10 @@ const WARNING_INTERVAL: Duration = Duration::from_secs(10);
 /// The time after which a trajectory that stops the arm ends.
 const STAND: Duration = Duration::from_millis(20);
 
+/// How long the guard waits before it says that it is still needed. A launch ends the servo at the same moment, and also the servo of an arm
+/// that has settled commands some last speeds.
+const SERVO_ENDS: Duration = Duration::from_millis(500);
+
 /// A running guard node.
 pub struct GuardNode {
     cycle: CycleThread,
@@ -68,7 +72,7 @@ impl GuardNode {
     ///
     /// Returns false if the arm was still commanded to move after the time that a servo may take to shut down.
     pub async fn shut_down(mut self) -> bool {
-        if *self.needed.borrow() {
+        if tokio::time::timeout(SERVO_ENDS, self.needed.wait_for(|needed| !needed)).await.is_err() {
             self.node
                 .log()
                 .info("asked to end while the arm is commanded to move: it is watched until it stands");

@@ -12,7 +12,7 @@ use dq_core::servo::{Status, joint_name};
 use dq_limits::check::GuardState;
 use dq_messages::messages::*;
 use dq_ros::ros::{Clock, EndpointId, Publisher, RosError};
-use dq_wire::{KeyValues, Reported, ServoReport, milliseconds, pose_message};
+use dq_wire::{KeyValues, Reported, ServoReport, microseconds, milliseconds, pose_message};
 use dq_wire::{MotionContext, MotionReport, ServoKind, SpreadFigures};
 use std::sync::Arc;
 use std::time::Duration;
@@ -185,11 +185,11 @@ impl Outputs {
             values.add(&format!("subscribers of {topic}"), readers);
         }
         values.add("latency_ms", milliseconds(cycle.status.latency));
-        values.add("cycle_period_ms", period.as_secs_f64() * 1e3);
+        values.add("cycle_period_ms", milliseconds(period.as_secs_f64()));
         for (what, times) in [("jitter", cycle.timing.lateness), ("time", cycle.timing.work)] {
             let SpreadFigures { median, p99, p999, max } = times;
             for (part, time) in [("median", median), ("p99", p99), ("p999", p999), ("max", max)] {
-                values.add(&format!("cycle_{what}_{part}_us"), time.as_secs_f64() * 1e6);
+                values.add(&format!("cycle_{what}_{part}_us"), microseconds(time));
             }
         }
         values.add("overruns", cycle.timing.overruns);

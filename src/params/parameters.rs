@@ -272,4 +272,14 @@ mod tests {
                 .contains("one of a, b")
         );
     }
+
+    #[test]
+    fn a_read_only_parameter_takes_the_value_that_it_has() {
+        let store = ParameterStore::of::<Outer>().unwrap();
+        let with = |rate: Value| store.with(&[("rate".to_owned(), rate)]).map_err(|why| why.to_string());
+        assert_eq!(with(Value::Integer(10)).unwrap(), store);
+        for other in [Value::Integer(11), Value::from("10".to_owned())] {
+            assert_eq!(with(other).unwrap_err(), "parameter \"rate\" is read-only while the node runs");
+        }
+    }
 }

@@ -87,7 +87,8 @@ impl ParameterStore {
         Ok(ignored.into_iter().map(warning).collect())
     }
 
-    /// Returns a copy of the store with all `changes` applied.
+    /// Returns a copy of the store with all `changes` applied. A read-only parameter may be set to the value that it has, so that a node
+    /// takes its own dump.
     ///
     /// # Errors
     /// The first [`ParameterError`] among the changes.
@@ -95,10 +96,11 @@ impl ParameterStore {
         let mut candidate = self.clone();
         for (name, value) in changes {
             let (declared, slot) = candidate.slot(name)?;
-            if declared.read_only {
+            let value = declared.check(value.clone());
+            if declared.read_only && !value.as_ref().is_ok_and(|value| value == slot) {
                 return Err(ParameterError::ReadOnly(declared.name));
             }
-            *slot = declared.check(value.clone())?;
+            *slot = value?;
         }
         Ok(candidate)
     }

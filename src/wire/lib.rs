@@ -21,6 +21,7 @@ pub use poses::{point_message, pose_message, pose_numbers, transform_message};
 pub use readings::{error_distance, goal_reading, joint_reading, transform_reading, twist_reading};
 pub use servo_kind::{LawNames, ServoKind};
 pub use status::{
-    CycleJitter, KeyValues, Reported, ServoReport, StatusReport, distance, milliseconds, rivalry,
+    CycleJitter, KeyValues, Reported, ServoReport, StatusReport, distance, microseconds, milliseconds,
+    rivalry,
 };
 pub use timing::{CycleTiming, SpreadFigures, TimingFigures};

@@ -55,7 +55,7 @@ pub struct CycleJitter {
 
 impl From<&SpreadFigures> for CycleJitter {
     fn from(lateness: &SpreadFigures) -> Self {
-        Self { p99: lateness.p99.as_secs_f64() * 1e6, max: lateness.max.as_secs_f64() * 1e6 }
+        Self { p99: microseconds(lateness.p99), max: microseconds(lateness.max) }
     }
 }
 
@@ -178,8 +178,7 @@ impl ServoReport<'_> {
     /// Returns who asked for motion and what last revoked it, each with the time since \[s\].
     fn consent(&self) -> Vec<(&'static str, Value)> {
         let consent = &self.status.consent;
-        let ago =
-            |time: Duration| Value::from(milliseconds(self.now.saturating_sub(time).as_secs_f64()) / 1e3);
+        let ago = |time: Duration| Value::from(microseconds(self.now.saturating_sub(time)).round() / 1e6);
         let mut values = vec![("consent", Value::from(consent.is_given()))];
         if let Some(asked) = consent.ask() {
             let what = match asked.by {
@@ -211,6 +210,11 @@ pub struct KeyValues {
 /// Converts seconds to milliseconds, rounded to microseconds. An estimate that decays would otherwise have hundreds of digits.
 pub fn milliseconds(seconds: f64) -> f64 {
     (seconds * 1e6).round() / 1e3
+}
+
+/// Converts `time` to microseconds. Nanoseconds as a number of seconds, multiplied, would have more digits: 24208.994000000002.
+pub fn microseconds(time: Duration) -> f64 {
+    time.as_nanos() as f64 / 1e3
 }
 
 impl KeyValues {
@@ -325,6 +329,14 @@ mod tests {
     fn a_latency_that_fades_away_has_few_digits() {
         let texts = [4.372e-203, 0.0027504, 0.12].map(|latency| milliseconds(latency).to_string());
         assert_eq!(texts, ["0", "2.75", "120"]);
+    }
+
+    #[test]
+    fn times_have_no_more_digits_than_nanoseconds() {
+        for nanoseconds in (0..1_000_000_000).step_by(12_347) {
+            let text = microseconds(Duration::from_nanos(nanoseconds)).to_string();
+            assert!(text.split_once('.').is_none_or(|(_, digits)| digits.len() <= 3), "{text}");
+        }
     }
 
     /// Other programs read these names in `~/status`.

@@ -242,6 +242,22 @@ fn a_known_peer_that_returns_after_its_lease_ends_only_the_servo_that_heard_it()
     host.output(&FAR);
 }
 
+/// `ros2 launch` ends all nodes at once. The servo of an arm that has settled still commands small speeds.
+#[test]
+fn a_guard_that_ends_with_its_servo_does_not_report_an_arm_that_has_settled() {
+    let mut host = Host::new();
+    host.start("plant", &["puma560"]);
+    host.start("guard", &["guard"]);
+    host.start_servo("servo", &FAST);
+    host.output(&FAR);
+    host.signal("guard", "INT");
+    host.shell("sleep 0.1");
+    host.signal("servo", "INT");
+    assert_eq!((host.wait("servo"), host.wait("guard")), (Some(0), Some(0)));
+    let log = host.errors("guard");
+    assert!(log.contains("watching") && !log.contains("commanded to move"), "{log}");
+}
+
 #[test]
 fn the_launch_script_starts_the_guard_and_no_arm_where_it_is_asked_to() {
     let mut host = Host::new();

@@ -131,6 +131,7 @@ def case_parameters():
     wrong_type = set_to("gains.diffc", "fast")
     assert not wrong_type.successful and "gains.diffc" in wrong_type.reason, wrong_type
     assert not set_to("update_rate", 100).successful
+    assert set_to("update_rate", get("update_rate").integer_value).successful, "it has that value, as `ros2 param load` of a dump finds"
     [described] = answer("a description", client.describe_parameters(["gains.diffc"]), node).descriptors
     assert described.description and described.floating_point_range and not described.read_only, described
     [described] = answer("a description", client.describe_parameters(["update_rate"]), node).descriptors
@@ -170,6 +171,7 @@ def case_graph():
         return sorted({(info.topic_type, info.node_namespace, info.node_name) for info in infos if (info.node_namespace, info.node_name) not in ours | {("/", "recorder")}})
 
     wait("the owners of all endpoints", lambda: not strangers(), recorder)
+    assert recorder.count_publishers("/left/goal_pose") == 0, "nobody drags the goal"
     events = subscribe_as_rosbag2(recorder, "/parameter_events", ParameterEvent)
     # A node that joins later, as those of a user whose recorder runs already.
     other = Node("later", parameter_overrides=[Parameter("speed", value=1.0)])

@@ -15,7 +15,7 @@ use dq_messages::messages::{Header, PoseStamped};
 use dq_messages::visualization::{
     GetInteractiveMarkers, InteractiveMarkerFeedback, InteractiveMarkerUpdate, MarkerArray, Path,
 };
-use dq_ros::ros::{Logger, Publisher, RosError, Subscription};
+use dq_ros::ros::{Logger, OwnTopic, Publisher, RosError, Subscription};
 use dq_wire::Contract;
 use goal_marker::GoalMarker;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -53,7 +53,9 @@ struct Pictures {
     path: Publisher<Path>,
     updates: Publisher<InteractiveMarkerUpdate>,
     feedback: Subscription<InteractiveMarkerFeedback>,
-    goals: Publisher<PoseStamped>,
+    goal_topic: OwnTopic<PoseStamped>,
+    /// `None` until a viewer shows the goal's handles: without one the servo is not among the publishers of goals.
+    goals: Option<Publisher<PoseStamped>>,
     goal: Arc<Mutex<GoalMarker>>,
     trace: Trace,
     /// The numbers of keep-out and keep-in markers that were sent last.
@@ -85,7 +87,8 @@ pub(super) fn serve(setup: &mut NodeSetup, frame: &str) -> Result<MomentSlot, Ro
         path: node.publisher(&pictures, "~/path")?,
         updates: node.publisher(&pictures, "~/goal/update")?,
         feedback: node.subscription(&pictures, "~/goal/feedback")?,
-        goals: node.publisher_to_input(contract, goal_topic)?,
+        goal_topic: node.own_input(contract, goal_topic)?,
+        goals: None,
         goal,
         trace: Trace::default(),
         solids: [0; 2],
@@ -138,6 +141,11 @@ impl Pictures {
     }
 
     fn publish_goal(&mut self, moment: &Moment) {
+        if self.goals.is_none() && self.feedback.publishers() > 0 {
+            let failed =
+                |why: &RosError| self.log.error(&format!("a goal that is dragged is not sent: {why}"));
+            self.goals = self.goal_topic.publisher().inspect_err(failed).ok();
+        }
         let now = self.started.elapsed();
         let mut marker = locked(&self.goal);
         let senders = &mut self.senders;
@@ -147,9 +155,10 @@ impl Pictures {
                 return;
             }
             let client = feedback.client_id.clone();
-            if let Some((Header { frame_id, .. }, pose)) = marker.take(feedback, now) {
+            let dragged = marker.take(feedback, now);
+            if let (Some((Header { frame_id, .. }, pose)), Some(goals)) = (dragged, &self.goals) {
                 self.log.info(&format!("a goal was dragged by {client}"));
-                self.goals.publish(PoseStamped { header: Header::now(&frame_id), pose });
+                goals.publish(PoseStamped { header: Header::now(&frame_id), pose });
             }
         });
         let update = moment.goal.as_ref().or(moment.tool.as_ref()).and_then(|pose| marker.follow(pose, now));

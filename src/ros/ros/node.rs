@@ -106,19 +106,6 @@ impl Node {
         self.publisher_with(topic, endpoints::of(&entry))
     }
 
-    /// Creates a publisher on a topic of the contract to which the node itself subscribes.
-    ///
-    /// # Errors
-    /// [`RosError`].
-    pub fn publisher_to_input<M: Message>(
-        &mut self,
-        contract: &NodeContract,
-        topic: &str,
-    ) -> Result<Publisher<M>, RosError> {
-        let qos = endpoints::of_publisher_to_input(contract.topic::<M>(topic, Direction::In)?);
-        self.publisher_with(topic, qos)
-    }
-
     /// Creates a publisher on a topic of the contract for messages that soon become obsolete: see [`Publisher::publish_in_time`]. It is not
     /// announced as the node's.
     ///
@@ -200,6 +187,19 @@ impl Node {
     ) -> Result<Subscription<M>, RosError> {
         let entry = TopicContract { direction: Direction::In, ..entry.clone() };
         self.subscription_with(topic, endpoints::of(&entry))
+    }
+
+    /// Returns a topic to which the node subscribes, so that the node can publish on it later.
+    ///
+    /// # Errors
+    /// [`RosError`].
+    pub fn own_input<M: Message>(
+        &self,
+        contract: &NodeContract,
+        topic: &str,
+    ) -> Result<OwnTopic<M>, RosError> {
+        let qos = endpoints::of_publisher_to_input(contract.topic::<M>(topic, Direction::In)?);
+        Ok(OwnTopic::new(Arc::downgrade(&self.endpoints), self.plan::<M>(topic, qos)?))
     }
 
     /// Returns a topic on which the node publishes, so that the node can subscribe to it later.

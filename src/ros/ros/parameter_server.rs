@@ -104,13 +104,14 @@ impl ParameterServer {
 
     /// Makes all changes or none. The store is locked meanwhile.
     fn try_set(&self, parameters: Vec<Parameter>) -> Result<(), String> {
+        let mut current = self.lock();
+        let mut changes = parameters.into_iter().map(change).collect::<Result<Vec<_>, _>>()?;
+        let store = current.store.with(&changes).map_err(|why| why.to_string())?;
+        changes.retain(|(name, _)| store.declaration(name).is_some_and(|declared| !declared.read_only));
         // An announcement without changes would announce a start.
-        if parameters.is_empty() {
+        if changes.is_empty() {
             return Ok(());
         }
-        let mut current = self.lock();
-        let changes = parameters.into_iter().map(change).collect::<Result<Vec<_>, _>>()?;
-        let store = current.store.with(&changes).map_err(|why| why.to_string())?;
         let stamp = current.next_stamp();
         (self.apply)(&store, &changes)?;
         let changed_parameters: Vec<_> = changes.iter().filter_map(|(name, _)| wire(&store, name)).collect();

@@ -153,7 +153,8 @@ impl Publishing {
 /// How long the first subscriber waits for others.
 const STRAGGLERS: Duration = Duration::from_secs(2);
 
-/// A topic on which a node publishes, and to which it can subscribe when necessary.
+/// A topic of a node, on which the node creates its other endpoint only when necessary: a subscription to what it publishes, or a publisher of
+/// what it subscribes to.
 pub struct OwnTopic<M: Message> {
     endpoints: Weak<Endpoints>,
     plan: Plan,
@@ -176,8 +177,19 @@ impl<M: Message> OwnTopic<M> {
     /// # Errors
     /// [`RosError`] if the node has ended or DDS refuses.
     pub fn subscribe(&self) -> Result<Subscription<M>, RosError> {
-        let ended = || RosError::create("a subscription")(&"the node has ended");
-        Subscription::new(&*self.endpoints.upgrade().ok_or_else(ended)?, &self.plan)
+        Subscription::new(&*self.endpoints("a subscription")?, &self.plan)
+    }
+
+    /// Creates a publisher on the topic.
+    ///
+    /// # Errors
+    /// [`RosError`] if the node has ended or DDS refuses.
+    pub fn publisher(&self) -> Result<Publisher<M>, RosError> {
+        Publisher::new(&*self.endpoints("a publisher")?, &self.plan)
+    }
+
+    fn endpoints(&self, what: &str) -> Result<Arc<Endpoints>, RosError> {
+        self.endpoints.upgrade().ok_or_else(|| RosError::create(what)(&"the node has ended"))
     }
 }
 
