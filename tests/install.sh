@@ -42,14 +42,11 @@ if ! cat $lists | cmp -s - target/venv/installed; then
     cat $lists >target/venv/installed
 fi
 
-# ros2 RELEASE: installs rclpy with Fast DDS to target/RELEASE. Its wheels are for Python 3.12. pyenv reads PYENV_VERSION.
+# ros2 RELEASE: installs rclpy with Fast DDS to target/RELEASE. Its wheels are for Python 3.12, which uv downloads if it is missing.
 ros2() {
     packages=tests/ros2/$1.txt
     if ! cmp -s "$packages" "target/$1/installed"; then
-        if ! PYENV_VERSION=3.12 python3.12 -m venv --clear "target/$1"; then
-            echo "tests/install.sh: ROS 2 $1 needs Python 3.12: install python3.12 and python3.12-venv, or: pyenv install 3.12" >&2
-            exit 1
-        fi
+        target/venv/bin/uv venv --quiet --clear --seed --python 3.12 "target/$1"
         "target/$1/bin/python" -m pip install --quiet --requirement "$packages"
         cp "$packages" "target/$1/installed"
     fi
