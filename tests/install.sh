@@ -42,11 +42,12 @@ if ! cat $lists | cmp -s - target/venv/installed; then
     cat $lists >target/venv/installed
 fi
 
-# ros2 RELEASE: installs rclpy with Fast DDS to target/RELEASE. Its wheels are for Python 3.12, which uv downloads if it is missing.
+# ros2 RELEASE: installs rclpy with Fast DDS to target/RELEASE. Its wheels are for Python 3.12, which uv downloads if it is missing. pyenv shows
+# it only with PYENV_VERSION.
 ros2() {
     packages=tests/ros2/$1.txt
     if ! cmp -s "$packages" "target/$1/installed"; then
-        target/venv/bin/uv venv --quiet --clear --seed --python 3.12 "target/$1"
+        PYENV_VERSION=3.12 target/venv/bin/uv venv --quiet --clear --seed --python 3.12 "target/$1"
         "target/$1/bin/python" -m pip install --quiet --requirement "$packages"
         cp "$packages" "target/$1/installed"
     fi
