@@ -8,7 +8,7 @@ use clap::Subcommand;
 use dq_common::text;
 use dq_config::{NodeParameters, ServoParameters};
 use dq_messages::ParameterDescriptor;
-use dq_params::{Given, Value, nearest};
+use dq_params::{ParameterOverride, Value, nearest};
 use dq_ros::ros::names::NodeName;
 use dq_ros::ros::{
     Environment, LogLevel, Logging, Node, ParameterClient, Resolver, RosArgs, RosError, Session,
@@ -121,7 +121,7 @@ impl Param {
         target: &str,
         asked: &str,
         value: Option<Value>,
-        file: Option<Vec<Given>>,
+        file: Option<Vec<ParameterOverride>>,
     ) -> anyhow::Result<()> {
         match (&self.action, value) {
             (Action::Load { .. }, _) => {

@@ -1,7 +1,7 @@
 //! Writes parameter files from a running node, and loads them into one.
 
 use super::Usage;
-use dq_params::{FileParameters, Given, Value, shares_namespace};
+use dq_params::{FileParameters, ParameterOverride, Value, shares_namespace};
 use dq_ros::ros::ParameterClient;
 use dq_ros::stderr;
 use std::path::Path;
@@ -26,7 +26,7 @@ pub(super) fn text(target: &str, values: &[(String, Value)]) -> String {
 }
 
 /// Reads the parameters for the node `target` from the file.
-pub(super) fn read(file: &str, target: &str) -> anyhow::Result<Vec<Given>> {
+pub(super) fn read(file: &str, target: &str) -> anyhow::Result<Vec<ParameterOverride>> {
     let FileParameters { given, sections } = FileParameters::open(Path::new(file), target)?;
     match given.is_empty() {
         true => Err(Usage(format!("{file} has nothing for {target}: its sections are {sections:?}")).into()),
@@ -35,10 +35,13 @@ pub(super) fn read(file: &str, target: &str) -> anyhow::Result<Vec<Given>> {
 }
 
 /// Sets the parameters that differ, or none if the node refuses any of them.
-pub(super) async fn load(mut parameters: ParameterClient<'_>, given: Vec<Given>) -> anyhow::Result<()> {
+pub(super) async fn load(
+    mut parameters: ParameterClient<'_>,
+    given: Vec<ParameterOverride>,
+) -> anyhow::Result<()> {
     let (now, own) = (parameters.all().await?, dq_config::names()?);
     let (total, mut changes) = (given.len(), Vec::<(String, Value)>::new());
-    for Given { name, value, by_name, .. } in given {
+    for ParameterOverride { name, value, by_name, .. } in given {
         let current = now.iter().find(|(known, _)| *known == name).map(|(_, value)| value);
         let is_ours = shares_namespace(&name, own.iter().copied()) && !own.contains(&&*name);
         if current.is_none() && !by_name && !is_ours {

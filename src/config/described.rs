@@ -9,7 +9,7 @@ use dq_description::{
 };
 use dq_description::{FittedBody, fitted};
 use dq_kinematics::arm::{Chain, bounds};
-use dq_params::{Given, ParameterError, Value};
+use dq_params::{ParameterError, ParameterOverride, Value};
 use std::borrow::Cow;
 use std::io;
 use std::ops::RangeInclusive;
@@ -41,7 +41,7 @@ impl Described {
     ///
     /// # Errors
     /// [`ParameterError::Missing`] if frames are given without a description; [`ParameterError::File`] for a description without an arm.
-    pub fn find(given: &[Given]) -> Result<Option<Self>, ParameterError> {
+    pub fn find(given: &[ParameterOverride]) -> Result<Option<Self>, ParameterError> {
         let (text, source, file) = match (
             self::text(given, "robot_description"),
             self::text(given, "robot_file"),
@@ -282,7 +282,7 @@ pub(super) struct GivenLimits {
 
 impl GivenLimits {
     /// Collects the limits among these values.
-    pub fn find(given: &[Given]) -> Self {
+    pub fn find(given: &[ParameterOverride]) -> Self {
         let list = |name: &str| {
             let last = given.iter().rev().find(|value| value.name == name)?;
             match last.value.clone().convert_like(&Value::DoubleArray(Vec::new())) {
@@ -320,7 +320,7 @@ impl GivenLimits {
 }
 
 /// Returns whether these values name the frames of an arm, but nothing that describes it.
-pub fn is_awaited(given: &[Given]) -> bool {
+pub fn is_awaited(given: &[ParameterOverride]) -> bool {
     let is_given = |name: &str| text(given, name).is_some();
     (is_given("base_frame") || is_given("tool_frame"))
         && !is_given("robot_description")
@@ -353,7 +353,7 @@ fn error(source: &str, why: &DescriptionError) -> ParameterError {
 }
 
 /// Returns the text of the last of these values with this name; `None` for an empty text, which is the default.
-fn text<'a>(given: &'a [Given], name: &str) -> Option<&'a str> {
+fn text<'a>(given: &'a [ParameterOverride], name: &str) -> Option<&'a str> {
     let values = given.iter().rev().filter(|value| value.name == name);
     let mut texts =
         values.filter_map(|value| if let Value::String(text) = &value.value { Some(text) } else { None });

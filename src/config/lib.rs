@@ -82,7 +82,8 @@ pub use setup::{ForArm, SetupError};
 use described::{Described, GivenLimits};
 use dq_description::{DescribedArm, FittedBody};
 use dq_params::{
-    Declaration, Declarer, Given, ParameterError, ParameterStore, Parameters, Value, parameters_for,
+    Declaration, Declarer, ParameterError, ParameterOverride, ParameterStore, Parameters, Value,
+    parameters_for,
 };
 use std::sync::LazyLock;
 
@@ -125,7 +126,7 @@ pub trait NodeParameters: Parameters + Send + 'static {
     /// # Errors
     /// The errors of [`start`](Self::start), and [`ParameterError`] if values do not match each other.
     fn from_values(values: Vec<(String, Value)>, source: &str) -> Result<Self, ParameterError> {
-        let given = values.into_iter().map(|(name, value)| Given::new(name, value, source));
+        let given = values.into_iter().map(|(name, value)| ParameterOverride::new(name, value, source));
         let (store, _ignored) = Self::start(&format!("/{}", Self::NODE_NAME), given.collect())?;
         Self::from_store(&store)
     }
@@ -145,7 +146,10 @@ pub trait NodeParameters: Parameters + Send + 'static {
     /// # Errors
     /// [`ParameterError::Missing`] for an incomplete arm, [`ParameterError::File`] for a robot description without an arm, and the errors
     /// of [`ParameterStore::take`].
-    fn start(node: &str, given: Vec<Given>) -> Result<(ParameterStore, Vec<String>), ParameterError> {
+    fn start(
+        node: &str,
+        given: Vec<ParameterOverride>,
+    ) -> Result<(ParameterStore, Vec<String>), ParameterError> {
         let mut store = Self::store()?;
         let mut builtin = builtin()?.to_vec();
         if let Some(described) = Described::find(&given)? {
@@ -229,7 +233,7 @@ fn describes_arm(declared: &Declaration) -> bool {
     declared.required || ["arm.", "limits.joint_"].iter().any(|start| declared.name.starts_with(start))
 }
 
-fn check_arm_is_whole(store: &ParameterStore, given: &[Given]) -> Result<(), ParameterError> {
+fn check_arm_is_whole(store: &ParameterStore, given: &[ParameterOverride]) -> Result<(), ParameterError> {
     let required = store.iter().filter(|(declared, _)| declared.required).map(|(declared, _)| declared.name);
     let missing: Vec<_> = required.filter(|name| given.iter().all(|value| value.name != *name)).collect();
     match missing.is_empty() {

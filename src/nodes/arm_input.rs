@@ -2,8 +2,8 @@
 
 use super::arm_speed::ArmSpeed;
 use super::events::EventsRecord;
+use super::node_setup::NodeSetup;
 use super::senders::Senders;
-use super::wiring::NodeSetup;
 use dq_config::StatesReliability;
 use dq_core::servo::{Event, JointOrder, Rejection, Servo};
 use dq_messages::messages::{Float64, JointState, Time};

@@ -2,9 +2,9 @@
 //! that take positions keep the last ones, at which the arm stands still too.
 
 use super::guards::{self, GuardStatuses};
+use super::node_setup::NodeSetup;
 use super::rivals::Rival;
 use super::shutdown::{Outcome, SHORTEST_FINAL_ZEROS, ShutdownError};
-use super::wiring::NodeSetup;
 use dq_core::servo::{Interface, JointOrder};
 use dq_messages::messages::Message;
 use dq_ros::ros::{EndpointId, Publisher, Publishing, RosError};

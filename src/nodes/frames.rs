@@ -1,6 +1,6 @@
 //! Looks up frames in TF on another thread than the cycle's: the cycle asks for the pose of a goal, and collects the answer later.
 
-use super::wiring::NodeSetup;
+use super::node_setup::NodeSetup;
 use dq_core::servo::{GoalFrameMode, GoalFrames};
 use dq_messages::messages::{TFMessage, TransformStamped};
 use dq_ros::ros::{Clock, Logger, RosError, Subscription};
@@ -92,7 +92,7 @@ impl Frames {
         Ok(Self { asks, reports, asked: 0, over: 0, unfollowed: 0, motion: None })
     }
 
-    /// Asks for the pose of a goal. Its number must be above those before.
+    /// MotionRequests for the pose of a goal. Its number must be above those before.
     pub fn ask(&mut self, goal: FramedGoal) {
         self.asked = goal.number;
         // Sending fails only while the node shuts down.

@@ -148,13 +148,13 @@ impl InForce {
 mod tests {
     use super::*;
     use dq_config::NodeParameters;
-    use dq_params::Given;
+    use dq_params::ParameterOverride;
     use std::sync::mpsc::{Receiver, channel};
 
     fn store() -> ParameterStore {
         let keep_out = Value::StringArray(vec!["table half_space 0 0 1 -0.5".to_owned()]);
         let given = [("constraints", Value::Bool(true)), ("keep_out", keep_out)];
-        let given = given.map(|(name, value)| Given {
+        let given = given.map(|(name, value)| ParameterOverride {
             name: name.to_owned(),
             value,
             source: "test".to_owned(),

@@ -3,7 +3,7 @@
 
 use super::frames::Tree;
 use super::in_force::InForce;
-use super::wiring::NodeSetup;
+use super::node_setup::NodeSetup;
 use dq_common::text::{NAME, cut, shown};
 use dq_core::servo::Goal;
 use dq_messages::messages::Point;

@@ -17,6 +17,7 @@ mod guard;
 mod guards;
 mod in_force;
 mod keep_outs;
+mod node_setup;
 mod outputs;
 mod parameters;
 mod pictures;
@@ -32,7 +33,6 @@ mod senders;
 mod servo;
 mod shutdown;
 mod snapshot;
-mod wiring;
 
 pub use guard::GuardNode;
 pub use parameters::Prepared;

@@ -3,7 +3,7 @@
 use super::NodeError;
 use dq_common::text::cut;
 use dq_config::{DualParameters, NodeParameters, ServoParameters};
-use dq_params::{FileParameters, Given, ParameterError, ParameterStore, Value, is_misspelt};
+use dq_params::{FileParameters, ParameterError, ParameterOverride, ParameterStore, Value, is_misspelt};
 use dq_ros::ros::args::{Override, RosArgs};
 use dq_ros::ros::{LogLevel, Logging, Resolver, RosError};
 
@@ -38,7 +38,7 @@ impl<P: NodeParameters> Prepared<P> {
     /// [`NodeError`] if a name or a parameter is invalid, or if the description gives no arm.
     pub(super) fn described(args: &RosArgs, text: String) -> Result<Self, NodeError> {
         let name = "robot_description";
-        Self::with(args, Some(Given::new(name, Value::String(text), name)))
+        Self::with(args, Some(ParameterOverride::new(name, Value::String(text), name)))
     }
 
     /// Prepares the node from the command line. Returns `None` if the command line names the frames of an arm but leaves the description
@@ -67,7 +67,7 @@ impl<P: NodeParameters> Prepared<P> {
         })
     }
 
-    fn with(args: &RosArgs, description: Option<Given>) -> Result<Self, NodeError> {
+    fn with(args: &RosArgs, description: Option<ParameterOverride>) -> Result<Self, NodeError> {
         let names = Resolver::new(P::NODE_NAME, args).map_err(RosError::from)?;
         let node = names.node().fully_qualified();
         let (mut given, mut warnings) = given::<P>(&names, &node, args)?;
@@ -102,7 +102,7 @@ fn given<P: NodeParameters>(
     names: &Resolver,
     node: &str,
     args: &RosArgs,
-) -> Result<(Vec<Given>, Vec<String>), ParameterError> {
+) -> Result<(Vec<ParameterOverride>, Vec<String>), ParameterError> {
     let (mut values, mut warnings) = (Vec::new(), Vec::new());
     for given in &args.overrides {
         match given {
@@ -119,7 +119,7 @@ fn given<P: NodeParameters>(
                 if only.as_deref().is_none_or(|only| only == names.node().name()) {
                     // A description such as `-p robot_description:="$(xacro robot.urdf.xacro)"` is passed unquoted and is not YAML.
                     let is_xml = name == "robot_description" && yaml.trim_start().starts_with('<');
-                    values.push(Given {
+                    values.push(ParameterOverride {
                         name: name.clone(),
                         value: if is_xml { Value::String(yaml.clone()) } else { Value::from_yaml(yaml)? },
                         source: format!("-p {name}:={}", cut(yaml)),

@@ -5,15 +5,15 @@ use super::arm_speed::ArmSpeed;
 use super::commands::Commands;
 use super::events::{EventsRecord, ParameterRecord};
 use super::frames::Frames;
+use super::node_setup::NodeSetup;
 use super::requests::Reply;
 use super::searcher::Searcher;
 use super::senders::{Clocks, Senders};
 use super::shutdown::{Shutdown, Step};
-use super::wiring::NodeSetup;
 use dq_algebra::UnitDualQuaternion;
 use dq_core::servo::{
-    Asker, Contended, Event, Goal, GoalMotion, GoalReading, Rejection, Sent, Servo, Settings, TwistReading,
-    is_own_frame,
+    Contended, Event, Goal, GoalMotion, GoalReading, Rejection, Requester, Sent, Servo, Settings,
+    TwistReading, is_own_frame,
 };
 use dq_kinematics::arm::JointKind;
 use dq_messages::messages::{PoseStamped, Time, TwistStamped};
@@ -160,11 +160,11 @@ impl RosInputs {
     }
 
     /// Returns the publisher that asked.
-    pub fn asker(&self, by: Asker) -> Option<EndpointId> {
+    pub fn asker(&self, by: Requester) -> Option<EndpointId> {
         match by {
-            Asker::Goal(number) => self.goal_senders.publisher(number),
-            Asker::Twist(number) => self.twist_senders.publisher(number),
-            Asker::Resume => None,
+            Requester::Goal(number) => self.goal_senders.publisher(number),
+            Requester::Twist(number) => self.twist_senders.publisher(number),
+            Requester::Resume => None,
         }
     }
 

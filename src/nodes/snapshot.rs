@@ -4,7 +4,7 @@ use super::complaint::due;
 use super::ros_inputs::{RejectedGoal, RosInputs};
 use dq_algebra::UnitDualQuaternion;
 use dq_core::servo::{
-    Asker, MOTIONS, Motion, RateBound, Reason, Reconfiguration, RejectionCounts, Replaced, Rivals, Servo,
+    MOTIONS, Motion, RateBound, Reason, Reconfiguration, RejectionCounts, Replaced, Requester, Rivals, Servo,
     State, Status,
 };
 use dq_kinematics::control::Controller;
@@ -63,7 +63,7 @@ impl MotionUpdates {
         let Self { motions, mut rejected } = std::mem::take(self);
         let more = live.rejected.take();
         rejected.extend(more.into_iter().map(|RejectedGoal { stamp, by, why }| {
-            let by = live.asker(Asker::Goal(by));
+            let by = live.asker(Requester::Goal(by));
             RejectedGoal { stamp, by, why }
         }));
         Self { motions, rejected }
@@ -204,7 +204,7 @@ impl Snapshots {
             updates: if due.status { self.updates.take(live) } else { MotionUpdates::default() },
             timing: if timed { timing.figures() } else { TimingFigures::default() },
             rivals: rivals(status.reason, live),
-            asker: status.consent.ask().and_then(|ask| live.asker(ask.by)),
+            asker: status.consent.request().and_then(|ask| live.asker(ask.by)),
             quietest: servo.quietest_arm(),
         };
         match self.queue.try_send(snapshot) {

@@ -11,7 +11,7 @@ const LONGEST: u64 = 16 << 20;
 
 /// A value that a file or an argument gives a parameter before the node starts.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Given {
+pub struct ParameterOverride {
     /// The parameter's name.
     pub name: String,
     /// Its value.
@@ -28,12 +28,12 @@ pub struct Given {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FileParameters {
     /// The values for the node, in file order.
-    pub given: Vec<Given>,
+    pub given: Vec<ParameterOverride>,
     /// The node names, or patterns of node names, of all sections of the file.
     pub sections: Vec<String>,
 }
 
-impl Given {
+impl ParameterOverride {
     /// Returns a value that `source` gives every node.
     pub fn new(name: impl Into<String>, value: Value, source: impl Into<String>) -> Self {
         Self { name: name.into(), value, source: source.into(), by_name: false }
@@ -134,7 +134,7 @@ impl Reader<'_> {
                         ));
                     }
                     let (source, by_name) = (self.file.to_owned(), !path.contains('*'));
-                    self.found.given.push(Given { name, value, source, by_name });
+                    self.found.given.push(ParameterOverride { name, value, source, by_name });
                 }
             }
         }
@@ -222,7 +222,7 @@ mod tests {
         let text = "
             /**: {ros__parameters: {a: 1}}
             dq_servo: {ros__parameters: {b: {c: true}}}";
-        let given = |name: &str, value, by_name| Given {
+        let given = |name: &str, value, by_name| ParameterOverride {
             name: name.to_owned(),
             value,
             source: "f.yaml".to_owned(),

@@ -42,7 +42,7 @@ mod yaml;
 pub use declaration::{Constraint, Declaration};
 pub use dq_params_derive::Parameters;
 pub use error::ParameterError;
-pub use file::{FileParameters, Given, parameters_for};
+pub use file::{FileParameters, ParameterOverride, parameters_for};
 pub use nearest::{is_misspelt, nearest, shares_namespace};
 pub use parameters::{Declarer, ParameterType, Parameters, exactly};
 pub use store::ParameterStore;

@@ -1,6 +1,8 @@
 //! The parameters of a node and their values.
 
-use super::{Declaration, Declarer, Given, ParameterError, Parameters, Value, nearest, shares_namespace};
+use super::{
+    Declaration, Declarer, ParameterError, ParameterOverride, Parameters, Value, nearest, shares_namespace,
+};
 use dq_common::text::cut;
 
 /// The declared parameters with their values, in the order of declaration.
@@ -61,9 +63,9 @@ impl ParameterStore {
     ///
     /// # Errors
     /// The errors of [`override_initial`](Self::override_initial), for the first value that has one.
-    pub fn take(&mut self, node: &str, given: Vec<Given>) -> Result<Vec<String>, ParameterError> {
+    pub fn take(&mut self, node: &str, given: Vec<ParameterOverride>) -> Result<Vec<String>, ParameterError> {
         let mut ignored: Vec<(String, Vec<String>)> = Vec::new();
-        for Given { name, value, source, by_name } in given {
+        for ParameterOverride { name, value, source, by_name } in given {
             match self.override_initial(&name, value) {
                 Err(ParameterError::Unknown { nearest, .. })
                     if !by_name && !shares_namespace(&name, self.known()) =>

@@ -3,7 +3,7 @@
 use super::arrays::wrong;
 use super::law::Law;
 use dq_config::{NodeParameters, ServoParameters, SetupError, arm_file};
-use dq_params::{Given, ParameterError, ParameterStore, Value, parameters_for};
+use dq_params::{ParameterError, ParameterOverride, ParameterStore, Value, parameters_for};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -74,7 +74,12 @@ pub(super) fn store(
 ) -> PyResult<ParameterStore> {
     let of = |values: Vec<(String, Value)>, source: &str, by_name| {
         let source = source.to_owned();
-        values.into_iter().map(move |(name, value)| Given { name, value, source: source.clone(), by_name })
+        values.into_iter().map(move |(name, value)| ParameterOverride {
+            name,
+            value,
+            source: source.clone(),
+            by_name,
+        })
     };
     let mut given: Vec<_> = match arm {
         Some(arm) => of(of_arm(arm)?, arm, false).collect(),

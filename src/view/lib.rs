@@ -7,22 +7,22 @@
 #![warn(clippy::print_stdout, clippy::print_stderr)]
 
 mod answer;
+mod arm_shape;
 mod ask;
 mod assets;
-mod complaints;
 mod explain;
 mod guard;
-mod known;
-mod looks;
+mod known_robot;
 mod markers;
 mod parameters;
 mod peer;
 mod race;
 mod robot;
-mod seen;
 mod server;
+mod servo_monitor;
 mod session;
 mod surface;
+mod warning_log;
 
 pub use answer::Answer;
 pub use ask::Ask;

@@ -1,9 +1,9 @@
 //! The view's node in the graph: shows what a servo publishes, and forwards requests of browsers.
 
-use super::known::KnownRobot;
-use super::looks::ArmShape;
+use super::arm_shape::ArmShape;
+use super::known_robot::KnownRobot;
 use super::robot::Robot;
-use super::seen::ServoMonitor;
+use super::servo_monitor::ServoMonitor;
 use super::{Answer, Ask, Asked, BackgroundTask, Race, RobotEnd, markers};
 use dq_config::PLANT_NAMES;
 use dq_core::servo;

@@ -1,7 +1,7 @@
 //! A race: two arms move to the same goal under two laws.
 
 use super::robot::{Robot, units};
-use super::seen::ServoMonitor;
+use super::servo_monitor::ServoMonitor;
 use dq_core::servo::State;
 use dq_messages::messages::{Header, PoseStamped};
 use dq_messages::{Direction, PoseNumbers};

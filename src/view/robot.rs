@@ -1,6 +1,6 @@
 //! What changes seldom: the arm and the servo's parameters.
 
-use super::looks::Model;
+use super::arm_shape::Model;
 use super::parameters::Entry;
 use dq_config::ServoParameters;
 use dq_core::servo::JointOrder;

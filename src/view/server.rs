@@ -1,9 +1,9 @@
 //! The web server: admits browsers, serves the page, and opens a session for each browser.
 
 use super::assets;
-use super::complaints::WarningLog;
 use super::guard::{self, Guard, Guest, Refusal};
 use super::session::{self, Session};
+use super::warning_log::WarningLog;
 use super::{PageEnd, ViewError};
 use axum::Router;
 use axum::body::Bytes;

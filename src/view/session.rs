@@ -1,7 +1,7 @@
 //! The session of one browser.
 
 use super::ask::Request;
-use super::complaints::WarningLog;
+use super::warning_log::WarningLog;
 use super::{Answer, Asked, PageEnd};
 use axum::extract::ws::{CloseFrame, Message, WebSocket};
 use serde_json::json;

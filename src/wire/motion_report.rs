@@ -255,7 +255,7 @@ fn spaced(numbers: &[f64]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use dq_core::servo::{Asker, Goal, Revocation};
+    use dq_core::servo::{Goal, Requester, Revocation};
     use dq_kinematics::control::Controller;
     use std::time::Duration;
 
@@ -265,7 +265,7 @@ mod tests {
             number: 3,
             goal,
             stamp: 7_000_000_001,
-            asker: Asker::Goal(2),
+            asker: Requester::Goal(2),
             controller: Controller::default(),
             tool: *goal.base_from_goal(),
             start: Some(*goal.base_from_goal()),

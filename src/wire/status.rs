@@ -3,7 +3,7 @@
 use super::poses::pose_numbers;
 use super::servo_kind::{LawNames, law_and_aim};
 use super::timing::{SpreadFigures, TimingFigures};
-use dq_core::servo::{Asker, Figures, Input, Reconfiguration, RejectionCounts, State, Status};
+use dq_core::servo::{Figures, Input, Reconfiguration, RejectionCounts, Requester, State, Status};
 use dq_limits::check::GuardState;
 use dq_messages::PoseNumbers;
 use dq_messages::messages::{DiagnosticStatus, KeyValue, Time};
@@ -180,11 +180,11 @@ impl ServoReport<'_> {
         let consent = &self.status.consent;
         let ago = |time: Duration| Value::from(microseconds(self.now.saturating_sub(time)).round() / 1e6);
         let mut values = vec![("consent", Value::from(consent.is_given()))];
-        if let Some(asked) = consent.ask() {
+        if let Some(asked) = consent.request() {
             let what = match asked.by {
-                Asker::Goal(_) => "goal",
-                Asker::Twist(_) => "twist",
-                Asker::Resume => "~/pause",
+                Requester::Goal(_) => "goal",
+                Requester::Twist(_) => "twist",
+                Requester::Resume => "~/pause",
             };
             let by = self.asker.as_ref().map_or_else(String::new, |asker| format!(" of {asker}"));
             values.extend([("asked_by", format!("{what}{by}").into()), ("asked_s_ago", ago(asked.pushed))]);

@@ -4,7 +4,7 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use dq_config::{DualParameters, NodeParameters, ServoParameters};
 use dq_core::servo::{JointReading, Servo, State};
 use dq_kinematics::control::Law;
-use dq_params::{Given, Value};
+use dq_params::{ParameterOverride, Value};
 use std::hint::black_box;
 use std::time::{Duration, Instant};
 
@@ -112,13 +112,13 @@ fn among_keep_outs(things: Vec<String>) -> ServoParameters {
         let y = 1.0 - x;
         format!("{joint} {} {} {z} {} {} {z} 0.04", x * from, y * from, x * (from + 0.07), y * (from + 0.07))
     };
-    let texts = |name: &str, list: Vec<String>| Given {
+    let texts = |name: &str, list: Vec<String>| ParameterOverride {
         name: name.to_owned(),
         value: Value::StringArray(list),
         source: "the bench".to_owned(),
         by_name: true,
     };
-    let on = Given { value: Value::Bool(true), ..texts("constraints", Vec::new()) };
+    let on = ParameterOverride { value: Value::Bool(true), ..texts("constraints", Vec::new()) };
     let given = vec![on, texts("body", (0..12).map(capsule).collect()), texts("keep_out", things)];
     let (store, _) = ServoParameters::start("/servo", given).unwrap();
     ServoParameters::from_store(&store).unwrap()

@@ -3,7 +3,7 @@
 use crate::host::{Host, assert_success, wait_until};
 use crate::replay::{assert_replays, place};
 use dq_config::{NodeParameters, PlantParameters};
-use dq_params::{Given, Value};
+use dq_params::{ParameterOverride, Value};
 use std::fs::File;
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -21,7 +21,8 @@ fn start() -> Vec<f64> {
         .split_once(":=")
         .into_iter()
         .chain([("base_frame", "base_link"), ("tool_frame", "arm_tool_link")]);
-    let given = values.map(|(name, value)| Given::new(name, Value::String(value.to_owned()), "test"));
+    let given =
+        values.map(|(name, value)| ParameterOverride::new(name, Value::String(value.to_owned()), "test"));
     let (store, _) = PlantParameters::start("/arm", given.collect()).unwrap();
     PlantParameters::from_store(&store).unwrap().initial_positions
 }

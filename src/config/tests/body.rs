@@ -3,7 +3,7 @@
 use dq_algebra::UnitDualQuaternion;
 use dq_config::{NodeParameters, ServoParameters};
 use dq_description::{Collision, Description, Shape, collisions};
-use dq_params::{Given, ParameterStore, Value};
+use dq_params::{ParameterOverride, ParameterStore, Value};
 use dq_space::space::Body;
 use nalgebra::{Point3, Vector3};
 use proptest::prelude::*;
@@ -41,7 +41,10 @@ fn store(text: &str, given: &[(&str, Value)]) -> (ParameterStore, Vec<String>) {
         ("tool_frame", Value::String("flange".to_owned())),
         ("limits.joint_acceleration", Value::DoubleArray(vec![1.0; 2])),
     ];
-    let given = description.iter().chain(given).map(|(name, value)| Given::new(*name, value.clone(), "test"));
+    let given = description
+        .iter()
+        .chain(given)
+        .map(|(name, value)| ParameterOverride::new(*name, value.clone(), "test"));
     ServoParameters::start("/dq_servo", given.collect()).unwrap()
 }
 

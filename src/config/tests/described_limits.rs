@@ -5,7 +5,7 @@ use crate::described::{GANTRY, frames};
 use crate::{given, started, text};
 use dq_config::{ForArm, NodeParameters, PlantParameters, ServoParameters, arm_file};
 use dq_description::{DescribedArm, Description, Motion};
-use dq_params::{Given, Value, parameters_for};
+use dq_params::{ParameterOverride, Value, parameters_for};
 use nalgebra::Vector3;
 
 /// A parameter with its numbers.
@@ -233,10 +233,10 @@ fn joints_that_start_beyond_their_limits_are_named() {
 }
 
 /// Returns the parameters of a built-in arm.
-pub fn of_arm(name: &str) -> Vec<Given> {
+pub fn of_arm(name: &str) -> Vec<ParameterOverride> {
     let (name, text) = arm_file(name).unwrap();
     let values = parameters_for(text, name, "/dq_servo").unwrap().into_iter();
-    values.map(|(name, value)| Given::new(name, value, "the box")).collect()
+    values.map(|(name, value)| ParameterOverride::new(name, value, "the box")).collect()
 }
 
 /// RViz and other tools read the limits from the description of an arm of rows.
@@ -256,7 +256,7 @@ fn the_description_of_rows_has_the_limits_of_the_parameters() {
     assert_eq!(limits[2].velocity, Some(of_servo.2));
     assert!(read.moving().all(|joint| joint.motion == Motion::Revolute));
     // URDF requires a speed with position limits.
-    let without_speeds = |value: &Given| value.name != "limits.joint_velocity";
+    let without_speeds = |value: &ParameterOverride| value.name != "limits.joint_velocity";
     let given: Vec<_> = of_arm("ur5e").into_iter().filter(without_speeds).collect();
     let (store, _) = PlantParameters::start("/arm", given).unwrap();
     let plant = PlantParameters::from_store(&store).unwrap();

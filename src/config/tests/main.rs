@@ -10,14 +10,14 @@ mod setup;
 mod urdf_1_2;
 
 use dq_config::{NodeParameters, ServoParameters};
-use dq_params::{Given, ParameterError, ParameterStore, Value};
+use dq_params::{ParameterError, ParameterOverride, ParameterStore, Value};
 
 fn text(text: &str) -> Value {
     Value::String(text.to_owned())
 }
 
-fn given(values: &[(&str, Value)]) -> Vec<Given> {
-    values.iter().map(|(name, value)| Given::new(*name, value.clone(), "test")).collect()
+fn given(values: &[(&str, Value)]) -> Vec<ParameterOverride> {
+    values.iter().map(|(name, value)| ParameterOverride::new(*name, value.clone(), "test")).collect()
 }
 
 /// Returns the store of a servo with these parameters, and its warnings.

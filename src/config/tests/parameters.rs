@@ -3,7 +3,7 @@
 use dq_config::*;
 use dq_core::servo::{Posture, Settings};
 use dq_params::{
-    Constraint, Declaration, Declarer, Given, ParameterError, ParameterStore, Parameters, Value,
+    Constraint, Declaration, Declarer, ParameterError, ParameterOverride, ParameterStore, Parameters, Value,
     parameters_for,
 };
 use std::time::Duration;
@@ -197,8 +197,10 @@ fn keep_outs_are_read_or_rejected_with_the_reason() {
     assert!(refused.contains("65 of them: expected 64 at most, those of keep_in"), "{refused}");
 }
 
-fn given(yaml: &[(&str, &str)]) -> Vec<Given> {
-    let value = |(name, yaml): &(&str, &str)| Given::new(*name, Value::from_yaml(yaml).unwrap(), "arm.yaml");
+fn given(yaml: &[(&str, &str)]) -> Vec<ParameterOverride> {
+    let value = |(name, yaml): &(&str, &str)| {
+        ParameterOverride::new(*name, Value::from_yaml(yaml).unwrap(), "arm.yaml")
+    };
     yaml.iter().map(value).collect()
 }
 
@@ -276,7 +278,7 @@ fn empty_position_ranges_are_rejected_by_servo_and_plant() {
         ("limits.joint_position_lower", "[-1, -1, 2, -1, -1, -1]"),
         ("limits.joint_position_upper", "[1, 1, 2, 1, 1, 1]"),
     ]);
-    fn refused<P: NodeParameters>(given: Vec<Given>) -> String {
+    fn refused<P: NodeParameters>(given: Vec<ParameterOverride>) -> String {
         let (store, _) = P::start("/node", given).unwrap();
         P::from_store(&store).err().map(|why| why.to_string()).unwrap_or_default()
     }

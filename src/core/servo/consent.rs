@@ -22,7 +22,7 @@ const MOST: usize = 16;
 
 /// The sender of a request for motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Asker {
+pub enum Requester {
     /// The publisher with this number, by a goal.
     Goal(u32),
     /// The publisher with this number, by a twist.
@@ -31,7 +31,7 @@ pub enum Asker {
     Resume,
 }
 
-impl Asker {
+impl Requester {
     /// Returns whether the request is for a goal.
     fn is_for_goal(self) -> bool {
         !matches!(self, Self::Twist(_))
@@ -40,9 +40,9 @@ impl Asker {
 
 /// A request, and what has become of it. Times are of the cycle's clock.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Ask {
+pub struct MotionRequest {
     /// The sender of the request.
-    pub by: Asker,
+    pub by: Requester,
     /// When the first message was sent.
     pub pushed: Duration,
     /// When the last message arrived.
@@ -72,9 +72,9 @@ impl Revoked {
     }
 
     /// Revokes `ask` if it was pushed by then. The first revocation of a push stays its reason.
-    fn apply(&self, ask: &mut Ask) {
-        if ask.pushed <= self.until {
-            ask.revoked.get_or_insert(self.why_of(ask.pushed));
+    fn apply(&self, request: &mut MotionRequest) {
+        if request.pushed <= self.until {
+            request.revoked.get_or_insert(self.why_of(request.pushed));
         }
     }
 }
@@ -82,7 +82,7 @@ impl Revoked {
 /// Whether the arm may move: the last request, and what has revoked it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Consent {
-    ask: Option<Ask>,
+    request: Option<MotionRequest>,
     revoked: Option<Revoked>,
     paused: bool,
     stopping: bool,
@@ -90,8 +90,8 @@ pub struct Consent {
 
 impl Consent {
     /// Returns the last request, or `None` if nobody asks for motion anymore.
-    pub fn ask(&self) -> Option<&Ask> {
-        self.ask.as_ref()
+    pub fn request(&self) -> Option<&MotionRequest> {
+        self.request.as_ref()
     }
 
     /// Returns the last revocation.
@@ -111,7 +111,7 @@ impl Consent {
 
     /// Returns whether there is a request that nothing has revoked.
     pub(super) fn is_asked(&self) -> bool {
-        self.ask.is_some_and(|ask| ask.revoked.is_none())
+        self.request.is_some_and(|request| request.revoked.is_none())
     }
 
     /// Returns whether the arm may move.
@@ -121,19 +121,19 @@ impl Consent {
 
     /// Returns what has revoked the current request.
     pub fn revocation(&self) -> Option<Revocation> {
-        self.ask.and_then(|ask| ask.revoked)
+        self.request.and_then(|request| request.revoked)
     }
 
     /// Returns whether the last request was a twist.
     pub fn is_of_twist(&self) -> bool {
-        self.ask.is_some_and(|ask| !ask.by.is_for_goal())
+        self.request.is_some_and(|request| !request.by.is_for_goal())
     }
 }
 
 /// The push of one publisher, and when its first message arrived.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Push {
-    ask: Ask,
+    request: MotionRequest,
     came: Duration,
     /// Whether any of its messages asked for a motion that is possible.
     is_usable: bool,
@@ -142,32 +142,32 @@ struct Push {
 impl Push {
     /// Returns whether its publisher was never silent for longer than `silence` until `now`.
     fn goes_on(&self, now: Duration, silence: Duration) -> bool {
-        now.saturating_sub(self.ask.heard) <= silence
+        now.saturating_sub(self.request.heard) <= silence
     }
 
     /// Returns whether it is a stream of goals that goes on.
     fn streams(&self, now: Duration, silence: Duration) -> bool {
-        let is_stream = self.ask.by.is_for_goal() && self.is_usable && self.came != self.ask.heard;
+        let is_stream = self.request.by.is_for_goal() && self.is_usable && self.came != self.request.heard;
         is_stream && self.goes_on(now, silence)
     }
 }
 
 /// All requests, and the consent that results from them. Nothing else writes the consent.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub(super) struct Asks {
+pub(super) struct MotionRequests {
     consent: Consent,
     pushes: Vec<Push>,
     /// When a twist last moved the arm, which revokes every goal pushed until then.
     jogged: Option<Revoked>,
 }
 
-impl Default for Asks {
+impl Default for MotionRequests {
     fn default() -> Self {
         Self { consent: Consent::default(), pushes: Vec::with_capacity(MOST), jogged: None }
     }
 }
 
-impl Asks {
+impl MotionRequests {
     /// Returns the resulting consent.
     pub fn consent(&self) -> &Consent {
         &self.consent
@@ -178,31 +178,31 @@ impl Asks {
     /// frame is heard when it arrives, and again, with the same times, when its frame is found.
     pub fn hear(
         &mut self,
-        by: Asker,
+        by: Requester,
         ago: Duration,
         came: Duration,
         silence: Duration,
         is_usable: bool,
-    ) -> Ask {
+    ) -> MotionRequest {
         self.pushes.retain(|push| push.goes_on(came, silence));
-        if let Some(push) = self.pushes.iter_mut().find(|push| push.ask.by == by) {
-            push.ask.heard = push.ask.heard.max(came);
+        if let Some(push) = self.pushes.iter_mut().find(|push| push.request.by == by) {
+            push.request.heard = push.request.heard.max(came);
             push.is_usable |= is_usable;
-            return push.ask;
+            return push.request;
         }
         self.make_room();
         let has_room = self.pushes.len() < MOST;
         let pushed = if has_room { came.saturating_sub(ago) } else { Duration::ZERO };
-        let ask = Ask { by, pushed, heard: came, revoked: self.revoked_before(by, pushed) };
+        let request = MotionRequest { by, pushed, heard: came, revoked: self.revoked_before(by, pushed) };
         if has_room {
-            self.pushes.push(Push { ask, came, is_usable });
+            self.pushes.push(Push { request, came, is_usable });
         }
-        ask
+        request
     }
 
     /// Makes room for another publisher by removing the oldest one that was heard only once, because it is not a stream.
     fn make_room(&mut self) {
-        let singles = self.pushes.iter().enumerate().filter(|(_, push)| push.came == push.ask.heard);
+        let singles = self.pushes.iter().enumerate().filter(|(_, push)| push.came == push.request.heard);
         let oldest = singles.min_by_key(|(_, push)| push.came).map(|(place, _)| place);
         if let Some(place) = oldest.filter(|_| self.pushes.len() >= MOST) {
             self.pushes.swap_remove(place);
@@ -211,44 +211,45 @@ impl Asks {
 
     /// Returns what has revoked a push that was sent at `pushed` and arrives only now. If a push and a revocation have the same time, the
     /// one that arrives later counts as later.
-    fn revoked_before(&self, by: Asker, pushed: Duration) -> Option<Revocation> {
+    fn revoked_before(&self, by: Requester, pushed: Duration) -> Option<Revocation> {
         let jogged = self.jogged.filter(|jogged| by.is_for_goal() && pushed <= jogged.until);
         jogged.or(self.consent.revoked.filter(|last| pushed < last.until)).map(|last| last.why_of(pushed))
     }
 
     /// Notes that a publisher no longer asks for motion.
-    pub fn release(&mut self, by: Asker) {
-        self.pushes.retain(|push| push.ask.by != by);
+    pub fn release(&mut self, by: Requester) {
+        self.pushes.retain(|push| push.request.by != by);
     }
 
     /// Returns whether the publisher's push continues, without a silence longer than `silence` until `now`.
-    pub fn is_pushed(&self, by: Asker, now: Duration, silence: Duration) -> bool {
-        self.pushes.iter().any(|push| push.ask.by == by && push.goes_on(now, silence))
+    pub fn is_pushed(&self, by: Requester, now: Duration, silence: Duration) -> bool {
+        self.pushes.iter().any(|push| push.request.by == by && push.goes_on(now, silence))
     }
 
     /// Makes `ask` the current request, and returns whether it is new. While a newer request is in force, its time of push is kept.
-    pub fn take(&mut self, ask: Ask) -> bool {
-        let newest = self.consent.ask.filter(|before| before.revoked.is_none() && ask.by.is_for_goal());
-        let pushed = newest.map_or(ask.pushed, |before| before.pushed.max(ask.pushed));
-        let before = self.consent.ask.replace(Ask { pushed, ..ask });
-        before.is_none_or(|before| (before.by, before.pushed) != (ask.by, pushed))
+    pub fn take(&mut self, request: MotionRequest) -> bool {
+        let newest =
+            self.consent.request.filter(|before| before.revoked.is_none() && request.by.is_for_goal());
+        let pushed = newest.map_or(request.pushed, |before| before.pushed.max(request.pushed));
+        let before = self.consent.request.replace(MotionRequest { pushed, ..request });
+        before.is_none_or(|before| (before.by, before.pushed) != (request.by, pushed))
     }
 
     /// Returns two publishers of one kind that push at the same time: the first one was heard again after the other began.
     pub fn rivals(&self, now: Duration, silence: Duration) -> Option<Rivals> {
         let is_asking = |push: &&Push| {
-            let is_valid = matches!(push.ask.revoked, None | Some(Revocation::Rivals(_)));
+            let is_valid = matches!(push.request.revoked, None | Some(Revocation::Rivals(_)));
             is_valid && push.is_usable && push.goes_on(now, silence)
         };
         let mut pushes = self.pushes.iter().filter(is_asking);
         pushes.find_map(|one| {
             let others = self.pushes.iter().filter(is_asking);
-            let mut later = others.filter(|other| other.came > one.came && one.ask.heard > other.came);
-            later.find_map(|other| match (one.ask.by, other.ask.by) {
-                (Asker::Goal(first), Asker::Goal(second)) => {
+            let mut later = others.filter(|other| other.came > one.came && one.request.heard > other.came);
+            later.find_map(|other| match (one.request.by, other.request.by) {
+                (Requester::Goal(first), Requester::Goal(second)) => {
                     Some(Rivals { of: Contended::Goals, first, second })
                 }
-                (Asker::Twist(first), Asker::Twist(second)) => {
+                (Requester::Twist(first), Requester::Twist(second)) => {
                     Some(Rivals { of: Contended::Twists, first, second })
                 }
                 _ => None,
@@ -259,8 +260,8 @@ impl Asks {
     /// Revokes at `now` everything pushed until `until`.
     pub fn revoke(&mut self, until: Duration, now: Duration, why: Revocation) {
         let revoked = Revoked { until, at: now, why };
-        self.pushes.iter_mut().for_each(|push| revoked.apply(&mut push.ask));
-        self.consent.ask.iter_mut().for_each(|ask| revoked.apply(ask));
+        self.pushes.iter_mut().for_each(|push| revoked.apply(&mut push.request));
+        self.consent.request.iter_mut().for_each(|request| revoked.apply(request));
         if self.consent.revoked.is_none_or(|before| before.until <= until) {
             self.consent.revoked = Some(revoked);
         }
@@ -269,8 +270,9 @@ impl Asks {
     /// Notes that a twist moves the arm at `now`, which revokes every goal until then.
     pub fn jog(&mut self, now: Duration) {
         let jogged = Revoked { until: now, at: now, why: Revocation::Jogged };
-        let goals = self.pushes.iter_mut().map(|push| &mut push.ask).filter(|ask| ask.by.is_for_goal());
-        goals.for_each(|ask| jogged.apply(ask));
+        let goals =
+            self.pushes.iter_mut().map(|push| &mut push.request).filter(|request| request.by.is_for_goal());
+        goals.for_each(|request| jogged.apply(request));
         self.jogged = Some(jogged);
     }
 
@@ -289,16 +291,17 @@ impl Asks {
         if let Some(last) = self.consent.revoked.filter(|last| sent < last.until) {
             return Err(Rejection::Overtaken(last.why_of(sent)));
         }
-        let before = self.consent.ask.filter(|ask| ask.by.is_for_goal());
-        let was_revoked = before.is_some_and(|ask| ask.revoked.is_some());
+        let before = self.consent.request.filter(|request| request.by.is_for_goal());
+        let was_revoked = before.is_some_and(|request| request.revoked.is_some());
         let mut streams = self.pushes.iter().filter(|push| was_revoked && push.streams(now, silence));
-        if let Some(why) = streams.find_map(|push| push.ask.revoked) {
+        if let Some(why) = streams.find_map(|push| push.request.revoked) {
             return Err(Rejection::StreamsOn(why));
         }
         self.consent.paused = false;
         if let Some(before) = before {
             let pushed = if was_revoked { sent } else { before.pushed.max(sent) };
-            self.consent.ask = Some(Ask { by: Asker::Resume, pushed, heard: now, revoked: None });
+            self.consent.request =
+                Some(MotionRequest { by: Requester::Resume, pushed, heard: now, revoked: None });
         }
         Ok(was_revoked)
     }
@@ -308,7 +311,7 @@ impl Asks {
         self.revoke(now, now, Revocation::Stopped);
         self.consent.stopping = true;
         // A stick that is still held remains a request, but a revoked one.
-        self.consent.ask = self.consent.ask.filter(|ask| !ask.by.is_for_goal());
+        self.consent.request = self.consent.request.filter(|request| !request.by.is_for_goal());
     }
 
     /// Notes that the arm has come to rest.
@@ -318,7 +321,7 @@ impl Asks {
 
     /// Drops the current request.
     pub fn withdraw(&mut self) {
-        self.consent.ask = None;
+        self.consent.request = None;
     }
 }
 
@@ -329,110 +332,117 @@ mod tests {
     const MS: Duration = Duration::from_millis(1);
 
     /// Notes a goal of publisher `by` at the time `at` \[ms\], and takes it unless it is revoked.
-    fn goal(asks: &mut Asks, by: u32, at: u32) -> Option<Revocation> {
-        let ask = asks.hear(Asker::Goal(by), Duration::ZERO, at * MS, STREAM, true);
-        if ask.revoked.is_none() {
-            asks.take(ask);
+    fn goal(requests: &mut MotionRequests, by: u32, at: u32) -> Option<Revocation> {
+        let request = requests.hear(Requester::Goal(by), Duration::ZERO, at * MS, STREAM, true);
+        if request.revoked.is_none() {
+            requests.take(request);
         }
-        ask.revoked
+        request.revoked
     }
 
     /// Resumes at the time `at` \[ms\]; returns true if the current goal had been revoked.
-    fn resume(asks: &mut Asks, at: u32) -> bool {
-        asks.resume(at * MS, at * MS, STREAM).unwrap()
+    fn resume(requests: &mut MotionRequests, at: u32) -> bool {
+        requests.resume(at * MS, at * MS, STREAM).unwrap()
     }
 
     #[test]
     fn a_stream_that_continues_after_a_revocation_is_rejected_until_it_pauses() {
-        let mut asks = Asks::default();
-        assert!(!asks.consent().is_given(), "nobody has asked");
-        assert_eq!(goal(&mut asks, 0, 10), None);
-        asks.stop(10 * MS);
-        asks.stand();
-        assert_eq!(goal(&mut asks, 0, 1500), Some(Revocation::Stopped), "a hole is no pause");
-        assert_eq!(goal(&mut asks, 0, 3000), Some(Revocation::Stopped));
-        assert_eq!(goal(&mut asks, 0, 4501), None);
-        assert!(asks.consent().is_given());
+        let mut requests = MotionRequests::default();
+        assert!(!requests.consent().is_given(), "nobody has asked");
+        assert_eq!(goal(&mut requests, 0, 10), None);
+        requests.stop(10 * MS);
+        requests.stand();
+        assert_eq!(goal(&mut requests, 0, 1500), Some(Revocation::Stopped), "a hole is no pause");
+        assert_eq!(goal(&mut requests, 0, 3000), Some(Revocation::Stopped));
+        assert_eq!(goal(&mut requests, 0, 4501), None);
+        assert!(requests.consent().is_given());
     }
 
     #[test]
     fn a_push_counts_if_it_was_sent_after_the_revocation() {
-        let mut asks = Asks::default();
-        goal(&mut asks, 0, 10);
-        asks.revoke(9 * MS, 20 * MS, Revocation::WasAway(1.0));
-        assert!(asks.consent().is_given(), "it was sent later");
-        asks.revoke(10 * MS, 20 * MS, Revocation::CameLater(0.0));
-        assert_eq!(asks.consent().revocation(), Some(Revocation::CameLater(0.01)));
-        let late = asks.hear(Asker::Goal(1), 12 * MS, 21 * MS, STREAM, true);
+        let mut requests = MotionRequests::default();
+        goal(&mut requests, 0, 10);
+        requests.revoke(9 * MS, 20 * MS, Revocation::WasAway(1.0));
+        assert!(requests.consent().is_given(), "it was sent later");
+        requests.revoke(10 * MS, 20 * MS, Revocation::CameLater(0.0));
+        assert_eq!(requests.consent().revocation(), Some(Revocation::CameLater(0.01)));
+        let late = requests.hear(Requester::Goal(1), 12 * MS, 21 * MS, STREAM, true);
         assert_eq!(late.revoked, Some(Revocation::CameLater(0.011)));
-        assert_eq!(goal(&mut asks, 2, 21), None);
-        asks.revoke(21 * MS, 21 * MS, Revocation::AnotherTool);
-        assert_eq!(asks.consent().revocation(), Some(Revocation::AnotherTool), "what comes later revokes");
+        assert_eq!(goal(&mut requests, 2, 21), None);
+        requests.revoke(21 * MS, 21 * MS, Revocation::AnotherTool);
+        assert_eq!(
+            requests.consent().revocation(),
+            Some(Revocation::AnotherTool),
+            "what comes later revokes"
+        );
     }
 
     #[test]
     fn a_pause_holds_the_arm_and_its_end_asks_for_the_goal_again() {
-        let mut asks = Asks::default();
-        asks.pause();
-        goal(&mut asks, 0, 12);
-        assert!(!asks.consent().is_given(), "a goal ends no pause");
-        assert!(!resume(&mut asks, 13) && asks.consent().is_given());
-        asks.revoke(20 * MS, 20 * MS, Revocation::FrameWasAway(2.0));
-        assert!(resume(&mut asks, 30) && asks.consent().is_given());
-        assert_eq!(asks.consent().ask().map(|ask| ask.by), Some(Asker::Resume));
-        assert!(!resume(&mut Asks::default(), 30), "there is no goal");
+        let mut requests = MotionRequests::default();
+        requests.pause();
+        goal(&mut requests, 0, 12);
+        assert!(!requests.consent().is_given(), "a goal ends no pause");
+        assert!(!resume(&mut requests, 13) && requests.consent().is_given());
+        requests.revoke(20 * MS, 20 * MS, Revocation::FrameWasAway(2.0));
+        assert!(resume(&mut requests, 30) && requests.consent().is_given());
+        assert_eq!(requests.consent().request().map(|request| request.by), Some(Requester::Resume));
+        assert!(!resume(&mut MotionRequests::default(), 30), "there is no goal");
     }
 
     #[test]
     fn a_twist_revokes_goals_and_a_held_stick_asks_once() {
-        let mut asks = Asks::default();
-        let twist = |asks: &mut Asks, by, at: u32| {
-            let ask = asks.hear(Asker::Twist(by), Duration::ZERO, at * MS, STREAM, true);
-            asks.jog(at * MS);
-            asks.take(ask);
-            ask.revoked
+        let mut requests = MotionRequests::default();
+        let twist = |requests: &mut MotionRequests, by, at: u32| {
+            let request = requests.hear(Requester::Twist(by), Duration::ZERO, at * MS, STREAM, true);
+            requests.jog(at * MS);
+            requests.take(request);
+            request.revoked
         };
-        goal(&mut asks, 0, 5);
-        assert_eq!(twist(&mut asks, 3, 10), None);
-        assert_eq!(goal(&mut asks, 0, 20), Some(Revocation::Jogged));
-        asks.stop(50 * MS);
-        asks.stand();
-        assert_eq!(twist(&mut asks, 3, 60), Some(Revocation::Stopped));
-        assert!(!resume(&mut asks, 70) && !asks.consent().is_given(), "~/pause (false) releases no stick");
-        asks.release(Asker::Twist(3));
-        assert_eq!(twist(&mut asks, 3, 80), None);
-        assert!(asks.is_pushed(Asker::Twist(3), 81 * MS, STREAM));
+        goal(&mut requests, 0, 5);
+        assert_eq!(twist(&mut requests, 3, 10), None);
+        assert_eq!(goal(&mut requests, 0, 20), Some(Revocation::Jogged));
+        requests.stop(50 * MS);
+        requests.stand();
+        assert_eq!(twist(&mut requests, 3, 60), Some(Revocation::Stopped));
+        assert!(
+            !resume(&mut requests, 70) && !requests.consent().is_given(),
+            "~/pause (false) releases no stick"
+        );
+        requests.release(Requester::Twist(3));
+        assert_eq!(twist(&mut requests, 3, 80), None);
+        assert!(requests.is_pushed(Requester::Twist(3), 81 * MS, STREAM));
     }
 
     #[test]
     fn two_publishers_that_alternate_are_rivals_and_a_successor_is_not() {
-        let mut asks = Asks::default();
-        goal(&mut asks, 0, 0);
-        goal(&mut asks, 1, 500);
-        goal(&mut asks, 1, 900);
-        assert_eq!(asks.rivals(900 * MS, STREAM), None, "the first may have gone");
-        goal(&mut asks, 0, 1000);
+        let mut requests = MotionRequests::default();
+        goal(&mut requests, 0, 0);
+        goal(&mut requests, 1, 500);
+        goal(&mut requests, 1, 900);
+        assert_eq!(requests.rivals(900 * MS, STREAM), None, "the first may have gone");
+        goal(&mut requests, 0, 1000);
         let rivals = Rivals { of: Contended::Goals, first: 0, second: 1 };
-        assert_eq!(asks.rivals(1000 * MS, STREAM), Some(rivals));
-        asks.revoke(1000 * MS, 1000 * MS, Revocation::Rivals(Contended::Goals));
-        goal(&mut asks, 0, 2000);
-        assert_eq!(asks.rivals(2400 * MS, STREAM), Some(rivals), "as long as both are there");
-        assert_eq!(asks.rivals(2401 * MS, STREAM), None);
+        assert_eq!(requests.rivals(1000 * MS, STREAM), Some(rivals));
+        requests.revoke(1000 * MS, 1000 * MS, Revocation::Rivals(Contended::Goals));
+        goal(&mut requests, 0, 2000);
+        assert_eq!(requests.rivals(2400 * MS, STREAM), Some(rivals), "as long as both are there");
+        assert_eq!(requests.rivals(2401 * MS, STREAM), None);
     }
 
     #[test]
     fn with_too_many_publishers_a_new_push_counts_as_revoked() {
-        let mut asks = Asks::default();
-        asks.stop(MS);
+        let mut requests = MotionRequests::default();
+        requests.stop(MS);
         for by in 0..100 {
-            assert_eq!(goal(&mut asks, by, 2), None, "single goals are no streams");
+            assert_eq!(goal(&mut requests, by, 2), None, "single goals are no streams");
         }
         for at in [3, 4] {
             for by in 200..216 {
-                goal(&mut asks, by, at);
+                goal(&mut requests, by, at);
             }
         }
-        assert_eq!(asks.pushes.len(), MOST);
-        assert_eq!(goal(&mut asks, 300, 5), Some(Revocation::Stopped));
+        assert_eq!(requests.pushes.len(), MOST);
+        assert_eq!(goal(&mut requests, 300, 5), Some(Revocation::Stopped));
     }
 }

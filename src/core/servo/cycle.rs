@@ -1,9 +1,9 @@
 //! The cycle of the servo.
 
-mod elsewhere;
 mod escaping;
 mod goals;
 mod jog;
+mod joint_line;
 mod motion_record;
 mod output;
 mod own_program;
@@ -13,19 +13,19 @@ mod saved;
 mod step;
 mod tracking;
 
-use super::consent::Asks;
+use super::consent::MotionRequests;
 use super::escape::Escape;
 use super::explanation::Explanation;
 use super::mode::Mode;
 use super::settings_error::{check_length, check_period};
 use super::stream::GoalStream;
 use super::{
-    Arms, Asker, Consent, JointOrder, Motion, MotionLog, Outcome, Rejection, RejectionCounts, Replaced,
+    Arms, Consent, JointOrder, Motion, MotionLog, Outcome, Rejection, RejectionCounts, Replaced, Requester,
     Revocation, STREAM, Settings, SettingsError, Status,
 };
 use dq_algebra::UnitDualQuaternion;
 use dq_link::Link;
-use elsewhere::JointLine;
+use joint_line::JointLine;
 use output::Output;
 pub use own_program::Measured;
 use serde::{Deserialize, Serialize};
@@ -46,7 +46,7 @@ pub struct Servo {
     configured: Option<Duration>,
     clock: Clock,
     /// The requests, and the resulting consent.
-    asks: Asks,
+    requests: MotionRequests,
     mode: Mode,
     /// The goal that [`Servo::set_goal`] has set since the last cycle.
     set: Option<UnitDualQuaternion>,
@@ -113,7 +113,7 @@ impl Servo {
         Ok(Self {
             frames: Frames { goal: goal_frame.to_owned(), tool: String::new() },
             clock: Clock { period: period.as_secs_f64(), now: Duration::ZERO, stepped: Duration::ZERO },
-            asks: Asks::default(),
+            requests: MotionRequests::default(),
             mode: Mode::Idle,
             set: None,
             stream: GoalStream::default(),
@@ -172,7 +172,7 @@ impl Servo {
     /// cycle takes them, so a goal in the same cycle may have been sent after the answer.
     fn revoke_motion(&mut self, why: Revocation) {
         self.set = None;
-        self.asks.revoke(self.clock.stepped, self.clock.now, why);
+        self.requests.revoke(self.clock.stepped, self.clock.now, why);
         self.end_motion(Outcome::Revoked(why));
         if let Some(pursuit) = self.mode.pursuit_mut() {
             // The figures belong to another tool, or to another part of the pose.
@@ -184,13 +184,13 @@ impl Servo {
     /// be met is counted as rejected.
     pub fn pause(&mut self, paused: bool) {
         if paused {
-            return self.asks.pause();
+            return self.requests.pause();
         }
         // `resume` counts the rejection.
         let _ = self.resume(Duration::ZERO);
     }
 
-    /// Asks again for the current goal, by a request sent `ago` before, and continues from the measured state.
+    /// MotionRequests again for the current goal, by a request sent `ago` before, and continues from the measured state.
     ///
     /// # Errors
     /// [`Rejection::Late`], [`Rejection::Overtaken`] and [`Rejection::StreamsOn`], which are counted; the pause continues.
@@ -198,13 +198,13 @@ impl Servo {
         let (now, silence) = (self.clock.now, self.silence());
         let resumed = match ago > self.settings.rearm_timeout {
             true => Err(Rejection::Late(ago)),
-            false => self.asks.resume(now.saturating_sub(ago), now, silence),
+            false => self.requests.resume(now.saturating_sub(ago), now, silence),
         };
         let was_revoked = self.counted(resumed)?;
         let joints = self.output.command.len();
         if let Some(pursuit) = self.mode.pursuit_mut() {
             if was_revoked {
-                pursuit.restart_motion(Asker::Resume, joints);
+                pursuit.restart_motion(Requester::Resume, joints);
                 self.motions.count += 1;
             }
             pursuit.try_again();
@@ -216,7 +216,7 @@ impl Servo {
     /// Decelerates to rest and drops the goal. A publisher that continues with goals or twists must be silent before it is heard again. A
     /// paused servo stays paused.
     pub fn stop(&mut self) {
-        self.asks.stop(self.clock.now);
+        self.requests.stop(self.clock.now);
         self.drop_goal(Revocation::Stopped);
     }
 
@@ -271,7 +271,7 @@ impl Servo {
 
     /// Returns whether the arm may move: the last request, and what revoked it.
     pub fn consent(&self) -> &Consent {
-        self.asks.consent()
+        self.requests.consent()
     }
 
     /// Returns the updates of motions since the last call, the oldest first. A motion has an update when it begins, when the arm stalls,

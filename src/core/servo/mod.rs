@@ -63,7 +63,7 @@ mod stream;
 mod twist;
 
 pub use close_pair::ClosePair;
-pub use consent::{Ask, Asker, Consent, Revoked, STREAM};
+pub use consent::{Consent, MotionRequest, Requester, Revoked, STREAM};
 pub use cycle::{Measured, Servo};
 pub use dq_kinematics::arm::{Arms, Reach, ToolSpeed};
 pub use dq_limits::{

@@ -6,7 +6,7 @@ use super::escape_phase::EscapePhase;
 use super::oscillation::Oscillation;
 use super::progress::{BRISK, Progress, SHARE};
 use super::{
-    Asker, Goal, GoalError, MotionMeter, Outcome, Reconfiguration, Reconfigure, STREAM, Stall, Tolerance,
+    Goal, GoalError, MotionMeter, Outcome, Reconfiguration, Reconfigure, Requester, STREAM, Stall, Tolerance,
     Twist,
 };
 use dq_algebra::UnitDualQuaternion;
@@ -57,7 +57,7 @@ pub(super) struct Pursuit {
     pub goal: Goal,
     /// The stamp of its message \[ns\], and its sender.
     pub stamp: i64,
-    pub asker: Asker,
+    pub asker: Requester,
     /// When the goal was last updated by a message or its frame, and when by a message.
     pub received: Duration,
     heard: Duration,
@@ -176,7 +176,7 @@ impl Watch {
 
 impl Pursuit {
     /// Starts a motion to `goal`, received at `received` from `asker` in a message with time stamp `stamp` \[ns\].
-    pub fn new(goal: Goal, stamp: i64, asker: Asker, received: Duration, joint_count: usize) -> Self {
+    pub fn new(goal: Goal, stamp: i64, asker: Requester, received: Duration, joint_count: usize) -> Self {
         Self {
             goal,
             stamp,
@@ -194,7 +194,7 @@ impl Pursuit {
     }
 
     /// Returns whether a goal received from `asker` at `now` belongs to the same stream, and so continues this motion.
-    pub fn streams(&self, asker: Asker, now: Duration) -> bool {
+    pub fn streams(&self, asker: Requester, now: Duration) -> bool {
         self.asker == asker && now.saturating_sub(self.heard) <= STREAM
     }
 
@@ -239,7 +239,7 @@ impl Pursuit {
     }
 
     /// Restarts the motion, as requested by `asker`.
-    pub fn restart_motion(&mut self, asker: Asker, joint_count: usize) {
+    pub fn restart_motion(&mut self, asker: Requester, joint_count: usize) {
         let Self { goal, stamp, received, lost, .. } = *self;
         *self = Self { lost, ..Self::new(goal, stamp, asker, received, joint_count) };
     }

@@ -1,6 +1,6 @@
 //! The servo's record of its motions: the request, the outcome and the figures.
 
-use super::{Asker, Figures, Goal, Reconfiguration, Revocation, Stall};
+use super::{Figures, Goal, Reconfiguration, Requester, Revocation, Stall};
 use dq_algebra::UnitDualQuaternion;
 use dq_kinematics::control::Controller;
 use serde::{Deserialize, Serialize};
@@ -40,7 +40,7 @@ pub struct Motion {
     /// The stamp of its message \[ns\].
     pub stamp: i64,
     /// The sender of its request.
-    pub asker: Asker,
+    pub asker: Requester,
     /// The law and its gains.
     pub controller: Controller,
     /// The tool, in the tool frame of the arm.

@@ -47,7 +47,7 @@ named! {
 #[derive(Clone, Copy, Debug, PartialEq, Parameters)]
 pub struct GoalFrames {
     /// how long a goal in a TF frame waits for its transform, and how long the transform of a followed frame may be missing \[s\]
-    // At most `STREAM`, so that a goal is found while its stream still counts as heard.
+    // At most `STREAM`: found later, its stream would no longer count as heard.
     #[parameter(default = GoalFrames::default().tf_timeout.as_secs_f64(), range = 0.0..=1.5)]
     pub tf_timeout: Duration,
     /// what happens to the next goal in a TF frame: latch, it stays at its pose at the time of its stamp; follow, it moves with its frame

@@ -4,12 +4,12 @@ use crate::rig::Rig;
 use dq_config::{ARMS, NodeParameters, PlantParameters, ServoParameters, arm_file};
 use dq_core::servo::{PositionLimits, Stall, State};
 use dq_kinematics::control::Law;
-use dq_params::{Given, parameters_for};
+use dq_params::{ParameterOverride, parameters_for};
 
-pub fn given(name: &str) -> Vec<Given> {
+pub fn given(name: &str) -> Vec<ParameterOverride> {
     let (name, text) = arm_file(name).unwrap();
     let values = parameters_for(text, name, "/dq_servo").unwrap().into_iter();
-    values.map(|(name, value)| Given::new(name, value, "the box")).collect()
+    values.map(|(name, value)| ParameterOverride::new(name, value, "the box")).collect()
 }
 
 pub fn servo(name: &str) -> ServoParameters {
@@ -84,7 +84,7 @@ fn a_described_arm_with_a_prismatic_joint_moves_there_and_back_within_its_limits
         ("base_frame", text("base_link")),
         ("tool_frame", text("arm_tool_link")),
     ];
-    let given = values.map(|(name, value)| Given::new(name, value, "test"));
+    let given = values.map(|(name, value)| ParameterOverride::new(name, value, "test"));
     let (store, _) = ServoParameters::start("/dq_servo", given.to_vec()).unwrap();
     let parameters = ServoParameters::from_store(&store).unwrap();
     let (store, _) = PlantParameters::start("/arm", given.to_vec()).unwrap();

@@ -1,6 +1,6 @@
 //! A second opinion on consent, written from the page on safety alone: what each publisher has sent, and what has revoked it.
 
-use dq_core::servo::{Asker, Consent, Revoked, STREAM};
+use dq_core::servo::{Consent, Requester, Revoked, STREAM};
 use std::collections::HashMap;
 use std::time::Duration;
 
@@ -90,7 +90,8 @@ impl Opinion {
             self.end(last.until, |_| true);
             self.revoked = self.revoked.max(last.until);
         }
-        let jogged = consent.ask().filter(|ask| matches!(ask.by, Asker::Twist(_)) && ask.revoked.is_none());
+        let jogged =
+            consent.request().filter(|ask| matches!(ask.by, Requester::Twist(_)) && ask.revoked.is_none());
         if let Some(heard) = jogged.map(|ask| ask.heard).filter(|heard| *heard > self.jogged) {
             self.end(heard, |of_goals| of_goals);
             (self.jogged, self.goal) = (heard, None);

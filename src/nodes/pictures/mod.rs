@@ -9,8 +9,8 @@ mod trace;
 
 pub(super) use markers::Moment;
 
+use super::node_setup::NodeSetup;
 use super::senders::{Clocks, Senders};
-use super::wiring::NodeSetup;
 use dq_messages::messages::{Header, PoseStamped};
 use dq_messages::visualization::{
     GetInteractiveMarkers, InteractiveMarkerFeedback, InteractiveMarkerUpdate, MarkerArray, Path,

@@ -1,6 +1,6 @@
 //! Charts of a run over time.
 
-use super::looks::{StyledRun, each_once};
+use super::curve_styles::{StyledRun, each_once};
 use crate::{ArmCommands, Change, ChangeKind, RecordedRun, Sample, Thinned};
 use dq_core::servo::{CLEARANCE, GoalError, Limits, PositionLimits, Tolerance};
 use dq_figures::{Axis, Color, Figure, INK, LIMIT, Line, Mark, Panel, Series, chart, over_time};
@@ -61,7 +61,7 @@ fn shown<'a>(changes: &'a [Change], time: &Axis) -> impl Iterator<Item = &'a Cha
 
 /// Returns the curves of a run, one for each law. A curve breaks at missing values and at jumps.
 fn curves(drawn: &StyledRun, value: impl Fn(&Sample) -> Option<f64>) -> Vec<Series> {
-    let curve = |(style, samples): (&super::looks::CurveStyle, &[Sample])| {
+    let curve = |(style, samples): (&super::curve_styles::CurveStyle, &[Sample])| {
         let points = samples.iter().flat_map(|sample| points(sample, value(sample)));
         Series::solid(&style.name, style.color, points)
     };
@@ -98,7 +98,7 @@ pub(super) fn pose_error(runs: &[StyledRun]) -> Figure {
 
 /// Returns a component of the error in the run's styles.
 fn errors(drawn: &StyledRun, part: impl Fn(&GoalError) -> f64) -> Vec<Series> {
-    let of = |style: &super::looks::CurveStyle| {
+    let of = |style: &super::curve_styles::CurveStyle| {
         let points = style.part_of(&drawn.run.errors).iter().map(|(time, error)| (*time, part(error)));
         Series::solid(&style.name, style.color, points)
     };

@@ -1,13 +1,13 @@
 //! The figures of recorded runs. Several runs share each figure.
 
 mod charts;
-mod looks;
+mod curve_styles;
 mod outline;
 mod path;
 
 use super::RecordedRun;
+use curve_styles::styles;
 use dq_figures::Figure;
-use looks::styles;
 
 /// Returns all figures of the runs.
 pub fn plot(runs: &[RecordedRun]) -> Vec<Figure> {

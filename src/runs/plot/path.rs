@@ -1,6 +1,6 @@
 //! The path of the controlled point through space.
 
-use super::looks::{CurveStyle, StyledRun, each_once};
+use super::curve_styles::{CurveStyle, StyledRun, each_once};
 use super::outline::outline;
 use crate::{RecordedRun, Sample};
 use dq_algebra::UnitDualQuaternion;

@@ -4,8 +4,8 @@ use super::Servo;
 use crate::servo::explanation::Nearness;
 use crate::servo::mode::{Mode, Pursuit};
 use crate::servo::{
-    Ask, Asker, BeyondReach, Goal, GoalError, GoalMotion, GoalReading, Outcome, Rejection, Revocation, Sent,
-    Settings,
+    BeyondReach, Goal, GoalError, GoalMotion, GoalReading, MotionRequest, Outcome, Rejection, Requester,
+    Revocation, Sent, Settings,
 };
 use dq_kinematics::control::nearer_goal;
 use std::time::Duration;
@@ -41,12 +41,12 @@ impl Servo {
         let GoalReading { position, orientation_xyzw, frame_id, stamp, waited, sent } = *reading;
         let goal = Goal::new(position, orientation_xyzw, frame_id, &self.frames.goal);
         self.watch_frame(now);
-        let ask = self.hear_goal(sent, now.saturating_sub(waited), goal.is_ok());
-        let goal = self.counted(goal.and_then(|goal| self.acceptable(goal, sent.ago, &ask, now)))?;
+        let request = self.hear_goal(sent, now.saturating_sub(waited), goal.is_ok());
+        let goal = self.counted(goal.and_then(|goal| self.acceptable(goal, sent.ago, &request, now)))?;
         let before = self.mode.pursuit().map(|pursuit| pursuit.goal);
-        self.pursue(goal, stamp, ask.by, now);
+        self.pursue(goal, stamp, request.by, now);
         self.tell_oscillation(before);
-        if self.asks.take(ask) {
+        if self.requests.take(request) {
             self.robot.link.try_again();
         }
         self.explain(stamp, now);
@@ -59,15 +59,15 @@ impl Servo {
     }
 
     /// Notes that a goal arrived at `came`, and returns the request to which it belongs.
-    fn hear_goal(&mut self, sent: Sent, came: Duration, is_usable: bool) -> Ask {
-        self.asks.hear(Asker::Goal(sent.by), sent.ago, came, self.silence(), is_usable)
+    fn hear_goal(&mut self, sent: Sent, came: Duration, is_usable: bool) -> MotionRequest {
+        self.requests.hear(Requester::Goal(sent.by), sent.ago, came, self.silence(), is_usable)
     }
 
     /// Continues a stream with its next goal, or begins a motion to another goal.
-    fn pursue(&mut self, goal: Goal, stamp: i64, asker: Asker, now: Duration) {
+    fn pursue(&mut self, goal: Goal, stamp: i64, asker: Requester, now: Duration) {
         let (tolerance, timeout) = (self.settings.goal_tolerance, self.settings.progress_timeout);
         // The state of a revoked motion does not carry over.
-        let is_revoked = self.asks.consent().revocation().is_some();
+        let is_revoked = self.requests.consent().revocation().is_some();
         let mut before = self.mode.pursuit_mut().filter(|_| !is_revoked);
         if let Some(pursuit) = &mut before {
             let silence = now.saturating_sub(pursuit.received);
@@ -87,14 +87,20 @@ impl Servo {
     }
 
     /// Returns the goal, sent `ago` before as part of `ask`, if the arm may move to it.
-    fn acceptable(&self, goal: Goal, ago: Duration, ask: &Ask, now: Duration) -> Result<Goal, Rejection> {
+    fn acceptable(
+        &self,
+        goal: Goal,
+        ago: Duration,
+        request: &MotionRequest,
+        now: Duration,
+    ) -> Result<Goal, Rejection> {
         if ago > self.settings.rearm_timeout {
             return Err(Rejection::Late(ago));
         }
         if self.is_jogged(now) {
             return Err(Rejection::Jogging);
         }
-        if let Some(why) = ask.revoked {
+        if let Some(why) = request.revoked {
             return Err(Rejection::Superseded(why));
         }
         self.reachable(goal)
@@ -133,7 +139,7 @@ impl Servo {
         if let Some(nearness) = self.explain(stamp, now)
             && self.explanation.is_carried(&self.robot.arms.pose(), &nearness)
         {
-            self.asks.revoke(now, now, Revocation::MovesWithTool);
+            self.requests.revoke(now, now, Revocation::MovesWithTool);
         }
         Ok(())
     }
@@ -171,10 +177,12 @@ impl Servo {
     /// Revokes all requests until now if TF has not known the goal's frame for longer than `rearm_timeout`.
     pub(super) fn watch_frame(&mut self, now: Duration) {
         let Some(lost) = self.mode.pursuit().and_then(|pursuit| pursuit.lost) else { return };
-        let ask = self.asks.consent().ask().filter(|ask| ask.revoked.is_none());
-        if ask.is_some_and(|ask| now.saturating_sub(ask.pushed.max(lost)) > self.settings.rearm_timeout) {
+        let request = self.requests.consent().request().filter(|request| request.revoked.is_none());
+        if request
+            .is_some_and(|request| now.saturating_sub(request.pushed.max(lost)) > self.settings.rearm_timeout)
+        {
             let away = now.saturating_sub(lost);
-            self.asks.revoke(now, now, Revocation::FrameWasAway(away.as_secs_f64()));
+            self.requests.revoke(now, now, Revocation::FrameWasAway(away.as_secs_f64()));
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use super::Servo;
 use crate::servo::mode::{Jog, Mode};
-use crate::servo::{Ask, Asker, Outcome, Rejection, Revocation, Sent, Twist, TwistReading};
+use crate::servo::{MotionRequest, Outcome, Rejection, Requester, Revocation, Sent, Twist, TwistReading};
 use std::time::Duration;
 
 impl Servo {
@@ -14,7 +14,7 @@ impl Servo {
     }
 
     /// Takes a twist received at `now`. It is in force for `twist_timeout`, and drops the goal. While its publisher holds the stick, all
-    /// twists are one [`Ask`]. A zero twist asks for no motion: it releases the stick, and does not drop a goal. Of two publishers, the one
+    /// twists are one [`MotionRequest`]. A zero twist asks for no motion: it releases the stick, and does not drop a goal. Of two publishers, the one
     /// that came first counts.
     ///
     /// # Errors
@@ -22,15 +22,15 @@ impl Servo {
     pub fn take_twist(&mut self, reading: &TwistReading, now: Duration) -> Result<(), Rejection> {
         let TwistReading { linear, angular, frame_id, sent: Sent { by: publisher, ago } } = *reading;
         let frames = [&self.frames.goal, &self.frames.tool].map(String::as_str);
-        let by = Asker::Twist(publisher);
+        let by = Requester::Twist(publisher);
         let twist = Twist::new(linear, angular, frame_id, frames);
-        let ask = self.asks.hear(by, ago, now, self.silence(), twist.is_ok());
+        let request = self.requests.hear(by, ago, now, self.silence(), twist.is_ok());
         let twist = self.counted(twist)?;
         let before = self.mode.jog().copied().filter(|jog| self.is_fresh(jog, now));
         let is_other = before.is_some_and(|jog| jog.publisher != publisher);
         let next = Jog { twist, publisher, received: now };
         if twist.is_zero() {
-            self.asks.release(by);
+            self.requests.release(by);
             if before.is_some() && !is_other {
                 self.mode = Mode::Jog(next);
             }
@@ -40,23 +40,23 @@ impl Servo {
         let is_late = ago > self.settings.twist_timeout;
         self.counted(if is_late { Err(Rejection::Late(ago)) } else { Ok(()) })?;
         if !is_other {
-            self.jog(next, ask, now);
+            self.jog(next, request, now);
         }
         Ok(())
     }
 
     /// Follows a twist. The request of a held stick with revoked consent only shows its reason, and only if nobody else asks.
-    fn jog(&mut self, jog: Jog, ask: Ask, now: Duration) {
-        let is_first = self.asks.consent().ask().is_none_or(|before| before.by == ask.by);
-        if ask.revoked.is_some() && !is_first {
+    fn jog(&mut self, jog: Jog, request: MotionRequest, now: Duration) {
+        let is_first = self.requests.consent().request().is_none_or(|before| before.by == request.by);
+        if request.revoked.is_some() && !is_first {
             return;
         }
-        if self.asks.take(ask) {
+        if self.requests.take(request) {
             self.robot.link.try_again();
         }
-        if ask.revoked.is_none() {
+        if request.revoked.is_none() {
             self.drop_goal(Revocation::Jogged);
-            self.asks.jog(now);
+            self.requests.jog(now);
             self.mode = Mode::Jog(jog);
         }
     }
@@ -72,11 +72,11 @@ impl Servo {
         if self.mode.jog().is_some_and(is_over) {
             self.enter(Mode::Idle, Outcome::Replaced);
         }
-        if let Some(Ask { by: by @ Asker::Twist(_), .. }) = self.asks.consent().ask()
+        if let Some(MotionRequest { by: by @ Requester::Twist(_), .. }) = self.requests.consent().request()
             && self.mode.jog().is_none()
-            && !self.asks.is_pushed(*by, now, self.silence())
+            && !self.requests.is_pushed(*by, now, self.silence())
         {
-            self.asks.withdraw();
+            self.requests.withdraw();
         }
     }
 

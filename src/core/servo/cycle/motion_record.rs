@@ -7,7 +7,7 @@ use std::time::Duration;
 impl Servo {
     /// Records the present outcome of the motion in progress, if it has changed.
     pub(super) fn record_motion(&mut self, now: Duration) {
-        let revocation = self.asks.consent().revocation();
+        let revocation = self.requests.consent().revocation();
         let Some(pursuit) = self.mode.pursuit_mut() else { return };
         let stands = pursuit.moved.is_none_or(|moved| now.saturating_sub(moved) > STREAM);
         let is_open = matches!(pursuit.watch.reconfiguration, Reconfiguration::Searching(_));

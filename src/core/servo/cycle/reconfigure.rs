@@ -66,7 +66,7 @@ impl Servo {
     }
 
     fn way_round(&self, ago: Duration) -> Result<Detour, Rejection> {
-        let given = self.mode.pursuit().filter(|_| self.asks.consent().is_given());
+        let given = self.mode.pursuit().filter(|_| self.requests.consent().is_given());
         let Some(Watch { stall: Some(stall), reconfiguration, .. }) = given.map(|pursuit| &pursuit.watch)
         else {
             return Err(NoWayRound::NothingStalled.into());

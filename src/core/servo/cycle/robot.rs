@@ -111,7 +111,7 @@ impl Servo {
                 Returned::WasAway(seconds) => Revocation::WasAway(seconds),
                 Returned::IsElsewhere(joint, jump, kind) => Revocation::IsElsewhere(joint, jump, kind),
             };
-            returned.since.into_iter().for_each(|since| self.asks.revoke(since, now, why));
+            returned.since.into_iter().for_each(|since| self.requests.revoke(since, now, why));
             is_elsewhere = true;
         }
         // A second publisher does not release the setpoint: the arm is where it was sent, and decelerates.
@@ -120,16 +120,16 @@ impl Servo {
         }
         let rivals = self.rivals(now);
         if let Some(rivals) = rivals {
-            self.asks.revoke(now, now, Revocation::Rivals(rivals.of));
+            self.requests.revoke(now, now, Revocation::Rivals(rivals.of));
         }
         self.watch_setpoint(now);
         let disobedience = self.robot.link.disobedience(now, self.settings.rearm_timeout);
-        if let Some(disobedience) = disobedience.filter(|_| self.asks.consent().is_asked()) {
+        if let Some(disobedience) = disobedience.filter(|_| self.requests.consent().is_asked()) {
             let why = match disobedience {
                 Disobedience::For(joint, time) => Revocation::NotObeyed(joint + 1, time.as_secs_f64()),
                 Disobedience::Again(joint) => Revocation::KeepsLosing(joint + 1),
             };
-            self.asks.revoke(now, now, why);
+            self.requests.revoke(now, now, why);
             self.robot.link.tell();
         }
         rivals
@@ -137,7 +137,7 @@ impl Servo {
 
     /// Returns two publishers of an input that may have only one, if there are two.
     fn rivals(&mut self, now: Duration) -> Option<Rivals> {
-        let asking = self.asks.rivals(now, self.silence());
+        let asking = self.requests.rivals(now, self.silence());
         let contended = self.robot.link.find(&[Contact::Contended]);
         let commands = contended.map(|arm| Rivals { of: Contended::Commands(arm), first: 0, second: 1 });
         let states = self.robot.link.rivals(now);
@@ -152,8 +152,8 @@ impl Servo {
         let lead = self.output.setpoint.farthest(self.robot.link.predicted());
         if let Some((joint, lead, kind)) = lead.filter(|(_, lead, _)| *lead > self.settings.following_error) {
             self.output.setpoint.give_way();
-            if self.asks.consent().is_asked() {
-                self.asks.revoke(now, now, Revocation::FellBehind(joint, lead, kind));
+            if self.requests.consent().is_asked() {
+                self.requests.revoke(now, now, Revocation::FellBehind(joint, lead, kind));
             }
         }
         if self.robot.link.is_lost() {
@@ -193,7 +193,7 @@ impl Servo {
         rivals: Option<Rivals>,
     ) -> (Option<State>, Option<Reason>) {
         let rivals = rivals.map(Reason::Rivals);
-        let consent = *self.asks.consent();
+        let consent = *self.requests.consent();
         if consent.is_stopping() {
             return (Some(State::Stopping), rivals);
         }

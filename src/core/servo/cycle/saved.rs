@@ -6,7 +6,7 @@
 use super::output::SavedOutput;
 use super::{Clock, Servo};
 use crate::servo::Figures;
-use crate::servo::consent::Asks;
+use crate::servo::consent::MotionRequests;
 use crate::servo::escape::EscapeDirection;
 use crate::servo::explanation::Explanation;
 use crate::servo::mode::Mode;
@@ -20,7 +20,7 @@ use std::time::Duration;
 /// The saved state, as [`Servo::restore`] reads it.
 type Saved = (
     (u64, Option<Duration>, Clock, u64),
-    (Asks, Mode, Option<UnitDualQuaternion>, GoalStream, Explanation),
+    (MotionRequests, Mode, Option<UnitDualQuaternion>, GoalStream, Explanation),
     (EscapeDirection, Vec<f64>, SavedOutput, Link),
     (f64, Figures, Vector6<f64>),
 );
@@ -30,7 +30,7 @@ impl Servo {
     pub fn saved(&self) -> impl Serialize + use<'_> {
         (
             (self.configurations, self.configured, &self.clock, self.motions.count),
-            (&self.asks, &self.mode, &self.set, &self.stream, &self.explanation),
+            (&self.requests, &self.mode, &self.set, &self.stream, &self.explanation),
             (&self.escape.direction, &self.joint_line.positions, self.output.saved(), &self.robot.link),
             (self.status.sign, self.status.figures, self.status.pose_error),
         )
@@ -43,7 +43,7 @@ impl Servo {
     pub fn restore<'de, D: Deserializer<'de>>(&mut self, saved: D) -> Result<(), D::Error> {
         let (counts, asked, known, reported) = Saved::deserialize(saved)?;
         (self.configurations, self.configured, self.clock, self.motions.count) = counts;
-        (self.asks, self.mode, self.set, self.stream, self.explanation) = asked;
+        (self.requests, self.mode, self.set, self.stream, self.explanation) = asked;
         let (direction, elsewhere, output, link) = known;
         (self.escape.direction, self.joint_line.positions, self.robot.link) = (direction, elsewhere, link);
         self.output.restore(output);

@@ -46,7 +46,7 @@ impl Servo {
         }
         self.record_motion(now);
         if self.at_rest() {
-            self.asks.stand();
+            self.requests.stand();
         }
         self.report(now, state, reason, tracked.as_ref());
         &self.output.command
@@ -131,7 +131,7 @@ impl Servo {
         self.status = Status {
             state,
             reason,
-            consent: *self.asks.consent(),
+            consent: *self.requests.consent(),
             input: match &self.mode {
                 Mode::Idle => Input::None,
                 Mode::Goal(_) => Input::Goal,

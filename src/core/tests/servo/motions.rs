@@ -4,7 +4,7 @@ use crate::reference::{moved_by, pose};
 use crate::rig::{Rig, reading};
 use dq_algebra::UnitDualQuaternion;
 use dq_core::servo::{
-    Asker, GoalMotion, GoalReading, MOTIONS, Outcome, Revocation, STREAM, Sent, Stall, State,
+    GoalMotion, GoalReading, MOTIONS, Outcome, Requester, Revocation, STREAM, Sent, Stall, State,
 };
 use nalgebra::Vector3;
 use std::time::Duration;
@@ -33,7 +33,7 @@ fn a_motion_is_recorded_when_it_begins_and_when_it_arrives_and_what_the_arm_does
     let [begun] = begun.as_slice() else { panic!("{begun:?}") };
     assert_eq!(
         (begun.number, begun.outcome, begun.stamp, begun.asker),
-        (1, Outcome::Underway, 77, Asker::Goal(3))
+        (1, Outcome::Underway, 77, Requester::Goal(3))
     );
     assert!((begun.start.unwrap().to_vector8() - start.to_vector8()).norm() < 1e-12);
     rig.run_until(State::Settled, 30.0);

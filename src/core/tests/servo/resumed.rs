@@ -6,7 +6,7 @@ use crate::sim::{Random, Sim};
 use dq_core::servo::{Contended, Event, Rejection, Revocation, STREAM, State};
 use std::time::Duration;
 
-/// Asks to go on, with a request that was sent so long ago \[s\].
+/// MotionRequests to go on, with a request that was sent so long ago \[s\].
 fn resume(sim: &mut Sim, ago: f64) -> Result<bool, Rejection> {
     let now = sim.now();
     sim.servo.begin(now);
@@ -119,5 +119,5 @@ fn a_request_to_go_on_leaves_a_goal_that_nothing_has_revoked_as_new_as_it_is() {
     rig.goal("theta_desired");
     let request = Event::Pause { paused: false, ago: Duration::from_millis(500) };
     rig.servo.take(request).unwrap();
-    assert_eq!(rig.servo.consent().ask().unwrap().pushed, rig.now);
+    assert_eq!(rig.servo.consent().request().unwrap().pushed, rig.now);
 }
