@@ -15,6 +15,11 @@ pub(super) struct ArmChoice {
 }
 
 impl ArmChoice {
+    /// Returns whether an arm was chosen.
+    pub fn is_some(&self) -> bool {
+        self.arm.is_some()
+    }
+
     /// Returns these ROS arguments after the arm's own parameters.
     pub fn and(&self, ros_args: &RosArgs) -> RosArgs {
         let mut all = ros_args.clone();
@@ -54,7 +59,7 @@ impl RobotChoice {
 
     /// Returns whether an arm was chosen.
     pub fn is_some(&self) -> bool {
-        self.arm.arm.is_some() || self.robot.is_some()
+        self.arm.is_some() || self.robot.is_some()
     }
 
     /// Returns the arguments of a plant, whose default name is `arm`.

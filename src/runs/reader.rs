@@ -8,7 +8,7 @@ use dq_algebra::UnitDualQuaternion;
 use dq_bags::BagMessage;
 use dq_common::text::{NAME, shown};
 use dq_config::ServoParameters;
-use dq_core::servo::{Goal, GoalError, Interface, JointOrder, Settings};
+use dq_core::servo::{Goal, GoalError, Interface, Settings, StateError};
 use dq_limits::check::Gaps;
 use dq_link::longest_travel;
 use dq_messages::messages::{
@@ -76,7 +76,8 @@ pub(super) struct RunReader {
     /// Whether the servo sent nothing in that cycle.
     sent_nothing: bool,
     motions: MotionRows,
-    foreign_states: u64,
+    /// Why the first joint state that is not of this arm could not be used.
+    unusable: Option<StateError>,
 }
 
 impl RunReader {
@@ -140,7 +141,7 @@ impl RunReader {
             goal: None,
             cycle: None,
             sent_nothing: false,
-            foreign_states: 0,
+            unusable: None,
         }
     }
 
@@ -204,8 +205,9 @@ impl RunReader {
 
     fn take_joint_state(&mut self, time: f64, arm: usize, state: &JointState) {
         let (range, joints) = (self.range(arm), &self.parameters.joints[arm]);
-        if joints.positions(&state.name, &state.position, &mut self.positions[range.clone()]).is_err() {
-            self.foreign_states += 1;
+        let positions = &mut self.positions[range.clone()];
+        if let Err(why) = joints.positions(&state.name, &state.position, positions) {
+            self.unusable.get_or_insert(why);
             return;
         }
         let velocities = &mut self.velocities[range];
@@ -404,10 +406,11 @@ impl Reader for RunReader {
 
     fn finish(mut self: Box<Self>) -> Result<RecordedRun, String> {
         if self.run.samples.is_empty() {
-            let joints = self.parameters.joints.iter().map(JointOrder::names).collect::<Vec<_>>();
+            let topic = || format!("the bag has none on {}joint_states", self.namespace);
+            let why = self.unusable.map_or_else(topic, |why| why.to_string());
             return Err(format!(
-                "{}: no joint state is of this arm ({joints:?}): {} are of another, whose parameters --ros-args --params-file gives",
-                self.run.name, self.foreign_states
+                "{}: no joint state is of this arm: {why}; --arm or --ros-args --params-file gives another arm",
+                self.run.name
             ));
         }
         self.run.motions = self.motions.finish();
@@ -446,4 +449,37 @@ fn larger(one: f64, other: f64) -> f64 {
 
 fn larger_speeds((_, next): &mut (f64, Vec<f64>), (_, gone): &(f64, Vec<f64>)) {
     next.iter_mut().zip(gone).for_each(|(next, gone)| *next = larger(*next, *gone));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use dq_config::ForArm;
+
+    /// Returns why a bag with this joint state, if any, cannot be drawn.
+    fn refused(state: Option<(&[&str], &[f64])>) -> String {
+        let parameters = ServoParameters::for_arm("panda").unwrap();
+        let mut reader = RunReader::new("run".to_owned(), "/", None, parameters);
+        if let Some((name, position)) = state {
+            let name = name.iter().map(|name| (*name).to_owned()).collect();
+            let state = JointState { name, position: position.to_vec(), ..JointState::default() };
+            reader.take_joint_state(1.0, 0, &state);
+        }
+        Box::new(reader).finish().unwrap_err()
+    }
+
+    #[test]
+    fn a_run_without_joint_states_of_the_arm_says_why() {
+        let panda: Vec<_> = (1..=7).map(|joint| format!("panda_joint{joint}")).collect();
+        let panda: Vec<_> = panda.iter().map(String::as_str).collect();
+        for (state, why) in [
+            (None, "the bag has none on /joint_states"),
+            (Some((&["elbow"][..], &[0.0][..])), "is not in the joint state (it has [\"elbow\"])"),
+            // Efforts alone.
+            (Some((&panda, &[])), "7 joint names with 0 positions"),
+        ] {
+            let refused = refused(state);
+            assert!(refused.contains(why) && refused.contains("--arm"), "{refused}");
+        }
+    }
 }

@@ -429,6 +429,7 @@ mod tests {
             too_far: None,
             speed_factor: 1.0,
             leaving_singularity: false,
+            instead_of_twist: None,
             stall: Some(Stall::Singular { sigma: 1e-5 }),
             reconfiguration: Reconfiguration::NotFound { starts: 7 },
             figures,

@@ -40,9 +40,9 @@ impl Plot {
     pub(super) fn run(&self, ros_args: &RosArgs) -> anyhow::Result<()> {
         let runs = read_all(&self.bags, &self.arm.and(ros_args))?;
         for run in &runs {
-            if !run.parameters_known {
+            if !run.parameters_known && !self.arm.is_some() {
                 stderr::line(format!(
-                    "warning: {}: the bag does not have the servo's parameters; those of --ros-args are presumed, or else the PUMA 560's",
+                    "warning: {}: the bag does not have the servo's parameters; those of --ros-args are presumed, or else the PUMA 560's: --arm chooses another",
                     run.name
                 ));
             }
