@@ -92,7 +92,7 @@ impl Frames {
         Ok(Self { asks, reports, asked: 0, over: 0, unfollowed: 0, motion: None })
     }
 
-    /// MotionRequests for the pose of a goal. Its number must be above those before.
+    /// Asks for the pose of a goal. Its number must be above those before.
     pub fn ask(&mut self, goal: FramedGoal) {
         self.asked = goal.number;
         // Sending fails only while the node shuts down.

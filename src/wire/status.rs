@@ -435,7 +435,6 @@ mod tests {
             figures,
             pose_error: nalgebra::Vector6::zeros(),
             latency: 0.002,
-            instead_of_twist: None,
             gain_factor: 1.0,
         };
         let rejections = RejectionCounts::default();

@@ -190,7 +190,7 @@ impl Servo {
         let _ = self.resume(Duration::ZERO);
     }
 
-    /// MotionRequests again for the current goal, by a request sent `ago` before, and continues from the measured state.
+    /// Asks again for the current goal, by a request sent `ago` before, and continues from the measured state.
     ///
     /// # Errors
     /// [`Rejection::Late`], [`Rejection::Overtaken`] and [`Rejection::StreamsOn`], which are counted; the pause continues.

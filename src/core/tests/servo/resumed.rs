@@ -6,7 +6,7 @@ use crate::sim::{Random, Sim};
 use dq_core::servo::{Contended, Event, Rejection, Revocation, STREAM, State};
 use std::time::Duration;
 
-/// MotionRequests to go on, with a request that was sent so long ago \[s\].
+/// Asks to go on, with a request that was sent so long ago \[s\].
 fn resume(sim: &mut Sim, ago: f64) -> Result<bool, Rejection> {
     let now = sim.now();
     sim.servo.begin(now);
