@@ -7,7 +7,7 @@ cd "$(dirname "$0")/../.."
 folder=$(realpath -m "${1:-target/pictures}")
 [ $# -gt 0 ] && shift
 mkdir -p "$folder"
-target/venv/bin/pip install --quiet pillow
+target/venv/bin/python -m pip install --quiet pillow
 export PROGRAM="${PROGRAM:-target/release/dq_servo}" MODULES=target/node FOLDER="$folder" DQ_SERVO_VIEW_TOKEN=a-token-for-pictures
 alone() {
     unshare --map-root-user --net sh -c \
