@@ -394,7 +394,7 @@ def case_waiting_goals():
         goals.write(goal_seen_from("nowhere", 0.0, 0.0, 0.5))
         time.sleep(0.1)
     take(motions)
-    # Of each publisher the last rejection is reported, so this goal is repeated until the others have waited long enough.
+    # Only the last rejection of a publisher is reported, so this goal is repeated until the others have waited long enough.
     repeated = lambda: goals.write(GOAL) or time.sleep(0.1) or rejected(motions, "~/stop was called")
     wait("the rejection of a stream", repeated, 3.0)
     time.sleep(1.6)  # What goes on after a stop asks for nothing.
