@@ -127,7 +127,9 @@ def case_parameters():
     back = DataReader(PARTICIPANT, Topic(PARTICIPANT, "rr/dq_servo/set_parametersReply", response), qos=peer.EVERY)
     wait_matched(out)
     wait_matched(back)
-    run(0.3)  # The server must have matched our reader too, which nothing here can see.
+    # The server must have matched our reader too, which nothing here can see until a request is answered. An empty one has no results.
+    answered = lambda: out.write(request(client=1, sequence_number=0, parameters=[])) or time.sleep(0.1) or take(back)
+    wait("a first answer", answered, 5.0)
     goals, results, number = send_goal(), [], 0
     moving()
     begin = time.monotonic()
