@@ -1,4 +1,4 @@
-//! The speed of an arm by its joint states, which tells at the end whether it stands still.
+//! Computes the speed of an arm from its joint states. When a servo shuts down, the speed tells whether the arm stands still.
 
 use dq_core::servo::JointOrder;
 use dq_messages::messages::JointState;

@@ -204,7 +204,7 @@ impl Snapshots {
             updates: if due.status { self.updates.take(live) } else { MotionUpdates::default() },
             timing: if timed { timing.figures() } else { TimingFigures::default() },
             rivals: rivals(status.reason, live),
-            asker: status.consent.request().and_then(|ask| live.asker(ask.by)),
+            asker: status.consent.request().and_then(|request| live.asker(request.by)),
             quietest: servo.quietest_arm(),
         };
         match self.queue.try_send(snapshot) {

@@ -71,7 +71,7 @@ impl Revoked {
         }
     }
 
-    /// Revokes `ask` if it was pushed by then. The first revocation of a push stays its reason.
+    /// Revokes `request` if it was pushed by then. The first revocation of a push stays its reason.
     fn apply(&self, request: &mut MotionRequest) {
         if request.pushed <= self.until {
             request.revoked.get_or_insert(self.why_of(request.pushed));
@@ -226,7 +226,7 @@ impl MotionRequests {
         self.pushes.iter().any(|push| push.request.by == by && push.goes_on(now, silence))
     }
 
-    /// Makes `ask` the current request, and returns whether it is new. While a newer request is in force, its time of push is kept.
+    /// Makes `request` the current one, and returns whether it is new. While a newer request is in force, its time of push is kept.
     pub fn take(&mut self, request: MotionRequest) -> bool {
         let newest =
             self.consent.request.filter(|before| before.revoked.is_none() && request.by.is_for_goal());

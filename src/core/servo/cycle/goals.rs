@@ -86,7 +86,7 @@ impl Servo {
         self.motions.count += 1;
     }
 
-    /// Returns the goal, sent `ago` before as part of `ask`, if the arm may move to it.
+    /// Returns the goal, sent `ago` before as part of `request`, if the arm may move to it.
     fn acceptable(
         &self,
         goal: Goal,
