@@ -5,13 +5,11 @@ use super::servo_kind::{LawNames, law_and_aim};
 use super::status::{CycleJitter, KeyValues, distance, parse_goal};
 use dq_algebra::UnitDualQuaternion;
 use dq_common::named;
+use dq_common::text::cut;
 use dq_core::servo::{self, Figures, Motion, Reconfiguration};
 use dq_messages::PoseNumbers;
 use dq_messages::messages::{DiagnosticStatus, KeyValue, Time};
 use std::collections::BTreeMap;
-
-/// The largest number of joints that is read from a message.
-const MOST_JOINTS: usize = 64;
 
 named! {
     /// The outcome of a motion or a goal.
@@ -200,12 +198,12 @@ impl MotionReport {
         self.cycle_jitter.add_to(values);
     }
 
-    /// Reads such a message; `None` if it is not from a servo.
+    /// Reads such a message; `None` if it is not from a servo, or if a number in it is not one.
     pub fn from_message(message: &DiagnosticStatus) -> Option<Self> {
         let values: BTreeMap<_, _> =
             message.values.iter().map(|KeyValue { key, value }| (key.as_str(), value.as_str())).collect();
         let number = |key: &str| values.get(key).and_then(|text| text.parse::<f64>().ok());
-        let text = |key: &str| values.get(key).map(|text| (*text).to_owned());
+        let text = |key: &str| values.get(key).map(|text| cut(text).into_owned());
         let pose = |key: &str| values.get(key).and_then(|text| parse_goal(text));
         let peaks = values.get("peak_joint_speeds_of_limits").map_or("", |text| text);
         Some(Self {
@@ -225,11 +223,7 @@ impl MotionReport {
             reconfiguration: text("reconfiguration").unwrap_or_default(),
             reconfigured: values.get("reconfigured") == Some(&"true"),
             figures: Figures::from_named(number),
-            peak_speeds: peaks
-                .split_whitespace()
-                .take(MOST_JOINTS)
-                .filter_map(|peak| peak.parse().ok())
-                .collect(),
+            peak_speeds: peaks.split_whitespace().map(str::parse).collect::<Result<_, _>>().ok()?,
             cycle_jitter: CycleJitter::from_named(number),
         })
     }
@@ -309,6 +303,19 @@ mod tests {
             assert_eq!(MotionReport::from_message(&report.message("dq_servo")), Some(report));
         }
         assert_eq!(MotionReport::from_message(&DiagnosticStatus::default()), None);
+    }
+
+    #[test]
+    fn a_list_arrives_whole_over_cdr_or_not_at_all() {
+        let report =
+            MotionReport { peak_speeds: vec![1.0 / 3.0; 64], ..report(servo::Outcome::Arrived, None) };
+        let mut message = report.message("dq_servo");
+        let mut bytes = dq_messages::CDR_LE.to_vec();
+        let cdr_le = rustdds::RepresentationIdentifier::CDR_LE;
+        rustdds::serialization::to_writer_with_rep_id(&mut bytes, &message, cdr_le).unwrap();
+        assert_eq!(MotionReport::from_message(&dq_messages::decode(&bytes).unwrap()), Some(report));
+        message.values.iter_mut().for_each(|value| value.value.push('…'));
+        assert_eq!(MotionReport::from_message(&message), None);
     }
 
     #[test]

@@ -3,6 +3,7 @@
 use super::poses::pose_numbers;
 use super::servo_kind::{LawNames, law_and_aim};
 use super::timing::{SpreadFigures, TimingFigures};
+use dq_common::text::cut;
 use dq_core::servo::{Figures, Input, Reconfiguration, RejectionCounts, Requester, State, Status};
 use dq_limits::check::GuardState;
 use dq_messages::PoseNumbers;
@@ -246,7 +247,7 @@ impl StatusReport {
         let values: BTreeMap<_, _> =
             message.values.iter().map(|pair| (pair.key.as_str(), pair.value.as_str())).collect();
         let number = |key: &str| values.get(key).and_then(|text| text.parse::<f64>().ok());
-        let text = |key: &str| values.get(key).map(|text| (*text).to_owned());
+        let text = |key: &str| values.get(key).map(|text| cut(text).into_owned());
         Some(Self {
             state: message.message.parse().ok()?,
             law: (*values.get("law")?).to_owned(),

@@ -32,8 +32,7 @@ impl ControlLaw for BoundaryLayer {
 }
 
 pub(crate) fn main() -> Result<(), Box<dyn Error>> {
-    register(&BoundaryLayer)?;
-    let law = "boundary_layer".parse()?;
+    let law = register(&BoundaryLayer)?;
     let parameters = ServoParameters::for_arm("panda")?.with(|settings| {
         settings.controller = settings.controller.with_gains(law, [0.5, 0.5]);
     });

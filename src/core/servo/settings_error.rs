@@ -121,8 +121,8 @@ impl Settings {
             ("goal_tolerance.angular", from_ref(&self.goal_tolerance.angular), TOLERANCE),
             ("following_error", from_ref(&self.following_error), TOLERANCE),
         ];
-        let gains =
-            Law::all().map(|law| (law.parameter(), &self.controller.all_gains[law.number()][..], SIZE));
+        let gains: Vec<_> = Law::all().map(|law| (law.parameter(), self.controller.gains(law))).collect();
+        let gains = gains.iter().map(|(name, gains)| (*name, &gains[..], SIZE));
         for (name, numbers, (is_taken, expected)) in numbers.into_iter().chain(gains) {
             if let Some(value) = numbers.iter().copied().find(|number| !is_taken(*number)) {
                 return Err(SettingsError::Number { name, value, expected });

@@ -18,8 +18,8 @@ pub struct Controller {
     pub aim: Aim,
     /// The damped inverse, for the laws that use it.
     pub damping: Damping,
-    /// The gains of each law, by its number.
-    pub all_gains: [[f64; 2]; MOST],
+    /// The gains of laws by their numbers; the others have their defaults.
+    pub set_gains: [Option<[f64; 2]>; MOST],
 }
 
 /// The bound that a delay sets to the rate at which a law makes errors decay.
@@ -34,11 +34,8 @@ pub struct AllowedRate {
 impl Default for Controller {
     /// Creates logc with equal gains of 1/s for a whole pose. Each law has its default gains.
     fn default() -> Self {
-        let mut all_gains = [[0.0; 2]; MOST];
-        for law in Law::all() {
-            all_gains[law.number()] = law.gains().defaults;
-        }
-        Self { law: Law::Logc, aim: Aim::Pose, damping: Damping { max: 0.05, threshold: 0.05 }, all_gains }
+        let damping = Damping { max: 0.05, threshold: 0.05 };
+        Self { law: Law::Logc, aim: Aim::Pose, damping, set_gains: [None; MOST] }
     }
 }
 
@@ -59,12 +56,12 @@ impl Controller {
 
     /// Returns the gains of a law; a law with one gain ignores the second.
     pub fn gains(&self, law: Law) -> [f64; 2] {
-        self.all_gains[law.number()]
+        self.set_gains[law.number()].unwrap_or_else(|| law.gains().defaults)
     }
 
     /// Sets the gains of a law.
     pub fn set_gains(&mut self, law: Law, gains: [f64; 2]) {
-        self.all_gains[law.number()] = gains;
+        self.set_gains[law.number()] = Some(gains);
     }
 
     /// Returns this controller with the present law `law` and these gains.

@@ -7,7 +7,7 @@ use dq_common::UnknownName;
 use std::fmt;
 use std::ops::Deref;
 use std::str::FromStr;
-use std::sync::{Mutex, OnceLock, PoisonError};
+use std::sync::{LazyLock, PoisonError, RwLock};
 use thiserror::Error;
 
 /// A control law with a name; its functions are those of [`ControlLaw`].
@@ -32,31 +32,40 @@ pub enum RegisterError {
     /// A name may only contain lower-case letters, digits and underscores.
     #[error("the name {0:?} is not made of lower-case letters, digits and underscores")]
     Letters(&'static str),
-    /// Laws have already been used.
-    #[error("laws are registered before anything else is done with laws")]
-    Late,
     /// The space for laws is used up.
     #[error("there is room for {UNLISTED} laws")]
     Room,
 }
 
-static REGISTERED: Mutex<Vec<&'static dyn ControlLaw>> = Mutex::new(Vec::new());
-static NAMES: OnceLock<Names> = OnceLock::new();
+static NAMES: LazyLock<RwLock<&'static Names>> = LazyLock::new(|| RwLock::new(Names::of(Law::ALL.to_vec())));
 
-/// All laws with their names, for the lifetime of the program.
+/// Laws with their names, for the lifetime of the program.
 struct Names {
     laws: Vec<Law>,
     names: Vec<&'static str>,
     parameters: Vec<&'static str>,
 }
 
-/// Registers a law of your own. Call this before anything else that uses laws, best as the first thing in `main`.
+impl Names {
+    /// Leaks the names of these laws: once at the start of a program, and once for each law that is registered.
+    fn of(laws: Vec<Law>) -> &'static Self {
+        let parameter = |law: &Law| &*format!("gains.{}", law.name()).leak();
+        Box::leak(Box::new(Self {
+            names: laws.iter().map(|law| law.name()).collect(),
+            parameters: laws.iter().map(parameter).collect(),
+            laws,
+        }))
+    }
+}
+
+/// Registers a law of your own, and returns it.
 ///
 /// From then on it is one of [`Law::all`]: the parameter `controller` takes its name, and `gains.` with its name takes its gains. Every
-/// safety rule holds for it, `compare` runs it, figures have a color for it, and `replay` repeats it.
+/// safety rule holds for it, `compare` runs it, figures have a color for it, and `replay` repeats it. Parameters that were declared before
+/// do not know it: register laws first in `main`.
 ///
 /// # Errors
-/// [`RegisterError`] if the name is invalid or taken, if the space for laws is used up, or if laws have already been used.
+/// [`RegisterError`] if the name is invalid or taken, or if the space for laws is used up.
 ///
 /// # Your law
 /// This example moves along the logarithm at a speed that does not decrease with the distance: `ξ = k X/√(|X|² + ε²)`, with a boundary
@@ -89,14 +98,14 @@ struct Names {
 ///     }
 /// }
 ///
-/// register(&BoundaryLayer)?;
-/// assert_eq!(register(&BoundaryLayer), Err(RegisterError::Name("boundary_layer")));
+/// let law = register(&BoundaryLayer)?;
+/// assert_eq!(register(&BoundaryLayer).err(), Some(RegisterError::Name("boundary_layer")));
 /// let (mut store, _warnings) = ServoParameters::start("/dq_servo", Vec::new())?;
 /// store.override_initial("controller", Value::from_yaml("boundary_layer")?)?;
 /// store.override_initial("gains.boundary_layer", Value::from_yaml("[0.5, 0.5]")?)?;
 /// let parameters = ServoParameters::from_store(&store)?;
 /// let (chain, controller) = (parameters.arms.chain(), parameters.settings.controller);
-/// assert_eq!(controller.law.name(), "boundary_layer");
+/// assert_eq!(controller.law, law);
 /// let goal = chain.forward_kinematics(&[0.4, -0.9, 0.3, 0.2, 1.2, 0.0])?;
 /// let (mut theta, mut theta_dot) = ([0.0, -1.2, 0.1, 0.4, 1.0, 0.3], [0.0; 6]);
 /// let (mut arm, mut approach) = (ArmState::new(chain), Approach::new(6));
@@ -113,41 +122,27 @@ struct Names {
 /// ```
 ///
 /// In a program of its own, `dq_servo::cli::main` does everything else in `main`.
-pub fn register(law: &'static dyn ControlLaw) -> Result<(), RegisterError> {
+pub fn register(law: &'static dyn ControlLaw) -> Result<Law, RegisterError> {
     let name = law.name();
     let is_right = |byte: u8| byte.is_ascii_lowercase() || byte.is_ascii_digit() || byte == b'_';
     if name.is_empty() || !name.bytes().all(is_right) {
         return Err(RegisterError::Letters(name));
     }
-    let mut registered = REGISTERED.lock().unwrap_or_else(PoisonError::into_inner);
-    if NAMES.get().is_some() {
-        return Err(RegisterError::Late);
-    }
-    let is_taken =
-        Law::ALL.iter().any(|law| law.name() == name) || registered.iter().any(|law| law.name() == name);
-    if is_taken {
+    let mut names = NAMES.write().unwrap_or_else(PoisonError::into_inner);
+    if names.names.contains(&name) {
         return Err(RegisterError::Name(name));
     }
-    if Law::ALL.len() + registered.len() >= UNLISTED {
+    let number = names.laws.len();
+    if number >= UNLISTED {
         return Err(RegisterError::Room);
     }
-    registered.push(law);
-    Ok(())
+    let law = Law { number, law };
+    *names = Names::of(names.laws.iter().copied().chain([law]).collect());
+    Ok(law)
 }
 
 fn names() -> &'static Names {
-    NAMES.get_or_init(|| {
-        let registered = REGISTERED.lock().unwrap_or_else(PoisonError::into_inner);
-        let own = (Law::ALL.len()..).zip(registered.iter()).map(|(number, law)| Law { number, law: *law });
-        let laws: Vec<_> = Law::ALL.into_iter().chain(own).collect();
-        // The names are leaked, once in the program's lifetime.
-        let parameter = |law: &Law| &*format!("gains.{}", law.name()).leak();
-        Names {
-            names: laws.iter().map(|law| law.name()).collect(),
-            parameters: laws.iter().map(parameter).collect(),
-            laws,
-        }
-    })
+    *NAMES.read().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Declares the built-in laws.

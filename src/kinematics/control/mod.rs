@@ -5,8 +5,7 @@
 //!
 //! | error | × transpose | × damped inverse | with derived gains |
 //! |---|---|---|---|
-//! | R⁸ difference; with the inverse relative to the tool, `q* q_d − 1` | diffc | diffc_inverse | lq: from the weights of a quadratic cost
-//! |
+//! | R⁸ difference; with the inverse `q* q_d − 1` | diffc | diffc_inverse | lq: from the weights of a quadratic cost |
 //! | screw logarithm | logc_transpose | logc | predefined_time: from the time to arrive; logc_pd: second order, with a velocity gain |
 //! | decoupled logarithm | double_geodesic_transpose | double_geodesic | |
 //! | unit quaternion's vector part, translation | unit_quaternion_transpose | unit_quaternion | h_infinity: from attenuation bounds |

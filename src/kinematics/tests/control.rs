@@ -6,7 +6,10 @@ use crate::reference::{distance, json, numbers};
 use crate::tolerance::REFERENCE;
 use dq_algebra::UnitDualQuaternion;
 use dq_kinematics::arm::{ArmState, Chain};
-use dq_kinematics::control::{Aim, AllowedRate, Controller, Damping, Law, SignMemory, pose_error};
+use dq_kinematics::control::{
+    Aim, AllowedRate, AngularLinear, ControlLaw, Controller, Damping, Law, PoseError, RegisterError,
+    SignMemory, pose_error, register,
+};
 use nalgebra::{DMatrix, DVector, Vector6};
 use proptest::prelude::*;
 
@@ -205,6 +208,28 @@ fn laws_have_names() {
         assert_eq!((name.parse(), law.name()), (Ok(law), *name));
     }
     assert!("pid".parse::<Law>().unwrap_err().to_string().contains("diffc, diffc_inverse, logc"));
+}
+
+#[test]
+fn laws_can_be_registered_after_others_were_used() {
+    struct Own(&'static str);
+    impl ControlLaw for Own {
+        fn name(&self) -> &'static str {
+            self.0
+        }
+        fn error(&self, error: &PoseError) -> AngularLinear {
+            error.screw_log()
+        }
+    }
+    let before = (Law::all().len(), Controller::default());
+    let [first, second] = ["first", "second"].map(|name| register(Box::leak(Box::new(Own(name)))).unwrap());
+    assert_eq!(
+        (Law::all().len(), "second".parse(), second.parameter()),
+        (before.0 + 2, Ok(second), "gains.second")
+    );
+    assert_ne!(first, second);
+    assert_eq!(before.1.gains(second), [1.0; 2], "a controller made before has the law's defaults");
+    assert_eq!(register(&Own("first")).err(), Some(RegisterError::Name("first")));
 }
 
 proptest! {

@@ -106,8 +106,7 @@ impl ControlLaw for Broken {
 
 #[test]
 fn rule_12_what_is_no_number_is_replaced_by_braking_and_counted() {
-    register(&Broken).unwrap();
-    let broken = Law::all().last().unwrap();
+    let broken = register(&Broken).unwrap();
     for gain in [2.0, 3.0] {
         let mut rig = Rig::new();
         rig.set_law(broken);
