@@ -9,6 +9,7 @@ set -eu
 . "$(dirname "$0")/parts.bash"
 take_switches "$@"
 shift "$switches"
+[ ${#arm[@]} = 0 ] || mistake "--arm is for one arm: describe two other arms in a file for --params-file"
 if [ "$first_motion" = true ]; then set -- "$@" --ros-args --params-file "$here/../msg_config/first_motion.yaml"; fi
 check dual "$@"
 arms="$here/../msg_config/dual.yaml"

@@ -58,6 +58,7 @@ cat >"$share/package.xml" <<XML
   <description>$(field description)</description>
   <maintainer email="dq_servo@localhost">the authors of dq_servo</maintainer>
   <license>$(field license)</license>
+  <exec_depend>launch_ros</exec_depend>
   <exec_depend>ros2launch</exec_depend>
   <export>
     <build_type>cargo</build_type>

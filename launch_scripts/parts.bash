@@ -27,14 +27,27 @@ fi
 set -m
 parts=()
 
-sim=true guard=false first_motion=false switches=0
-take_switches() { # ARGUMENT...: sim:=, guard:= and first_motion:= at their beginning, as `ros2 launch` takes them; `switches` counts them
-    while [[ ${1-} =~ ^(sim|guard|first_motion):=(.*)$ ]]; do
-        [[ ${BASH_REMATCH[2]} =~ ^(true|false)$ ]] || mistake "$1: expected true or false"
-        declare -g "${1/:=/=}"
-        switches=$((switches + 1))
+sim=true guard=false first_motion=false arm=() switches=0
+# Takes --arm NAME, and sim:=, guard:=, first_motion:= and arm:= as `ros2 launch` does, at the beginning; `switches` counts these arguments.
+take_switches() { # ARGUMENT...
+    local count=$#
+    while [ $# -gt 0 ]; do
+        case $1 in
+        --arm)
+            [ $# -ge 2 ] || mistake "--arm: expected the name of a built-in arm"
+            arm=(--arm "$2")
+            shift
+            ;;
+        arm:=*) arm=(--arm "${1#arm:=}") ;;
+        sim:=* | guard:=* | first_motion:=*)
+            [[ ${1#*:=} =~ ^(true|false)$ ]] || mistake "$1: expected true or false"
+            declare -g "${1/:=/=}"
+            ;;
+        *) break ;;
+        esac
         shift
     done
+    switches=$((count - $#))
 }
 
 # The namespace of `-r __ns:=` in the arguments, without a slash at its end; the nodes' enclaves are in it too.

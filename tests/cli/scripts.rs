@@ -4,10 +4,8 @@ use assert_cmd::Command;
 use std::os::unix::fs::PermissionsExt;
 
 #[test]
-fn what_ros2_launch_needs_compiles_and_the_scripts_say_what_they_miss() {
+fn the_scripts_say_what_they_miss() {
     for name in ["dq_servo", "dq_dual_servo"] {
-        let compile = format!("compile(open('launch_scripts/{name}.launch.py').read(), 'launch', 'exec')");
-        Command::new("python3").args(["-c", &compile]).assert().success();
         for (program, argument, said) in
             [("/nonexistent", "", "/nonexistent"), ("true", "sim:=maybe", "expected true or false")]
         {
@@ -19,45 +17,60 @@ fn what_ros2_launch_needs_compiles_and_the_scripts_say_what_they_miss() {
     }
 }
 
-/// A substitute for the package `launch`, which no registry has: an action just stores its arguments.
-const LAUNCH: &str = r#"
-import sys, types
-
-class StandIn(types.ModuleType):
-    def __getattr__(self, name):
-        if name == "LaunchDescription":
-            return lambda actions: actions
-        return lambda *values, **named: types.SimpleNamespace(is_a=name, values=values, **named)
-
-for name in ("launch", "launch.actions", "launch.conditions", "launch.substitutions"):
-    sys.modules[name] = StandIn(name)
-code = {"__file__": sys.argv[1], "__name__": "launch_file"}
-exec(open(sys.argv[1]).read(), code)
-parts = [action for action in code["generate_launch_description"]() if action.is_a == "ExecuteProcess"]
-runs, ends = types.SimpleNamespace(is_shutdown=False), types.SimpleNamespace(is_shutdown=True)
-exit_of = lambda part, code, context=runs: part.on_exit(types.SimpleNamespace(returncode=code), context)
-same = lambda part: (str(part.cmd), part.name)
-for part in parts:
-    for code, context in ((0, runs), (1, runs), (2, runs), (-9, runs), (4, ends)):
-        assert exit_of(part, code, context).is_a == "Shutdown", (part.name, code)
-    pauses = []
-    for _ in range(8):
-        timer = exit_of(part, 4)
-        [again] = timer.actions
-        assert timer.is_a == "TimerAction" and same(again) == same(part), (timer, part)
-        part = again
-        pauses.append(timer.period)
-    assert pauses == [1, 2, 4, 8, 16, 30, 30, 30], pauses
-print(len(parts))
-"#;
+/// Returns the command line of each node that a launch file starts with these arguments, without the program. Also checks that a node that
+/// has lost the network is launched again after longer and longer pauses, and that any other end ends all.
+fn launched(name: &str, arguments: &[&str]) -> Result<Vec<String>, String> {
+    let home = env!("CARGO_MANIFEST_DIR");
+    let output = std::process::Command::new("python3")
+        .arg(format!("{home}/tests/stock/launch_files.py"))
+        .arg(format!("{home}/launch_scripts/{name}.launch.py"))
+        .args(arguments)
+        .output()
+        .unwrap();
+    if !output.status.success() {
+        return Err(String::from_utf8(output.stderr).unwrap());
+    }
+    let printed: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let line = |node: &serde_json::Value| {
+        let words = node.as_array().unwrap().iter().skip(1).map(|word| word.as_str().unwrap());
+        words.collect::<Vec<_>>().join(" ").replace(home, "HOME")
+    };
+    Ok(printed["nodes"].as_array().unwrap().iter().map(line).collect())
+}
 
 #[test]
-fn a_part_that_has_lost_the_network_is_launched_again_after_longer_and_longer_pauses_and_any_other_end_ends_all()
- {
-    for (name, parts) in [("dq_servo", "3\n"), ("dq_dual_servo", "5\n")] {
-        let file = format!("{}/launch_scripts/{name}.launch.py", env!("CARGO_MANIFEST_DIR"));
-        Command::new("python3").args(["-c", LAUNCH, &file]).assert().success().stdout(parts);
-    }
+fn launch_files_start_nodes_in_their_namespaces_with_the_arm_and_the_files_that_are_named() {
+    assert_eq!(
+        launched("dq_servo", &[]).unwrap(),
+        [
+            "puma560 --ros-args --enclave /puma560 --log-level info",
+            "servo --ros-args --enclave /dq_servo --log-level info",
+        ]
+    );
+    let real = [
+        "sim:=false",
+        "guard:=true",
+        "arm:=ur5e",
+        "namespace:=/left",
+        "first_motion:=true",
+        "params_file:=my.yaml",
+    ];
+    let common = "-r __ns:=/left --params-file my.yaml --params-file HOME/msg_config/first_motion.yaml";
+    assert_eq!(
+        launched("dq_servo", &real).unwrap(),
+        [
+            format!("guard --arm ur5e --ros-args --enclave /left/dq_servo_guard --log-level info {common}"),
+            format!("servo --arm ur5e --ros-args --enclave /left/dq_servo --log-level info {common}"),
+        ]
+    );
+    let sides = ["left", "right"].map(|side| {
+        format!("puma560 --ros-args --enclave /{side}/puma560 --log-level warn -r __ns:=/{side} --params-file HOME/msg_config/dual.yaml")
+    });
+    let dual =
+        "dual --ros-args --enclave /dq_dual_servo --log-level warn --params-file HOME/msg_config/dual.yaml";
+    assert_eq!(launched("dq_dual_servo", &["log_level:=warn"]).unwrap(), [&sides[0], &sides[1], dual]);
+    let refused = launched("dq_servo", &["sim:=maybe"]).unwrap_err();
+    assert!(refused.contains("sim: 'maybe' is not one of"), "{refused}");
 }
 
 #[test]
@@ -65,6 +78,7 @@ fn a_mistyped_argument_gets_one_line_though_all_nodes_get_it() {
     for name in ["dq_servo", "dq_dual_servo"] {
         for (arguments, named) in [
             (&["simm:=false"][..], "simm:=false"),
+            (&["--arm"], "--arm"),
             (&["--bogus"], "--bogus"),
             (&["--ros-args", "--frob"], "--frob"),
         ] {
@@ -74,6 +88,32 @@ fn a_mistyped_argument_gets_one_line_though_all_nodes_get_it() {
             let stderr = String::from_utf8(refused.get_output().stderr.clone()).unwrap();
             assert!(stderr.contains(named) && stderr.lines().count() == 1, "{name} {arguments:?}: {stderr}");
         }
+    }
+}
+
+#[test]
+fn the_script_starts_each_node_with_the_arm_that_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let (program, started) = (folder.path().join("dq_servo"), folder.path().join("started"));
+    // Each part ends when all three have been started.
+    let part = format!(
+        "#!/bin/sh\ncase \"$*\" in *--help) exit 0 ;; esac\necho \"$*\" >>{0}\nuntil [ $(wc -l <{0}) = 3 ]; do sleep 0.1; done\n",
+        started.display()
+    );
+    std::fs::write(&program, part).unwrap();
+    std::fs::set_permissions(&program, std::fs::Permissions::from_mode(0o755)).unwrap();
+    for arm in [&["--arm", "ur5e"][..], &["arm:=ur5e"]] {
+        let mut command = Command::new(script("dq_servo"));
+        command.env("DQ_SERVO", &program).args(arm).args(["guard:=true", "--ros-args", "-r", "__ns:=/left"]);
+        command.timeout(std::time::Duration::from_secs(10)).assert().success();
+        let mut lines: Vec<_> =
+            std::fs::read_to_string(&started).unwrap().lines().map(str::to_owned).collect();
+        lines.sort();
+        let of = |command, name| {
+            format!("{command} --arm ur5e --ros-args --enclave /left/{name} -- --ros-args -r __ns:=/left")
+        };
+        assert_eq!(lines, [of("arm", "arm"), of("guard", "dq_servo_guard"), of("servo", "dq_servo")]);
+        std::fs::remove_file(&started).unwrap();
     }
 }
 

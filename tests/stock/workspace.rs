@@ -3,10 +3,9 @@
 use crate::host::{PYTHON, assert_success};
 use std::process::Command;
 
-/// Finds what `ros2 run dq_servo dq_servo --version` and `ros2 launch dq_servo NAME` need, by ament's index. Contains a substitute for the
-/// package `launch`, which no registry has.
+/// Finds what `ros2 run dq_servo dq_servo --version` and `ros2 launch dq_servo NAME` need, by ament's index.
 const FIND: &str = r#"
-import os, pathlib, subprocess, sys, types, xml.etree.ElementTree as xml
+import json, os, pathlib, subprocess, sys, xml.etree.ElementTree as xml
 
 prefixes = [pathlib.Path(p) for p in os.environ["AMENT_PREFIX_PATH"].split(":")]
 [prefix] = [p for p in prefixes if (p / "share/ament_index/resource_index/packages/dq_servo").is_file()]
@@ -22,22 +21,16 @@ assert (share / "rviz/dq_servo.rviz").is_file()
 arms = sorted(file.stem for file in (share / "msg_config/arms").iterdir())
 assert "ur5e" in arms and len(arms) == 8, arms
 
-defaults = {}
-def declare(name, default_value, description):
-    defaults[name] = default_value
-class StandIn(types.ModuleType):
-    def __getattr__(self, name):
-        return declare if name == "DeclareLaunchArgument" else lambda *values, **named: name
-for name in ("launch", "launch.actions", "launch.conditions", "launch.event_handlers", "launch.events", "launch.substitutions"):
-    sys.modules[name] = StandIn(name)
 for name in ("dq_servo.launch.py", "dq_dual_servo.launch.py"):
     [file] = [pathlib.Path(folder) / name for folder, _, files in os.walk(share) if name in files]
-    code = {"__file__": str(file), "__name__": "launch_file"}
-    exec(file.read_text(), code)
-    code["generate_launch_description"]()
+    launched = subprocess.run([sys.executable, sys.argv[1], file], check=True, capture_output=True, text=True).stdout
+    defaults = json.loads(launched)["arguments"]
     assert pathlib.Path(defaults["program"]) == program, defaults
-    assert pathlib.Path(defaults["params_file"]).is_relative_to(share) and os.path.exists(defaults["params_file"]), defaults
+    params_file = defaults["params_file"]
+    assert not params_file or pathlib.Path(params_file).is_relative_to(share) and os.path.exists(params_file), defaults
 "#;
+
+const LAUNCH_FILES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/stock/launch_files.py");
 
 const COLCON: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/target/venv/bin/colcon");
 
@@ -55,7 +48,7 @@ fn install_and_find(build: &[&str]) {
         );
     }
     let found = Command::new("bash")
-        .args(["-c", ". install/setup.bash && exec \"$0\" -c \"$1\"", PYTHON, FIND])
+        .args(["-c", ". install/setup.bash && exec \"$0\" -c \"$1\" \"$2\"", PYTHON, FIND, LAUNCH_FILES])
         .env_remove("AMENT_PREFIX_PATH")
         .current_dir(workspace.path())
         .output();
