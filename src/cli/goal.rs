@@ -1,6 +1,6 @@
 //! `dq_servo goal`: sends the arm to a pose.
 
-use super::find::{Kind, there};
+use super::find::{Kind, PATIENCE, there};
 use super::not_arrived::NotArrived;
 use super::print;
 use super::signals::Signals;
@@ -8,19 +8,31 @@ use super::tools::recording::Recording;
 use super::watch::Watch;
 use anyhow::anyhow;
 use dq_core::servo;
-use dq_messages::PoseNumbers;
-use dq_messages::messages::{Trigger, TriggerRequest};
-use dq_ros::ros::{Environment, LogLevel, Logging, Node, Resolver, RosArgs, Session};
+use dq_messages::Direction;
+use dq_messages::messages::{PoseStamped, Quaternion, Time, Trigger, TriggerRequest};
+use dq_ros::ros::args::Remap;
+use dq_ros::ros::names::NodeName;
+use dq_ros::ros::{Environment, LogLevel, Logging, Node, Resolver, RosArgs, Session, Subscription};
 use dq_ros::stderr;
-use dq_wire::{MotionReport, ServoKind};
+use dq_wire::{Contract, MotionReport, ServoKind};
+use nalgebra::UnitQuaternion;
 use std::time::Duration;
 
 /// Send the arm to a pose and wait until it has arrived
 #[derive(clap::Args)]
 pub(super) struct Goal {
-    /// Position [m] and orientation quaternion: X Y Z QX QY QZ QW
-    #[arg(num_args = 7, required = true, allow_negative_numbers = true, value_names = ["X", "Y", "Z", "QX", "QY", "QZ", "QW"])]
+    /// Position [m], and the orientation as a quaternion unless an option gives it
+    #[arg(num_args = 3..=7, required = true, allow_negative_numbers = true, value_name = "X Y Z [QX QY QZ QW]")]
     pose: Vec<f64>,
+    /// Orientation as roll, pitch and yaw about the fixed axes of the frame [rad]
+    #[arg(long, num_args = 3, allow_negative_numbers = true, value_names = ["ROLL", "PITCH", "YAW"])]
+    rpy: Option<Vec<f64>>,
+    /// Keep the tool's present orientation
+    #[arg(long, conflicts_with_all = ["rpy", "frame"])]
+    keep_orientation: bool,
+    /// The servo's node, if it has another name or is in another namespace
+    #[arg(long, value_name = "NODE")]
+    servo: Option<String>,
     /// Two arms: the pose is that of the right tool relative to the left tool
     #[arg(long)]
     dual: bool,
@@ -38,32 +50,45 @@ pub(super) struct Goal {
     record: Option<std::path::PathBuf>,
 }
 
+/// The quaternion of no rotation.
+const UPRIGHT: [f64; 4] = [0.0, 0.0, 0.0, 1.0];
+
 /// How long a servo may take to withdraw a goal.
 const WITHDRAWAL: Duration = Duration::from_secs(2);
 
 impl Goal {
     pub(super) async fn run(&self, ros_args: &RosArgs) -> anyhow::Result<()> {
         let kind = if self.dual { ServoKind::TwoArms } else { ServoKind::OneArm };
-        let goal: PoseNumbers = self.pose.as_slice().try_into()?;
-        let [x, y, z, orientation @ ..] = goal;
+        let (position, orientation) = self.place()?;
         // The servo would reject it too, but only if one is running.
-        servo::Goal::new([x, y, z], orientation, &self.frame, &self.frame)?;
+        servo::Goal::new(position, orientation.unwrap_or(UPRIGHT), &self.frame, &self.frame)?;
         let timeout = Duration::try_from_secs_f64(self.timeout).map_err(|_| {
             super::Usage(format!("--timeout {:?}: expected seconds, 0 or more", self.timeout))
         })?;
         let environment = Environment::from_process(ros_args)?;
         let session = Session::open(&environment)?;
-        let names = Resolver::new("dq_servo_goal", ros_args)?;
+        let (names, servo) = self.names(kind, ros_args)?;
         let mut node = session.node(names.clone(), Logging::new(ros_args, LogLevel::Warn))?;
-        let mut watch = Watch::new(&mut node, kind, kind.node_name(), &self.frame)?;
+        let mut watch = Watch::new(&mut node, kind, &servo, &self.frame)?;
         let mut signals = Signals::new()?;
         let recording = self.record.as_deref();
         let recording = recording.map(|bag| Recording::start(bag, &environment, ros_args)).transpose()?;
         let motion = async {
             if let Some(recording) = &recording {
-                recording.hears(kind, kind.node_name(), &names).await?;
+                recording.hears(kind, &servo, &names).await?;
             }
-            watch.go(goal, timeout).await
+            let mut stamp = Time::now();
+            let mut orientation = orientation;
+            if orientation.is_none() || !self.frame.is_empty() {
+                watch.find(timeout).await?;
+                let tool = tool_pose(&mut node, kind, &servo, &watch).await?;
+                // The servo's time, which may be that of a simulator.
+                stamp = tool.header.stamp;
+                let Quaternion { x, y, z, w } = tool.pose.orientation;
+                orientation = orientation.or(Some([x, y, z, w]));
+            }
+            let ([x, y, z], [qx, qy, qz, qw]) = (position, orientation.unwrap_or(UPRIGHT));
+            watch.go([x, y, z, qx, qy, qz, qw], stamp, timeout).await
         };
         let mut arrived = tokio::select! {
             arrived = motion => arrived,
@@ -71,7 +96,7 @@ impl Goal {
         };
         if let Err(why) = arrived {
             tokio::select! {
-                () = self.give_up(&mut node, &watch, kind.node_name()) => {}
+                () = self.give_up(&mut node, &watch, &servo) => {}
                 () = signals.next() => stderr::line("interrupted twice: the goal may still be in force"),
             }
             arrived = Err(self.explain(why, &node, &names));
@@ -79,6 +104,35 @@ impl Goal {
         let (arrived, recorded) = Recording::end(recording, arrived).await?;
         print::results(report(&arrived), &mut signals).await?;
         recorded
+    }
+
+    /// Returns the position, and the orientation as a quaternion; `None` for that which the tool has.
+    fn place(&self) -> anyhow::Result<([f64; 3], Option<[f64; 4]>)> {
+        let orientation = match (&self.pose[3..], self.rpy.as_deref(), self.keep_orientation) {
+            (&[qx, qy, qz, qw], None, false) => Some([qx, qy, qz, qw]),
+            ([], Some(&[roll, pitch, yaw]), _) => {
+                Some(UnitQuaternion::from_euler_angles(roll, pitch, yaw).coords.into())
+            }
+            ([], None, true) => None,
+            _ => {
+                let expected =
+                    "expected X Y Z, and the orientation once: QX QY QZ QW, --rpy or --keep-orientation";
+                return Err(super::Usage(expected.to_owned()).into());
+            }
+        };
+        Ok(([self.pose[0], self.pose[1], self.pose[2]], orientation))
+    }
+
+    /// Returns the names of this command's node, which is in the servo's namespace, and the servo's name there.
+    fn names(&self, kind: ServoKind, ros_args: &RosArgs) -> anyhow::Result<(Resolver, String)> {
+        const NAME: &str = "dq_servo_goal";
+        let names = Resolver::new(NAME, ros_args)?;
+        let Some(servo) = &self.servo else { return Ok((names, kind.node_name().to_owned())) };
+        let servo = NodeName::parse(&names.service(servo)?)?;
+        let to = servo.namespace().to_owned();
+        let mut there = ros_args.clone();
+        there.remaps.insert(0, Remap { node: None, from: "__ns".to_owned(), to });
+        Ok((Resolver::new(NAME, &there)?, servo.name().to_owned()))
     }
 
     /// Withdraws the goal if it is still in force, or prints that the arm goes on.
@@ -121,10 +175,24 @@ impl Goal {
         }
         match there(&[Kind::Servo], node) {
             None => why,
-            Some(elsewhere) => anyhow!(
-                "{why} There is {elsewhere}: --ros-args -r __ns:=NAMESPACE sends a goal to that in NAMESPACE"
-            ),
+            Some(elsewhere) => anyhow!("{why} There is {elsewhere}: name it by --servo"),
         }
+    }
+}
+
+/// Returns the tool's present pose.
+async fn tool_pose(
+    node: &mut Node,
+    kind: ServoKind,
+    servo: &str,
+    watch: &Watch,
+) -> anyhow::Result<PoseStamped> {
+    let contract = kind.contract(Contract::builtin()?);
+    let topic = contract.topic::<PoseStamped>("~/current_pose", Direction::Out)?;
+    let poses: Subscription<PoseStamped> = node.subscription_as(topic, &format!("{servo}/current_pose"))?;
+    match tokio::time::timeout(PATIENCE, poses.next()).await {
+        Ok(pose) => Ok(pose),
+        Err(_) => Err(NotArrived::NoRobot(watch.next_report().await.sentence()).into()),
     }
 }
 

@@ -49,8 +49,8 @@ impl Watch {
         })
     }
 
-    /// Sends `goal` and waits until the arm has arrived, or it is certain that it will not. Returns the motion.
-    pub async fn go(&mut self, goal: PoseNumbers, timeout: Duration) -> anyhow::Result<MotionReport> {
+    /// Waits for the servo's first report, for this long or as long as discovery may take.
+    pub async fn find(&self, timeout: Duration) -> Result<(), NotArrived> {
         let patience = DISCOVERY.min(timeout.max(SHORTEST_DISCOVERY));
         let first = async {
             if tokio::time::timeout(UNUSUAL_DISCOVERY, self.next_report()).await.is_err() {
@@ -62,9 +62,18 @@ impl Watch {
             }
         };
         let silent = |_| NotArrived::NoServo(patience.as_secs_f64());
-        tokio::time::timeout(patience, first).await.map_err(silent)?;
-        self.goals.wait_for_readers(patience).await?;
-        let stamp = Time::now();
+        tokio::time::timeout(patience, first).await.map_err(silent)
+    }
+
+    /// Sends `goal` with this time stamp and waits until the arm has arrived, or it is certain that it will not. Returns the motion.
+    pub async fn go(
+        &mut self,
+        goal: PoseNumbers,
+        stamp: Time,
+        timeout: Duration,
+    ) -> anyhow::Result<MotionReport> {
+        self.find(timeout).await?;
+        self.goals.wait_for_readers(DISCOVERY).await?;
         let message = self.message(goal, stamp.clone());
         let Self { goals, statuses, motions, frame, own } = self;
         let own = own.insert(OwnGoal::sent(&stamp, frame));

@@ -36,6 +36,33 @@ fn a_goal_has_a_fate_of_its_own() {
 }
 
 #[test]
+fn a_goal_keeps_the_orientation_or_takes_angles_at_a_servo_of_any_name_and_namespace() {
+    let mut host = Host::new();
+    host.start("plant", &["puma560", "--ros-args", "-r", "__ns:=/cell"]);
+    host.start("servo", &["servo", "--ros-args", "-r", "__ns:=/cell", "-r", "__node:=mover"]);
+    let go = |host: &Host, words: &[&str]| {
+        let place = ["goal", "-0.125", "0.2", "0.2", "--servo", "/cell/mover"];
+        host.output(&[&place[..], words].concat());
+        let list: serde_json::Value =
+            serde_json::from_str(&host.output(&["status", "/cell/mover", "--json"])).unwrap();
+        let goal = list[0]["goal"].as_str().unwrap().to_owned();
+        goal.split(' ').map(|number| number.parse::<f64>().unwrap()).collect::<Vec<_>>()
+    };
+    let angles = go(&host, &["--rpy", "0.1", "0", "0"]);
+    let half = 0.05_f64;
+    assert!((angles[3] - half.sin()).abs() < 1e-12 && (angles[6] - half.cos()).abs() < 1e-12, "{angles:?}");
+    let kept = go(&host, &["--keep-orientation"]);
+    // Both signs of a quaternion are the same orientation.
+    let product: f64 = angles[3..].iter().zip(&kept[3..]).map(|(a, b)| a * b).sum();
+    assert!((1e-16..1e-5).contains(&(1.0 - product.abs())), "the tool's, and not the last goal's: {kept:?}");
+    for wrong in [&[][..], &["0", "0", "1"], &["0", "0", "0", "1", "--keep-orientation"]] {
+        let refused = host.run(&[&["goal", "0", "0", "0.2"][..], wrong].concat());
+        assert_eq!(refused.status.code(), Some(2), "{wrong:?}");
+        assert!(err(&refused).contains("the orientation once: QX QY QZ QW, --rpy or --keep-orientation"));
+    }
+}
+
+#[test]
 fn an_interrupted_sender_withdraws_the_goal_or_reports_that_the_motion_continues() {
     let mut host = Host::with_both_nodes();
     let gave_up = host.run(&[&FAR[..], &["--timeout", "0.5"]].concat());

@@ -509,6 +509,17 @@ def case_simulated_time():
     del goals
 
 
+def case_simulated_table():
+    """A clock that began long ago, and a table that moves by it, until the host ends."""
+    clock, tf = writer("clock", ros.Clock), writer("tf", ros.TFMessage)
+    begun = time.monotonic()
+    while True:
+        now = as_time(int(1e9 * (1000.0 + time.monotonic() - begun)))
+        clock.write(ros.Clock(now))
+        tf.write(transform("table", 0.1, 0.0, 0.0, now))
+        time.sleep(0.01)
+
+
 def case_dual():
     """Two arms: a relative goal, the four primitives and both forms by parameter, and a stop during a motion. The limits hold for both
     arms."""

@@ -8,7 +8,7 @@ use std::process::ExitCode;
 
 fn main() -> ExitCode {
     match register(&your_law::BoundaryLayer) {
-        Ok(()) => dq_servo::cli::main(std::env::args_os().skip(1)),
+        Ok(_) => dq_servo::cli::main(std::env::args_os().skip(1)),
         Err(why) => {
             eprintln!("{why}");
             ExitCode::FAILURE

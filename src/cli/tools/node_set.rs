@@ -8,6 +8,7 @@ use anyhow::bail;
 use dq_config::{PlantParameters, ServoParameters};
 use dq_core::servo::State;
 use dq_messages::PoseNumbers;
+use dq_messages::messages::Time;
 use dq_nodes::{PlantNode, Prepared, ServoNode};
 use dq_params::Value;
 use dq_ros::ros::{Environment, LogLevel, Logging, Node, ParameterClient, Resolver, RosArgs, Session};
@@ -114,7 +115,7 @@ impl<'a> NodeSet<'a> {
             }
             self.ready = true;
         }
-        self.watch.go(goal, MOTION_TIMEOUT).await
+        self.watch.go(goal, Time::now(), MOTION_TIMEOUT).await
     }
 
     /// Waits until the servo has its first joint state.
