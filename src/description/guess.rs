@@ -1,4 +1,4 @@
-//! A guess of which part of a description is the arm, if nobody names its frames.
+//! Guesses the frames of the arm in a robot description, if nobody names them.
 
 use super::arm::DescriptionError;
 use super::urdf_tree::{Tree, child_of, linked, name_of, with_document};
@@ -24,8 +24,8 @@ pub struct Guess {
 /// Returns the frames of the arm in the URDF document `text`. A given frame is kept, a missing one is guessed.
 ///
 /// The tool frame is `tool0`, otherwise `flange`, also with a prefix. Without them it is the end of the chain with most joints, up to a
-/// gripper, and over fixed joints. A gripper begins where several parts move, none of them on more joints than the arm has so far; or it
-/// is a jaw.
+/// gripper, and over fixed joints. A gripper is a jaw, or it begins at a link that carries several moving parts, none of them with more
+/// joints than the arm before it.
 /// The base frame is `base_link`, if it is on the way to the tool, otherwise the root.
 ///
 /// # Errors
@@ -145,7 +145,7 @@ impl<'a> Branches<'a> {
         self.by_parent.get(link).map(Vec::as_slice).unwrap_or_default()
     }
 
-    /// Returns what a branch carries, its own joint included.
+    /// Returns what is beyond the start of a branch, including the branch's own joint.
     fn carried(&self, branch: &Branch) -> Beyond {
         let Beyond { joints, moves } = self.beyond.get(branch.child).copied().unwrap_or_default();
         Beyond { joints: joints + usize::from(branch.is_driven()), moves: moves || !branch.is_rigid() }
@@ -162,8 +162,8 @@ impl<'a> Branches<'a> {
         Ok((tool, self.fixed_to(from, tool)))
     }
 
-    /// Returns the frame with this name, or with this name after a prefix, that is the first on its chain; only if the larger part of the
-    /// joints is before it.
+    /// Returns the first frame from `from` on that has this name, with or without a prefix. A frame with more joints beyond it than before
+    /// it does not count.
     fn named(&self, from: &'a str, name: &str) -> Result<Option<&'a str>, DescriptionError> {
         let (mut before, mut found) = (HashMap::from([(from, 0)]), Vec::new());
         for &link in &self.order {
@@ -187,7 +187,7 @@ impl<'a> Branches<'a> {
         }
     }
 
-    /// Returns the link at which the arm ends and its gripper begins, from `from` on, which `joints` of its joints carry.
+    /// Returns the link at which the arm ends and its gripper begins, from the link `from` on. The arm has `joints` joints before `from`.
     fn end(&self, from: &'a str, mut joints: usize) -> Result<&'a str, DescriptionError> {
         /// The fewest joints of an arm with a jaw. With fewer, a one-sided joint is the arm's: the vertical axis of a gantry.
         const FEWEST: usize = 4;
@@ -220,8 +220,8 @@ impl<'a> Branches<'a> {
         })
     }
 
-    /// Returns the last link that is rigidly connected to `link` on the only way there. A tool's center point does not count,
-    /// because it depends on the tool.
+    /// Follows the fixed joints from `link` on, as long as a link carries only one, and returns the last link. A tool's center point does
+    /// not count, because it depends on the tool.
     fn over_fixed(&self, mut link: &'a str) -> &'a str {
         let is_next = |branch: &&Branch| branch.is_rigid() && !branch.child.ends_with("tcp");
         loop {

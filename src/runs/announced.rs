@@ -78,8 +78,8 @@ fn sorted(mut events: Vec<ParameterEvent>) -> Vec<ParameterEvent> {
     events
 }
 
-/// Sorts states into starts and changes. Each message has all parameters, and those that have changed since the previous message; none at
-/// the node's start.
+/// Sorts the messages into starts and changes. Each message has all parameters, and those that have changed since the previous message. A
+/// message without changed parameters is a start of the node.
 fn known_by_states(states: Vec<ParameterEvent>) -> BTreeMap<String, Vec<AnnouncedParameters>> {
     let mut nodes = BTreeMap::<String, Vec<(AnnouncedParameters, Vec<Parameter>)>>::new();
     for event in states {

@@ -15,7 +15,7 @@ pub struct Thinned<T> {
 }
 
 impl<T> Thinned<T> {
-    /// Creates an empty series of at most `most` entries. `merge` adds to an entry what must not be lost of a dropped previous one.
+    /// Creates an empty series of at most `most` entries. `merge` adds to an entry the part of a dropped previous entry that must not be lost.
     pub(super) fn new(most: usize, merge: fn(&mut T, &T)) -> Self {
         Self { kept: Vec::new(), stride: 1, came: 0, most, merge }
     }
