@@ -22,7 +22,7 @@ use std::time::Duration;
 #[derive(clap::Args)]
 pub(super) struct Goal {
     /// Position [m], and the orientation as a quaternion unless an option gives it
-    #[arg(num_args = 3..=7, required = true, allow_negative_numbers = true, value_name = "X Y Z [QX QY QZ QW]")]
+    #[arg(num_args = 3..=7, required = true, allow_negative_numbers = true, value_names = ["X", "Y", "Z", "QX", "QY", "QZ", "QW"])]
     pose: Vec<f64>,
     /// Orientation as roll, pitch and yaw about the fixed axes of the frame [rad]
     #[arg(long, num_args = 3, allow_negative_numbers = true, value_names = ["ROLL", "PITCH", "YAW"])]
