@@ -48,21 +48,25 @@ impl ArmShape {
         let read = |file: &&PathBuf| text_file::read(file, LONGEST_DESCRIPTION as u64);
         let file = file.as_ref().filter(|file| read(file).is_ok_and(|own| own == *text));
         let cell = CELL * chain.reach(std::iter::repeat((0.0, 0.0))).max(1e-3);
-        let mut looks = Self { surfaces: Vec::new(), missing: Vec::new() };
-        looks.surfaces.resize_with(chain.joint_count() + 1, Surface::default);
+        let mut arm_shape = Self { surfaces: Vec::new(), missing: Vec::new() };
+        arm_shape.surfaces.resize_with(chain.joint_count() + 1, Surface::default);
         let mut left = MOST;
         for visual in visuals(text).ok()? {
             let Some(Place { carrier, carrier_from_link, .. }) = links.get(visual.link.as_str()) else {
                 continue;
             };
             let place = (*carrier_from_link * visual.link_from_shape).frame();
-            let (shape, color) = (looks.triangles(&visual, file.map(PathBuf::as_path)), visual.color);
+            let (shape, color) = (arm_shape.triangles(&visual, file.map(PathBuf::as_path)), visual.color);
             for (triangle, own) in shape.into_iter().take(left) {
                 left -= 1;
-                looks.surfaces[*carrier].add(&moved(&triangle, &place), own.or(color).unwrap_or(GREY), cell);
+                arm_shape.surfaces[*carrier].add(
+                    &moved(&triangle, &place),
+                    own.or(color).unwrap_or(GREY),
+                    cell,
+                );
             }
         }
-        looks.surfaces.iter().any(|surface| !surface.triangles.is_empty()).then_some(looks)
+        arm_shape.surfaces.iter().any(|surface| !surface.triangles.is_empty()).then_some(arm_shape)
     }
 
     fn triangles(&mut self, visual: &Visual, file: Option<&Path>) -> Vec<(Triangle, Option<Rgb>)> {
@@ -138,8 +142,8 @@ mod tests {
     #[test]
     fn every_link_is_drawn_where_the_joints_have_taken_it() {
         let model = model(ROBOT);
-        let looks = ArmShape::of(&model).unwrap();
-        assert_eq!(looks.missing, ["package://nowhere/fore.stl is not there"]);
+        let arm_shape = ArmShape::of(&model).unwrap();
+        assert_eq!(arm_shape.missing, ["package://nowhere/fore.stl is not there"]);
         let positions = [0.7, -0.3];
         let joint =
             |number: usize| Description::read(ROBOT, "base", "hand").unwrap().arm.joints[number].clone();
@@ -148,7 +152,7 @@ mod tests {
         let frames = model.chain.link_poses(&positions).unwrap();
         let middle = |carrier: usize| {
             let pose = carrier.checked_sub(1).map_or(Isometry3::identity(), |at| frames[at].frame());
-            let corners = &looks.surfaces[carrier].corners;
+            let corners = &arm_shape.surfaces[carrier].corners;
             let places = corners.iter().map(|corner| {
                 pose * Point3::new(f64::from(corner[0]), f64::from(corner[1]), f64::from(corner[2]))
             });

@@ -26,7 +26,7 @@ const FILES: [Asset; 21] = [
     ("/handles.js", SCRIPT, include_str!("page/handles.js")),
     ("/jog.js", SCRIPT, include_str!("page/jog.js")),
     ("/limits.js", SCRIPT, include_str!("page/limits.js")),
-    ("/looks.js", SCRIPT, include_str!("page/looks.js")),
+    ("/arm_shape.js", SCRIPT, include_str!("page/arm_shape.js")),
     ("/parameters.js", SCRIPT, include_str!("page/parameters.js")),
     ("/player.js", SCRIPT, include_str!("page/player.js")),
     ("/run.js", SCRIPT, include_str!("page/run.js")),

@@ -89,7 +89,7 @@ pub struct RobotEnd {
     /// The frame of the servo's other markers.
     pub markers: watch::Sender<Arc<str>>,
     /// The shape of the arm in the page's format; empty without a description.
-    pub looks: watch::Sender<Arc<[u8]>>,
+    pub arm_shape: watch::Sender<Arc<[u8]>>,
     /// The requests of browsers.
     pub asks: mpsc::Receiver<Asked<Ask>>,
 }
@@ -101,7 +101,7 @@ pub struct PageEnd {
     now: watch::Receiver<Arc<str>>,
     race: watch::Receiver<Arc<str>>,
     markers: watch::Receiver<Arc<str>>,
-    looks: watch::Receiver<Arc<[u8]>>,
+    arm_shape: watch::Receiver<Arc<[u8]>>,
     asks: mpsc::Sender<Asked<Ask>>,
 }
 
@@ -112,14 +112,14 @@ const WAITING: usize = 64;
 pub fn ends() -> (RobotEnd, PageEnd) {
     let nothing = || watch::Sender::new(Arc::from(""));
     let (robot, now, race, markers) = (nothing(), nothing(), nothing(), nothing());
-    let (looks, (asker, asks)) = (watch::Sender::new(Arc::from([])), mpsc::channel(WAITING));
+    let (arm_shape, (asker, asks)) = (watch::Sender::new(Arc::from([])), mpsc::channel(WAITING));
     let page = PageEnd {
         robot: robot.subscribe(),
         now: now.subscribe(),
         race: race.subscribe(),
         markers: markers.subscribe(),
-        looks: looks.subscribe(),
+        arm_shape: arm_shape.subscribe(),
         asks: asker,
     };
-    (RobotEnd { robot, now, race, markers, looks, asks }, page)
+    (RobotEnd { robot, now, race, markers, arm_shape, asks }, page)
 }

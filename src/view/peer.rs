@@ -112,9 +112,9 @@ impl Peer {
             tasks,
             appeared: Notify::new(),
         });
-        let RobotEnd { robot, now, markers, looks, asks, .. } = end;
+        let RobotEnd { robot, now, markers, arm_shape, asks, .. } = end;
         let mut tasks = JoinSet::new();
-        tasks.spawn(show_looks(shared.clone(), descriptions, robot.subscribe(), looks));
+        tasks.spawn(show_arm_shape(shared.clone(), descriptions, robot.subscribe(), arm_shape));
         tasks.spawn(show(shared.clone(), seen, events, full_name.clone(), now, robot.clone()));
         tasks.spawn(read_parameters(shared.clone(), full_name, robot));
         tasks.spawn(show_markers(drawn, markers));
@@ -194,11 +194,11 @@ async fn show_markers(drawn: Subscription<MarkerArray>, shown: watch::Sender<Arc
 }
 
 /// Writes the shape of the arm from the robot description of the servo's arm. For two arms the page draws its own shape.
-async fn show_looks(
+async fn show_arm_shape(
     shared: Arc<Shared>,
     descriptions: Subscription<StringMessage>,
     mut robots: watch::Receiver<Arc<str>>,
-    looks: watch::Sender<Arc<[u8]>>,
+    arm_shape: watch::Sender<Arc<[u8]>>,
 ) {
     if shared.kind == ServoKind::TwoArms {
         return;
@@ -216,11 +216,11 @@ async fn show_looks(
         let read = tokio::task::spawn_blocking(move || (ArmShape::of(&model), model));
         let Ok((read, model)) = read.await else { continue };
         shown = Some(model);
-        let missing = read.iter().flat_map(|looks| &looks.missing);
+        let missing = read.iter().flat_map(|arm_shape| &arm_shape.missing);
         let node = shared.node.lock().await;
         missing.for_each(|why| node.log().warn(&format!("the picture of the arm lacks a mesh: {why}")));
         drop(node);
-        looks.send_replace(read.map_or_else(|| Arc::from([]), |looks| looks.bytes().into()));
+        arm_shape.send_replace(read.map_or_else(|| Arc::from([]), |arm_shape| arm_shape.bytes().into()));
     }
 }
 

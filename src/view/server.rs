@@ -186,7 +186,7 @@ fn router(shared: Arc<Shared>, admitted: Arc<Notify>) -> Router {
     });
     files
         .route("/session", any(open_session))
-        .route("/looks", get(looks))
+        .route("/arm_shape", get(arm_shape))
         .route("/guide", get(guide))
         .layer(from_fn_with_state((shared.clone(), admitted), check))
         .with_state(shared)
@@ -219,8 +219,8 @@ async fn check(
 }
 
 /// Returns the shape of the arm.
-async fn looks(State(shared): State<Arc<Shared>>) -> Bytes {
-    Bytes::from_owner(shared.page.looks.borrow().clone())
+async fn arm_shape(State(shared): State<Arc<Shared>>) -> Bytes {
+    Bytes::from_owner(shared.page.arm_shape.borrow().clone())
 }
 
 /// Returns the guide. Browsers show plain text, but offer Markdown as a file to save.

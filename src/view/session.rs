@@ -45,7 +45,7 @@ enum Event {
     Now,
     Race,
     Markers,
-    Looks,
+    ArmShape,
     Answer(String),
     Frame(Option<Result<Message, axum::Error>>),
     Tick,
@@ -56,8 +56,8 @@ impl Session {
         page.robot.mark_changed();
         page.now.mark_changed();
         page.markers.mark_changed();
-        if !page.looks.borrow().is_empty() {
-            page.looks.mark_changed();
+        if !page.arm_shape.borrow().is_empty() {
+            page.arm_shape.mark_changed();
         }
         Self { socket, page, drive, complaints, answers: mpsc::channel(WAITING), heard: Instant::now() }
     }
@@ -76,7 +76,7 @@ impl Session {
                 Ok(()) = self.page.now.changed() => Event::Now,
                 Ok(()) = self.page.race.changed() => Event::Race,
                 Ok(()) = self.page.markers.changed() => Event::Markers,
-                Ok(()) = self.page.looks.changed() => Event::Looks,
+                Ok(()) = self.page.arm_shape.changed() => Event::ArmShape,
                 Some(answer) = self.answers.1.recv() => Event::Answer(answer),
                 frame = self.socket.recv() => Event::Frame(frame),
                 _ = tick.tick() => Event::Tick,
@@ -94,9 +94,9 @@ impl Session {
             Event::Race => self.show(|page| &mut page.race).await,
             Event::Markers => self.show(|page| &mut page.markers).await,
             // The browser fetches the data itself.
-            Event::Looks => {
-                let size = self.page.looks.borrow_and_update().len();
-                self.send(json!({ "looks": { "size": size } }).to_string()).await
+            Event::ArmShape => {
+                let size = self.page.arm_shape.borrow_and_update().len();
+                self.send(json!({ "arm_shape": { "size": size } }).to_string()).await
             }
             Event::Answer(answer) => self.send(answer).await,
             Event::Frame(frame) => self.hear(frame).await,

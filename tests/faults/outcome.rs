@@ -35,7 +35,7 @@ pub fn run_at(rate: u32, host: &Host, case: &str, arguments: &[&str]) {
     let path = commands.path().to_str().unwrap();
     host.peer(&[&[case, path], arguments].concat());
     let count = check_commands(&std::fs::read_to_string(path).unwrap(), Duration::from_secs(1) / rate);
-    assert!(count > 0 || WITHOUT_COMMANDS.contains(&case), "no commands were seen");
+    assert!(count > 0 || WITHOUT_COMMANDS.contains(&case), "no commands were check");
 }
 
 /// Runs a case with servo and plant on this host, which must not grow.
@@ -61,18 +61,18 @@ fn check_commands(lines: &str, period: Duration) -> usize {
     let (store, _) = ServoParameters::start("/dq_servo", Vec::new()).unwrap();
     let parameters = ServoParameters::from_store(&store).unwrap();
     let limits = parameters.settings.limits;
-    let mut seen = Seen::new(Invariants::new(limits.clone(), period));
+    let mut check = CommandCheck::new(Invariants::new(limits.clone(), period));
     let (mut count, mut before) = (0, 0);
     for line in lines.lines() {
         let bytes = hex::decode(line).unwrap();
         for record in CycleRecord::read_all(&bytes).unwrap() {
             if record.number < before {
-                seen = Seen::new(Invariants::new(limits.clone(), period));
+                check = CommandCheck::new(Invariants::new(limits.clone(), period));
             }
             before = record.number;
-            record.events.iter().for_each(|event| seen.take(record.now, event));
-            if let Some(command) = record.output.as_ref().filter(|_| seen.velocities) {
-                let checked = seen.invariants.check(record.now, command, seen.paused || seen.stopped);
+            record.events.iter().for_each(|event| check.take(record.now, event));
+            if let Some(command) = record.output.as_ref().filter(|_| check.velocities) {
+                let checked = check.invariants.check(record.now, command, check.paused || check.stopped);
                 checked.unwrap_or_else(|violation| panic!("{violation}, in {record:?}"));
                 count += 1;
             }
@@ -85,7 +85,7 @@ fn check_commands(lines: &str, period: Duration) -> usize {
 const SILENCE: Duration = Duration::from_millis(100);
 
 /// The inputs of the servo.
-struct Seen {
+struct CommandCheck {
     invariants: Invariants,
     paused: bool,
     /// Whether the servo was stopped, and no goal has arrived since.
@@ -95,7 +95,7 @@ struct Seen {
     velocities: bool,
 }
 
-impl Seen {
+impl CommandCheck {
     fn new(invariants: Invariants) -> Self {
         Self { invariants, paused: false, stopped: false, heard: Duration::ZERO, velocities: true }
     }

@@ -86,23 +86,23 @@ impl Site {
     }
 
     /// Returns a summary of what the recorder has received.
-    pub fn seen(mut self) -> Seen {
+    pub fn summary(mut self) -> BagSummary {
         // 3: messages were lost, as forged sequence numbers make it seem.
         let code = self.host.interrupt("recorder").0;
         assert!(matches!(code, Some(0 | 3)), "{code:?}");
-        Seen::read(&self.bag)
+        BagSummary::read(&self.bag)
     }
 }
 
 /// A summary of what was recorded.
-pub struct Seen {
+pub struct BagSummary {
     pub positions: Vec<Vec<f64>>,
     pub states: Vec<String>,
     pub goals: usize,
     pub commands: usize,
 }
 
-impl Seen {
+impl BagSummary {
     pub fn read(bag: &Path) -> Self {
         let positions =
             |message: &BagMessage| decode::<JointState>(&message.cdr).map(|state| state.position).unwrap();
@@ -139,7 +139,7 @@ fn a_secured_servo_and_plant_move_the_arm_and_accept_parameters_and_goals() {
     let arrived = site.run(&FAR, "/dq_servo_goal");
     assert_success(&arrived);
     assert!(String::from_utf8_lossy(&arrived.stdout).starts_with("arrived with diffc"));
-    let seen = site.seen();
+    let seen = site.summary();
     assert!(seen.motion() > 0.3 && seen.commands > 100, "{} rad, {} commands", seen.motion(), seen.commands);
     assert!(seen.states.iter().any(|state| state == "settled"));
 }
@@ -241,5 +241,5 @@ fn a_member_may_do_no_more_than_its_permissions_allow() {
         assert_eq!(output.status.code(), Some(1), "{command:?} as {enclave}: {message}");
         assert!(message.to_lowercase().contains("not allowed") && message.contains(forbidden), "{message}");
     }
-    assert!(site.seen().motion() < 1e-9);
+    assert!(site.summary().motion() < 1e-9);
 }

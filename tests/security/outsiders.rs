@@ -78,7 +78,7 @@ fn outsiders_read_nothing_change_nothing_and_get_no_answer() {
     assert_eq!(of_our_kind(&mut site.host, &foreign.variables()), Loot::nothing(), "of another authority");
     assert_eq!(of_another_vendor(&site.host), Loot::nothing(), "of another vendor");
     assert_eq!(law(&site), "logc");
-    let seen = site.seen();
+    let seen = site.summary();
     assert!(seen.positions.len() > 1000, "the insiders went on: {}", seen.positions.len());
     assert_eq!(
         (seen.motion(), seen.goals),
@@ -96,7 +96,7 @@ fn an_outsider_that_runs_dq_servo_gets_everything_without_security() {
     let loot = of_our_kind(&mut site.host, &unsecured());
     assert_eq!((loot.topics.len(), loot.answered), (SERVO_S.len(), true), "{loot:?}");
     assert_eq!(law(&site), "diffc");
-    assert!(site.seen().motion() > 0.05, "the other arm was seen too");
+    assert!(site.summary().motion() > 0.05, "the other arm was seen too");
 }
 
 #[test]
@@ -105,7 +105,7 @@ fn an_outsider_of_another_vendor_gets_everything_without_security() {
     let loot = of_another_vendor(&site.host);
     assert_eq!((loot.topics.len(), loot.answered), (3, true), "{loot:?}");
     assert_eq!(law(&site), "diffc");
-    let seen = site.seen();
+    let seen = site.summary();
     // The servo holds an arm that another publisher commands too, so each of those commands moves it for one cycle.
     assert!(seen.goals > 0 && seen.motion() > 0.01, "the arm moved {} rad", seen.motion());
 }

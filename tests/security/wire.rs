@@ -26,7 +26,7 @@ fn somebody_on_the_wire(variables: Variables) -> (Vec<u64>, f64) {
     let words = read["words"].as_object().unwrap().values().map(|count| count.as_u64().unwrap()).collect();
     // Let the packets arrive.
     std::thread::sleep(Duration::from_millis(500));
-    (words, site.seen().motion())
+    (words, site.summary().motion())
 }
 
 #[test]

@@ -6,7 +6,7 @@ const LONGEST_SILENCE = 3000;
 const isUnauthorized = () => fetch("/", { signal: AbortSignal.timeout(LONGEST_SILENCE) }).then(({ status }) => status === 403, () => false);
 
 export class Connection {
-  // `on` has a function for each kind of frame (hello, robot, looks, markers, now, race, run) and lost(reason, forGood).
+  // `on` has a function for each kind of frame (hello, robot, arm_shape, markers, now, race, run) and lost(reason, forGood).
   constructor(on) {
     this.on = on;
     this.waiting = new Map();
@@ -31,7 +31,7 @@ export class Connection {
       else this.settle(frame.answer.id, frame.answer);
       return;
     }
-    for (const kind of ["hello", "robot", "looks", "markers", "now", "race", "run"]) {
+    for (const kind of ["hello", "robot", "arm_shape", "markers", "now", "race", "run"]) {
       if (frame[kind]) this.on[kind](frame[kind]);
     }
   }

@@ -136,11 +136,11 @@ export class Drawing {
     const { solids, reach } = this;
     solids.clear();
     const shades = Object.fromEntries(["joint", "base", "tool", "finger"].map((part) => [part, parts(this.color(`--body-${part}`))]));
-    const looks = this.stage.looks.length && !this.runs ? this.frames : null;
+    const armShape = this.stage.armShape.length && !this.runs ? this.frames : null;
     for (const { links, frames, color, tool } of this.arms()) {
       if (!links || !frames) continue;
-      this.floor = floorUnder(links, reach, this.floor, looks ? 0 : undefined);
-      if (looks) {
+      this.floor = floorUnder(links, reach, this.floor, armShape ? 0 : undefined);
+      if (armShape) {
         addStandUnder(solids, links[0], { reach, floor: this.floor, colors: shades });
         continue;
       }
@@ -158,7 +158,7 @@ export class Drawing {
       solids.clear();
       for (const marker of this.runs ? [] : this.markers[of]) solids.marker(marker, parts(this.color(color)));
     }
-    this.stage.draw(this.camera, { solids, frames: looks, ghosts: this.ghosts }, { floor: this.floor ?? 0, reach, line: this.color("--edge") });
+    this.stage.draw(this.camera, { solids, frames: armShape, ghosts: this.ghosts }, { floor: this.floor ?? 0, reach, line: this.color("--edge") });
   }
 
   // The plane z = 0 of the base frame, with a line every 0.2 m.

@@ -1,7 +1,7 @@
 // Connects the parts of the page: data from the program goes to scene, curves and controls, and input of the user goes to the program.
 
 import { Connection } from "./connection.js";
-import { surfacesOf } from "./looks.js";
+import { surfacesOf } from "./arm_shape.js";
 import { Chart } from "./curves.js";
 import { Goal } from "./goal.js";
 import { Jog } from "./jog.js";
@@ -72,8 +72,8 @@ const connection = new Connection({
     makeJoints(frame.joints);
     parameters.show(frame.parameters);
   },
-  async looks({ size }) {
-    const read = size ? surfacesOf(await (await fetch("/looks")).arrayBuffer()) : [];
+  async arm_shape({ size }) {
+    const read = size ? surfacesOf(await (await fetch("/arm_shape")).arrayBuffer()) : [];
     scene.setLooks(read);
   },
   markers: (frame) => scene.setMarkers(frame),

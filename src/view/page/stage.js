@@ -1,6 +1,6 @@
 // The arm with light and shadow by WebGL: solids on a floor with a grid. The sheet with paths, handles and labels lies over it.
 
-import { modelOf } from "./looks.js";
+import { modelOf } from "./arm_shape.js";
 import { STRIDE } from "./solids.js";
 import { cross, matrix, scaled } from "./space.js";
 
@@ -88,7 +88,7 @@ export class Stage {
 
   constructor(canvas, gl, slow) {
     Object.assign(this, { canvas, gl, slow });
-    this.looks = [];
+    this.armShape = [];
     this.make();
     canvas.addEventListener("webglcontextlost", (event) => event.preventDefault());
     canvas.addEventListener("webglcontextrestored", () => this.make());
@@ -149,17 +149,17 @@ export class Stage {
   // Sets the surfaces, as surfacesOf returns them.
   setLooks(surfaces) {
     const { gl } = this;
-    for (const { kept } of this.looks) {
+    for (const { kept } of this.armShape) {
       gl.deleteVertexArray(kept.array);
       for (const buffer of [kept.buffer, kept.triangles]) gl.deleteBuffer(buffer);
     }
-    this.looks = surfaces;
+    this.armShape = surfaces;
     this.upload();
   }
 
   upload() {
     const { gl } = this;
-    for (const surface of this.looks) {
+    for (const surface of this.armShape) {
       const kept = this.buffer(STRIDE, ["place", "normal", "color"]);
       gl.bufferData(gl.ARRAY_BUFFER, surface.corners, gl.STATIC_DRAW);
       kept.triangles = gl.createBuffer();
@@ -200,7 +200,7 @@ export class Stage {
       this.use(name, { ...uniforms, model: modelOf(0) });
       gl.bindVertexArray(this.solidBuffer.array);
       gl.drawElements(gl.TRIANGLES, solids.count, gl.UNSIGNED_INT, 0);
-      for (const { carrier, kept, triangles } of frames ? this.looks : []) {
+      for (const { carrier, kept, triangles } of frames ? this.armShape : []) {
         if (carrier > frames.length) continue;
         gl.uniformMatrix4fv(this.programs[name].place("model"), false, modelOf(carrier, frames));
         gl.bindVertexArray(kept.array);

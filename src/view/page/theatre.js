@@ -66,7 +66,7 @@ export class Theatre {
     byId("curves").hidden = byId("joints").hidden = true;
     byId("back").hidden = false;
     this.scene.setReach(Math.max(...this.runs.map((run) => run.reach)));
-    this.looks();
+    this.colorRuns();
     this.makeCharts(this.runs[0].threshold);
     this.fillTable();
     this.player.span(Math.min(...this.runs.map((run) => run.start)), Math.max(...this.runs.map((run) => run.end)), true);
@@ -83,7 +83,7 @@ export class Theatre {
   }
 
   // Each run has the colour of its law, or a colour of its own if both laws are the same. The second run is also dashed.
-  looks() {
+  colorRuns() {
     const laws = this.runs.map((run) => run.law(Infinity).split(" ")[0]);
     const has = (law) => getComputedStyle(document.documentElement).getPropertyValue(`--law-${law}`) !== "";
     this.runs.forEach((run, i) => {

@@ -3,7 +3,7 @@
 import { axes } from "./space.js";
 import { STRIDE } from "./solids.js";
 
-// Surfaces in the format of /looks: the length of a JSON list, the list, and the numbers of each surface.
+// Surfaces in the format of /arm_shape: the length of a JSON list, the list, and the numbers of each surface.
 export function surfacesOf(buffer) {
   const length = new DataView(buffer).getUint32(0, true);
   const list = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 4, length)));
