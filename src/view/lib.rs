@@ -17,6 +17,7 @@ mod markers;
 mod parameters;
 mod peer;
 mod race;
+mod recorded_runs;
 mod robot;
 mod server;
 mod servo_monitor;
@@ -28,6 +29,7 @@ pub use answer::Answer;
 pub use ask::Ask;
 pub use peer::Peer;
 pub use race::{Race, RaceWatch};
+pub use recorded_runs::recorded_runs;
 pub use server::{Server, Settings};
 
 use std::sync::Arc;

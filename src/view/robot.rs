@@ -2,12 +2,13 @@
 
 use super::arm_shape::Model;
 use super::parameters::Entry;
+use dq_algebra::UnitDualQuaternion;
 use dq_config::ServoParameters;
-use dq_core::servo::JointOrder;
-use dq_kinematics::arm::{Chain, bounds};
-use dq_messages::{ParameterDescriptor, ParameterEvent};
+use dq_core::servo::{JointOrder, Limits};
+use dq_kinematics::arm::{ArmError, Chain, bounds};
+use dq_messages::{ParameterDescriptor, ParameterEvent, PoseNumbers};
 use dq_params::{ParameterError, Value};
-use dq_wire::ServoKind;
+use dq_wire::{ServoKind, pose_numbers};
 use serde_json::json;
 
 /// The robot as described by its servo's parameters.
@@ -55,10 +56,7 @@ impl Robot {
 
     /// Returns how far the arms reach from the origin of the base frame \[m\]. Prismatic joints without limits are ignored.
     pub fn reach(&self) -> f64 {
-        let known = |limit: f64| if limit.abs() < bounds::JOINT_ANGLE { limit } else { 0.0 };
-        let ranges = self.typed.settings.limits.position.ranges();
-        let mut ranges = ranges.map(|(lower, upper)| (known(lower), known(upper)));
-        self.chains().map(|arm| arm.base_point().norm() + arm.reach(ranges.by_ref())).fold(0.0, f64::max)
+        reach(self.chains(), &self.typed.settings.limits)
     }
 
     /// Returns the parameter with this name.
@@ -134,6 +132,32 @@ impl Robot {
         }})
         .to_string()
     }
+}
+
+/// Returns how far the arms with these limits reach from the origin \[m\].
+pub(super) fn reach<'a>(arms: impl IntoIterator<Item = &'a Chain>, limits: &Limits) -> f64 {
+    let known = |limit: f64| if limit.abs() < bounds::JOINT_ANGLE { limit } else { 0.0 };
+    let mut ranges = limits.position.ranges().map(|(lower, upper)| (known(lower), known(upper)));
+    let reach = |arm: &Chain| arm.base_point().norm() + arm.reach(ranges.by_ref());
+    arms.into_iter().map(reach).fold(0.0, f64::max)
+}
+
+/// Returns the origins of base, links and tool \[m\], base first.
+///
+/// # Errors
+/// [`ArmError::JointCount`] if `positions` does not have one number per joint.
+pub(super) fn link_points(arm: &Chain, positions: &[f64]) -> Result<Vec<[f64; 3]>, ArmError> {
+    let (links, tool) = (arm.link_poses(positions)?, arm.forward_kinematics(positions)?);
+    let origins = links.iter().chain([&tool]).map(UnitDualQuaternion::translation);
+    Ok([arm.base_point()].into_iter().chain(origins).map(Into::into).collect())
+}
+
+/// Returns the poses of the links in the base frame.
+///
+/// # Errors
+/// [`ArmError::JointCount`] if `positions` does not have one number per joint.
+pub(super) fn link_frames(arm: &Chain, positions: &[f64]) -> Result<Vec<PoseNumbers>, ArmError> {
+    Ok(arm.link_poses(positions)?.iter().map(pose_numbers).collect())
 }
 
 /// Returns the units of the joint positions of all arms, rad or m.

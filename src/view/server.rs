@@ -17,6 +17,7 @@ use axum::routing::{any, get};
 use hyper::server::conn::http1;
 use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::service::TowerToHyperService;
+use serde_json::json;
 use std::io::ErrorKind;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr, UdpSocket};
 use std::pin::pin;
@@ -54,6 +55,8 @@ pub struct Settings {
     pub drive: bool,
     /// The guide, as text.
     pub guide: &'static str,
+    /// [Recorded runs](super::recorded_runs) to play instead of showing a robot.
+    pub runs: Option<String>,
     /// Logs warnings.
     pub warn: Box<dyn Fn(&str) + Send + Sync>,
 }
@@ -70,6 +73,7 @@ struct Shared {
     guard: Guard,
     drive: bool,
     guide: &'static str,
+    runs: Option<Bytes>,
     page: PageEnd,
     guests: Arc<Semaphore>,
     viewers: Arc<Semaphore>,
@@ -84,7 +88,7 @@ impl Server {
     /// # Errors
     /// [`ViewError::Listen`], [`ViewError::Taken`] or [`ViewError::Token`].
     pub async fn bind(settings: Settings, page: PageEnd) -> Result<Self, ViewError> {
-        let Settings { listen, token, drive, guide, warn } = settings;
+        let Settings { listen, token, drive, guide, runs, warn } = settings;
         if !token.as_deref().is_none_or(guard::is_usable) {
             return Err(ViewError::Token);
         }
@@ -102,7 +106,17 @@ impl Server {
         let [guests, viewers] = [MOST_GUESTS, MOST_VIEWERS].map(|most| Arc::new(Semaphore::new(most)));
         let watched = watch::Sender::new(false);
         let complaints = Arc::new(WarningLog::new(warn));
-        let shared = Arc::new(Shared { guard, drive, guide, page, guests, viewers, complaints, watched });
+        let shared = Arc::new(Shared {
+            guard,
+            drive,
+            guide,
+            runs: runs.map(Bytes::from),
+            page,
+            guests,
+            viewers,
+            complaints,
+            watched,
+        });
         Ok(Self { listener, address, shared })
     }
 
@@ -188,6 +202,7 @@ fn router(shared: Arc<Shared>, admitted: Arc<Notify>) -> Router {
         .route("/session", any(open_session))
         .route("/arm_shape", get(arm_shape))
         .route("/guide", get(guide))
+        .route("/runs", get(runs))
         .layer(from_fn_with_state((shared.clone(), admitted), check))
         .with_state(shared)
 }
@@ -228,6 +243,11 @@ async fn guide(State(shared): State<Arc<Shared>>) -> &'static str {
     shared.guide
 }
 
+/// Returns the recorded runs, or "not found" on a page that shows a robot.
+async fn runs(State(shared): State<Arc<Shared>>) -> Result<Bytes, StatusCode> {
+    shared.runs.clone().ok_or(StatusCode::NOT_FOUND)
+}
+
 /// Opens a session.
 async fn open_session(State(shared): State<Arc<Shared>>, upgrade: WebSocketUpgrade) -> Response {
     let upgrade = upgrade.max_message_size(session::LARGEST).max_frame_size(session::LARGEST);
@@ -238,8 +258,13 @@ async fn open_session(State(shared): State<Arc<Shared>>, upgrade: WebSocketUpgra
     upgrade.on_upgrade(async move |socket| {
         let _place = place;
         shared.watched.send_replace(true);
+        let hello = json!({ "hello": {
+            "drive": shared.drive,
+            "recorded": shared.runs.is_some(),
+            "version": env!("CARGO_PKG_VERSION"),
+        }});
         let session = Session::new(socket, shared.page.clone(), shared.drive, shared.complaints.clone());
-        session.run().await;
+        session.run(hello.to_string()).await;
     })
 }
 

@@ -1,7 +1,7 @@
 //! What changes all the time: the messages of the servo and its arm, and the frame that shows them.
 
 use super::explain::explain;
-use super::robot::Robot;
+use super::robot::{Robot, link_frames, link_points};
 use dq_algebra::UnitDualQuaternion;
 use dq_core::servo::{GoalError, GoalReading, JointOrder};
 use dq_kinematics::arm::{ArmError, Chain};
@@ -249,19 +249,12 @@ impl ServoMonitor {
 
     /// Returns for each arm the origins of base, links and tool \[m\], base first.
     fn links(&self, robot: Option<&Robot>) -> Option<Vec<Vec<[f64; 3]>>> {
-        self.of_each(robot, |chain, positions| {
-            let (links, tool) = (chain.link_poses(positions)?, chain.forward_kinematics(positions)?);
-            let origins = links.iter().chain([&tool]).map(UnitDualQuaternion::translation);
-            Ok([chain.base_point()].into_iter().chain(origins).map(Into::into).collect())
-        })
+        self.of_each(robot, link_points)
     }
 
     /// Returns the poses of all links, arm after arm.
     fn frames(&self, robot: Option<&Robot>) -> Option<Vec<PoseNumbers>> {
-        let poses = self.of_each(robot, |chain, positions| {
-            Ok(chain.link_poses(positions)?.iter().map(pose_numbers).collect::<Vec<_>>())
-        })?;
-        Some(poses.concat())
+        self.of_each(robot, link_frames).map(|frames| frames.concat())
     }
 }
 

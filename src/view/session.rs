@@ -62,10 +62,8 @@ impl Session {
         Self { socket, page, drive, complaints, answers: mpsc::channel(WAITING), heard: Instant::now() }
     }
 
-    /// Shows the robot until the browser disconnects or is disconnected.
-    pub async fn run(mut self) {
-        let hello =
-            json!({ "hello": { "drive": self.drive, "version": env!("CARGO_PKG_VERSION") } }).to_string();
+    /// Sends `hello`, and shows the robot until the browser disconnects or is disconnected.
+    pub async fn run(mut self, hello: String) {
         if self.send(hello).await.is_err() {
             return;
         }

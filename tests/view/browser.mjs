@@ -295,6 +295,23 @@ const cases = {
     await message(page, "back to initial_positions");
   },
 
+  async bag(browser) {
+    const page = await open(browser);
+    await page.waitForSelector("#player:not([hidden])");
+    assert.ok(await page.isHidden("#controls") && await page.isHidden("#brake") && await page.isHidden("#back"));
+    await state(page, /^bag_demo: tracking/);
+    await changed(page);
+    await page.waitForTimeout(1000);
+    assert.ok((await changed(page)) > 100, "the arm moves");
+    await page.selectOption("#player [name=speed]", "20");
+    await page.waitForFunction(() => document.querySelector("#player [name=play]").textContent === "Play");
+    await shoot(page, { path: `${directory}/bag.png`, fullPage: true });
+    for (const color of [[213, 94, 0], [0, 114, 178]]) assert.ok((await pixels(page, color)) > 50, `a way in ${color}`);
+    const rows = await page.$$eval("#run-rows tr", (all) => all.map((row) => row.cells[0].textContent));
+    assert.deepEqual(rows, ["bag_demo, logc (1)", "bag_demo, diffc (2)"]);
+    await isAccessible(page, "bag");
+  },
+
   async race(browser) {
     const page = await open(browser);
     await ready(page);

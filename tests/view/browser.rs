@@ -104,6 +104,13 @@ fn the_page_is_whole_on_every_screen_in_light_and_dark_and_by_keyboard() {
 }
 
 #[test]
+fn a_bag_is_played_on_a_page_without_controls() {
+    let mut host = Host::new();
+    let link = view(&mut host, &[concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/bag_demo")]);
+    Browser::start(&host, "bag", &link).until("done");
+}
+
+#[test]
 fn without_webgl_the_arm_is_drawn_as_lines() {
     let mut host = Host::with_both_nodes();
     let link = view(&mut host, &[]);

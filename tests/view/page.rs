@@ -44,7 +44,7 @@ impl Page {
         let said = warnings.clone();
         let warn = Box::new(move |why: &str| said.lock().unwrap().push(why.to_owned()));
         let guide = include_str!("../../src/guide/view.md");
-        let settings = Settings { listen: listen.to_owned(), token: None, drive, guide, warn };
+        let settings = Settings { listen: listen.to_owned(), token: None, drive, guide, runs: None, warn };
         let server = Server::bind(settings, browsers).await.unwrap();
         let link = server.link();
         let (place, token) = link.split_once("/?token=").unwrap();

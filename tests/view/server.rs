@@ -158,7 +158,11 @@ async fn ninety_unauthorized_clients_that_reconnect_repeatedly_keep_no_guest_out
 
 async fn bind(listen: &str, token: Option<&str>) -> Result<Server, ViewError> {
     let (listen, token) = (listen.to_owned(), token.map(str::to_owned));
-    Server::bind(Settings { listen, token, drive: true, guide: "", warn: Box::new(|_| {}) }, ends().1).await
+    Server::bind(
+        Settings { listen, token, drive: true, guide: "", runs: None, warn: Box::new(|_| {}) },
+        ends().1,
+    )
+    .await
 }
 
 #[tokio::test]

@@ -48,7 +48,7 @@ pub(super) enum Online {
     /// Move a simulated arm there and back under two laws (the default on a terminal)
     #[command(after_long_help = help::figures(help::OF_DEMO))]
     Demo(demo::Demo),
-    /// Show the servo in a browser: watch it, send it goals, switch its law
+    /// Show the servo in a browser: watch it, send it goals, switch its law; or play bags
     View(view::View),
     /// Record the topics of a running graph into a rosbag2 directory, until ctrl-C
     Record(record::Record),

@@ -116,7 +116,7 @@ impl Plot {
 
 /// Reads the runs of all bags, after listing on stderr what could not be read. Runs without recorded parameters get those of a servo with
 /// these ROS arguments.
-fn read_all(bags: &[PathBuf], ros_args: &RosArgs) -> anyhow::Result<Vec<RecordedRun>> {
+pub(super) fn read_all(bags: &[PathBuf], ros_args: &RosArgs) -> anyhow::Result<Vec<RecordedRun>> {
     let servo = crate::cli::offline(ros_args.clone())?;
     let mut runs = Vec::new();
     for bag in bags {

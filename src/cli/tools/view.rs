@@ -1,12 +1,15 @@
-//! `dq_servo view`: the servo in a browser.
+//! `dq_servo view`: the servo, or a recorded run, in a browser.
 
 use super::background_tasks::Runner;
+use super::plot::read_all;
+use crate::cli::arm::ArmChoice;
 use crate::cli::print::print_line;
 use crate::cli::run;
 use crate::cli::signals::Signals;
 use dq_ros::ros::{Environment, LogLevel, Logging, Resolver, RosArgs, Session};
 use dq_view::{PageEnd, Peer, RobotEnd, Server, Settings};
 use dq_wire::ServoKind;
+use std::path::PathBuf;
 use tokio::sync::{mpsc, oneshot, watch};
 use tokio::task::{JoinHandle, JoinSet};
 
@@ -19,9 +22,12 @@ const TOKEN: &str = "DQ_SERVO_VIEW_TOKEN";
 /// The address on this host with any free port.
 const ANY_PORT: &str = "127.0.0.1:0";
 
-/// Show a servo in a browser: watch it, send it goals, switch its law
+/// Show a servo in a browser: watch it, send it goals, switch its law; or play bags
 #[derive(clap::Args)]
 pub(in crate::cli) struct View {
+    /// Bags to play instead, over each other: rosbag2 directories or their files
+    #[arg(value_name = "BAG", conflicts_with_all = ["dual", "watch_only"])]
+    bags: Vec<PathBuf>,
     /// Show the servo for two arms
     #[arg(long)]
     dual: bool,
@@ -32,20 +38,41 @@ pub(in crate::cli) struct View {
     /// Only show the robot: the page accepts no requests
     #[arg(long)]
     watch_only: bool,
+    #[command(flatten)]
+    arm: ArmChoice,
 }
 
 impl Default for View {
     fn default() -> Self {
-        Self { dual: false, listen: LISTEN.to_owned(), watch_only: false }
+        let (listen, arm) = (LISTEN.to_owned(), ArmChoice::default());
+        Self { bags: Vec::new(), dual: false, listen, watch_only: false, arm }
     }
 }
 
 impl View {
     pub(super) async fn run(&self, ros_args: &RosArgs) -> anyhow::Result<()> {
+        if !self.bags.is_empty() {
+            return self.play(ros_args).await;
+        }
         let mut signals = Signals::new()?;
         let environment = Environment::from_process(ros_args)?;
         let kind = if self.dual { ServoKind::TwoArms } else { ServoKind::OneArm };
         let page = self.open(kind, &environment, ros_args).await?;
+        print_line!("{}", page.link)?;
+        let ended = run::until(&mut signals, || Ok(())).await;
+        page.close().await;
+        ended
+    }
+
+    /// Plays the bags until a signal comes. While they are read, a signal ends the program at once.
+    async fn play(&self, ros_args: &RosArgs) -> anyhow::Result<()> {
+        let runs = read_all(&self.bags, &self.arm.and(ros_args))?;
+        let mut signals = Signals::new()?;
+        let warn = |why: &str| dq_ros::stderr::line(format!("warning: {why}"));
+        // The robot's end stays open: without it, sessions would have nothing to wait for.
+        let (_robot, browsers) = dq_view::ends();
+        let server = self.server(browsers, Some(dq_view::recorded_runs(&runs)), Box::new(warn)).await?;
+        let page = Page::new(server, async |closed| drop(closed.await));
         print_line!("{}", page.link)?;
         let ended = run::until(&mut signals, || Ok(())).await;
         page.close().await;
@@ -62,7 +89,7 @@ impl View {
         let (robot, browsers) = dq_view::ends();
         let viewer = ViewerNode::join(kind, environment, ros_args, robot)?;
         let log = viewer.peer.log().clone();
-        let server = self.server(browsers, Box::new(move |why| log.warn(why))).await?;
+        let server = self.server(browsers, None, Box::new(move |why| log.warn(why))).await?;
         Ok(Page::new(server, |closed| async move {
             let _ = closed.await;
             viewer.leave().await;
@@ -75,8 +102,8 @@ impl View {
         let (robot, browsers) = dq_view::ends();
         let warn = || Box::new(|why: &str| dq_ros::stderr::line(format!("warning: {why}")));
         let any_port = Self { listen: ANY_PORT.to_owned(), ..Self::default() };
-        let server = match Self::default().server(browsers.clone(), warn()).await {
-            Err(_) => any_port.server(browsers, warn()).await?,
+        let server = match Self::default().server(browsers.clone(), None, warn()).await {
+            Err(_) => any_port.server(browsers, None, warn()).await?,
             Ok(server) => server,
         };
         let (environment, ros_args, mut watched) = (environment.clone(), ros_args.clone(), server.watched());
@@ -102,12 +129,13 @@ impl View {
     async fn server(
         &self,
         browsers: PageEnd,
+        runs: Option<String>,
         warn: Box<dyn Fn(&str) + Send + Sync>,
     ) -> Result<Server, dq_view::ViewError> {
         // Not on the command line, which all users of a host can read.
         let token = std::env::var(TOKEN).ok().filter(|token| !token.is_empty());
         let (listen, guide) = (self.listen.clone(), include_str!("../../guide/view.md"));
-        let settings = Settings { listen, token, drive: !self.watch_only, guide, warn };
+        let settings = Settings { listen, token, drive: !self.watch_only, guide, runs, warn };
         Server::bind(settings, browsers).await
     }
 }

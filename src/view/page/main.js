@@ -53,11 +53,12 @@ byId("no-webgl").hidden = scene.stage !== null;
 history.replaceState(null, "", "/");
 
 const connection = new Connection({
-  hello(frame) {
+  async hello(frame) {
     mayDrive = frame.drive;
     connected = true;
     byId("version").textContent = frame.version;
-    byId("rights").hidden = mayDrive;
+    byId("rights").hidden = mayDrive || frame.recorded;
+    if (frame.recorded && !theatre.open) theatre.play(await (await fetch("/runs")).json());
     allow();
   },
   news: (answer) => message(answer.ok, answer.text),

@@ -1,4 +1,4 @@
-// Shows two arms that race to the same goal under two laws, over each other in the place of the arm.
+// Shows runs over each other in the place of the arm: two arms that race to the same goal under two laws, or what was recorded.
 
 import { Chart } from "./curves.js";
 import { Player } from "./player.js";
@@ -57,6 +57,17 @@ export class Theatre {
     if (race.over) byId("announcement").textContent = `compared: ${this.runs.map((run) => `${run.name}: ${run.state(Infinity)}`).join("; ")}`;
     this.player.span(0, Math.max(...this.runs.map((run) => run.end)), this.player.following);
     if (!this.player.following) this.show(this.player.time);
+  }
+
+  // Plays recorded runs, on a page that has no robot.
+  play(runs) {
+    this.runs = runs.map((run) => new Run(run));
+    document.body.classList.add("recorded");
+    this.enter();
+    byId("back").hidden = true;
+    this.runs.forEach((run, i) => run.samples.forEach((sample) => this.plot(i, sample)));
+    this.player.go(this.player.start);
+    this.player.play();
   }
 
   enter() {
