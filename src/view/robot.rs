@@ -57,8 +57,14 @@ impl Robot {
     pub fn reach(&self) -> f64 {
         let known = |limit: f64| if limit.abs() < bounds::JOINT_ANGLE { limit } else { 0.0 };
         let ranges = self.typed.settings.limits.position.ranges();
-        let mut ranges = ranges.map(|(lower, upper)| (known(lower), known(upper)));
-        self.chains().map(|arm| arm.base_point().norm() + arm.reach(ranges.by_ref())).fold(0.0, f64::max)
+        let ranges: Vec<_> = ranges.map(|(lower, upper)| (known(lower), known(upper))).collect();
+        let (mut rest, mut reach) = (ranges.as_slice(), 0.0);
+        for arm in self.chains() {
+            let (own, others) = rest.split_at(arm.joint_count().min(rest.len()));
+            reach = f64::max(reach, arm.base_point().norm() + arm.reach(own.iter().copied()));
+            rest = others;
+        }
+        reach
     }
 
     /// Returns the parameter with this name.

@@ -129,7 +129,7 @@ fn keep_outs_are_read_or_rejected_with_the_reason() {
     assert_eq!((scene.keep_outs().len(), scene.body().capsules.len()), (3, 2));
     let body = "[base 0 0 -0.5 0 0 0 0.1, joint2 0 0 0 0.4 0 0 0.06, joint3 0 0 0 0 0.4 0 0.05, joint6 0 0 0 0 0 0.1 0.03]";
     let scene = with(&[on, ("body", body)]).unwrap().unwrap();
-    let joints: Vec<_> = scene.body().capsules.iter().map(|capsule| capsule.joint).collect();
+    let joints: Vec<_> = scene.body().capsules.iter().map(|capsule| capsule.link).collect();
     assert_eq!(joints, [0, 2, 3, 6]);
     let thick = with(&[on, ("body", "[\"0.08\"]")]).unwrap().unwrap();
     assert!(thick.body().capsules.iter().all(|capsule| capsule.radius == 0.08));

@@ -92,9 +92,9 @@ impl Filters {
             demand: LawDemand::new(arms.joint_count()),
             demanded_acceleration: DemandedAcceleration::new(arms.clone()),
             approach: Approach::new(arms.joint_count()),
-            constraints: Constraints::new(arms.joint_count()),
+            constraints: Constraints::new(arms),
             envelope: Envelope::new(arms.joint_count()),
-            stoppable: Stoppable::new(arms.joint_count(), period),
+            stoppable: Stoppable::new(arms, period),
             replaced: Replaced::default(),
         }
     }
