@@ -393,8 +393,9 @@ fn every_arm_has_the_same_declarations() {
 }
 
 #[test]
-fn a_posture_is_off_by_default_and_has_a_number_for_each_joint() {
-    assert_eq!(ServoParameters::for_arm("panda").unwrap().settings.posture, Posture::default());
+fn a_posture_is_that_of_the_start_by_default_and_has_a_number_for_each_joint() {
+    let of_start = Posture { positions: Vec::new(), gain: 1.0 };
+    assert_eq!(ServoParameters::for_arm("panda").unwrap().settings.posture, of_start);
     let (store, _) = ServoParameters::start("/dq_servo", crate::described_limits::of_arm("panda")).unwrap();
     let set = |positions: usize, gain: f64| {
         let changes = [

@@ -63,6 +63,8 @@ pub(super) struct LawGoal<'a> {
     pub allowed: AllowedRate,
     /// The direction out of a singularity, while the law stands still there.
     pub escape: Option<&'a EscapeDirection>,
+    /// The positions of the joints to which those move that the task does not need \[rad, prismatic: m\].
+    pub posture: &'a [f64],
 }
 
 /// The commands that were replaced by those of a stop.
