@@ -30,6 +30,16 @@ pub struct ArmParameters {
     pub description: Option<(Description, String)>,
 }
 
+impl ArmParameters {
+    /// Returns the names of the joints that move each link, base first; mimic joints are among them.
+    pub(super) fn link_joints(&self) -> Vec<String> {
+        match &self.description {
+            None => self.joints.clone(),
+            Some((described, _)) => described.arm.links().map(|joint| joint.name.clone()).collect(),
+        }
+    }
+}
+
 /// The parameters of the cycle. The guard declares them too, so that one file can set all nodes.
 #[derive(Parameters)]
 pub(super) struct CycleParameters {

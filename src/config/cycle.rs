@@ -98,7 +98,7 @@ impl CommonParameters {
         limits::complete(&mut settings.limits, kinds, arms.joint_count() / kinds.len())?;
         settings.tool_offset = pose("tool_offset", self.tool_offset)?;
         arms.set_tool_offset(&settings.tool_offset);
-        let scene = self.scene.build(&arm.joints, &arms, &settings.limits.position)?;
+        let scene = self.scene.build(&arm.link_joints(), &arms, &settings.limits.position)?;
         settings.scene = scene.in_force;
         settings.check(arms.joint_count(), settings.interface).map_err(invalid)?;
         Ok(ServoParameters {

@@ -41,7 +41,7 @@ pub(super) struct GivenScene {
 }
 
 impl SceneParameters {
-    /// Builds the scene of these arms, each with these joint names. Invalid texts are rejected even if constraints are off.
+    /// Builds the scene of these arms, the links of each of which move by joints with these names. Invalid texts are rejected even if constraints are off.
     ///
     /// # Errors
     /// [`ParameterError::Invalid`] for the first invalid text.

@@ -2,7 +2,7 @@
 
 use dq_algebra::UnitDualQuaternion;
 use dq_kinematics::arm::bounds::JOINT_ANGLE;
-use dq_kinematics::arm::{ArmError, Chain, Joint, JointKind};
+use dq_kinematics::arm::{ArmError, Chain, Coupling, Joint, JointKind};
 use nalgebra::{Isometry3, Unit, UnitQuaternion, Vector3};
 use thiserror::Error;
 
@@ -165,6 +165,19 @@ pub struct DescribedJoint {
     pub axis: [f64; 3],
     /// Its limits.
     pub limits: JointLimits,
+    /// The joint that it mimics, if any.
+    pub mimic: Option<Mimic>,
+}
+
+/// How a joint follows another one: its position is `multiplier · position + offset`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Mimic {
+    /// The joint that drives it, which mimics no other.
+    pub driver: String,
+    /// Its speed per speed of the driver.
+    pub multiplier: f64,
+    /// Its position with the driver at 0 \[rad, prismatic: m\].
+    pub offset: f64,
 }
 
 /// Returns the pose with this position \[m\] and these angles of roll, pitch and yaw about fixed axes \[rad\].
@@ -206,6 +219,24 @@ impl DescribedJoint {
         frame.into()
     }
 
+    /// Narrows its limits so that `joint`, which mimics it, keeps within its own.
+    pub(crate) fn bind(&mut self, joint: &Self, Mimic { multiplier, offset, .. }: &Mimic) {
+        let limits = &mut self.limits;
+        if let Some((lower, upper)) = joint.limits.range() {
+            let (one, other) = ((lower - offset) / multiplier, (upper - offset) / multiplier);
+            let (least, most) = (one.min(other), one.max(other));
+            limits.lower = Some(limits.lower.map_or(least, |lower| lower.max(least)));
+            limits.upper = Some(limits.upper.map_or(most, |upper| upper.min(most)));
+            if self.motion == Motion::Continuous {
+                self.motion = Motion::Revolute;
+            }
+        }
+        // Many descriptions have no speed, or 0, for joints without a motor.
+        if let Some(speed) = joint.limits.velocity.filter(|speed| *speed > 0.0) {
+            limits.velocity = limits.velocity.map(|own| own.min(speed / multiplier.abs()));
+        }
+    }
+
     fn unit_axis(&self) -> Unit<Vector3<f64>> {
         Unit::new_normalize(Vector3::from(self.axis))
     }
@@ -218,12 +249,37 @@ pub struct DescribedArm {
     pub robot: String,
     /// All joints from the base to the tool, including fixed ones.
     pub joints: Vec<DescribedJoint>,
+    /// Joints elsewhere that some of these mimic, as if they were at the base.
+    pub drivers: Vec<DescribedJoint>,
 }
 
 impl DescribedArm {
-    /// Yields the joints that move, base first.
+    /// Yields the joints that move on their own, base first: those from the base to the tool that mimic no other, and before the first that
+    /// mimics one elsewhere, that one. Their limits keep the joints that mimic them within their own.
     pub fn moving(&self) -> impl Iterator<Item = &DescribedJoint> {
+        let mut elsewhere: Vec<_> = self.drivers.iter().collect();
+        self.links().filter_map(move |joint| match &joint.mimic {
+            None => Some(joint),
+            Some(Mimic { driver, .. }) => {
+                let at = elsewhere.iter().position(|joint| joint.name == *driver)?;
+                Some(elsewhere.remove(at))
+            }
+        })
+    }
+
+    /// Yields the joints from the base to the tool that move, base first: one for each link of the [`chain`](Self::chain).
+    pub fn links(&self) -> impl Iterator<Item = &DescribedJoint> {
         self.joints.iter().filter(|joint| joint.motion.kind().is_some())
+    }
+
+    /// Returns how the joints of the arm drive `joint`; `None` if they do not.
+    pub fn coupling(&self, joint: &DescribedJoint) -> Option<Coupling> {
+        let (name, ratio, offset) = match &joint.mimic {
+            None => (&joint.name, 1.0, 0.0),
+            Some(Mimic { driver, multiplier, offset }) => (driver, *multiplier, *offset),
+        };
+        let driver = self.moving().position(|driver| driver.name == *name)?;
+        Some(Coupling { driver, ratio, offset })
     }
 
     /// Sets the limits of the joints that move, base first; a continuous joint with position limits becomes revolute. Limits without a
@@ -254,7 +310,9 @@ impl DescribedArm {
             joints.push(Joint { kind, parent_from_joint: before.into(), axis: joint.unit_axis() });
             before = Isometry3::identity();
         }
-        let tool = before.into();
-        Ok(Chain::from_joints(&joints, &tool)?)
+        let chain = Chain::from_joints(&joints, &before.into())?;
+        let kinds = self.moving().filter_map(|joint| joint.motion.kind()).collect();
+        let couplings = self.links().filter_map(|joint| self.coupling(joint)).collect();
+        Ok(chain.driven_by(kinds, couplings)?)
     }
 }

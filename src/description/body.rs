@@ -47,7 +47,7 @@ pub fn fitted(
     let description = Description::read(text, base, tool)?;
     let chain = description.arm.chain()?;
     let places = description.places(&chain)?;
-    let last = chain.joint_count();
+    let last = chain.link_count();
     let is_body = |place: &&Place| match place.carrier {
         0 => place.is_of_arm,
         carrier => place.is_rigid || carrier == last,
@@ -61,16 +61,16 @@ pub fn fitted(
         }
     }
     let warning = warning(&missing);
-    let names: Vec<_> = description.arm.moving().map(|joint| joint.name.as_str()).collect();
+    let names: Vec<_> = description.arm.links().map(|joint| joint.name.as_str()).collect();
     if all.is_empty() {
         return Ok(FittedBody { texts: Vec::new(), warning });
     }
     let is_whole =
         |joint: usize| all.iter().any(|(of, _)| *of == joint) && missing.iter().all(|(of, ..)| *of != joint);
     let along = Body::along(std::slice::from_ref(&chain), LIMB_RADIUS).capsules;
-    let along = along.into_iter().filter(|capsule| !is_whole(capsule.joint));
+    let along = along.into_iter().filter(|capsule| !is_whole(capsule.link));
     let along: Vec<_> =
-        along.map(|Capsule { joint, core, radius, .. }| (joint, Fitted { core, radius })).collect();
+        along.map(|Capsule { link, core, radius, .. }| (link, Fitted { core, radius })).collect();
     // If a joint is called "base", parts fixed to the base are written without a name.
     let base = if names.contains(&"base") { "" } else { "base" };
     let texts = merged([all, along].concat(), MOST).into_iter().map(|(joint, fitted)| {

@@ -1,7 +1,7 @@
 //! Guesses the frames of the arm in a robot description, if nobody names them.
 
 use super::arm::DescriptionError;
-use super::urdf_tree::{Tree, child_of, linked, name_of, with_document};
+use super::urdf_tree::{Tree, child_of, is_moving, linked, name_of, with_document};
 use dq_common::text::cut;
 use roxmltree::Node;
 use std::collections::{HashMap, HashSet};
@@ -83,10 +83,6 @@ impl Branch<'_> {
         let (one, other) = (upper.max(-lower), upper.min(-lower));
         lower < upper && upper - lower <= PI && other <= OTHER_SIDE * one
     }
-}
-
-fn is_moving(joint: Node) -> bool {
-    matches!(joint.attribute("type"), Some("revolute" | "continuous" | "prismatic"))
 }
 
 /// The links from one link on.

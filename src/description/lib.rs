@@ -16,7 +16,7 @@ mod urdf_reader;
 mod urdf_shapes;
 mod urdf_tree;
 
-pub use arm::{DescribedArm, DescribedJoint, DescriptionError, JointLimits, Motion};
+pub use arm::{DescribedArm, DescribedJoint, DescriptionError, JointLimits, Mimic, Motion};
 pub use body::{FittedBody, LIMB_RADIUS, fitted};
 pub use guess::{Guess, guess_frames};
 pub use places::Place;

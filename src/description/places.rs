@@ -8,7 +8,7 @@ use std::collections::HashMap;
 /// The place of a link.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Place {
-    /// The joint of the arm that carries it, counted from 1; 0 for a link fixed to the base.
+    /// The moving joint between base and tool that carries it, counted from 1; 0 for a link fixed to the base.
     pub carrier: usize,
     /// Its pose in the frame that moves with this joint, with z along the joint's axis; for a link fixed to the base, in the base frame.
     pub carrier_from_link: UnitDualQuaternion,
@@ -48,7 +48,8 @@ impl Description {
         let mut places = HashMap::from_iter(base);
         for joint in &self.arm.joints {
             carrier += usize::from(joint.motion.kind().is_some());
-            let carrier_from_link = place.carrier_from_link * joint.parent_from_child(0.0);
+            let position = self.arm.coupling(joint).map_or(0.0, |coupling| coupling.at(0.0));
+            let carrier_from_link = place.carrier_from_link * joint.parent_from_child(position);
             place = Place { carrier, carrier_from_link, ..place };
             places.insert(&joint.child, place);
         }

@@ -1,6 +1,6 @@
 //! Writes a chain as a URDF document for RViz and other tools, and a described arm as a short document.
 
-use super::arm::{DescribedArm, DescribedJoint, JointLimits, Motion, angles};
+use super::arm::{DescribedArm, DescribedJoint, JointLimits, Mimic, Motion, angles};
 use dq_algebra::UnitDualQuaternion;
 use dq_common::text::escaped;
 use dq_kinematics::arm::{ArmError, Chain, JointKind};
@@ -48,15 +48,17 @@ impl DescribedArm {
         let last = parents.last().map_or(base, String::as_str);
         let end =
             described(&format!("{tool}_fixed"), Motion::Fixed, [last, tool], chain.last_link_from_tool());
-        Ok(Self { robot: robot.to_owned(), joints: moving.map(joint).chain([end]).collect() })
+        let joints = moving.map(joint).chain([end]).collect();
+        Ok(Self { robot: robot.to_owned(), joints, drivers: Vec::new() })
     }
 
     /// Returns the URDF document of these joints and the links between them only. It is read back as exactly the same arm.
     pub fn urdf(&self) -> String {
         let mut text = format!("<robot name=\"{}\">\n", escaped(&self.robot));
         self.joints.iter().take(1).for_each(|joint| push_bare_link(&mut text, &joint.parent));
-        self.joints.iter().for_each(|joint| push_bare_link(&mut text, &joint.child));
-        self.joints.iter().for_each(|joint| push_joint(&mut text, joint));
+        let joints = self.joints.iter().chain(&self.drivers);
+        joints.clone().for_each(|joint| push_bare_link(&mut text, &joint.child));
+        joints.for_each(|joint| push_joint(&mut text, joint));
         text + "</robot>\n"
     }
 
@@ -98,6 +100,7 @@ fn described(
         // URDF's default axis, for a fixed joint.
         axis: if motion == Motion::Fixed { [1.0, 0.0, 0.0] } else { [0.0, 0.0, 1.0] },
         limits: JointLimits::default(),
+        mimic: None,
     }
 }
 
@@ -132,6 +135,11 @@ fn push_joint(text: &mut String, joint: &DescribedJoint) {
         let given = named.into_iter().filter_map(|(name, limit)| Some(format!(" {name}=\"{}\"", limit?)));
         // URDF requires an effort, which is not used.
         let _ = writeln!(text, "    <limit effort=\"0\"{}/>", given.collect::<String>());
+    }
+    if let Some(Mimic { driver, multiplier, offset }) = &joint.mimic {
+        let driver = escaped(driver);
+        let _ =
+            writeln!(text, "    <mimic joint=\"{driver}\" multiplier=\"{multiplier}\" offset=\"{offset}\"/>");
     }
     text.push_str("  </joint>\n");
 }

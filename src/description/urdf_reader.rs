@@ -1,11 +1,12 @@
 //! Reads the arm between two links from the text of a URDF document.
 
-use super::arm::{DescribedArm, DescribedJoint, DescriptionError, JointLimits, Motion, angles};
-use super::urdf_tree::{Tree, child_of, linked, name_of, with_document, wrong};
+use super::arm::{DescribedArm, DescribedJoint, DescriptionError, JointLimits, Mimic, Motion, angles};
+use super::urdf_tree::{MOST_JOINTS, Tree, child_of, is_moving, linked, name_of, with_document, wrong};
 use dq_common::text::cut;
 use dq_kinematics::arm::bounds::JOINT_ANGLE;
 use nalgebra::{Quaternion, UnitQuaternion};
 use roxmltree::{Document, Node};
+use std::ops::RangeInclusive;
 
 /// The arm and the other joints of a description.
 #[derive(Clone, Debug, PartialEq)]
@@ -34,20 +35,52 @@ impl Description {
         tree.check_link("base_frame", base)?;
         tree.check_link("tool_frame", tool)?;
         let chain = tree.between(base, tool)?;
-        let joints = chain.iter().map(|joint| read_joint(*joint)).collect::<Result<Vec<_>, _>>()?;
+        let joints = chain.iter().map(|joint| read_joint(&tree, *joint)).collect::<Result<Vec<_>, _>>()?;
         if joints.iter().all(|joint| joint.motion == Motion::Fixed) {
             let [base, tool] = [base, tool].map(|name| cut(name).into_owned());
             return Err(DescriptionError::NoJoint { base, tool });
         }
         let others = tree.joints.iter().filter(|joint| !chain.contains(joint));
-        let beside = others.filter_map(|joint| read_beside(*joint)).collect();
+        let beside = others.filter_map(|joint| read_beside(&tree, *joint)).collect();
         let robot = robot.attribute("name").map(|name| cut(name).into_owned()).unwrap_or_default();
-        Ok(Self { arm: DescribedArm { robot, joints }, beside })
+        let drivers = drivers_elsewhere(&tree, base, &joints)?;
+        Ok(Self { arm: with_bound_drivers(DescribedArm { robot, joints, drivers }), beside })
     }
 }
 
+/// Reads the joints beside the chain that some of its `joints` mimic.
+fn drivers_elsewhere(
+    tree: &Tree,
+    base: &str,
+    joints: &[DescribedJoint],
+) -> Result<Vec<DescribedJoint>, DescriptionError> {
+    let mut drivers: Vec<DescribedJoint> = Vec::new();
+    for Mimic { driver, .. } in joints.iter().filter_map(|joint| joint.mimic.as_ref()) {
+        let mut known = joints.iter().chain(&drivers);
+        if known.all(|joint| joint.name != *driver)
+            && let Some(joint) = tree.joint(driver)
+        {
+            drivers.push(DescribedJoint { parent: base.to_owned(), ..read_joint(tree, joint)? });
+        }
+    }
+    Ok(drivers)
+}
+
+/// Narrows the limits of the joints that others mimic to what these allow.
+fn with_bound_drivers(mut arm: DescribedArm) -> DescribedArm {
+    let links: Vec<_> = arm.links().cloned().collect();
+    for link in &links {
+        let Some(mimic) = &link.mimic else { continue };
+        let mut drivers = arm.joints.iter_mut().chain(&mut arm.drivers);
+        if let Some(driver) = drivers.find(|joint| joint.name == mimic.driver) {
+            driver.bind(link, mimic);
+        }
+    }
+    arm
+}
+
 /// Reads a joint of the chain.
-fn read_joint(joint: Node) -> Result<DescribedJoint, DescriptionError> {
+fn read_joint(tree: &Tree, joint: Node) -> Result<DescribedJoint, DescriptionError> {
     let motion = match joint.attribute("type").unwrap_or_default() {
         "fixed" => Motion::Fixed,
         "revolute" => Motion::Revolute,
@@ -59,18 +92,46 @@ fn read_joint(joint: Node) -> Result<DescribedJoint, DescriptionError> {
             return Err(wrong(joint, format!("its type is {:?}: {why}", cut(other))));
         }
     };
-    // A fixed joint mimics nothing, whatever is written.
-    if motion != Motion::Fixed
-        && let Some(mimic) = child_of(joint, "mimic")
-    {
-        let of = cut(mimic.attribute("joint").unwrap_or_default());
-        return Err(wrong(joint, format!("it mimics {of:?}: expected joints that move by themselves")));
+    Ok(DescribedJoint { mimic: mimic(tree, joint)?, ..read_as(joint, motion)? })
+}
+
+/// Returns which joint drives `joint`, and how, through all mimic joints between them. A fixed joint mimics nothing, whatever is written.
+fn mimic(tree: &Tree, joint: Node) -> Result<Option<Mimic>, DescriptionError> {
+    /// The ratios of speeds of any mechanism.
+    const RATIOS: RangeInclusive<f64> = 1.0 / JOINT_ANGLE..=JOINT_ANGLE;
+    let (mut driver, mut multiplier, mut offset) = (joint, 1.0_f64, 0.0_f64);
+    for _ in 0..MOST_JOINTS {
+        let Some(mimic) = child_of(driver, "mimic").filter(|_| is_moving(driver)) else {
+            let name = name_of(driver);
+            if !RATIOS.contains(&multiplier.abs()) || offset.abs() > JOINT_ANGLE {
+                let (name, least) = (cut(name), RATIOS.start());
+                let why = format!("it moves {multiplier} times as much as {name:?}, from {offset} on");
+                return Err(wrong(
+                    joint,
+                    format!("{why}: expected {least:e} to {JOINT_ANGLE:e} times as much"),
+                ));
+            }
+            let mimic = || Mimic { driver: name.to_owned(), multiplier, offset };
+            return Ok((driver != joint).then(mimic));
+        };
+        let number = |name, default| match mimic.attribute(name) {
+            None => Ok(default),
+            Some(text) => number(text).ok_or_else(|| {
+                wrong(driver, format!("{name} of its mimic is {:?}: expected a number", cut(text)))
+            }),
+        };
+        offset += multiplier * number("offset", 0.0)?;
+        multiplier *= number("multiplier", 1.0)?;
+        let name = mimic.attribute("joint").unwrap_or_default();
+        driver = tree.joint(name).filter(|driver| is_moving(*driver)).ok_or_else(|| {
+            wrong(joint, format!("it mimics {:?}, which is no joint that moves on an axis", cut(name)))
+        })?;
     }
-    read_as(joint, motion)
+    Err(wrong(joint, "it mimics itself, or by too many others: expected a joint that moves on its own"))
 }
 
 /// Reads a joint outside of the chain. A moving one keeps its start position, so its limits matter if they can be read.
-fn read_beside(joint: Node) -> Option<DescribedJoint> {
+fn read_beside(tree: &Tree, joint: Node) -> Option<DescribedJoint> {
     let motion = match joint.attribute("type")? {
         "fixed" => Motion::Fixed,
         "revolute" => Motion::Revolute,
@@ -78,7 +139,8 @@ fn read_beside(joint: Node) -> Option<DescribedJoint> {
         "prismatic" => Motion::Prismatic,
         _ => return None,
     };
-    read_as(joint, motion).or_else(|_| read_as(joint, Motion::Fixed)).ok()
+    let read = read_as(joint, motion).or_else(|_| read_as(joint, Motion::Fixed)).ok()?;
+    Some(DescribedJoint { mimic: mimic(tree, joint).ok().flatten(), ..read })
 }
 
 fn read_as(joint: Node, motion: Motion) -> Result<DescribedJoint, DescriptionError> {
@@ -97,6 +159,7 @@ fn read_as(joint: Node, motion: Motion) -> Result<DescribedJoint, DescriptionErr
         },
         axis: three(joint, axis, "xyz", [1.0, 0.0, 0.0])?,
         limits: limits(joint, motion)?,
+        mimic: None,
     };
     match motion == Motion::Fixed || described.axis.iter().any(|number| number.abs() > SHORTEST_AXIS) {
         true => Ok(described),

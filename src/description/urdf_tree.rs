@@ -14,7 +14,7 @@ use std::collections::{HashMap, HashSet};
 pub const LONGEST_DESCRIPTION: usize = 4 << 20;
 
 /// Largest number of joints in a chain.
-const MOST_JOINTS: usize = 64;
+pub(crate) const MOST_JOINTS: usize = 64;
 
 /// Largest number of XML nodes in a description.
 const MOST_NODES: u32 = 200_000;
@@ -115,6 +115,7 @@ pub(crate) struct Tree<'a> {
     pub joints: Vec<Node<'a, 'a>>,
     /// For each child link, its parent link and the joint between them.
     by_child: HashMap<&'a str, (&'a str, Node<'a, 'a>)>,
+    by_name: HashMap<&'a str, Node<'a, 'a>>,
 }
 
 impl<'a> Tree<'a> {
@@ -126,12 +127,12 @@ impl<'a> Tree<'a> {
         }
         let joints: Vec<_> = elements("joint").collect();
         named("joint", joints.iter().copied())?;
-        let by_name: HashMap<&str, ()> = links.iter().map(|name| (*name, ())).collect();
+        let known: HashSet<&str> = links.iter().copied().collect();
         let mut by_child = HashMap::new();
         for joint in &joints {
             let (parent, child) = (linked(*joint, "parent")?, linked(*joint, "child")?);
             for (role, name) in [("parent", parent), ("child", child)] {
-                if !by_name.contains_key(name) {
+                if !known.contains(name) {
                     return Err(wrong(*joint, format!("its {role} {:?} is no link", cut(name))));
                 }
             }
@@ -143,7 +144,8 @@ impl<'a> Tree<'a> {
                 ));
             }
         }
-        let tree = Self { links, joints, by_child };
+        let by_name = joints.iter().map(|joint| (name_of(*joint), *joint)).collect();
+        let tree = Self { links, joints, by_child, by_name };
         tree.check_rings()?;
         let mut roots = tree.links.iter().filter(|link| !tree.by_child.contains_key(*link));
         if let (Some(first), Some(second)) = (roots.next(), roots.next()) {
@@ -212,6 +214,11 @@ impl<'a> Tree<'a> {
         Ok(found)
     }
 
+    /// Returns the joint with this name.
+    pub fn joint(&self, name: &str) -> Option<Node<'a, 'a>> {
+        self.by_name.get(name).copied()
+    }
+
     /// Returns the link that is not the child of any joint.
     pub fn root(&self) -> Option<&'a str> {
         self.links.iter().copied().find(|link| !self.by_child.contains_key(link))
@@ -242,6 +249,11 @@ fn named<'a>(
         names.push(name);
     }
     Ok(names)
+}
+
+/// Returns whether the joint moves in a way that arms can have.
+pub(crate) fn is_moving(joint: Node) -> bool {
+    matches!(joint.attribute("type"), Some("revolute" | "continuous" | "prismatic"))
 }
 
 pub(crate) fn name_of<'a>(joint: Node<'a, '_>) -> &'a str {

@@ -9,7 +9,7 @@ use super::{NodeError, Prepared};
 use dq_config::{ArmParameters, NodeParameters, PlantParameters};
 use dq_core::servo::Interface;
 use dq_description::{DescribedArm, DescribedJoint, Description, JointLimits};
-use dq_kinematics::arm::ArmError;
+use dq_kinematics::arm::{ArmError, Coupling};
 use dq_messages::NodeContract;
 use dq_messages::messages::*;
 use dq_plant::{CommandError, Measured, Plant, Realism};
@@ -92,8 +92,8 @@ impl PlantNode {
 /// The state of the cycle's thread.
 struct Cycle {
     plant: Plant,
-    /// The joints that move, in the order of the plant.
-    moving: Vec<DescribedJoint>,
+    /// The joints that the plant's joints move, and how.
+    moving: Vec<(DescribedJoint, Coupling)>,
     joints: Vec<String>,
     inbox: Receiver<Request>,
     commands: Commands,
@@ -206,13 +206,18 @@ impl Cycle {
         description.publish(StringMessage { data });
         let tf_static: Publisher<TFMessage> = node.publisher(&contract, "/tf_static")?;
         let clock = Clock::new(node, &contract, arm.simulated_time)?;
-        let (moving, fixed): (Vec<_>, Vec<_>) =
-            described.arm.joints.into_iter().partition(|joint| joint.motion.kind().is_some());
-        // Fixed joints are published once.
-        let standing = fixed.iter().chain(&described.beside);
         let at_start = |joint: &DescribedJoint| transform(joint, &clock, frame_prefix);
-        tf_static.publish(TFMessage { transforms: standing.map(at_start).collect() });
-        let transforms = Arc::new(TFMessage { transforms: moving.iter().map(at_start).collect() });
+        let (mut moving, mut standing) = (Vec::new(), Vec::new());
+        for joint in described.arm.joints.iter().chain(&described.beside) {
+            match described.arm.coupling(joint) {
+                Some(coupling) => moving.push((joint.clone(), coupling)),
+                None => standing.push(at_start(joint)),
+            }
+        }
+        // Joints that do not move are published once.
+        tf_static.publish(TFMessage { transforms: standing });
+        let transforms = moving.iter().map(|(joint, _)| at_start(joint)).collect();
+        let transforms = Arc::new(TFMessage { transforms });
         Ok(Self {
             plant,
             moving,
@@ -286,11 +291,11 @@ impl Cycle {
         if due(&mut self.transforms_sent, now, TRANSFORM_INTERVAL) {
             let stamp = self.clock.now();
             let transforms = &mut Arc::make_mut(&mut self.transforms).transforms;
-            for ((message, joint), position) in
-                transforms.iter_mut().zip(&self.moving).zip(self.plant.positions())
-            {
+            let positions = self.plant.positions();
+            for (message, (joint, coupling)) in transforms.iter_mut().zip(&self.moving) {
+                let position = coupling.at(positions[coupling.driver]);
                 message.header.stamp = stamp.clone();
-                message.transform = transform_message(&joint.parent_from_child(*position));
+                message.transform = transform_message(&joint.parent_from_child(position));
             }
             self.tf.publish(self.transforms.clone());
         }

@@ -19,7 +19,7 @@ const MOST: usize = 1_000_000;
 
 /// The triangles of the arm, and what could not be read.
 pub(super) struct ArmShape {
-    /// The surfaces by the number of the joint that carries them, from 1; 0 is the base.
+    /// The surfaces by the number of the link that carries them, from 1; 0 is the base.
     surfaces: Vec<Surface>,
     /// Why some shapes are missing.
     pub missing: Vec<String>,
@@ -49,7 +49,7 @@ impl ArmShape {
         let file = file.as_ref().filter(|file| read(file).is_ok_and(|own| own == *text));
         let cell = CELL * chain.reach(std::iter::repeat((0.0, 0.0))).max(1e-3);
         let mut arm_shape = Self { surfaces: Vec::new(), missing: Vec::new() };
-        arm_shape.surfaces.resize_with(chain.joint_count() + 1, Surface::default);
+        arm_shape.surfaces.resize_with(chain.link_count() + 1, Surface::default);
         let mut left = MOST;
         for visual in visuals(text).ok()? {
             let Some(Place { carrier, carrier_from_link, .. }) = links.get(visual.link.as_str()) else {

@@ -137,9 +137,15 @@ impl Robot {
 /// Returns how far the arms with these limits reach from the origin \[m\].
 pub(super) fn reach<'a>(arms: impl IntoIterator<Item = &'a Chain>, limits: &Limits) -> f64 {
     let known = |limit: f64| if limit.abs() < bounds::JOINT_ANGLE { limit } else { 0.0 };
-    let mut ranges = limits.position.ranges().map(|(lower, upper)| (known(lower), known(upper)));
-    let reach = |arm: &Chain| arm.base_point().norm() + arm.reach(ranges.by_ref());
-    arms.into_iter().map(reach).fold(0.0, f64::max)
+    let ranges = limits.position.ranges();
+    let ranges: Vec<_> = ranges.map(|(lower, upper)| (known(lower), known(upper))).collect();
+    let (mut rest, mut reach) = (ranges.as_slice(), 0.0);
+    for arm in arms {
+        let (own, others) = rest.split_at(arm.joint_count().min(rest.len()));
+        reach = f64::max(reach, arm.base_point().norm() + arm.reach(own.iter().copied()));
+        rest = others;
+    }
+    reach
 }
 
 /// Returns the origins of base, links and tool \[m\], base first.

@@ -5,7 +5,7 @@ use crate::cli::count::count;
 use crate::cli::print::print_line;
 use dq_figures::Width;
 use dq_studies::compare::{
-    Arm, Findings, HORIZON, Paired, Part, PeerRuns, Peers, REFERENCE, Study, Summary, Switch, figures, page,
+    Arm, Findings, Paired, Part, PeerRuns, Peers, REFERENCE, Study, Summary, Switch, figures, page,
 };
 use std::path::{Path, PathBuf};
 
@@ -36,6 +36,9 @@ pub(in crate::cli) struct Compare {
     /// Only compare `constraints` at `false` and `true`, and the programs in peers.jsonl, in constraints.md
     #[arg(long, conflicts_with_all = ["part", "merge", "reconfigure"])]
     constraints: bool,
+    /// Only compare `posture.gain` at 0 and 1, in posture.gain.md
+    #[arg(long, conflicts_with_all = ["part", "merge", "reconfigure", "constraints"])]
+    posture: bool,
 }
 
 impl Compare {
@@ -74,13 +77,14 @@ impl Compare {
         match () {
             () if self.reconfigure => Some(Switch::Reconfigure),
             () if self.constraints => Some(Switch::Constraints),
+            () if self.posture => Some(Switch::Posture),
             () => None,
         }
     }
 
     fn switched(&self, study: &Study, switch: Switch) -> anyhow::Result<()> {
-        // Other programs were run with this horizon.
-        let peers = match switch.horizon() == HORIZON {
+        // Other programs are compared with the constraints.
+        let peers = match switch == Switch::Constraints {
             true => PeerRuns::read(study, &self.out)?,
             false => PeerRuns::default(),
         };

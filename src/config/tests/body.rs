@@ -100,7 +100,7 @@ proptest! {
             };
             let point = (*base_from_link * link_from_shape).frame() * Point3::from(point);
             let beyond = body.capsules.iter().map(|capsule| {
-                let frame = capsule.joint.checked_sub(1).map_or(UnitDualQuaternion::identity(), |at| frames[at]);
+                let frame = capsule.link.checked_sub(1).map_or(UnitDualQuaternion::identity(), |at| frames[at]);
                 capsule.core.gap_of(&(frame.inverse().frame() * point).coords).distance - capsule.radius
             });
             let beyond = beyond.fold(f64::INFINITY, f64::min);
@@ -111,7 +111,7 @@ proptest! {
 
 #[test]
 fn the_shapes_of_the_arms_links_are_the_body_unless_one_is_given() {
-    let joints = |body: &Body| body.capsules.iter().map(|capsule| capsule.joint).collect::<Vec<_>>();
+    let joints = |body: &Body| body.capsules.iter().map(|capsule| capsule.link).collect::<Vec<_>>();
     let body = body_with_mesh(&with_mesh());
     // The stand is not part of the arm, and the lamp moves independently.
     assert_eq!(joints(&body)[..2], [0, 1], "{body:?}");

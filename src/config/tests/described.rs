@@ -2,8 +2,10 @@
 
 use crate::{given, start, started, text};
 use dq_config::{ForArm, NodeParameters, PlantParameters, ServoParameters};
+use dq_core::servo::{Measured, State};
 use dq_description::{Description, Motion};
 use dq_params::Value;
+use std::time::Duration;
 
 pub const GANTRY: &str = include_str!("../../../tests/data/urdf/gantry.urdf");
 
@@ -84,6 +86,36 @@ fn a_description_from_a_file_is_the_same_arm() {
     let moving = Description::read(&read("tiago"), "base_link", "arm_tool_link").unwrap().arm;
     assert_eq!(moving.moving().next().unwrap().motion, Motion::Prismatic);
     assert_eq!(parameters.joints[0].names()[0], "torso_lift_joint");
+}
+
+/// The lever, which drives the forearm, is not a link between base and tool.
+#[test]
+fn an_arm_with_mimic_joints_is_moved_by_their_drivers() {
+    let mut values = frames("base_link", "tool0").to_vec();
+    values.push(("robot_file", text(&file("mimic/palletizer"))));
+    values.push(("constraints", Value::Bool(true)));
+    let capsules = ["forearm_joint 0 0 0 1 0 0 0.1", "lever_joint 0 0 0 1 0 0 0.1"].map(str::to_owned);
+    values.push(("body", Value::StringArray(capsules[..1].to_vec())));
+    let parameters = started(&values).unwrap();
+    assert_eq!(parameters.joints[0].names(), ["turret_joint", "arm_joint", "lever_joint", "flange_joint"]);
+    assert_eq!(parameters.settings.limits.position.upper, [2.8, 1.4, 2.0, 5.2]);
+    assert_eq!(parameters.settings.scene.as_ref().unwrap().body().capsules[0].link, 4);
+    let mut servo = parameters.build().unwrap();
+    let (mut positions, mut speeds) = ([0.2, 0.3, 0.4, -0.5], [0.0; 4]);
+    let goal = parameters.arms.chain().forward_kinematics(&[0.8, 0.6, 0.9, 0.5]).unwrap();
+    servo.set_goal(goal.frame());
+    for cycle in 1..5000 {
+        let measured = Measured { positions: &positions, velocities: &speeds };
+        if let Some(output) = servo.cycle(cycle * Duration::from_millis(2), &measured).unwrap() {
+            speeds.copy_from_slice(output);
+        }
+        positions.iter_mut().zip(&speeds).for_each(|(position, speed)| *position += 0.002 * speed);
+    }
+    assert_eq!(servo.status().state, State::Settled, "at {positions:?}");
+    values.pop();
+    values.push(("body", Value::StringArray(capsules.to_vec())));
+    let why = started(&values).unwrap_err();
+    assert!(why.contains("lever_joint") && why.contains("the name of a joint, or base"), "{why}");
 }
 
 #[test]

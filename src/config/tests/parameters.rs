@@ -129,7 +129,7 @@ fn keep_outs_are_read_or_rejected_with_the_reason() {
     assert_eq!((scene.keep_outs().len(), scene.body().capsules.len()), (3, 2));
     let body = "[base 0 0 -0.5 0 0 0 0.1, joint2 0 0 0 0.4 0 0 0.06, joint3 0 0 0 0 0.4 0 0.05, joint6 0 0 0 0 0 0.1 0.03]";
     let scene = with(&[on, ("body", body)]).unwrap().unwrap();
-    let joints: Vec<_> = scene.body().capsules.iter().map(|capsule| capsule.joint).collect();
+    let joints: Vec<_> = scene.body().capsules.iter().map(|capsule| capsule.link).collect();
     assert_eq!(joints, [0, 2, 3, 6]);
     let thick = with(&[on, ("body", "[\"0.08\"]")]).unwrap().unwrap();
     assert!(thick.body().capsules.iter().all(|capsule| capsule.radius == 0.08));
@@ -393,8 +393,9 @@ fn every_arm_has_the_same_declarations() {
 }
 
 #[test]
-fn a_posture_is_off_by_default_and_has_a_number_for_each_joint() {
-    assert_eq!(ServoParameters::for_arm("panda").unwrap().settings.posture, Posture::default());
+fn a_posture_is_that_of_the_start_by_default_and_has_a_number_for_each_joint() {
+    let of_start = Posture { positions: Vec::new(), gain: 1.0 };
+    assert_eq!(ServoParameters::for_arm("panda").unwrap().settings.posture, of_start);
     let (store, _) = ServoParameters::start("/dq_servo", crate::described_limits::of_arm("panda")).unwrap();
     let set = |positions: usize, gain: f64| {
         let changes = [

@@ -97,7 +97,7 @@ fn a_urdf_capsule_becomes_the_capsule_of_the_body() {
     assert_eq!(warnings, Vec::<String>::new());
     let scene = ServoParameters::from_store(&store).unwrap().settings.scene.unwrap();
     let [first, second, ..] = &scene.body().capsules[..] else { panic!() };
-    assert_eq!((first.joint, second.joint), (0, 1));
+    assert_eq!((first.link, second.link), (0, 1));
     // 0.25 m to both sides of an origin 0.25 m above the joint; with its own radius, except for the tenth of a millimeter by which the
     // parameter rounds.
     let mut ends = second.core.ends.map(|end| end.z);

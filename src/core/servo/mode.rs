@@ -65,6 +65,8 @@ pub(super) struct Pursuit {
     begun: Goal,
     /// When a stream last moved the goal, if one has.
     pub moved: Option<Duration>,
+    /// The joint positions with which the first of the motions in a row began \[rad, prismatic: m\]; empty before it begins.
+    pub posture: Vec<f64>,
     /// The sign, chosen by the arm's pose when the goal is first tracked.
     pub sign: Option<SignMemory>,
     /// Whether the goal is beyond reach, and the number of the settings for which that was determined.
@@ -185,6 +187,7 @@ impl Pursuit {
             heard: received,
             begun: goal,
             moved: None,
+            posture: Vec::with_capacity(joint_count),
             sign: None,
             beyond_reach: None,
             lost: None,
@@ -207,9 +210,10 @@ impl Pursuit {
         (self.stamp, self.heard) = (stamp, now);
     }
 
-    /// Takes over from the previous motion. If that has ended, nothing carries over. Otherwise the new motion keeps the quaternion sign;
-    /// and if its goal is the same within `tolerance`, a lack of progress carries over.
+    /// Takes over from the previous motion: its posture, so that the arm does not drift from goal to goal. If that motion has ended, nothing
+    /// else carries over. Otherwise the new motion keeps the quaternion sign; and if its goal is the same within `tolerance`, a lack of progress carries over.
     pub fn take_over(&mut self, before: &mut Self, tolerance: &Tolerance) {
+        std::mem::swap(&mut self.posture, &mut before.posture);
         if before.record.is_over() {
             return;
         }

@@ -61,15 +61,17 @@ impl Default for GoalFrames {
     }
 }
 
-/// The posture to which the joints move as far as the tool leaves them free; by default none.
+/// The posture to which an arm with joints to spare moves them as far as the tool leaves them free. That of [`default`](Self::default) has no
+/// effect.
 #[derive(Clone, Debug, Default, PartialEq, Parameters)]
 #[parameters(prefix = "posture.")]
 pub struct Posture {
-    /// posture to which the joints move as far as the tool leaves them free, one number per joint; empty: none \[rad, m\]
+    /// posture to which joints that the task does not need move as far as the tool leaves them free, one number per joint; empty: the one in
+    /// which the motion began \[rad, m\]
     #[parameter(range = -bounds::JOINT_ANGLE..=bounds::JOINT_ANGLE)]
     pub positions: Vec<f64>,
     /// rate at which the joints move to the posture; 0: not at all [1/s]
-    #[parameter(range = 0.0..=10.0)]
+    #[parameter(default = 1.0, range = 0.0..=10.0)]
     pub gain: f64,
 }
 

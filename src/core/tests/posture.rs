@@ -6,6 +6,41 @@ use dq_core::servo::{Posture, State};
 
 const ARM: &str = "panda";
 
+/// Returns by how much the joint that moved most differs after seven more rounds of three poses, when the arm is back at the first \[rad\].
+fn drift(gain: f64) -> f64 {
+    let (mut parameters, start) = (servo(ARM), start(ARM));
+    parameters.settings.posture.gain = gain;
+    let chain = parameters.arms.chain().clone();
+    let turns = [[0.4, 0.2, -0.3, 0.3, 0.2, -0.3, 0.5], [-0.5, 0.4, 0.3, -0.2, 0.4, 0.3, -0.4], [0.0; 7]];
+    let poses = turns.map(|turns| {
+        let there: Vec<_> = start.iter().zip(turns).map(|(angle, turn)| angle + turn).collect();
+        chain.forward_kinematics(&there).unwrap()
+    });
+    let mut rig = Rig::of(parameters, start);
+    rig.run(0.1);
+    let mut first = Vec::new();
+    for round in 0..8 {
+        for pose in &poses {
+            rig.goal_pose(pose);
+            rig.run_until(State::Tracking, 1.0);
+            rig.run_until(State::Settled, 30.0);
+            rig.run(1.0);
+        }
+        if round == 0 {
+            first = rig.plants[0].positions().to_vec();
+        }
+    }
+    let moved = rig.plants[0].positions().iter().zip(&first).map(|(one, other)| (one - other).abs());
+    moved.fold(0.0, f64::max)
+}
+
+#[test]
+fn the_posture_of_the_start_comes_back_by_itself() {
+    let (without, with) = (drift(0.0), drift(servo(ARM).settings.posture.gain));
+    eprintln!("DRIFT {without} {with}");
+    assert!(without > 0.1 && with < 0.02, "{without} rad, with the default {with} rad");
+}
+
 /// How far the joints are from the posture after a motion and ten seconds more, when the arm had settled, and how far the tool strays in
 /// the ten seconds \[m\].
 fn moved(gain: f64) -> (f64, f64, f64) {

@@ -162,7 +162,7 @@ impl Arms {
     pub fn reach(
         &self,
         goal_point: &Vector3<f64>,
-        mut ranges: impl Iterator<Item = (f64, f64)> + Clone,
+        ranges: impl Iterator<Item = (f64, f64)> + Clone,
     ) -> Reach {
         let left = &self.left.chain;
         let Some(right) = self.right.as_ref().map(|right| &right.arm.chain) else {
@@ -170,7 +170,7 @@ impl Arms {
             return Reach { goal, longest };
         };
         let between_bases = (left.base_point() - right.base_point()).norm();
-        let arms = left.reach(ranges.by_ref()) + right.reach(ranges);
+        let arms = left.reach(ranges.clone()) + right.reach(ranges.skip(left.joint_count()));
         Reach { goal: goal_point.norm(), longest: arms + between_bases }
     }
 }

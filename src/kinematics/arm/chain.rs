@@ -1,11 +1,13 @@
 //! A serial chain of revolute and prismatic joints and its forward kinematics.
 
+use super::coupling::Drivers;
 use super::half_turns::half_turns;
 use super::link::{ChainEnd, Kinds, Link, LinkPair};
 use super::pair::{twice, two};
 use super::{ArmError, ArmState, Convention, DhRow, Joint, JointKind, bounds};
 use dq_algebra::UnitDualQuaternion;
 use nalgebra::{Isometry3, Quaternion, Unit, UnitQuaternion, Vector3};
+use wide::f64x2;
 
 /// Largest product of the directions of two axes that count as perpendicular.
 const SQUARE: f64 = 1e-9;
@@ -18,7 +20,10 @@ const SQUARE: f64 = 1e-9;
 pub struct Chain {
     /// For each joint i, link i−1 (or the base) from the frame in which the joint turns about z or slides along z, at position 0.
     before_joint: Vec<Isometry3<f64>>,
-    kinds: Vec<JointKind>,
+    /// How each link moves relative to the one before it.
+    pub(super) link_kinds: Vec<JointKind>,
+    /// The joints that drive the links; `None` if each link has its own joint.
+    pub(super) drivers: Option<Drivers>,
     /// The tool without its offset; `None` if it is at the last link.
     last_link_from_flange: Option<Isometry3<f64>>,
     /// The tool; `None` if it is at the last link.
@@ -89,13 +94,14 @@ impl Chain {
 
     fn of(
         before_joint: Vec<Isometry3<f64>>,
-        kinds: Vec<JointKind>,
+        link_kinds: Vec<JointKind>,
         last_link_from_tool: Isometry3<f64>,
     ) -> Self {
         let last_link_from_flange = Some(last_link_from_tool).filter(|tool| *tool != Isometry3::identity());
         let chain = Self {
             before_joint,
-            kinds,
+            link_kinds,
+            drivers: None,
             last_link_from_flange,
             last_link_from_tool: last_link_from_flange,
             tool_offset: UnitDualQuaternion::identity(),
@@ -108,7 +114,7 @@ impl Chain {
 
     /// Returns the kind of each joint, base first.
     pub fn kinds(&self) -> &[JointKind] {
-        &self.kinds
+        self.drivers.as_ref().map_or(&self.link_kinds, |drivers| &drivers.kinds)
     }
 
     /// Recomputes the links from the transforms.
@@ -120,7 +126,7 @@ impl Chain {
         let joints: Vec<_> = links
             .iter()
             .zip(ends)
-            .zip(&self.kinds)
+            .zip(&self.link_kinds)
             .map(|(((link, _, after), next), kind)| (*link, after + next, *kind))
             .collect();
         self.pairs = joints.chunks(2).map(LinkPair::new).collect();
@@ -129,6 +135,11 @@ impl Chain {
 
     /// Returns the number of joints.
     pub fn joint_count(&self) -> usize {
+        self.kinds().len()
+    }
+
+    /// Returns the number of links that move: that of the joints, or more if joints drive others.
+    pub fn link_count(&self) -> usize {
         self.before_joint.len()
     }
 
@@ -163,19 +174,20 @@ impl Chain {
 
     /// Returns an upper bound of the distance from the arm's base to its tool \[m\], with joints in these ranges \[rad, prismatic: m\]. A
     /// prismatic joint without a range counts as fixed at 0.
-    pub fn reach(&self, ranges: impl Iterator<Item = (f64, f64)>) -> f64 {
-        self.length_from(0, ranges)
+    pub fn reach(&self, ranges: impl Iterator<Item = (f64, f64)> + Clone) -> f64 {
+        self.length_from(0, self.link_ranges(ranges))
     }
 
     /// Returns the distance of `point` from the nearest possible position of the arm's foot, and an upper bound of the distance from there
     /// to the tool \[m\], with joints in these ranges \[rad, prismatic: m\]. The foot is carried by the prismatic joints that are
     /// perpendicular to each other and come before any revolute one.
     pub fn gap(&self, point: &Vector3<f64>, ranges: impl Iterator<Item = (f64, f64)> + Clone) -> (f64, f64) {
+        let ranges = self.link_ranges(ranges);
         let (mut foot, mut axes, mut count) = (Isometry3::identity(), [Vector3::zeros(); 3], 0);
         for before in self
             .before_joint
             .iter()
-            .zip(&self.kinds)
+            .zip(&self.link_kinds)
             .map_while(|(before, kind)| (*kind == JointKind::Prismatic).then_some(before))
         {
             let next = foot * before;
@@ -194,7 +206,8 @@ impl Chain {
         (way.norm(), self.length_from(count, ranges))
     }
 
-    /// Returns the total length of the links from joint number `first` (counted from 0) to the tool \[m\], including prismatic travel.
+    /// Returns the total length of the links from number `first` (counted from 0) to the tool \[m\], including prismatic travel within
+    /// these `ranges` of the links.
     fn length_from(&self, first: usize, ranges: impl Iterator<Item = (f64, f64)>) -> f64 {
         let starts = std::iter::once(self.base_point).chain(std::iter::repeat(Vector3::zeros()));
         let lengths = self
@@ -202,12 +215,10 @@ impl Chain {
             .iter()
             .zip(starts)
             .map(|(before, start)| (before.translation.vector - start).norm());
-        let slides = self.kinds.iter().zip(ranges.chain(std::iter::repeat((0.0, 0.0)))).map(
-            |(kind, (lower, upper))| match kind {
-                JointKind::Revolute => 0.0,
-                JointKind::Prismatic => lower.abs().max(upper.abs()),
-            },
-        );
+        let slides = self.link_kinds.iter().zip(ranges).map(|(kind, (lower, upper))| match kind {
+            JointKind::Revolute => 0.0,
+            JointKind::Prismatic => lower.abs().max(upper.abs()),
+        });
         let links = lengths.zip(slides).skip(first).map(|(length, slide)| length + slide);
         let tool = self.last_link_from_tool.map_or(0.0, |tool| tool.translation.vector.norm());
         links.sum::<f64>() + tool
@@ -219,7 +230,11 @@ impl Chain {
     /// [`ArmError::JointCount`] if `theta` does not have one number per joint.
     pub fn forward_kinematics(&self, theta: &[f64]) -> Result<UnitDualQuaternion, ArmError> {
         self.check_count(theta)?;
-        let (rotation, point) = self.for_each_pair(theta, |_| ()).tool(self.last_link_from_tool.as_ref());
+        let end = match &self.drivers {
+            None => self.pass_pairs(theta.chunks(2).map(two), |_| ()),
+            Some(drivers) => self.pass_pairs(drivers.positions(theta), |_| ()),
+        };
+        let (rotation, point) = end.tool(self.last_link_from_tool.as_ref());
         Ok(UnitDualQuaternion::from_parts(rotation, point))
     }
 
@@ -229,19 +244,22 @@ impl Chain {
     /// [`ArmError::JointCount`] if `theta` does not have one number per joint.
     pub fn link_poses(&self, theta: &[f64]) -> Result<Vec<UnitDualQuaternion>, ArmError> {
         self.check_count(theta)?;
-        let mut links = Vec::with_capacity(self.joint_count());
+        let mut links = Vec::with_capacity(self.link_count());
         self.for_each_link(theta, |link| links.push((*link).into()));
         Ok(links)
     }
 
-    /// Calls `each` with these frames, base first, for as many joints as there are numbers in `theta`, without allocating.
+    /// Calls `each` with these frames, base first, until `theta` has no number for the next one, without allocating.
     pub fn for_each_link(&self, theta: &[f64], mut each: impl FnMut(&Isometry3<f64>)) {
         let mut frame = Isometry3::identity();
-        for ((before, kind), position) in self.before_joint.iter().zip(&self.kinds).zip(theta) {
+        for (before, (coupling, kind)) in self.before_joint.iter().zip(self.couplings()) {
+            let Some(position) = theta.get(coupling.driver).map(|position| coupling.at(*position)) else {
+                return;
+            };
             let (sin, cos) = (0.5 * position).sin_cos();
             frame *= match kind {
                 JointKind::Revolute => turned(before, cos, sin),
-                JointKind::Prismatic => before * Isometry3::translation(0.0, 0.0, *position),
+                JointKind::Prismatic => before * Isometry3::translation(0.0, 0.0, position),
             };
             each(&frame);
         }
@@ -260,8 +278,14 @@ impl Chain {
     pub fn evaluate(&self, theta: &[f64], state: &mut ArmState) -> Result<(), ArmError> {
         self.check_count(theta)?;
         let motions = state.motions_mut(self.joint_count())?;
+        if let Some(drivers) = &self.drivers {
+            let tool = self.evaluate_driven(drivers, theta, motions).tool(self.last_link_from_tool.as_ref());
+            motions.iter_mut().for_each(|(angular, linear)| *linear += angular.cross(&twice(&tool.1)));
+            state.set_tool(tool.0, tool.1);
+            return Ok(());
+        }
         let mut slots = motions.iter_mut();
-        let end = self.for_each_pair(theta, |ends| {
+        let end = self.pass_pairs(theta.chunks(2).map(two), |ends| {
             if let Some(axes) = slots.next() {
                 *axes = ChainEnd::z_axes(ends);
             }
@@ -280,14 +304,18 @@ impl Chain {
         Ok(())
     }
 
-    /// Calls `each` with two joints at a time, base first: with the frames whose z axes are theirs. Returns the last link.
+    /// Calls `each` with two links at a time, base first: with the frames whose z axes are those of their motion, which are at these
+    /// `positions`. Returns the last link.
     ///
-    /// This is fast because the half turns of the next two joints are computed while these two are multiplied.
+    /// This is fast because the half turns of the next two links are computed while these two are multiplied.
     #[inline]
-    fn for_each_pair(&self, theta: &[f64], mut each: impl FnMut(&[ChainEnd; 2])) -> ChainEnd {
+    pub(super) fn pass_pairs(
+        &self,
+        positions: impl Iterator<Item = f64x2>,
+        mut each: impl FnMut(&[ChainEnd; 2]),
+    ) -> ChainEnd {
         let mut end = self.first_turn;
-        let mut turned = self.pairs.iter().zip(theta.chunks(2)).map(|(pair, positions)| {
-            let positions = two(positions);
+        let mut turned = self.pairs.iter().zip(positions).map(|(pair, positions)| {
             let angles = pair.kinds.map_or(positions, |kinds| positions * kinds.turns);
             (pair, positions - angles, half_turns(angles, pair.half_angles))
         });

@@ -159,8 +159,9 @@ impl ChainEnd {
         (UnitQuaternion::new_unchecked(rotation * scale), point)
     }
 
+    /// Returns the position of the frame.
     #[inline(always)]
-    fn point(&self) -> Vector3<f64> {
+    pub fn point(&self) -> Vector3<f64> {
         let [x, y] = self.xy.to_array();
         Vector3::new(x, y, self.z)
     }

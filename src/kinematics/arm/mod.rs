@@ -21,6 +21,7 @@
 mod arms;
 pub mod bounds;
 mod chain;
+mod coupling;
 mod dh;
 mod error;
 mod half_turns;
@@ -31,6 +32,7 @@ mod state;
 
 pub use arms::{Arms, Reach, ToolSpeed};
 pub use chain::Chain;
+pub use coupling::Coupling;
 pub use dh::{Convention, DhRow};
 pub use error::ArmError;
 pub use joint::{Joint, JointKind};

@@ -41,6 +41,16 @@ impl Aim {
         "relative_distance",
     ];
 
+    /// Returns the number of components of the pose that the goal determines. An arm with more joints has joints to spare.
+    pub fn components(self) -> usize {
+        match self {
+            Self::Pose => 6,
+            Self::PositionAndAxis => 5,
+            Self::Position | Self::Orientation => 3,
+            Self::Distance => 1,
+        }
+    }
+
     /// Returns the nearest pose to the tool's of all that meet `base_from_goal`, with the smallest rotation that the aim requires. For an
     /// axis alone the rotation is the shortest arc, in the plane of both z axes; if they are opposite, it is about the tool's x axis.
     pub fn nearest(

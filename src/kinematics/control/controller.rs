@@ -108,7 +108,7 @@ impl Controller {
 
     /// Removes from the joint velocities `theta_dot` of `arm` what would move the components of the aim.
     pub fn leave_tool(&self, arm: &ArmState, theta_dot: &mut [f64]) {
-        self.damping.leave_tool(arm, self.aim, theta_dot);
+        self.aim.leave_tool(arm, theta_dot);
     }
 
     /// Returns the rate [1/s] at which the velocity [approaches](super::ControlLaw::approach_rate) that of the present law.

@@ -19,6 +19,9 @@ pub struct Damping {
 /// Relative lower bound of λ² if damping is off and the solution fails: a finite result is preferred to an exact one.
 const FALLBACK: f64 = 1e-9;
 
+/// Relative size of a λ² that just exceeds the rounding errors of `J Jᵀ`.
+const ROUNDING: f64 = 1e-15;
+
 impl Damping {
     /// Returns `λ² = λ_max² (1 − (σ/σ₀)²)` below σ₀, 0 above.
     pub fn lambda_squared(&self, smallest_singular_value: f64) -> f64 {
@@ -50,17 +53,6 @@ impl Damping {
         let gram = rows.gram(arm);
         let solution = self.solve(&gram, &rows.of(&twist()));
         arm.apply_transpose(&rows.twist(&solution), theta_dot);
-    }
-
-    /// Removes from joint velocities the part that moves the components of `aim`: `(I − J⁺ J) θ̇`. The rest does not move these components
-    /// if the inverse is not damped. If it is, they still move by the fraction `λ²/(σ² + λ²)`.
-    pub fn leave_tool(&self, arm: &ArmState, aim: Aim, theta_dot: &mut [f64]) {
-        let rows = aim.rows(arm);
-        let solution = self.solve(&rows.gram(arm), &rows.of(&arm.tool_twist(theta_dot)));
-        let (moment, force) = rows.twist(&solution);
-        for (speeds, (angular, linear)) in theta_dot.chunks_mut(2).zip(arm.tool_motion_pairs()) {
-            put(two(speeds) - dot(angular, &moment) - dot(linear, &force), speeds);
-        }
     }
 
     /// Returns `(J Jᵀ + λ² I)⁻¹` times six numbers, finite for every finite input; each number is duplicated.
@@ -96,6 +88,21 @@ impl Damping {
                 let error = twice(error);
                 if is_finite(&error) { twice(&AngularLinear::default()) } else { error }
             })
+    }
+}
+
+impl Aim {
+    /// Removes from joint velocities the part that moves the components of the aim: `(I − J⁺ J) θ̇`. The inverse is not damped, because the
+    /// rest would move these components near a singularity, where the damped law is too weak to compensate. The result is never larger than
+    /// `θ̇`.
+    pub fn leave_tool(self, arm: &ArmState, theta_dot: &mut [f64]) {
+        let rows = self.rows(arm);
+        let gram = rows.gram(arm);
+        let shift = ROUNDING * (1.0 + gram.trace());
+        let (moment, force) = rows.twist(&gram.solve(shift, &rows.of(&arm.tool_twist(theta_dot))));
+        for (speeds, (angular, linear)) in theta_dot.chunks_mut(2).zip(arm.tool_motion_pairs()) {
+            put(two(speeds) - dot(angular, &moment) - dot(linear, &force), speeds);
+        }
     }
 }
 

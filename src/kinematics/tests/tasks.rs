@@ -52,7 +52,8 @@ proptest! {
         );
         for (law, aim) in Law::ALL.into_iter().flat_map(|law| LESS.map(|aim| (law, aim))) {
             let control = Controller { law, aim, ..controller() };
-            prop_assume!(control.smallest_singular_value(&state) > control.damping.threshold);
+            let is_regular = control.smallest_singular_value(&state) > control.damping.threshold;
+            let tolerance = if is_regular { 1e-10 } else { 1e-6 };
             let mut velocity = [0.0; 6];
             control.joint_velocity(&state, &goal, &mut velocity);
             // It reduces the errors, and it is the same for a goal that is equal within the aim.
@@ -70,22 +71,26 @@ proptest! {
 
     #[test]
     fn a_free_motion_does_not_move_the_components_of_the_aim(
-        theta in prop::array::uniform7(-1.5..1.5f64), wanted in prop::array::uniform7(-1.0..1.0f64)
+        theta in prop::array::uniform7(-1.5..1.5f64), wanted in prop::array::uniform7(-1.0..1.0f64),
+        part in prop::sample::select(vec![1.0, 1e-2, 1e-6, 0.0])
     ) {
+        // With all joints at 0, both arms are singular.
+        let theta = theta.map(|angle| part * angle);
         let panda = Chain::for_arm("panda").unwrap();
         for (chain, aim) in [(puma(), Aim::Position), (puma(), Aim::PositionAndAxis), (panda, Aim::Pose)] {
             let (mut state, joints) = (ArmState::new(&chain), chain.joint_count());
             chain.evaluate(&theta[..joints], &mut state).unwrap();
             let control = Controller { aim, ..controller() };
-            prop_assume!(control.smallest_singular_value(&state) > control.damping.threshold);
+            let is_regular = control.smallest_singular_value(&state) > control.damping.threshold;
+            let tolerance = if is_regular { 1e-10 } else { 1e-6 };
             let mut free = wanted[..joints].to_vec();
-            control.damping.leave_tool(&state, aim, &mut free);
+            aim.leave_tool(&state, &mut free);
             let (angular, linear) = aim.part_of(&state, &state.tool_twist(&free));
-            prop_assert!(linear.norm() < 1e-11 && angular.norm() < 1e-11, "{aim}: {angular} {linear}");
+            prop_assert!(linear.norm() < tolerance && angular.norm() < tolerance, "{aim}: {angular} {linear}");
             // It is a projection: applied again, it changes nothing.
             let mut again = free.clone();
-            control.damping.leave_tool(&state, aim, &mut again);
-            prop_assert!(distance(&free, &again) < 1e-11, "{aim}");
+            aim.leave_tool(&state, &mut again);
+            prop_assert!(!is_regular || distance(&free, &again) < 1e-10, "{aim}");
         }
     }
 }

@@ -9,10 +9,11 @@ use thiserror::Error;
 /// All points within a radius of a segment that moves with a link.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Capsule {
-    /// The number of the joint that moves the link, counted from 1, arm after arm; 0 for a part fixed to the base.
-    pub joint: usize,
-    /// The indices of the joints that move it, counted from 0, arm after arm.
-    pub(super) moved_by: Range<usize>,
+    /// The number of the link, counted from 1, arm after arm; 0 for a part fixed to the base. Unless joints drive others, it is also the
+    /// number of the joint that moves the link.
+    pub link: usize,
+    /// The indices of the links that carry it, itself included, counted from 0, arm after arm.
+    pub(super) carried_by: Range<usize>,
     /// The segment in the link's frame, whose z axis is the joint's; for a part fixed to the base, in the base frame \[m\].
     pub core: Segment,
     /// The radius \[m\].
@@ -61,12 +62,12 @@ impl Body {
                     capsules.push(Capsule::new(before, link, core, radius));
                 }
             }
-            before += chain.joint_count();
+            before += chain.link_count();
         }
         Self { capsules }
     }
 
-    /// Parses the capsules of each of `arms` arms, whose joints have these names.
+    /// Parses the capsules of each of `arms` arms, whose links move by joints with these names.
     ///
     /// # Errors
     /// [`CapsuleError`] for the first invalid text.
@@ -92,17 +93,17 @@ impl Capsule {
         let mut before = 0;
         let each = chains.iter().map(|chain| {
             let core = Segment { ends: [chain.last_link_from_tool().translation(); 2] };
-            let tool = Self::new(before, chain.joint_count(), core, 0.0);
-            before += chain.joint_count();
+            let tool = Self::new(before, chain.link_count(), core, 0.0);
+            before += chain.link_count();
             tool
         });
         each.collect()
     }
 
-    /// Creates a capsule on the link with this number, counted from 1, of an arm after `before` other joints; 0 is the arm's base.
+    /// Creates a capsule on the link with this number, counted from 1, of an arm after `before` other links; 0 is the arm's base.
     fn new(before: usize, link: usize, core: Segment, radius: f64) -> Self {
-        let joint = if link == 0 { 0 } else { before + link };
-        Self { joint, moved_by: before..before + link, core, radius }
+        let carried_by = before..before + link;
+        Self { link: if link == 0 { 0 } else { carried_by.end }, carried_by, core, radius }
     }
 }
 
@@ -143,7 +144,7 @@ mod tests {
     fn joint(text: &str, joints: &[&str]) -> Option<usize> {
         let joints: Vec<_> = joints.iter().map(|name| (*name).to_owned()).collect();
         let body = Body::parse(&[text.to_owned()], &joints, 1).ok()?;
-        Some(body.capsules[0].joint)
+        Some(body.capsules[0].link)
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use super::placed::Placed;
 use super::scene::{Against, Meeting};
 use super::{Body, Capsule, KeepOut, MOST_CAPSULES, MOST_KEEP_OUTS, Scene, SceneError, Why};
-use dq_kinematics::arm::{Chain, JointKind};
+use dq_kinematics::arm::{Chain, Coupling, JointKind};
 use std::f64::consts::PI;
 
 /// The number of configurations in which pairs that always touch are sought.
@@ -30,18 +30,22 @@ impl Scene {
         if body.capsules.len() > MOST_CAPSULES {
             return Err(SceneError::Capsules(body.capsules.len()));
         }
+        let links = links(chains);
         let mut scene = Self {
-            levers: levers(&body.capsules, chains, ranges),
+            levers: levers(&body.capsules, chains, &links, ranges),
             body,
             keep_outs: Vec::new(),
             tools: Vec::new(),
             keep_ins: Vec::new(),
             meetings: Vec::new(),
             left_out: Vec::new(),
+            links,
             joint_count: chains.iter().map(Chain::joint_count).sum(),
         };
         scene.meet_itself();
         scene.leave_out(chains, ranges);
+        // Until here, these are the levers of links.
+        scene.levers = scene.levers.iter().map(|levers| scene.of_joints(levers)).collect();
         scene.keep_out_of(keep_outs)?;
         Ok(scene)
     }
@@ -69,7 +73,8 @@ impl Scene {
         self.check_room(&keep_ins)?;
         self.tools = Capsule::tools(chains);
         let first = self.levers.len();
-        self.levers.extend(levers(&self.tools, chains, ranges));
+        let levers = levers(&self.tools, chains, &self.links, ranges);
+        self.levers.extend(levers.iter().map(|levers| self.of_joints(levers)).collect::<Vec<_>>());
         for tool in 0..self.tools.len() {
             let capsule = self.body.capsules.len() + tool;
             let against = (0..keep_ins.len()).map(Against::KeepIn);
@@ -79,6 +84,15 @@ impl Scene {
         }
         self.keep_ins = keep_ins;
         Ok(self)
+    }
+
+    /// Returns the levers of the joints that drive links with these levers.
+    fn of_joints(&self, levers: &[f64]) -> Vec<f64> {
+        let mut of_joints = vec![0.0; self.joint_count];
+        for (lever, (coupling, _)) in levers.iter().zip(&self.links) {
+            of_joints[coupling.driver] += coupling.ratio.abs() * lever;
+        }
+        of_joints
     }
 
     /// Returns how many more keep-outs are possible.
@@ -102,9 +116,9 @@ impl Scene {
         for keep_out in more {
             let against = Against::KeepOut(self.keep_outs.len());
             self.keep_outs.push(keep_out);
-            for (capsule, Capsule { radius, moved_by, .. }) in self.body.capsules.iter().enumerate() {
+            for (capsule, Capsule { radius, carried_by, .. }) in self.body.capsules.iter().enumerate() {
                 let meeting = Meeting { capsule, against, levers: capsule, radius: *radius };
-                match moved_by.is_empty() {
+                match carried_by.is_empty() {
                     true => self.left_out.push((self.named(&meeting), Why::Fixed)),
                     false => self.meetings.push(meeting),
                 }
@@ -118,10 +132,10 @@ impl Scene {
         let capsules = &self.body.capsules;
         for (capsule, of) in capsules.iter().enumerate() {
             for (other, with) in capsules.iter().enumerate().take(capsule) {
-                // Joints that move both do not move one relative to the other.
+                // Links that carry both do not move one relative to the other.
                 let of_one = self.levers[capsule].iter().zip(&self.levers[other]).enumerate();
-                let levers = of_one.map(|(joint, (one, two))| {
-                    let both = of.moved_by.contains(&joint) && with.moved_by.contains(&joint);
+                let levers = of_one.map(|(link, (one, two))| {
+                    let both = of.carried_by.contains(&link) && with.carried_by.contains(&link);
                     if both { 0.0 } else { one + two }
                 });
                 let levers = levers.collect();
@@ -173,24 +187,39 @@ fn sample(number: u32, ranges: &[(f64, f64)]) -> Vec<f64> {
     ranges.iter().map(place).collect()
 }
 
-/// Returns for each capsule the largest distance of its core from each joint's axis \[m\]; 1 for a prismatic joint, 0 for a joint that does
-/// not move it.
-fn levers(capsules: &[Capsule], chains: &[Chain], ranges: &[(f64, f64)]) -> Vec<Vec<f64>> {
+/// Returns how each link moves, with its driver among the joints of all arms.
+fn links(chains: &[Chain]) -> Vec<(Coupling, JointKind)> {
+    let (mut links, mut before) = (Vec::new(), 0);
+    for chain in chains {
+        let of_all = |(of, kind): (Coupling, _)| (Coupling { driver: before + of.driver, ..of }, kind);
+        links.extend(chain.couplings().map(of_all));
+        before += chain.joint_count();
+    }
+    links
+}
+
+/// Returns for each capsule the largest distance of its core from the axis of each link \[m\]; 1 for a link that slides, 0 for a link that
+/// does not carry it.
+fn levers(
+    capsules: &[Capsule],
+    chains: &[Chain],
+    links: &[(Coupling, JointKind)],
+    ranges: &[(f64, f64)],
+) -> Vec<Vec<f64>> {
     let origins: Vec<_> = chains.iter().flat_map(Chain::joint_origins).map(|origin| origin.norm()).collect();
-    let kinds: Vec<_> = chains.iter().flat_map(|chain| chain.kinds().iter().copied()).collect();
-    let slide = |joint: usize| match (kinds[joint], ranges.get(joint)) {
+    let slide = |(coupling, kind): &(Coupling, JointKind)| match (kind, ranges.get(coupling.driver)) {
         (JointKind::Prismatic, Some((lower, upper))) if lower.is_finite() && upper.is_finite() => {
-            lower.abs().max(upper.abs())
+            coupling.at(*lower).abs().max(coupling.at(*upper).abs())
         }
         (JointKind::Prismatic, _) => SLIDE,
         (JointKind::Revolute, _) => 0.0,
     };
     let of = |capsule: &Capsule| {
-        let mut levers = vec![0.0; kinds.len()];
+        let mut levers = vec![0.0; links.len()];
         let mut reach = capsule.core.ends.iter().fold(0.0_f64, |most, end| most.max(end.norm()));
-        for joint in capsule.moved_by.clone().rev() {
-            levers[joint] = if kinds[joint] == JointKind::Prismatic { 1.0 } else { reach };
-            reach += slide(joint) + origins[joint];
+        for link in capsule.carried_by.clone().rev() {
+            levers[link] = if links[link].1 == JointKind::Prismatic { 1.0 } else { reach };
+            reach += slide(&links[link]) + origins[link];
         }
         levers
     };

@@ -12,8 +12,8 @@ pub struct Placed {
     cores: Vec<Segment>,
     /// The center of each core, and half its length \[m\].
     balls: Vec<(Vector3<f64>, f64)>,
-    /// The axis of each joint: its direction, a point of it, and the joint's kind.
-    axes: Vec<(Vector3<f64>, Vector3<f64>, JointKind)>,
+    /// The axis about or along which each link moves: its direction, and a point of it.
+    axes: Vec<(Vector3<f64>, Vector3<f64>)>,
     /// The frame of each link.
     links: Vec<Isometry3<f64>>,
     /// The last measured gap of each pair, without the radii around the cores. Only the body moves, so it yields a lower bound of the gap
@@ -56,13 +56,14 @@ impl Placed {
         placed
     }
 
-    /// Allocates for the body of any scene with this many joints.
-    pub fn with_room(joints: usize) -> Self {
+    /// Allocates for the body of any scene of these arms.
+    pub fn with_room<'a>(chains: impl Iterator<Item = &'a Chain>) -> Self {
+        let links = chains.map(Chain::link_count).sum();
         Self {
             cores: Vec::with_capacity(MOST_PARTS),
             balls: Vec::with_capacity(MOST_PARTS),
-            axes: Vec::with_capacity(joints),
-            links: Vec::with_capacity(joints),
+            axes: Vec::with_capacity(links),
+            links: Vec::with_capacity(links),
             measured: Vec::with_capacity(MOST_PAIRS),
             travels: Vec::with_capacity(MOST_PARTS + MOST_CAPSULES * MOST_CAPSULES / 2),
         }
@@ -77,30 +78,27 @@ impl Placed {
         let half = |core: &Segment| 0.5 * core.vector().norm();
         put(&mut self.cores, scene.parts().map(|part| part.core));
         put(&mut self.balls, scene.parts().map(|part| (part.core.at(0.5), half(&part.core))));
-        let axis = (Vector3::z(), Vector3::zeros(), JointKind::Revolute);
-        put(&mut self.axes, std::iter::repeat_n(axis, scene.joint_count()));
-        put(&mut self.links, std::iter::repeat_n(Isometry3::identity(), scene.joint_count()));
+        put(&mut self.axes, scene.links.iter().map(|_| (Vector3::z(), Vector3::zeros())));
+        put(&mut self.links, scene.links.iter().map(|_| Isometry3::identity()));
         put(&mut self.measured, std::iter::repeat_n(None, scene.pair_count()));
     }
 
     /// Moves the joints of the arms of `scene` to `theta` \[rad, prismatic: m\], arm after arm. Allocates nothing.
     pub fn place<'a>(&mut self, scene: &Scene, chains: impl IntoIterator<Item = &'a Chain>, theta: &[f64]) {
-        let mut next = 0;
+        let (mut slots, mut theta) = (self.links.iter_mut().zip(&mut self.axes), theta);
         for chain in chains {
-            let end = (next + chain.joint_count()).min(theta.len()).min(self.links.len());
-            let mut slots =
-                self.links[next..end].iter_mut().zip(&mut self.axes[next..end]).zip(chain.kinds());
-            chain.for_each_link(&theta[next..end], |link| {
-                if let Some(((frame, axis), kind)) = slots.next() {
-                    *axis = (link.rotation * Vector3::z(), link.translation.vector, *kind);
+            let (own, rest) = theta.split_at(chain.joint_count().min(theta.len()));
+            chain.for_each_link(own, |link| {
+                if let Some((frame, axis)) = slots.next() {
+                    *axis = (link.rotation * Vector3::z(), link.translation.vector);
                     *frame = *link;
                 }
             });
-            next = end;
+            theta = rest;
         }
         let base = Isometry3::identity();
         for ((capsule, core), ball) in scene.parts().zip(&mut self.cores).zip(&mut self.balls) {
-            let link = capsule.joint.checked_sub(1).map_or(&base, |joint| &self.links[joint]);
+            let link = capsule.link.checked_sub(1).map_or(&base, |link| &self.links[link]);
             core.ends = capsule.core.ends.map(|end| link.rotation * end + link.translation.vector);
             ball.0 = core.at(0.5);
         }
@@ -217,12 +215,13 @@ impl Placed {
         normal: &Vector3<f64>,
         slope: &mut [f64],
     ) {
-        for joint in scene.part(capsule).moved_by.clone() {
-            let (direction, origin, kind) = &self.axes[joint];
-            slope[joint] += match kind {
-                JointKind::Revolute => direction.cross(&(point - origin)).dot(normal),
-                JointKind::Prismatic => direction.dot(normal),
-            };
+        for link in scene.part(capsule).carried_by.clone() {
+            let ((direction, origin), (coupling, kind)) = (&self.axes[link], &scene.links[link]);
+            slope[coupling.driver] += coupling.ratio
+                * match kind {
+                    JointKind::Revolute => direction.cross(&(point - origin)).dot(normal),
+                    JointKind::Prismatic => direction.dot(normal),
+                };
         }
     }
 }
@@ -232,7 +231,7 @@ mod tests {
     use super::*;
     use crate::space::{Body, KeepOut, Pair, SceneError, Why};
     use dq_algebra::UnitDualQuaternion;
-    use dq_kinematics::arm::{Joint, JointKind};
+    use dq_kinematics::arm::{Coupling, Joint, JointKind};
     use nalgebra::{Unit, UnitQuaternion};
     use proptest::prelude::*;
 
@@ -272,6 +271,14 @@ mod tests {
         [one.clone(), one.standing_at(&beside)]
     }
 
+    /// Returns the same arms with two joints each, the first of which drives the third link too.
+    fn driven() -> [Chain; 2] {
+        let third = Coupling { driver: 0, ratio: -0.7, offset: 0.2 };
+        let couplings = vec![Coupling::own(0), Coupling::own(1), third];
+        let kinds = vec![JointKind::Revolute, JointKind::Prismatic];
+        chains().map(|chain| chain.driven_by(kinds.clone(), couplings.clone()).unwrap())
+    }
+
     fn scene(chains: &[Chain]) -> Scene {
         let keep_outs: Vec<KeepOut> = KEEP_OUTS.map(|text| text.parse().unwrap()).to_vec();
         let keep_ins: Vec<KeepOut> = KEEP_INS.map(|text| text.parse().unwrap()).to_vec();
@@ -282,9 +289,11 @@ mod tests {
 
     proptest! {
         #[test]
-        fn slopes_are_the_derivatives_of_gaps(theta in prop::array::uniform6(-1.5..1.5f64)) {
+        fn slopes_are_the_derivatives_of_gaps(
+            theta in prop::array::uniform6(-1.5..1.5f64), is_driven in any::<bool>()
+        ) {
             const STEP: f64 = 1e-5;
-            let chains = chains();
+            let chains = if is_driven { driven() } else { chains() };
             let scene = scene(&chains);
             let mut placed = Placed::of(&scene);
             let mut gaps_at = |theta: &[f64; 6]| {
@@ -299,7 +308,7 @@ mod tests {
                 (gaps, slopes)
             };
             let (_, slopes) = gaps_at(&theta);
-            for joint in 0..6 {
+            for joint in 0..scene.joint_count() {
                 let mut beside = |side: f64| {
                     let mut theta = theta;
                     theta[joint] += side * STEP;
@@ -324,9 +333,10 @@ mod tests {
 
         #[test]
         fn no_gap_closes_by_more_than_the_travel_of_its_joints(
-            theta in prop::array::uniform6(-1.5..1.5f64), moves in prop::array::uniform6(-0.5..0.5f64)
+            theta in prop::array::uniform6(-1.5..1.5f64), moves in prop::array::uniform6(-0.5..0.5f64),
+            is_driven in any::<bool>()
         ) {
-            let chains = chains();
+            let chains = if is_driven { driven() } else { chains() };
             let scene = scene(&chains);
             let mut placed = Placed::of(&scene);
             let mut gaps = |part: f64| {
@@ -383,7 +393,7 @@ mod tests {
         // With a length in the wrong unit, the sphere contains the whole arm.
         let floor: KeepOut = "floor sphere 0 0 0 500".parse().unwrap();
         let body = Body::along(&chains[..1], 0.1);
-        let moved = body.capsules.iter().filter(|capsule| capsule.joint > 0).count();
+        let moved = body.capsules.iter().filter(|capsule| capsule.link > 0).count();
         let standing = Scene::new(body, vec![floor], &chains[..1], &[(-3.0, 3.0); 3]).unwrap();
         let pairs = (0..standing.pair_count()).map(|pair| standing.pair(pair));
         assert_eq!(pairs.filter(|pair| matches!(pair, Pair::KeepOut(..))).count(), moved);

@@ -1,6 +1,7 @@
 //! A scene: an arm's body, its keep-outs and keep-ins, and the pairs of these that can meet.
 
 use super::{Body, Capsule, KeepOut, Name};
+use dq_kinematics::arm::{Coupling, JointKind};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -50,7 +51,7 @@ pub(super) struct Meeting {
 /// The names of a pair that may meet.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Pair {
-    /// Two parts of the body, by the joints that move them, counted from 1, arm after arm; 0 for a base.
+    /// Two parts of the body, by the joints that move (or drive) their links, counted from 1, arm after arm; 0 for a base.
     Body(usize, usize),
     /// A part of the body and a keep-out.
     KeepOut(usize, Name),
@@ -160,6 +161,8 @@ pub struct Scene {
     pub(super) levers: Vec<Vec<f64>>,
     pub(super) meetings: Vec<Meeting>,
     pub(super) left_out: Vec<LeftOut>,
+    /// How each link moves, with its driver among the joints, arm after arm.
+    pub(super) links: Vec<(Coupling, JointKind)>,
     pub(super) joint_count: usize,
 }
 
@@ -200,7 +203,8 @@ impl Scene {
     }
 
     pub(super) fn named(&self, meeting: &Meeting) -> Pair {
-        let of = |capsule: usize| self.part(capsule).joint;
+        let driver = |link: usize| self.links[link].0.driver + 1;
+        let of = |capsule: usize| self.part(capsule).link.checked_sub(1).map_or(0, driver);
         match meeting.against {
             Against::Capsule(other) => Pair::Body(of(meeting.capsule), of(other)),
             Against::KeepOut(other) => Pair::KeepOut(of(meeting.capsule), self.keep_outs[other].name),

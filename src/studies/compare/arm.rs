@@ -67,6 +67,8 @@ impl Arm {
         let mut values = parameters_for(text, source, "/dq_servo")?;
         // The laws are compared, not the servo's reconfigurations after a stall.
         values.push(("reconfigure".to_owned(), Value::String(Reconfigure::Never.name().to_owned())));
+        // Nor what the servo does with joints that no law needs.
+        values.push(("posture.gain".to_owned(), Value::Double(0.0)));
         Self::of(name, values, source)
     }
 

@@ -23,6 +23,8 @@ pub enum Switch {
     Reconfigure,
     /// Whether keep-outs, the arm's body and its joint limits are constraints of the law.
     Constraints,
+    /// Whether joints to spare go back to the posture in which the motion began.
+    Posture,
 }
 
 impl Switch {
@@ -31,6 +33,7 @@ impl Switch {
         match self {
             Self::Reconfigure => "reconfigure",
             Self::Constraints => "constraints",
+            Self::Posture => "posture.gain",
         }
     }
 
@@ -40,6 +43,7 @@ impl Switch {
                 [Reconfigure::Never, Reconfigure::Always].map(|way| Value::String(way.name().to_owned()))
             }
             Self::Constraints => [false, true].map(Value::Bool),
+            Self::Posture => [0.0, 1.0].map(Value::Double),
         }
     }
 
@@ -53,7 +57,7 @@ impl Switch {
         match self {
             // Before a reconfiguration the motion stalls, which takes `progress_timeout`.
             Self::Reconfigure => Duration::from_secs(60),
-            Self::Constraints => HORIZON,
+            Self::Constraints | Self::Posture => HORIZON,
         }
     }
 }

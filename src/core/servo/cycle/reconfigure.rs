@@ -105,6 +105,8 @@ impl Servo {
             {
                 tracking.try_again();
                 tracking.watch.reconfiguration = Reconfiguration::Taken;
+                // The motion goes on from the other configuration.
+                tracking.posture.clear();
             }
             _ => {}
         }

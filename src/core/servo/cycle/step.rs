@@ -76,6 +76,10 @@ impl Servo {
             moving: tracked.moving.filter(|_| !escapes),
             allowed: AllowedRate { part: pursuit.watch.gain_factor, largest },
             escape: escapes.then_some(&self.escape.direction),
+            posture: match self.settings.posture.positions.as_slice() {
+                [] => &pursuit.posture,
+                given => given,
+            },
         });
         let input = FilterInput {
             settings: &self.settings,

@@ -118,6 +118,9 @@ impl Servo {
         let pose = self.robot.arms.pose();
         self.explanation.note(now, pose);
         let pursuit = self.mode.pursuit_mut()?;
+        if pursuit.posture.is_empty() {
+            pursuit.posture.extend_from_slice(self.robot.link.measured());
+        }
         let Settings { controller, feed_forward, hysteresis, .. } = &self.settings;
         let moving =
             if *feed_forward { self.stream.at(now, self.explanation.moves_by_itself()) } else { None };

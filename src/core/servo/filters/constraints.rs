@@ -1,7 +1,7 @@
 //! Keeps the arm clear of its scene: finds the velocity nearest to the desired one at which no gap closes too fast.
 
 use super::FilterInput;
-use crate::servo::ClosePair;
+use crate::servo::{Arms, ClosePair};
 use dq_kinematics::control::{Aim, QuadraticProgram};
 use dq_space::space::{Gap, MOST_PAIRS, Near, Placed, Scene};
 
@@ -55,9 +55,10 @@ pub(super) struct Constraints {
 
 impl Constraints {
     /// Allocates for this many joints, and for any scene.
-    pub fn new(joints: usize) -> Self {
+    pub fn new(arms: &Arms) -> Self {
+        let joints = arms.joint_count();
         Self {
-            placed: Placed::with_room(joints),
+            placed: Placed::with_room(arms.chains()),
             near: Vec::with_capacity(MOST_PAIRS),
             program: QuadraticProgram::with_room(joints, 2 * joints + MOST_GAPS),
             weights: vec![0.0; joints * joints],

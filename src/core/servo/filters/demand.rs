@@ -1,7 +1,6 @@
 //! The velocity that the law asks for at the present joint positions.
 
 use super::{FilterInput, LawGoal};
-use crate::servo::Posture;
 use dq_limits::ratio;
 
 /// Turns the law's velocity into its demand: reduces it to the gain that the delay allows, adds the escape from a singularity, the
@@ -32,19 +31,21 @@ impl LawDemand {
     }
 
     /// Adds the motion towards the posture, in the null space of the law's inverse. This motion takes only the speed that the tool's motion
-    /// leaves to each joint within its limits, so that it does not slow the tool. It waits while the arm leaves a singularity.
+    /// leaves to each joint within its limits of speed and position, so that it does not slow the tool or keep it from its goal. It waits while the arm leaves a singularity.
     fn move_to_posture(&mut self, input: &FilterInput, goal: &LawGoal, velocity: &mut [f64]) {
-        let Posture { positions, gain } = &input.settings.posture;
-        if goal.escape.is_some() || *gain <= 0.0 || positions.is_empty() {
+        let (gain, task) = (input.settings.posture.gain, input.settings.controller.aim.components());
+        if goal.escape.is_some() || gain <= 0.0 || input.arms.joint_count() <= task {
             return;
         }
-        for ((free, wanted), position) in self.more.iter_mut().zip(positions).zip(input.joints.positions) {
+        for ((free, wanted), position) in self.more.iter_mut().zip(goal.posture).zip(input.joints.positions) {
             *free = gain * (wanted - position);
         }
         input.settings.controller.leave_tool(input.arms.state(), &mut self.more);
-        let joints = self.more.iter().zip(&*velocity).zip(&input.settings.limits.joint_velocity);
-        let shares =
-            joints.map(|((free, speed), limit)| ratio((limit - speed * free.signum()).max(0.0), free.abs()));
+        let shares = self.more.iter().zip(&*velocity).enumerate().map(|(joint, (free, speed))| {
+            let (least, most) = input.joints.span(joint).range;
+            let left = if *free < 0.0 { speed - least } else { most - speed };
+            ratio(left.max(0.0), free.abs())
+        });
         let share = shares.fold(1.0, f64::min);
         velocity.iter_mut().zip(&self.more).for_each(|(speed, free)| *speed += share * free);
     }

@@ -63,6 +63,8 @@ pub(super) struct LawGoal<'a> {
     pub allowed: AllowedRate,
     /// The direction out of a singularity, while the law stands still there.
     pub escape: Option<&'a EscapeDirection>,
+    /// The positions of the joints to which those move that the task does not need \[rad, prismatic: m\].
+    pub posture: &'a [f64],
 }
 
 /// The commands that were replaced by those of a stop.
@@ -92,9 +94,9 @@ impl Filters {
             demand: LawDemand::new(arms.joint_count()),
             demanded_acceleration: DemandedAcceleration::new(arms.clone()),
             approach: Approach::new(arms.joint_count()),
-            constraints: Constraints::new(arms.joint_count()),
+            constraints: Constraints::new(arms),
             envelope: Envelope::new(arms.joint_count()),
-            stoppable: Stoppable::new(arms.joint_count(), period),
+            stoppable: Stoppable::new(arms, period),
             replaced: Replaced::default(),
         }
     }

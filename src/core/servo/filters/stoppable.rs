@@ -1,7 +1,7 @@
 //! Ensures that the arm can be stopped: rejects a command if a stop after it would lead into an obstacle.
 
 use super::FilterInput;
-use crate::servo::ClosePair;
+use crate::servo::{Arms, ClosePair};
 use dq_limits::{Pace, RAMP_TIME, STOP_TIME, scale};
 use dq_space::space::{Gap, MOST_PAIRS, Near, Placed, Scene};
 use std::ops::Range;
@@ -138,13 +138,13 @@ struct Open {
 }
 
 impl Stoppable {
-    /// Allocates for this many joints and any scene, and for stops with the control period `period` \[s\].
-    pub fn new(joints: usize, period: f64) -> Self {
-        let zeros = vec![0.0; joints];
+    /// Allocates for these arms and any scene, and for stops with the control period `period` \[s\].
+    pub fn new(arms: &Arms, period: f64) -> Self {
+        let zeros = vec![0.0; arms.joint_count()];
         let cycles = ((STOP_TIME + 2.0 * RAMP_TIME) / period).ceil() as usize + MORE_CYCLES;
         let list = || Vec::with_capacity(MOST_PAIRS);
         Self {
-            placed: Placed::with_room(joints),
+            placed: Placed::with_room(arms.chains()),
             near: Vec::with_capacity(MOST_PAIRS),
             stop: StoppingPath {
                 joints: zeros.iter().map(|_| Vec::with_capacity(cycles)).collect(),

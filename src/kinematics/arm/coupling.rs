@@ -1,0 +1,110 @@
+//! Chains in which joints drive others: the mimic joints of palletizers and linkages.
+
+use super::link::ChainEnd;
+use super::pair::{Motions, ZEROS, twice, two};
+use super::{ArmError, Chain, JointKind};
+use nalgebra::Vector3;
+use wide::f64x2;
+
+/// The motion of one link of a chain, relative to the link before it, as a linear function of its driver's position: `ratio · θ + offset`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Coupling {
+    /// The index of the driver among the chain's joints, counted from 0.
+    pub driver: usize,
+    /// The link's speed per speed of the driver.
+    pub ratio: f64,
+    /// The link's position with the driver at 0 \[rad, prismatic: m\].
+    pub offset: f64,
+}
+
+impl Coupling {
+    /// Returns the coupling of a link that moves with its own joint.
+    pub fn own(joint: usize) -> Self {
+        Self { driver: joint, ratio: 1.0, offset: 0.0 }
+    }
+
+    /// Returns the link's position with the driver at `position` \[rad, prismatic: m\].
+    pub fn at(&self, position: f64) -> f64 {
+        self.ratio * position + self.offset
+    }
+}
+
+/// The joints of a chain with mimic joints.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Drivers {
+    /// The kind of each driver.
+    pub kinds: Vec<JointKind>,
+    /// The coupling of each link, base first.
+    pub couplings: Vec<Coupling>,
+}
+
+impl Drivers {
+    /// Yields the positions of the links, two at a time.
+    pub fn positions(&self, theta: &[f64]) -> impl Iterator<Item = f64x2> {
+        let at = |coupling: &Coupling| coupling.at(theta[coupling.driver]);
+        self.couplings.chunks(2).map(move |both| two(&[at(&both[0]), both.get(1).map_or(0.0, at)]))
+    }
+}
+
+impl Chain {
+    /// Returns the same chain with joints of these `kinds`, which drive all links: `θ = C θ_a + c`, with a row in `couplings` for each
+    /// link, base first. The chain then has as many joints as drivers, and the Jacobian `J C`.
+    ///
+    /// # Errors
+    /// [`ArmError::OnePerJoint`] if the number of couplings differs from the number of links, or a driver is missing.
+    pub fn driven_by(mut self, kinds: Vec<JointKind>, couplings: Vec<Coupling>) -> Result<Self, ArmError> {
+        let check = |what, expected, got, is_valid| match is_valid {
+            true => Ok(()),
+            false => Err(ArmError::OnePerJoint { what, expected, got }),
+        };
+        let (links, got) = (self.link_count(), couplings.len());
+        check("couplings", links, got, links == got)?;
+        let needed = couplings.iter().map(|coupling| coupling.driver + 1).max().unwrap_or(0);
+        check("drivers", needed, kinds.len(), needed <= kinds.len())?;
+        let is_own = couplings.iter().enumerate().all(|(link, coupling)| *coupling == Coupling::own(link));
+        self.drivers = (!is_own).then_some(Drivers { kinds, couplings });
+        Ok(self)
+    }
+
+    /// Yields the coupling of each link, and how it moves, base first.
+    pub fn couplings(&self) -> impl Iterator<Item = (Coupling, JointKind)> + Clone + '_ {
+        let of = |link| self.drivers.as_ref().map_or(Coupling::own(link), |drivers| drivers.couplings[link]);
+        self.link_kinds.iter().enumerate().map(move |(link, kind)| (of(link), *kind))
+    }
+
+    /// Yields the range of each link while the joints are within these `ranges`; (0, 0) for a joint without a range.
+    pub(super) fn link_ranges(
+        &self,
+        ranges: impl Iterator<Item = (f64, f64)> + Clone,
+    ) -> impl Iterator<Item = (f64, f64)> + Clone {
+        self.couplings().map(move |(coupling, _)| {
+            let (lower, upper) = ranges.clone().nth(coupling.driver).unwrap_or_default();
+            let (one, other) = (coupling.at(lower), coupling.at(upper));
+            (one.min(other), one.max(other))
+        })
+    }
+    /// Sets `motions` to the motion of a point at the base's origin, carried by the tool, by each joint: the sum over the links that it
+    /// drives. Returns the last link.
+    pub(super) fn evaluate_driven(
+        &self,
+        drivers: &Drivers,
+        theta: &[f64],
+        motions: &mut [Motions],
+    ) -> ChainEnd {
+        motions.fill((ZEROS, ZEROS));
+        let mut couplings = self.couplings();
+        self.pass_pairs(drivers.positions(theta), |ends| {
+            for (end, (Coupling { driver, ratio, .. }, kind)) in ends.iter().zip(couplings.by_ref()) {
+                let (axis, point) = (end.z_axis(), end.point());
+                let (angular, linear) = match kind {
+                    JointKind::Revolute => (axis, point.cross(&axis)),
+                    JointKind::Prismatic => (Vector3::zeros(), axis),
+                };
+                let ratios = f64x2::new(if driver % 2 == 0 { [ratio, 0.0] } else { [0.0, ratio] });
+                let sums = &mut motions[driver / 2];
+                sums.0 += twice(&angular) * ratios;
+                sums.1 += twice(&linear) * ratios;
+            }
+        })
+    }
+}
