@@ -63,8 +63,8 @@ impl UnitDualQuaternion {
     /// Returns the pose at the fraction `t` of the screw from this pose (`t` = 0) to `other` (`t` = 1): screw linear
     /// interpolation (Kavan et al. 2006), `q exp(t log(q* other))`.
     ///
-    /// Takes the shorter of the two screws, whichever signs the poses have. At a half turn both are as long; the signs
-    /// decide, and if they do not, the axis that the rounded product has. A `t` outside \[0, 1\] continues on the screw.
+    /// Takes the shorter of the two screws, whatever signs the poses have. At a half turn both are equally long: then the signs decide, or
+    /// if the scalar part is 0, the rounded product. A `t` outside \[0, 1\] continues on the screw.
     #[must_use]
     pub fn sclerp(&self, other: &Self, t: f64) -> Self {
         let relative = self.inverse() * *other;

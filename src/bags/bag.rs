@@ -16,7 +16,7 @@ struct Bound {
     ratio: u64,
 }
 
-/// The bound for the returned messages. A larger ratio is not that of a recording: zstd compresses the messages of an arm at rest to about
+/// The bound for the returned messages. No recording has a larger ratio: zstd compresses even the messages of an arm at rest only to about
 /// a twentieth.
 const ROOM: Bound = Bound { least: 64 << 20, ratio: 100 };
 

@@ -22,7 +22,7 @@
 //!     .with_period(Duration::from_millis(4));
 //! assert_eq!(parameters.arms.chain().forward_kinematics(&[0.0, 0.0])?.translation().x, 0.75);
 //! let servo = parameters.build()?;
-//! assert_eq!(servo.settings().goal_tolerance.linear, 0.001); // [m], as of a node to which nothing is given
+//! assert_eq!(servo.settings().goal_tolerance.linear, 0.001); // [m], the default
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!

@@ -3,7 +3,7 @@
 use crate::{Braking, Limits, Pace, ratio, scale};
 use dq_kinematics::arm::Arms;
 
-/// The joints between two commands, from which the next command is made.
+/// The state of the joints after the last command, from which the next command is computed.
 #[derive(Clone, Copy, Debug)]
 pub struct Joints<'a> {
     /// The limits that commands never exceed.
@@ -24,7 +24,7 @@ impl Joints<'_> {
         Pace { speed: self.before[joint], step: self.braking.steps[joint] }
     }
 
-    /// Returns the largest speed that its hold leaves to joint number `joint` [rad/s, prismatic: m/s].
+    /// Returns the largest speed of joint number `joint` besides its hold [rad/s, prismatic: m/s].
     pub(crate) fn velocity(&self, joint: usize) -> f64 {
         (self.limits.joint_velocity[joint] - self.hold[joint].abs()).max(0.0)
     }

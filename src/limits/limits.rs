@@ -74,7 +74,7 @@ pub struct Braking<'a> {
     pub steps: &'a [f64],
     /// The control period \[s\], to which the change by a command refers.
     pub period: f64,
-    /// The longest recent mean period of the cycle over a stop \[s\].
+    /// The largest recent average period of the cycle over the duration of a stop \[s\].
     pub cycle: f64,
     /// The time from a command to the joint state that shows it, plus the interval of joint states, with recent lateness \[s\].
     pub delay: f64,

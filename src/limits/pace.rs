@@ -20,7 +20,7 @@ impl Pace {
         Self { speed: -self.speed, step: -self.step }
     }
 
-    /// Returns the travel until the steps have decreased to zero, as fast as `jerk` [rad/s] allows, in cycles at 1 rad/s.
+    /// Returns the travel until the steps have decreased to zero, as fast as `jerk` [rad/s] allows, divided by the control period [rad/s].
     pub fn travel_to_rest(self, jerk: f64) -> f64 {
         let cycles = self.step.abs() / jerk;
         cycles * (self.speed + cycles * self.step / 3.0)
@@ -40,8 +40,8 @@ impl Pace {
         self.speed + self.towards(0.0, most, jerk)
     }
 
-    /// Returns the next step towards the speed `wanted`: at most `most`, and at most `jerk` [rad/s] different from the last step. The
-    /// following steps can decrease to zero at that speed, if the last one allowed it.
+    /// Returns the next step towards the speed `wanted`: at most `most`, and at most `jerk` [rad/s] different from the last step. After it,
+    /// the steps can still decrease to zero at that speed, if they could after the last one.
     pub fn towards(self, wanted: f64, most: f64, jerk: f64) -> f64 {
         let gap = wanted - self.speed;
         let step = most.min(eased(gap.abs(), jerk)).copysign(gap);

@@ -95,7 +95,7 @@ impl Span {
         (slower != last).then_some(slower)
     }
 
-    /// Returns the next speed of a joint whose acceleration ends.
+    /// Returns the next speed of a joint whose acceleration decreases as fast as the jerk allows.
     pub(crate) fn eased(&self) -> f64 {
         let step = (self.pace.step.abs() - self.jerk).max(0.0).copysign(self.pace.step);
         self.hold(self.pace.speed + step)

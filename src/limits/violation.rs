@@ -34,7 +34,7 @@ pub enum Violation {
     },
     /// A step is larger than the acceleration and deceleration limits allow in the time (rule 6).
     #[error(
-        "joint {joint}: a step of {step}, where the limits on acceleration allow {limit} [rad/s, prismatic: m/s]"
+        "joint {joint}: a step of {step}, but the limits on acceleration allow {limit} [rad/s, prismatic: m/s]"
     )]
     Acceleration {
         /// The joint.
@@ -46,7 +46,7 @@ pub enum Violation {
     },
     /// A step differs from the one before by more than the jerk limit allows (rule 6).
     #[error(
-        "joint {joint}: a step that is another one by {change}, where the limit on jerk allows {limit} [rad/s, prismatic: m/s]"
+        "joint {joint}: a step changes by {change}, but the limit on jerk allows {limit} [rad/s, prismatic: m/s]"
     )]
     Jerk {
         /// The joint.

@@ -10,9 +10,9 @@ const PRESENCE: Duration = Duration::from_secs(1);
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Arbiter {
     current: Option<Heard>,
-    /// Another publisher, heard since.
+    /// Another publisher that was heard since the current one was chosen.
     other: Option<Heard>,
-    /// Whether both are present: the current one spoke again after the other.
+    /// Whether both publishers are present: the current one was heard again after the other.
     both: bool,
 }
 

@@ -22,7 +22,7 @@ const TWO_STATES: Duration = Duration::from_millis(20);
 /// Longest time until a command shows in the joint states.
 const LATELY: Duration = Duration::from_millis(250);
 
-/// How long the robot's own report of its speed fraction counts; afterwards the measured fraction does.
+/// How long a speed scaling that the robot reported is used; afterwards the measured one is.
 const TOLD: Duration = Duration::from_secs(1);
 
 /// Measured speeds below this [rad/s] count as standstill.
@@ -53,7 +53,7 @@ pub(crate) struct ArmLink {
     pub returned: Option<Return>,
     /// Whether the states arrive too rarely.
     pub rarity: Rarity,
-    /// The fraction of its speed at which the robot says that it moves, and when it said so.
+    /// The speed scaling that the robot reported, and when.
     pub told_factor: Option<(f64, Duration)>,
     /// A robot that appeared and may be moving.
     newcomer: Option<Newcomer>,
@@ -85,7 +85,7 @@ struct Newcomer {
     since: Duration,
     /// Its positions at that time \[rad\].
     positions: Vec<f64>,
-    /// Its speeds before [rad/s], if known.
+    /// Its velocities before that time [rad/s], if known.
     velocity: Option<Vec<f64>>,
 }
 
@@ -244,7 +244,7 @@ impl ArmLink {
         let age = self.latency.hear(now, self.received, stamp_age);
         let times = self.measured_at..now.saturating_sub(age);
         if self.latency.is_stamped() != was_stamped {
-            // Their times belong to the other clock.
+            // The times of the samples were taken by the other clock.
             self.samples.clear();
         }
         if self.received.is_some() && returned.is_none() {
@@ -284,7 +284,7 @@ impl ArmLink {
         };
     }
 
-    /// Writes the robot's velocity: as reported, or from the state before. For an arm that waits for the other one.
+    /// Writes the present velocity of an arm that waits until the other arm's state is known: as reported, or from the last two states.
     fn follow_velocity(&self, has_velocities: bool, now: Duration, measured: &[f64], velocity: &mut [f64]) {
         let moves = has_velocities && self.velocities.iter().any(|speed| speed.abs() >= STANDSTILL);
         let passed = now.saturating_sub(self.received.unwrap_or(now));
@@ -295,8 +295,8 @@ impl ArmLink {
         }
     }
 
-    /// Determines the speed of a robot that just appeared, or after a gap in the cycles. Returns false if that takes another state. Two
-    /// measurements must agree, because the first states may be old: reported velocities and two positions, or three positions.
+    /// Determines the speed of a robot that just appeared, or after a gap in the cycles. Returns false if another joint state is needed for
+    /// that. Two measurements must agree, because the first states may be old: reported velocities and two positions, or three positions.
     fn find_velocity(
         &mut self,
         now: Duration,
@@ -374,7 +374,8 @@ impl ArmLink {
         self.pull.observe(observed, (passed, factor), rate, &settings.limits.joint_velocity[joints]);
     }
 
-    /// As [`Link::balance`](crate::Link::balance), for this arm's `hold`, of which its joints responded to `proven`.
+    /// Does the work of [`Link::balance`](crate::Link::balance) for this arm. `hold` is the hold of its joints, and `proven` the part of it
+    /// to which they have responded.
     pub fn balance(&mut self, what: Hold, room: &Room, proven: &mut [f64], hold: &mut [f64]) {
         let rests = self.following.must_rest() || !self.listeners || self.rival;
         let first = self.joints.start;

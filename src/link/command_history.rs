@@ -13,7 +13,7 @@ const MEMORY: Duration = Duration::from_millis(700);
 #[derive(Serialize, Deserialize)]
 pub(crate) struct CommandHistory {
     joint_count: usize,
-    /// How long each command moves the joints, regardless of how long it is in force \[s\]; `None` if it moves them for as long as it is.
+    /// How long each command moves the joints \[s\]; `None` if a command moves them for as long as it is in force.
     step: Option<f64>,
     /// Longest time for which a command moves the joints \[s\].
     longest: f64,
@@ -69,7 +69,7 @@ impl CommandHistory {
         }
         self.speeds.extend_from_slice(command);
         self.moves = command != hold;
-        // If the clock went back, the times mean nothing any more. Otherwise the older half is dropped at once when the memory is full.
+        // If the clock went back, the times are no longer meaningful. Otherwise the older half is dropped at once when the memory is full.
         let forgotten = match self.times.last() {
             Some(last) if now < *last => self.times.len(),
             _ if self.times.len() + 1 == 2 * self.capacity => self.capacity,
@@ -87,7 +87,8 @@ impl CommandHistory {
         into.iter_mut().zip(window.distances(range)).for_each(|(slot, distance)| *slot = distance);
     }
 
-    /// Writes to `into` the commanded displacement of the joints of `range` from the first command to `time` \[rad\]. Forgotten commands count.
+    /// Writes to `into` the commanded displacement of the joints of `range` from the first command to `time` \[rad\]. It includes commands
+    /// that are no longer remembered.
     pub fn total(&self, range: Range<usize>, time: Duration, into: &mut [f64]) {
         let InForce { sums, speeds, time } = self.in_force(&self.place(time), &range);
         let joints = into.iter_mut().zip(sums.iter().zip(speeds));

@@ -10,11 +10,12 @@ use std::time::Duration;
 /// The clocks count as agreeing while joint states are not older than this by their stamps.
 const LONGEST_AGE: Duration = Duration::from_millis(150);
 
-/// How long clocks must agree before stamps are used, and disagree before they are not: one late joint state proves nothing about clocks.
+/// How long clocks must agree before stamps are used, and how long they must disagree before stamps are no longer used: one late joint
+/// state proves nothing about clocks.
 const AGREEMENT: Duration = Duration::from_millis(200);
 const DISAGREEMENT: Duration = Duration::from_secs(2);
 
-/// The response times that are compared with the motion: zero, one step, …
+/// The candidates for the response time: multiples of `STEP`, `CANDIDATES` of them from zero on. All are below `LONGEST_RESPONSE`.
 const STEP: Duration = Duration::from_millis(4);
 const CANDIDATES: usize = 49;
 const LONGEST_RESPONSE: Duration = Duration::from_millis(200);
@@ -54,21 +55,22 @@ pub(crate) struct Latency {
 /// The comparison for one possible response time.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 struct Candidate {
-    /// The motion compared with the commands of that time before.
-    beside: Comparison,
+    /// The motion compared with the commands that were sent this response time earlier.
+    comparison: Comparison,
     /// The sum of each joint's commands \[rad\].
     asked: Vec<f64>,
 }
 
 impl Candidate {
-    /// Returns the sum of squares by which the commands miss the motion \[rad²\], for a robot that moves at the best fraction f ≤ 1 of its
-    /// commands plus a constant speed of each joint: `M − 2 f P + f² W` with `f = P/W`, all sums taken about the means.
+    /// Returns the sum of the squared differences between motion and commands \[rad²\]. The robot may move at a fraction f ≤ 1 of its
+    /// commands, plus a constant speed of each joint; the best of these fit is `M − 2 f P + f² W` with `f = P/W`, all sums taken about the
+    /// means.
     fn misfit(&self, latency: &Latency, motion: f64) -> f64 {
         let count = latency.count.max(f64::MIN_POSITIVE);
         let joints = self.asked.iter().zip(&latency.moved);
         let means: Comparison = joints.map(|(asked, moved)| (*asked, *moved)).collect();
-        let product = self.beside.product - means.product / count;
-        let square = (self.beside.square - means.square / count).max(0.0);
+        let product = self.comparison.product - means.product / count;
+        let square = (self.comparison.square - means.square / count).max(0.0);
         let factor = if square > 0.0 { (product / square).clamp(0.0, 1.0) } else { 1.0 };
         motion - factor * (2.0 * product - factor * square)
     }
@@ -77,7 +79,7 @@ impl Candidate {
 impl Latency {
     /// Creates the estimator for `joint_count` joints whose states arrive once per `period`.
     pub fn new(joint_count: usize, period: Duration) -> Self {
-        let candidate = Candidate { beside: Comparison::default(), asked: vec![0.0; joint_count] };
+        let candidate = Candidate { comparison: Comparison::default(), asked: vec![0.0; joint_count] };
         Self {
             agreeing_since: None,
             agreed: None,
@@ -119,7 +121,7 @@ impl Latency {
         seconds(age)
     }
 
-    /// Whether stamps are used.
+    /// Returns whether stamps are used.
     pub fn is_stamped(&self) -> bool {
         self.stamped
     }
@@ -135,8 +137,8 @@ impl Latency {
     fn fade(&mut self, keep: f64) {
         (self.count, self.motion) = (keep * self.count, keep * self.motion);
         self.moved.iter_mut().for_each(|moved| *moved *= keep);
-        for Candidate { beside, asked } in &mut self.candidates {
-            beside.fade(keep);
+        for Candidate { comparison, asked } in &mut self.candidates {
+            comparison.fade(keep);
             asked.iter_mut().for_each(|asked| *asked *= keep);
         }
     }
@@ -150,10 +152,10 @@ impl Latency {
         // A motion long after the last command is not a response, whichever candidate is right.
         if !history.stood_after(motion.from.saturating_sub(LONGEST_RESPONSE)) {
             let mut window = history.window(motion.from, motion.to);
-            for Candidate { beside, asked: sums } in &mut self.candidates {
+            for Candidate { comparison, asked: sums } in &mut self.candidates {
                 let distances = window.distances(motion.joints.clone()).zip(motion.moved).zip(sums);
                 for ((asked, moved), sum) in distances {
-                    beside.add(asked, *moved);
+                    comparison.add(asked, *moved);
                     *sum += asked;
                 }
                 window.move_back(STEP);

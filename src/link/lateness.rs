@@ -1,4 +1,4 @@
-//! The lateness of control cycles and joint states in the last seconds, which may happen again.
+//! The recent lateness of control cycles and joint states. It may occur again.
 
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
@@ -12,7 +12,7 @@ pub(crate) const LONGEST_HOLD: Duration = Duration::from_millis(100);
 /// The weight of the newest cycle in the average time between cycles: a stop takes about fifty cycles.
 const SMOOTHING: f64 = 0.02;
 
-/// The lateness of the cycles in the last seconds: the worst, and the average that the slowest stop would have seen.
+/// The recent lateness of the cycles: that of the worst cycle, and the largest average over the duration of a stop.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Cycles {
     period: Duration,
@@ -53,7 +53,7 @@ impl Cycles {
         self.latest.worst()
     }
 
-    /// Returns the time between cycles that the slowest stop in the last seconds would have seen.
+    /// Returns the largest recent average time between cycles, taken over the duration of a stop.
     pub fn slowest(&self) -> Duration {
         self.period + self.slowest.worst()
     }

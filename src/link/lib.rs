@@ -1,6 +1,6 @@
 //! Connects the servo to its robot: takes joint states, estimates delays and pulls, and checks that the robot is present and follows.
 #![warn(clippy::unwrap_used, clippy::expect_used)]
-// Both panic if nobody reads: results go through cli::print, everything else through stderr.
+// These macros panic if nobody reads the output: results go through cli::print, everything else through stderr.
 #![warn(clippy::print_stdout, clippy::print_stderr)]
 
 mod arbiter;
@@ -74,19 +74,20 @@ pub enum Contact {
 /// The estimates about one arm in one control period.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ArmFigures {
-    /// Commands sent later than this before the last joint state arrived do not show in it yet.
+    /// How old a command must have been, when the last joint state arrived, to show in that state.
     pub lag: Duration,
     /// The delay that bounds the law's gain: from a command to the joint state that shows it, plus one interval between joint states.
     pub delay: Duration,
     /// The largest lateness of a cycle or of a joint state in the last seconds.
     pub lateness: Duration,
-    /// The time between cycles that a stop in the last seconds would have seen at worst; never less than the period.
+    /// The largest average time between cycles over the duration of a stop, in the last seconds; at least the period.
     pub cycle: Duration,
-    /// How the arm follows.
+    /// Whether the arm follows its commands.
     pub contact: Contact,
     /// The fraction of the commanded speed at which the arm moves, at most 1.
     pub factor: f64,
-    /// In this cycle the robot appeared, or the servo came back after a gap: the next command starts at the arm's present speed.
+    /// Whether in this cycle the robot appeared, or the servo came back after a gap. The next command then starts at the arm's present
+    /// speed.
     pub came: bool,
 }
 

@@ -1,4 +1,4 @@
-//! The arms together: what a cycle of the servo asks of the link.
+//! The link to all arms of a servo.
 
 use crate::arm::ArmLink;
 use crate::command_history::CommandHistory;
@@ -11,7 +11,8 @@ use serde::{Deserialize, Serialize};
 use std::ops::Range;
 use std::time::Duration;
 
-/// The joints of all arms: their measured and their predicted positions.
+/// The link between a servo and its arms: takes joint states, predicts positions, estimates delays and pulls, and monitors whether the arms
+/// follow.
 #[derive(Serialize, Deserialize)]
 pub struct Link {
     arms: Vec<ArmLink>,
@@ -50,7 +51,7 @@ impl Link {
     }
 
     /// Takes a joint state received at `now` for the next cycle; the last good one counts. Returns whether it came from the publisher in
-    /// charge, which another one replaces after a `silence`.
+    /// use. Another publisher takes over only after the one in use has been silent for `silence`.
     pub fn take(
         &mut self,
         arm: usize,
@@ -86,7 +87,7 @@ impl Link {
             arm.advance(settings, &mut self.measured, &mut self.velocity, &self.history);
             arm.sum_up(now, settings.latency, &self.cycles);
             if arm.returned.is_some_and(|it| it.is_of_newcomer()) {
-                // Nothing holds a robot that has just appeared.
+                // A robot that has just appeared gets no hold yet.
                 self.hold[arm.joints.clone()].fill(0.0);
             }
         }
@@ -124,7 +125,7 @@ impl Link {
         self.arms.iter().any(|arm| arm.following.is_lost())
     }
 
-    /// Notes the fraction of its speed at which `arm` says at `now` that it moves.
+    /// Notes the speed scaling, 0 to 1, that `arm` reported at `now`.
     pub fn set_factor(&mut self, arm: usize, factor: f64, now: Duration) {
         self.arms[arm].told_factor = factor.is_finite().then_some((factor.clamp(0.0, 1.0), now));
     }
@@ -158,7 +159,7 @@ impl Link {
         }
     }
 
-    /// Notes the `command` [rad/s] in force from `now` on. It contains the hold, which moves nothing.
+    /// Notes the `command` [rad/s] in force from `now` on. It contains the hold, which does not move the joints.
     pub fn command(&mut self, now: Duration, command: &[f64]) {
         self.history.note(now, command, &self.hold);
         for arm in &mut self.arms {
@@ -240,7 +241,7 @@ impl Link {
         self.arms.iter().find_map(|arm| Some(arm.joints.start + arm.following.lost()? + 1))
     }
 
-    /// Returns the joint that goes too far, counted from 1 arm after arm, and how many times as far as commanded it goes.
+    /// Returns the joint that moves too far, counted from 1 arm after arm, and the ratio of its motion to the command.
     pub fn too_far(&self, now: Duration) -> Option<(usize, f64)> {
         self.arms.iter().find_map(|arm| {
             let (joint, factor) = arm.following.too_far(now)?;
@@ -248,7 +249,7 @@ impl Link {
         })
     }
 
-    /// Tries arms that did not follow again, without waiting.
+    /// Drives arms that did not follow again, without waiting.
     pub fn try_again(&mut self) {
         self.arms.iter_mut().for_each(|arm| arm.following.try_again());
     }

@@ -16,7 +16,7 @@ pub fn longest_travel(speed: f64, seconds: f64) -> f64 {
 /// The robot appeared, came back, or jumped. This revokes earlier requests.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Return {
-    /// Requests made until this time are revoked; `None` if there can be none.
+    /// Requests made until this time are revoked. `None` if no request can be that old.
     pub since: Option<Duration>,
     /// What the robot did.
     pub what: Returned,
@@ -50,7 +50,7 @@ pub(crate) struct Step<'a> {
     pub to: &'a [f64],
     /// The joints' largest speeds [rad/s].
     pub speeds: &'a [f64],
-    /// The recently commanded displacements \[rad\], which a limit that was lowered meanwhile does not shorten.
+    /// The recently commanded displacements \[rad\]. They may exceed what `speeds` allow, if a limit was lowered meanwhile.
     pub commanded: &'a [f64],
     /// The kinds of the joints.
     pub kinds: &'a [JointKind],

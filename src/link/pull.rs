@@ -7,8 +7,9 @@
 //! dp̂/dt = K_I (u − θ̇ − p̂)
 //! ```
 //!
-//! With the parameter `integral`, the command contains p̂ besides the motion: the hold. Then θ̇ follows the motion, and the joint stands where
-//! it was stopped, p/K_I below. A limit that keeps u from what was wanted winds up nothing, because u is what was sent.
+//! With the parameter `integral`, the command is the motion plus p̂, which is called the hold. Then θ̇ follows the motion, and the joint
+//! stands p/K_I below the position at which it was stopped. A limit on the command does not wind up the estimate, because u is the command
+//! that was sent.
 
 use dq_limits::{Limits, Pace};
 use serde::{Deserialize, Serialize};
@@ -21,7 +22,7 @@ const WATCHED: f64 = 5.0;
 const STABLE: f64 = 0.5;
 
 /// Largest estimate as a fraction of a joint's largest speed, and its largest rate of change [rad/s², prismatic: m/s²]. A faster change is
-/// not a weight, but a joint that stands although it is commanded to move.
+/// not caused by a weight, but by a joint that stands although it is commanded to move.
 const LARGEST: f64 = 0.2;
 const FASTEST_CHANGE: f64 = 1.0;
 
@@ -41,7 +42,7 @@ const OUTWARD: f64 = 5.0;
 /// The estimated pull at the joints of one arm.
 #[derive(Serialize, Deserialize)]
 pub(crate) struct Pull {
-    /// Returns by how much each joint moves slower than commanded [rad/s, prismatic: m/s].
+    /// The commanded minus the actual speed of each joint, as far as a pull explains it [rad/s, prismatic: m/s].
     speeds: Vec<f64>,
     /// The change of each joint's hold in the last cycle [rad/s, prismatic: m/s].
     steps: Vec<f64>,
@@ -51,18 +52,18 @@ pub(crate) struct Pull {
     pub compared: Option<Duration>,
 }
 
-/// What to hold.
+/// Whether the pull is balanced.
 #[derive(Clone, Copy)]
 pub enum Hold {
-    /// Nothing.
+    /// The pull is not balanced.
     Nothing,
-    /// An arm that should stand.
+    /// The pull is balanced at an arm that should stand.
     Standing,
-    /// An arm that is driven.
+    /// The pull is balanced at an arm that is driven.
     Driven,
 }
 
-/// How the hold of the joints of all arms may change.
+/// The limits within which the hold of the joints of all arms may change.
 pub(crate) struct Room<'a> {
     pub limits: &'a Limits,
     /// The joint positions \[rad, prismatic: m\].
@@ -99,7 +100,7 @@ impl Pull {
         &self.speeds
     }
 
-    /// Forgets the pull, because the robot is another one or somewhere else.
+    /// Forgets the pull, because the robot is another one, or stands elsewhere.
     pub fn forget(&mut self) {
         self.speeds.fill(0.0);
         self.compared = None;

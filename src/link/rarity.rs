@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
-/// The intervals whose median counts: an outage is one long interval.
+/// Number of intervals whose median counts. An outage is a single long interval, and does not change the median.
 const KEPT: usize = 5;
 
 /// Joint states are too rare if their interval is more than this part of the timeout: with jitter, some of them come after it.

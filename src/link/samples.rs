@@ -15,7 +15,7 @@ const SPACING: Duration = Duration::from_millis(10);
 /// Samples from before a longer gap than this are dropped, because the motion during the gap is unknown.
 const LONGEST_GAP: Duration = Duration::from_millis(300);
 
-/// The samples of one window, and the one before it.
+/// Number of samples: those of one window, and the one before it.
 const CAPACITY: usize = 12;
 
 /// The joint positions of one arm at one time.
@@ -58,7 +58,7 @@ impl Samples {
         Self { samples: VecDeque::with_capacity(CAPACITY), spare, moved: zeros, joints }
     }
 
-    /// Forgets all samples, for example if the robot or the clock is another one.
+    /// Forgets all samples, for example because the robot or the clock has changed.
     pub fn clear(&mut self) {
         self.spare.extend(self.samples.drain(..));
     }

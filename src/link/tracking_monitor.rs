@@ -87,7 +87,7 @@ enum Phase {
     Standing,
     /// The arm is commanded; `fails_since` is when a joint began to fail.
     Driven { fails_since: Option<Duration> },
-    /// The arm gets zeros since then.
+    /// The arm is sent zeros since this time.
     Lost { since: Duration },
 }
 
@@ -96,7 +96,7 @@ enum Phase {
 pub enum Disobedience {
     /// A joint has not obeyed for this time.
     For(usize, Duration),
-    /// A joint stopped following once too often.
+    /// A joint stopped following too often.
     Again(usize),
 }
 
@@ -165,7 +165,7 @@ impl TrackingMonitor {
         matches!(self.phase, Phase::Lost { .. })
     }
 
-    /// Returns whether a joint has responded since the arm last stood, and none is lost.
+    /// Returns whether some joint has responded since the arm last stood, and the arm is not known to disobey.
     pub fn is_seen(&self) -> bool {
         self.departure.seen().any(|seen| seen) && !self.is_lost()
     }

@@ -1,4 +1,4 @@
-//! The input from one arm: its joint states, their publishers, and the fraction of its speed at which it says that it moves.
+//! The input from one arm: its joint states, their publishers, and its speed scaling.
 
 use super::arm_speed::ArmSpeed;
 use super::events::EventsRecord;
@@ -19,7 +19,7 @@ pub(super) type JointStates = Arc<Subscription<JointState>>;
 pub(super) struct ArmInput {
     joints: JointOrder,
     joint_states: JointStates,
-    /// The fraction of its speed at which the robot moves; `None` if the node may not subscribe to it.
+    /// The speed scaling that the robot reports; `None` if the node may not subscribe to it.
     speed_scaling: Option<Subscription<Float64>>,
     /// The last joint state, into which the next one is decoded.
     state: JointState,
@@ -68,7 +68,7 @@ pub(super) fn subscribe(
 }
 
 impl ArmInput {
-    /// Gives the servo every joint state that has arrived from arm number `arm`, and the newest speed fraction. The last joint state that
+    /// Gives the servo every joint state that has arrived from arm number `arm`, and the newest speed scaling. The last joint state that
     /// matches the arm counts, because the topic may also carry those of a gripper.
     pub fn feed(&mut self, arm: usize, record: &mut EventsRecord, servo: &mut Servo) {
         let Self { joints, joint_states, speed_scaling, state, publishers, clock, stamp, speed } = self;

@@ -74,7 +74,8 @@ pub(super) struct Sending {
     pub interface: Interface,
     /// One command is sent per period.
     pub period: Duration,
-    /// Whether to drop commands that would queue up behind others. This is for a cycle that may run ahead of DDS's threads.
+    /// Whether to drop commands that would queue up behind others. A cycle with a real-time priority needs this, because it may run ahead
+    /// of DDS's threads.
     pub in_time: bool,
 }
 

@@ -35,7 +35,7 @@ pub(super) struct EventsTopic {
 }
 
 impl EventsTopic {
-    /// The topic of the node.
+    /// Creates the topic of the node.
     pub fn new(node: &mut Node, contract: &NodeContract) -> Result<Arc<Self>, RosError> {
         let publisher = node.publisher(contract, "~/events")?;
         Ok(Arc::new(Self { publisher, readers: AtomicUsize::new(0) }))
@@ -84,7 +84,7 @@ pub(super) struct EventsRecord {
     parameters: ParameterRecord,
     /// The number of the cycle in progress.
     number: u64,
-    /// How many subscribed in the last cycle.
+    /// The number of subscribers in the last cycle.
     readers: usize,
     /// When the servo's state was last recorded.
     begun: Duration,

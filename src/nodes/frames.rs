@@ -15,15 +15,15 @@ use tokio::time::{Instant, sleep_until};
 
 const WARNING_INTERVAL: Duration = Duration::from_secs(1);
 
-/// What the cycle asks of the listener.
+/// A request of the cycle to the listener.
 enum FrameRequest {
-    /// The pose of this goal.
+    /// Find the pose of this goal.
     Goal(FramedGoal),
-    /// Where the frame of this goal moves it, if goals are followed. Ends the following of earlier goals.
+    /// Report how the frame of this goal moves it, if goals are followed. Ends the following of earlier goals.
     Follow(FramedGoal),
-    /// To follow no goal.
+    /// Follow no goal.
     Unfollow,
-    /// To forget the goals up to this number.
+    /// Forget the goals up to this number.
     Forget(u64),
     Configure(GoalFrames),
 }

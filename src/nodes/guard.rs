@@ -28,8 +28,8 @@ const WARNING_INTERVAL: Duration = Duration::from_secs(10);
 /// The time after which a trajectory that stops the arm ends.
 const STAND: Duration = Duration::from_millis(20);
 
-/// How long the guard waits before it says that it is still needed. A launch ends the servo at the same moment, and also the servo of an arm
-/// that has settled commands some last speeds.
+/// How long the guard waits for the arm to need it no longer, when the guard is to end. A launch ends servo and guard at the same moment,
+/// and a servo commands some last speeds even if its arm has settled.
 const SERVO_ENDS: Duration = Duration::from_millis(500);
 
 /// A running guard node.

@@ -10,8 +10,8 @@ use std::time::Duration;
 /// A guard that is silent for longer than this is gone.
 const SILENCE: Duration = Duration::from_secs(1);
 
-/// The statuses of an arm's guards. Each guard is one publisher of the arm's commands that is not a rival, and one subscriber to them that
-/// is not a robot.
+/// The statuses of an arm's guards. Each guard publishes and subscribes to the arm's commands, but is neither a rival nor a robot. So the
+/// number of guards is subtracted from the numbers of publishers and subscribers.
 pub(super) type GuardStatuses = Arc<Subscription<DiagnosticStatus>>;
 
 /// Subscribes to the statuses of the guards of the arm whose topics begin with `prefix`.

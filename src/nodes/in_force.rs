@@ -21,24 +21,24 @@ pub(super) struct InForce {
 }
 
 struct Current {
-    /// From the parameters alone.
+    /// The settings of the parameters alone.
     settings: Settings,
     /// The number of their keep-outs and keep-ins that are not checked.
     idle: usize,
     store: ParameterStore,
     drawn: Vec<KeepOut>,
-    /// What is drawn but not obeyed, or not fully obeyed.
+    /// The text about drawn keep-outs that are not obeyed, or not fully.
     refused: Option<String>,
     /// Scenes that the cycle may still use. A scene that the cycle has dropped is freed here.
     scenes: Vec<Arc<Scene>>,
 }
 
-/// The keep-outs and keep-ins that are not obeyed.
+/// The texts about keep-outs and keep-ins that are not obeyed.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct NotObeyed {
-    /// Because constraints are off.
+    /// About those that are not checked because constraints are off.
     pub idle: Option<String>,
-    /// Because what was drawn is refused.
+    /// About drawn keep-outs that are refused.
     pub refused: Option<String>,
 }
 

@@ -77,7 +77,7 @@ struct DrawnKeepOuts {
     in_force: Arc<InForce>,
     keep_outs: FramedKeepOuts,
     began: Instant,
-    /// The reasons that are still to be logged why a keep-out is not obeyed. Reasons for keep-outs that were deleted are removed.
+    /// The reasons why keep-outs are not obeyed that are still to be logged. Reasons for deleted keep-outs are removed.
     unsaid: Vec<(KeepOutKey, String)>,
     warned: Option<Duration>,
     log: Logger,

@@ -67,12 +67,12 @@ impl Rival {
         Ok(rival)
     }
 
-    /// Returns whether there is one.
+    /// Returns whether another publisher sends commands to the arm.
     pub fn is_there(&self) -> bool {
         self.is_there.load(Ordering::Relaxed)
     }
 
-    /// Returns the other publisher.
+    /// Returns the other publisher, if one sends commands to the arm.
     pub fn publisher(&self) -> Option<EndpointId> {
         *self.publisher.lock().unwrap_or_else(PoisonError::into_inner)
     }

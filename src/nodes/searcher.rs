@@ -18,8 +18,8 @@ pub(super) struct Searcher {
 impl Searcher {
     /// Starts the thread for a servo of these arms.
     ///
+    /// # Errors
     /// The operating system's error if it creates no thread.
-    /// The operating system's, where it gives no thread.
     pub fn spawn(arms: Arms) -> std::io::Result<Self> {
         let (questions, asked) = sync_channel::<Box<Search>>(1);
         let (done, answers) = sync_channel(1);

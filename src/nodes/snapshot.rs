@@ -95,12 +95,12 @@ pub(super) struct Snapshot {
     pub controller: Controller,
     /// What the law demands of the robot, if that was not reported since the settings were changed.
     pub demand: Option<RateBound>,
-    /// 0 if no status is due.
+    /// The smallest singular value of the controlled Jacobian; 0 if no status is due.
     pub smallest_singular_value: f64,
     pub rejections: Arc<RejectionCounts>,
     pub replaced: Replaced,
     pub updates: MotionUpdates,
-    /// Zeros if neither status nor diagnostics are due.
+    /// The timing of the cycle; zeros if neither status nor diagnostics are due.
     pub timing: TimingFigures,
     /// The two publishers that the reason is about, if it is about two.
     pub rivals: [Option<EndpointId>; 2],

@@ -118,14 +118,14 @@ impl AnnouncedParameters {
         Ok(store)
     }
 
-    /// Returns the announced parameters that such a node does not have. Then the node is of another version.
+    /// Returns the announced parameters that `store` does not have. If there are any, the node was of another version of this program.
     pub fn unknown<'a>(&'a self, store: &'a ParameterStore) -> impl Iterator<Item = &'a str> {
         let names = self.initial.iter().map(|parameter| parameter.name.as_str());
         names.filter(|name| store.declaration(name).is_none())
     }
 }
 
-/// Returns the values that a change has set in this store.
+/// Returns the changed values of `event`, except for parameters that the store does not have.
 pub(super) fn changed(
     event: ParameterEvent,
     store: &ParameterStore,
@@ -133,7 +133,7 @@ pub(super) fn changed(
     known(event.changed_parameters, store)
 }
 
-/// Returns the values of the parameters that the store has.
+/// Returns the values of those parameters that the store has.
 fn known(mut parameters: Vec<Parameter>, store: &ParameterStore) -> Result<Vec<(String, Value)>, RunError> {
     parameters.retain(|parameter| store.declaration(&parameter.name).is_some());
     values(parameters)

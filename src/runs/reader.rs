@@ -27,7 +27,7 @@ const LAWS: usize = 1 << 9;
 /// The largest delay between the stamp of a message and its recording \[s\] for which the stamp counts as the time of measurement.
 const LATE: f64 = 1.0;
 
-/// The shortest pause in which a servo sends nothing \[s\]. The times of commands and of cycles in the record differ by less.
+/// The recorded times of commands and of cycles differ by less than this \[s\], and pauses in which a servo sends nothing are longer.
 const SHORTEST_PAUSE: f64 = 5e-3;
 
 /// The longest time between the start of a motion and the first joint state of its run \[s\].

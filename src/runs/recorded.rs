@@ -129,7 +129,7 @@ fn of_servo(
     Ok(Box::new(reader))
 }
 
-/// Returns the starts of a servo with the joints of its last start. Starts with other joints belong to another robot.
+/// Returns the starts of a servo that have the same joints as its last start. The other starts were with another robot.
 fn of_last_robot(
     kind: ServoKind,
     lives: &[AnnouncedParameters],

@@ -84,9 +84,9 @@ fn parts(times: impl Iterator<Item = f64> + Clone) -> Vec<(Range<f64>, usize)> {
 pub struct ArmCommands {
     /// The index of the arm's first joint among all joints.
     pub first_joint: usize,
-    /// [rad/s, prismatic: m/s].
+    /// The velocities [rad/s, prismatic: m/s].
     pub velocities: Thinned<(f64, Vec<f64>)>,
-    /// \[rad, prismatic: m\]; NaN where a new sequence of positions begins.
+    /// The positions \[rad, prismatic: m\]; NaN separates sequences of positions that are not continuous.
     pub positions: Thinned<(f64, Vec<f64>)>,
 }
 

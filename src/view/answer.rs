@@ -22,7 +22,7 @@ impl Answer {
         Self { ok: false, text: why.to_string() }
     }
 
-    /// Returns the frame that tells all browsers without a request.
+    /// Returns the frame that shows the answer to all browsers, whichever of them asked.
     pub fn broadcast(&self) -> String {
         self.frame(None)
     }

@@ -20,7 +20,7 @@ pub(super) struct Robot {
 }
 
 impl Robot {
-    /// Creates it from all parameters of a servo of this kind.
+    /// Creates the robot from all parameters of a servo of this kind.
     ///
     /// # Errors
     /// [`ParameterError`] if they describe no arm.
@@ -109,7 +109,7 @@ impl Robot {
         self.typed.settings.controller.damping.threshold
     }
 
-    /// Returns the frame that shows it.
+    /// Returns the frame that shows the arm and the parameters.
     pub fn frame(&self) -> String {
         let settings = &self.typed.settings;
         let bound = |bounds: &[f64]| {

@@ -50,13 +50,13 @@ pub trait Command: Message {
     /// Returns the velocities [rad/s] or positions \[rad\] in the order of the servo's joints.
     fn numbers(self) -> Vec<f64>;
 
-    /// Returns the numbers in the order of `joints` if the command names its joints; none if it names other joints.
+    /// Returns the numbers in the order of `joints`. If the command names other joints, the result is empty.
     fn in_order(&self, joints: &[String]) -> Vec<f64>;
 
     /// Returns whether a guard has sent it.
     fn is_of_guard(&self) -> bool;
 
-    /// Marks it as a guard's.
+    /// Returns the command, marked as a guard's.
     #[must_use]
     fn of_guard(self) -> Self;
 }
@@ -90,7 +90,7 @@ impl Command for JointTrajectory {
         self.target(joints).map(|(positions, _)| positions).unwrap_or_default()
     }
 
-    /// Controllers ignore the header's frame.
+    /// The mark is in the frame of the header, which controllers ignore.
     fn is_of_guard(&self) -> bool {
         self.header.frame_id == GUARD
     }

@@ -104,7 +104,7 @@ impl Spread {
         SpreadFigures { median, p99, p999, max: self.max }
     }
 
-    /// Returns the quantiles of these fractions, which must be in rising order.
+    /// Returns the quantiles at these fractions, which must be in ascending order.
     fn quantiles<const N: usize>(&self, parts: [f64; N]) -> [Duration; N] {
         let (mut seen, mut bins) = (0, self.bins.iter().enumerate());
         let mut end = Duration::ZERO;

@@ -177,6 +177,6 @@ fn gains_that_were_chosen_are_kept_and_those_of_another_program_refused() {
     older[3].target *= 1.001;
     for other in [&older[..], &chosen[1..], &[]] {
         let why = study(other).unwrap_err().to_string();
-        assert!(why.contains("delete it, and they are chosen anew"), "{why}");
+        assert!(why.contains("delete it to choose the gains again"), "{why}");
     }
 }

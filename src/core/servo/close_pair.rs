@@ -1,18 +1,18 @@
-//! Two parts of the space that are close to each other.
+//! A pair of parts that are close to each other.
 
 use dq_space::space::{Near, Pair, Scene};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-/// Two parts of the space that are close to each other, and their distance.
+/// A pair of parts that are close to each other, and the gap between them.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ClosePair {
     /// The two parts.
     pub pair: Pair,
     /// The gap between them \[m\].
     pub distance: f64,
-    /// The ends of the gap in the base frame \[m\]: a point of the core of the first part, and a point of the second part, of its core, or
-    /// of the edge of the keep-in that the tool is in.
+    /// The ends of the gap in the base frame \[m\]. The first is a point of the core of the first part. The second belongs to the second
+    /// part: it is a point of the core of another capsule, or of the surface of a keep-out or keep-in.
     pub points: [Vector3<f64>; 2],
 }
 

@@ -38,7 +38,7 @@ impl Requester {
     }
 }
 
-/// A request, and what has become of it. Times are of the cycle's clock.
+/// A request for motion, and the event that revoked it, if any. Times are by the cycle's clock.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MotionRequest {
     /// The sender of the request.
@@ -63,7 +63,7 @@ pub struct Revoked {
 }
 
 impl Revoked {
-    /// Returns the reason for a request that was `pushed` at that time.
+    /// Returns the revocation as it applies to a request with this time of push.
     fn why_of(&self, pushed: Duration) -> Revocation {
         match self.why {
             Revocation::CameLater(_) => Revocation::CameLater(self.at.saturating_sub(pushed).as_secs_f64()),
@@ -71,7 +71,7 @@ impl Revoked {
         }
     }
 
-    /// Revokes `request` if it was pushed by then. The first revocation of a push stays its reason.
+    /// Revokes `request` if it was pushed at or before `until`. An earlier revocation of the request remains its reason.
     fn apply(&self, request: &mut MotionRequest) {
         if request.pushed <= self.until {
             request.revoked.get_or_insert(self.why_of(request.pushed));
@@ -140,12 +140,12 @@ struct Push {
 }
 
 impl Push {
-    /// Returns whether its publisher was never silent for longer than `silence` until `now`.
+    /// Returns whether its publisher has not been silent for longer than `silence` at `now`.
     fn goes_on(&self, now: Duration, silence: Duration) -> bool {
         now.saturating_sub(self.request.heard) <= silence
     }
 
-    /// Returns whether it is a stream of goals that goes on.
+    /// Returns whether it is a stream of goals that continues.
     fn streams(&self, now: Duration, silence: Duration) -> bool {
         let is_stream = self.request.by.is_for_goal() && self.is_usable && self.came != self.request.heard;
         is_stream && self.goes_on(now, silence)
@@ -226,7 +226,8 @@ impl MotionRequests {
         self.pushes.iter().any(|push| push.request.by == by && push.goes_on(now, silence))
     }
 
-    /// Makes `request` the current one, and returns whether it is new. While a newer request is in force, its time of push is kept.
+    /// Makes `request` the current one. Returns whether it begins a new push. A goal does not change the time of push of a newer request
+    /// that is in force.
     pub fn take(&mut self, request: MotionRequest) -> bool {
         let newest =
             self.consent.request.filter(|before| before.revoked.is_none() && request.by.is_for_goal());

@@ -50,7 +50,7 @@ pub struct Servo {
     mode: Mode,
     /// The goal that [`Servo::set_goal`] has set since the last cycle.
     set: Option<UnitDualQuaternion>,
-    /// The recent goals, and whether the tool's motion explains theirs.
+    /// The recent goals, and whether the tool's motion explains the motion of the goals.
     stream: GoalStream,
     explanation: Explanation,
     escape: Escape,
@@ -180,8 +180,8 @@ impl Servo {
         }
     }
 
-    /// Decelerates and holds, or asks again for the current goal and continues from the measured state. A request to continue that cannot
-    /// be met is counted as rejected.
+    /// Pauses, or continues from the measured state. A paused arm decelerates and holds. Continuing is a new request for the current goal;
+    /// if it cannot be met, it counts as rejected.
     pub fn pause(&mut self, paused: bool) {
         if paused {
             return self.requests.pause();
@@ -269,7 +269,7 @@ impl Servo {
         self.output.to_send()
     }
 
-    /// Returns whether the arm may move: the last request, and what revoked it.
+    /// Returns the consent: the last request, what has revoked it, and whether the arm may move.
     pub fn consent(&self) -> &Consent {
         self.requests.consent()
     }
@@ -290,7 +290,7 @@ impl Servo {
         &self.rejections
     }
 
-    /// Returns how many commands the last check has replaced by braking.
+    /// Returns the number of commands that the final check has replaced by those of a stop, and what was wrong with the last one.
     pub fn replaced(&self) -> &Replaced {
         self.output.filters.replaced()
     }

@@ -34,8 +34,8 @@ impl ErrorTrend {
         }
     }
 
-    /// Returns the error at rest, if the error of `now` (whose screw log is `log`) decays in `time` \[s\]: its change in the last `time` is
-    /// added once more. An error that decays to 0 overshoots it by less than its present value.
+    /// Predicts the error at which the arm comes to rest: the error at `now`, whose screw log is `log`, plus its change in the last `time`
+    /// \[s\]. For an error that decays to 0, the prediction overshoots 0 by less than the present error.
     pub fn leads_to(&self, now: Duration, log: &Vector6<f64>, time: f64) -> UnitDualQuaternion {
         let now = now.as_secs_f64();
         let kept = (self.count.saturating_sub(KEPT)..self.count).map(|number| &self.errors[number % KEPT]);

@@ -15,8 +15,8 @@ use serde::{Deserialize, Serialize};
 /// The least speed along the escape, over all joints [rad/s].
 pub(super) const SPEED: f64 = 0.3;
 
-/// The least curvature that counts as an escape, as a fraction of the squared error. If two joints have to move for the error to fall, as
-/// at a singular wrist, the curvature is proportional to the square of the error.
+/// The least curvature of the error at which there is an escape, as a fraction of the squared error. If two joints have to move for the
+/// error to fall, as at a singular wrist, the curvature is proportional to the square of the error.
 const LEAST_CURVATURE: f64 = 1e-3;
 
 /// Half the distance \[rad\] between the two configurations from which a curvature is computed.
@@ -31,7 +31,7 @@ const SQUARINGS: usize = 20;
 pub(super) enum FoundEscape {
     /// An escape that can be taken.
     Open,
-    /// An escape in neither direction of which this joint (counted from 0) can move, because of its position limits.
+    /// An escape that the position limits of this joint (counted from 0) block in both directions.
     Barred(usize),
     /// No escape: no configuration nearby is nearer to the goal.
     None,
@@ -53,7 +53,7 @@ impl EscapeDirection {
         self.0.iter().zip(values).map(|(part, value)| part * value).sum()
     }
 
-    /// Returns the first joint that has a large share in the direction and a position limit there.
+    /// Returns the first joint that has a large share in the direction and is near its position limit there.
     fn bar(&self, theta: &[f64], limits: &PositionLimits) -> Option<usize> {
         let mut joints = self.0.iter().zip(theta).enumerate();
         joints.find_map(|(joint, (part, angle))| {
@@ -152,7 +152,7 @@ impl Search {
         Self { bend: square.clone(), power: square.clone(), square, positions: zeros, descent }
     }
 
-    /// Sets `direction` to that of the largest downward curvature of the error, and returns the curvature [per rad²].
+    /// Sets `direction` to that in which the downward curvature of the error is largest, and returns the curvature [per rad²].
     fn steepest_bend(
         &mut self,
         arms: &mut Arms,

@@ -4,7 +4,7 @@ use super::escape::SPEED;
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
-/// The escape ends if the error rises along it by more than this fraction of itself per rad: then the law does better.
+/// The escape ends if the error rises along it by more than this fraction of itself per rad, because then the law alone does better.
 const RISE: f64 = 1e-3;
 
 /// An escape that is longer than this \[rad\] has failed.
@@ -26,7 +26,7 @@ pub(super) enum Phase {
         since: Duration,
     },
     Escaping {
-        /// \[rad\]
+        /// The distance along the escape so far \[rad\].
         travelled: f64,
     },
     /// Stuck without an escape.
@@ -34,8 +34,8 @@ pub(super) enum Phase {
 }
 
 impl Phase {
-    /// Returns the next phase of an escape over `travelled` \[rad\]. It ends if the law itself moves along it at `speed` [rad/s], or if the
-    /// error rises (a negative `fall`, as a fraction of the error per rad). NaN ends the escape.
+    /// Returns the next phase of an escape that has led the arm over `travelled` \[rad\]. It ends if the law alone moves the arm along it
+    /// at `speed` [rad/s] or more, or if the error rises (a negative `fall`, as a fraction of the error per rad). NaN ends the escape.
     pub fn escaping(travelled: f64, speed: f64, fall: f64) -> Self {
         let leads_on = speed < SPEED && fall >= -RISE;
         match leads_on {

@@ -17,9 +17,9 @@ pub struct Sent {
 /// An input for a servo's next cycle.
 #[derive(Clone, Debug)]
 pub enum Event<'a> {
-    /// [`Servo::configure`].
+    /// Calls [`Servo::configure`].
     Configure(Box<Settings>),
-    /// [`Servo::pause`]. A request to continue counts from the time at which it was sent. It is rejected if it is older than
+    /// Calls [`Servo::pause`]. A request to continue counts from the time at which it was sent. It is rejected if it is older than
     /// `rearm_timeout`, if something has revoked the goal since, or if a publisher still sends revoked goals.
     Pause {
         /// Whether to pause or to continue.
@@ -27,30 +27,30 @@ pub enum Event<'a> {
         /// The age of the request on arrival.
         ago: Duration,
     },
-    /// [`Servo::stop`].
+    /// Calls [`Servo::stop`].
     Stop,
-    /// [`Servo::reconfigure`]; a request older than `rearm_timeout` is rejected.
+    /// Calls [`Servo::reconfigure`]. A request older than `rearm_timeout` is rejected.
     Reconfigure {
         /// The age of the request on arrival.
         ago: Duration,
     },
     /// The result of the search that was [asked](Servo::ask); ignored if the question is out of date.
     Found(Found<'a>),
-    /// [`Servo::take_joint_state`] of the arm with this number.
+    /// Calls [`Servo::take_joint_state`] for the arm with this number.
     JointState(usize, JointReading<'a>),
-    /// [`Servo::set_listeners`] of the arm with this number.
+    /// Calls [`Servo::set_listeners`] for the arm with this number.
     Listeners(usize, bool),
-    /// [`Servo::set_rival`] of the arm with this number.
+    /// Calls [`Servo::set_rival`] for the arm with this number.
     Rival(usize, bool),
-    /// [`Servo::set_speed_scaling`] of the arm with this number.
+    /// Calls [`Servo::set_speed_scaling`] for the arm with this number.
     SpeedScaling(usize, f64),
-    /// A goal that waits for its frame: until it is [found](GoalReading::waited), its publisher counts as heard.
+    /// A goal has arrived that waits for its frame. Until the frame is [found](GoalReading::waited), the publisher counts as heard.
     Waits(Sent),
-    /// [`Servo::take_stamped_goal`].
+    /// Calls [`Servo::take_stamped_goal`].
     Goal(GoalReading<'a>),
-    /// [`Servo::move_goal`].
+    /// Calls [`Servo::move_goal`].
     GoalMotion(GoalMotion<'a>),
-    /// [`Servo::take_twist`].
+    /// Calls [`Servo::take_twist`].
     Twist(TwistReading<'a>),
     /// A message that could not be converted, and why.
     Unusable(Rejection),
@@ -63,7 +63,7 @@ pub struct GoalReading<'a> {
     pub position: [f64; 3],
     /// Orientation (x, y, z, w).
     pub orientation_xyzw: [f64; 4],
-    /// The frame of position and orientation; empty for the servo's own.
+    /// The frame of position and orientation; empty for the base frame.
     pub frame_id: &'a str,
     /// The time stamp of its message \[ns\]; 0 if there is none.
     pub stamp: i64,
@@ -90,7 +90,7 @@ pub struct TwistReading<'a> {
     pub linear: [f64; 3],
     /// Angular velocity of the tool [rad/s].
     pub angular: [f64; 3],
-    /// The frame along whose axes both are given; empty for the servo's own.
+    /// The frame of both velocities; empty for the base frame.
     pub frame_id: &'a str,
     /// Its sender, and its age on arrival.
     pub sent: Sent,
@@ -110,8 +110,8 @@ impl Servo {
         self.step(now)
     }
 
-    /// Takes one event since the last cycle; call it after [`begin`](Self::begin). Returns false for a joint state that does not count,
-    /// because it is of a second publisher.
+    /// Takes one event since the last cycle; call it after [`begin`](Self::begin). Returns false for a joint state that is ignored, because
+    /// it is of a second publisher.
     ///
     /// # Errors
     /// The [`Rejection`], which is counted.

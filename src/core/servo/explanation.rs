@@ -27,8 +27,8 @@ const GOAL_STEP: f64 = 0.019;
 const FEWEST: usize = 4;
 const MOST_GOALS: usize = 33;
 
-/// Number of lags to compare, and their step \[s\]: the tool's pose returns as a goal after at most their product. With a longer lag the
-/// arm could hardly run away.
+/// Number of lags to compare, and their step \[s\]. Their product is the longest time after which a pose of the tool may return as a goal.
+/// With a longer lag the arm could hardly run away.
 const LAGS: u32 = 30;
 const LAG_STEP: f64 = 0.05;
 

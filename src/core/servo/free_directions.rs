@@ -8,7 +8,7 @@ use nalgebra::{Matrix6, UnitQuaternion, Vector3, Vector6};
 /// An arm follows a twist if it can follow at least this part of it.
 const FOLLOWED: f64 = 0.5;
 
-/// An arm has a direction if all but this part of the direction is possible.
+/// The arm can move in a direction if at most this part of the direction is missing from the motion.
 const MISSING: f64 = 1e-3;
 
 /// Singular values of the Jacobian below this [m/rad, prismatic: 1] do not move the tool.
@@ -35,7 +35,7 @@ impl FreeDirections {
             Aim::Pose => (1.0, 1.0),
             Aim::Position => (0.0, 1.0),
             Aim::Orientation => (1.0, 0.0),
-            // Their directions are no axes.
+            // The components of these aims are not along fixed axes.
             Aim::PositionAndAxis | Aim::Distance => return None,
         };
         let turned = |v: Vector3<f64>| if twist.in_tool { axes.inverse() * v } else { v };

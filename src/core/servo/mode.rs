@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
 /// The next goal of a stream restarts the monitoring of progress only if it has moved by more than this fraction of the remaining error.
-const REASON_TO_HOPE: f64 = 0.1;
+const LEAST_MOTION: f64 = 0.1;
 
 /// What the servo is doing.
 #[derive(Default, Serialize, Deserialize)]
@@ -55,11 +55,13 @@ pub(super) struct Jog {
 #[derive(Serialize, Deserialize)]
 pub(super) struct Pursuit {
     pub goal: Goal,
-    /// The stamp of its message \[ns\], and its sender.
+    /// The stamp of its last message \[ns\].
     pub stamp: i64,
+    /// The sender of its request.
     pub asker: Requester,
-    /// When the goal was last updated by a message or its frame, and when by a message.
+    /// When a message or the goal's frame last updated the goal.
     pub received: Duration,
+    /// When its last message arrived.
     heard: Duration,
     /// The goal with which the motion began, or to which a stream last moved it. A goal within the tolerances of it counts as the same.
     begun: Goal,
@@ -83,7 +85,7 @@ pub(super) struct Record {
     pub meter: Option<MotionMeter>,
     /// When the motion began, and the controlled pose then.
     pub start: Option<(Duration, UnitDualQuaternion)>,
-    /// The largest speed of each joint as a fraction of its limit.
+    /// The largest commanded speed of each joint so far, as a fraction of its limit.
     pub peak_speeds: Vec<f64>,
     /// When the smallest singular value was last computed.
     pub looked: Duration,
@@ -116,7 +118,8 @@ pub(super) struct Watch {
     /// The error of the arm in the last cycle.
     pub error: GoalError,
     pub progress: Progress,
-    /// Progress of the law's own error at a higher pace, for an arm that need not wait for a creeping law.
+    /// Progress of the law's own error by the larger fraction [`BRISK`](super::progress::BRISK), for an arm that need not wait for a
+    /// creeping law.
     pub pace: Progress,
     /// The size of the law's own error.
     pub law_error: f64,
@@ -154,8 +157,8 @@ impl Watch {
     /// Returns whether `goal`, of a stream, is too near to the last goal for a restart.
     fn goes_on_for(&self, goal: &Goal, tolerance: &Tolerance) -> bool {
         let reach = Tolerance {
-            linear: tolerance.linear.max(REASON_TO_HOPE * self.error.position),
-            angular: tolerance.angular.max(REASON_TO_HOPE * self.error.rotation),
+            linear: tolerance.linear.max(LEAST_MOTION * self.error.position),
+            angular: tolerance.angular.max(LEAST_MOTION * self.error.rotation),
         };
         self.goal.is_same(goal, &reach)
     }

@@ -89,7 +89,8 @@ macro_rules! figures {
                 [$(($name, Option::from(self.$field)),)*].into_iter()
             }
 
-            /// Builds the figures from what `value` has under their names; 0 for missing figures that always exist.
+            /// Builds the figures from the values that `value` returns for their names. A missing figure is `None`, or 0 if its type has no
+            /// `None`.
             pub fn from_named(value: impl Fn(&str) -> Option<f64>) -> Self {
                 Self { $($field: Named(value($name)).into(),)* }
             }

@@ -12,16 +12,17 @@ use std::time::Duration;
 /// The time over which reversals are counted; two successive windows decide.
 const WINDOW: Duration = Duration::from_millis(900);
 
-/// Least number of reversals of one joint per window that a sound motion does not have: 4.4 Hz or more.
+/// Least number of reversals of one joint per window that counts as an oscillation by itself: 4.4 Hz. A sound motion has fewer.
 const MANY: u32 = 8;
 
-/// Least number of reversals of the law's error per window that a sound motion does not have, if some joint reverses with the error.
+/// Least number of reversals of the law's error per window that counts as an oscillation, if some joint reverses with the error. A sound
+/// motion has fewer.
 const ERROR_REVERSALS: u32 = 3;
 
 /// Least number of reversals per window at which a joint counts as reversing with the error.
 const FEW: u32 = 2;
 
-/// Least swing of a joint [rad/s] between two reversals: that counts if the error does not shrink, and that always counts.
+/// Least swing of a joint between two reversals [rad/s]: `SWING` counts only if the error does not shrink, `LARGE_SWING` always.
 const SWING: f64 = 0.05;
 const LARGE_SWING: f64 = 0.5;
 

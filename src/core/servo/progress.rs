@@ -9,10 +9,10 @@ use std::time::Duration;
 /// changes its error by up to half of this fraction.
 pub(super) const SHARE: f64 = 1.0 / 100.0;
 
-/// The same fraction if the arm need not wait for a creeping law, because there may be another path to its goal.
+/// The same fraction for an arm that need not wait for a creeping law, because there may be another path to its goal.
 pub(super) const BRISK: f64 = 0.2;
 
-/// The smallest errors of a motion so far, and the time that the arm was driven since without a smaller one.
+/// The smallest errors of a motion so far, and for how long the arm was driven since the last progress.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Progress {
     position: f64,

@@ -21,10 +21,10 @@ const STEPS: u32 = 60;
 /// Largest step of a joint \[rad, prismatic: m\], within which the linearization holds.
 const LONGEST_STEP: f64 = 0.5;
 
-/// λ of the damped inverse, and σ₀ below which it damps, as this fraction of the error, ...
+/// λ of the damped inverse, and σ₀ below which it damps, are this fraction of the error, limited by `DAMPINGS`.
 const DAMPING: f64 = 0.3;
 
-/// ... but not more than the first, plus the second.
+/// The largest value of that fraction of the error, and the number that is added to it.
 const DAMPINGS: (f64, f64) = (0.2, 1e-3);
 
 /// The tool counts as at the goal within this fraction of the goal tolerance, so that the law then finds it settled.

@@ -6,10 +6,10 @@ use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 use std::time::Duration;
 
-/// Poses are used over this time \[s\], ...
+/// Poses are used over this time \[s\].
 const WINDOW: f64 = 0.12;
 
-/// ... but at least this many, and at most as many as there is room for.
+/// The least and the largest number of poses that are used, whatever time they span.
 const FEWEST: usize = 3;
 const MOST: usize = 64;
 
@@ -157,7 +157,7 @@ impl GoalStream {
         }
     }
 
-    /// Returns whether the newest pose is not where the others lead. If it is, the deviation updates the noise.
+    /// Returns whether the newest pose deviates too far from the motion of the poses before. Otherwise the deviation updates the noise.
     fn has_jumped(&mut self) -> bool {
         let (Some(fit), Some(newest)) = (&self.fit, self.samples.back()) else { return false };
         let interval = seconds(newest.time.saturating_sub(fit.time));
@@ -216,8 +216,8 @@ impl GoalStream {
         finite.then_some(Fit { pose: newest.pose, time: newest.time, coefficients, covariance, span })
     }
 
-    /// Returns the goal's pose and twist at `now`; `None` if it stands, or has no significant motion. Only parts (position, rotation) that
-    /// move `by_itself` count.
+    /// Returns the goal's pose and twist at `now`; `None` if it stands, or has no significant motion. `by_itself` tells whether position
+    /// and rotation move independently of the tool; only such parts count.
     ///
     /// Extrapolates for at most the longest recent age of a pose. For the same time after that, returns the last extrapolated pose with a
     /// twist of zero.

@@ -18,8 +18,8 @@ pub struct Twist {
 }
 
 impl Twist {
-    /// Creates a twist from the velocities and their frame: the first of `frames`, the base, for which an empty name also stands, or the
-    /// second, the tool.
+    /// Creates a twist from the velocities and the name of their frame. `frames` are the names of the base frame and of the tool's own
+    /// frame. An empty name stands for the base frame.
     ///
     /// # Errors
     /// A [`Rejection`] for another frame, or for a number that is not finite or beyond [`bounds`].

@@ -51,8 +51,9 @@ impl Aim {
         }
     }
 
-    /// Returns the nearest pose to the tool's of all that meet `base_from_goal`, with the smallest rotation that the aim requires. For an
-    /// axis alone the rotation is the shortest arc, in the plane of both z axes; if they are opposite, it is about the tool's x axis.
+    /// Returns the pose that meets the goal in the components of the aim and is nearest to the tool's pose. The rotation from the tool to
+    /// it is the smallest possible. For [`PositionAndAxis`](Self::PositionAndAxis) that is the shortest arc, in the plane of both z axes;
+    /// if these are opposite, a half turn about the tool's x axis.
     pub fn nearest(
         self,
         base_from_goal: &UnitDualQuaternion,
@@ -81,7 +82,7 @@ impl Aim {
         }
     }
 
-    /// Returns the rotation from a tool with this orientation to that of [`nearest`](Self::nearest), along the base's axes.
+    /// Returns the rotation from the tool's orientation `rotation` to that of [`nearest`](Self::nearest), along the base's axes.
     #[inline(always)]
     pub(super) fn turn(
         self,
@@ -95,7 +96,7 @@ impl Aim {
                 let (now, wanted) = (rotation * Vector3::z(), base_from_goal.rotation() * Vector3::z());
                 let middle = now + wanted;
                 match middle.try_normalize(NO_DIRECTION) {
-                    // Half of the sum's length is cos(½φ), and the sum makes the angle ½φ with each of them.
+                    // The sum of the two unit vectors has the length 2 cos(½φ), and makes the angle ½φ with each of them.
                     Some(between) => Quaternion::from_parts(0.5 * middle.norm(), now.cross(&between)),
                     None => Quaternion::from_imag(rotation * Vector3::x()),
                 }
@@ -103,13 +104,14 @@ impl Aim {
         }
     }
 
-    /// Returns the angle error of the tool within the aim \[rad\]; it is up to a whole turn for a goal with the farther sign.
+    /// Returns the angle error of the tool within the aim \[rad\], from 0 to 2π. It exceeds π if the goal's sign requires the longer
+    /// rotation.
     pub fn angle(self, base_from_goal: &UnitDualQuaternion, base_from_tool: &UnitDualQuaternion) -> f64 {
         let turn = self.turn(base_from_goal, &base_from_tool.rotation());
         2.0 * turn.imag().norm().atan2(turn.w)
     }
 
-    /// Returns the component within the aim of the twist `(ω, v)` [rad/s, m/s] of the tool of `arm`, along the base's axes.
+    /// Projects the twist `(ω, v)` [rad/s, m/s] of the tool of `arm`, along the base's axes, onto the components of the aim.
     pub fn part_of(self, arm: &ArmState, twist: &AngularLinear) -> AngularLinear {
         let rows = self.rows(arm);
         first(&rows.twist(&twice(&rows.of(twist))))
@@ -140,9 +142,9 @@ impl Aim {
     }
 }
 
-/// The rows of the tool's Jacobian that belong to an aim, as the first of six rows. For the pose: angular, then linear, along the base's
-/// axes. For position and axis: linear, then angular about the two axes perpendicular to the tool's. For the distance: linear, in the
-/// direction of the tool.
+/// The rows of the tool's Jacobian that belong to an aim. In a vector of six numbers they come first, and the other numbers are unused. For
+/// the pose: angular, then linear, along the base's axes. For position and axis: linear, then angular about the two axes perpendicular to
+/// the tool's. For the distance: linear, in the direction of the tool.
 pub(super) enum Rows {
     Pose,
     Position,
@@ -152,7 +154,7 @@ pub(super) enum Rows {
 }
 
 impl Rows {
-    /// Returns `J Jᵀ` in these rows. The remaining rows are made stiff, so that none of them is the weakest.
+    /// Returns `J Jᵀ` for these rows. The unused rows get a large eigenvalue, so that the smallest one belongs to a used row.
     #[inline(always)]
     pub fn gram(&self, arm: &ArmState) -> Gram {
         match self {
@@ -181,7 +183,7 @@ impl Rows {
         }
     }
 
-    /// Returns the twist with these numbers in the rows, and zeros in the others; each number is duplicated.
+    /// Returns the twist with the numbers `first` and `second` in these rows and zeros in all others; each number is duplicated.
     #[inline(always)]
     pub fn twist(&self, (first, second): &Motions) -> Motions {
         match self {

@@ -1,4 +1,4 @@
-//! Pairs of an angular and a linear vector, single or duplicated.
+//! Pairs of an angular and a linear vector. A number may be duplicated: once in each half of a register.
 
 use crate::arm::pair::{self, Motions};
 use nalgebra::Vector3;
@@ -12,13 +12,13 @@ pub(super) fn twice((angular, linear): &AngularLinear) -> Motions {
     (pair::twice(angular), pair::twice(linear))
 }
 
-/// Returns the first of two duplicated vectors.
+/// Returns one of each two duplicates.
 #[inline(always)]
 pub(super) fn first((angular, linear): &Motions) -> AngularLinear {
     (angular.map(pair::first), linear.map(pair::first))
 }
 
-/// Returns whether the first vector's numbers, and their sum, are finite.
+/// Returns whether all numbers of the first half are finite. If their sum overflows, they count as not finite.
 #[inline(always)]
 pub(super) fn is_finite((angular, linear): &Motions) -> bool {
     let sum = angular + linear;

@@ -6,11 +6,11 @@ use crate::arm::ArmState;
 use nalgebra::UnitQuaternion;
 use serde::{Deserialize, Serialize};
 
-/// The last velocity of a second-order law, from which it approaches the velocity that it asks for.
+/// The state of a second-order law: the last velocity, which approaches the velocity that the law asks for.
 ///
 /// A law with the twist `ξ` and the [rate](super::ControlLaw::approach_rate) R moves the tool by `V̇ = R (ξ − V)` in the tool's axes. With
 /// `ξ = −(K_p/K_d) log(e)` and `R = K_d` that is `V̇ = −K_p log(e) − K_d V`, the PD law on SE(3) (paper §10.2; Bullo & Murray 1995, theorem
-/// 5). V is the commanded velocity after all limits, so neither a limit nor another law before leaves an error behind.
+/// 5). V is the commanded velocity after all limits, so neither a limit nor a switch from another law leaves an error in V.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Approach {
     /// The tool's twist at the last command, along the tool's axes [rad/s, m/s].
@@ -25,9 +25,9 @@ impl Approach {
         Self { twist: AngularLinear::default(), command: vec![0.0; joints], correction: vec![0.0; joints] }
     }
 
-    /// Computes the next command, `period` \[s\] after the last one: an approach to the joint velocities `theta_dot` [rad/s, prismatic:
-    /// m/s] that the law of `controller` asks for at the present positions. Writes the command to `theta_dot`. Returns false if the law is
-    /// of first order; then `theta_dot` remains.
+    /// Moves the command from the last one, sent `period` \[s\] ago, towards the joint velocities `theta_dot` [rad/s, prismatic: m/s] that
+    /// the law of `controller` asks for at the present positions. Writes the command to `theta_dot`. Returns false, and changes nothing, if
+    /// the law is of first order.
     pub fn apply(
         &mut self,
         controller: &Controller,

@@ -17,7 +17,7 @@ named! {
     }
 }
 
-/// The gains of a law, as the parameter `gains.` with the law's name declares them.
+/// The description of a law's gains, with which the parameter `gains.<law>` is declared.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LawGains {
     /// The names of its one or two gains.
@@ -32,7 +32,7 @@ pub struct LawGains {
     pub about: &'static str,
 }
 
-/// The least gain.
+/// The smallest allowed gain.
 pub(super) const LEAST: f64 = 1e-6;
 
 impl LawGains {
@@ -70,22 +70,21 @@ impl LawInput<'_> {
         PoseError::of(self.aim, self.arm, self.base_from_goal)
     }
 
-    /// Multiplies a twist of the tool along the base's axes by `Jᵀ`: writes joint velocities, one per joint.
+    /// Writes `Jᵀ` times a twist of the tool, along the base's axes, to `theta_dot`, one number per joint.
     #[inline(always)]
     pub fn transpose(&self, twist: &AngularLinear, theta_dot: &mut [f64]) {
         self.arm.apply_transpose(&twice(twist), theta_dot);
     }
 
-    /// Multiplies the component within the aim of a twist of the tool along the base's axes by `J⁺`: writes joint velocities, one per
-    /// joint.
+    /// Writes `J⁺` times the component within the aim of a twist of the tool, along the base's axes, to `theta_dot`, one number per joint.
     #[inline(always)]
     pub fn damped_inverse(&self, twist: impl FnOnce() -> AngularLinear, theta_dot: &mut [f64]) {
         self.damping.joint_velocity(self.arm, self.aim, twist, theta_dot);
     }
 }
 
-/// A control law: which error it feeds back, with which gains, by which map. [`register`](super::register) adds your own law under its
-/// name: see the page "Your law" there.
+/// A control law: the error that it feeds back, its gains, and its map to joint velocities. [`register`](super::register) adds a law of
+/// your own; the page "Your law" there shows how.
 pub trait ControlLaw: Sync {
     /// Its name in the parameter `controller`: lower-case letters, digits and underscores.
     fn name(&self) -> &'static str;
@@ -108,7 +107,8 @@ pub trait ControlLaw: Sync {
         gains
     }
 
-    /// Returns the gains for the single number `gain` [1/s], which is K, or both gains. `before` are the present gains.
+    /// Returns the gains of this law for the single overall gain `gain` [1/s], which stands for K, or for equal angular and linear gains.
+    /// `before` are the present gains.
     fn gains_at(&self, gain: f64, _before: [f64; 2]) -> [f64; 2] {
         [gain; 2]
     }
@@ -138,7 +138,7 @@ pub trait ControlLaw: Sync {
         }
     }
 
-    /// Returns how fast errors decay at the present positions, for a law with the transpose.
+    /// Returns the [`Stiffness`] at the present positions, from which follows how fast errors decay. Only used for laws with the transpose.
     fn stiffness(&self, input: &LawInput) -> Stiffness {
         stiffness_of_twist(self, input)
     }

@@ -18,16 +18,16 @@ pub struct Controller {
     pub aim: Aim,
     /// The damped inverse, for the laws that use it.
     pub damping: Damping,
-    /// The gains of laws by their numbers; the others have their defaults.
+    /// The gains that were set, by the number of the law. A law without an entry has its default gains.
     pub set_gains: [Option<[f64; 2]>; MOST],
 }
 
-/// The bound that a delay sets to the rate at which a law makes errors decay.
+/// The largest rate at which errors may decay, given the delay of the robot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AllowedRate {
-    /// The bound as a fraction of the law's [fastest rate](Controller::fastest_rates); from 1 on, the law is slow enough.
+    /// The allowed rate divided by the law's [fastest rate](Controller::fastest_rates). If it is 1 or more, the law is slow enough.
     pub part: f64,
-    /// The rate [1/s].
+    /// The allowed rate [1/s].
     pub largest: f64,
 }
 
@@ -41,7 +41,7 @@ impl Default for Controller {
 
 impl Controller {
     /// Creates the law of two arms, `θ̇ = Jᵀ K e` or `θ̇ = J⁺ K e` (paper §4). With the transpose, e is the difference of two positions,
-    /// two distances, two rotations in R⁴ or two poses in R⁸; with the inverse, e is that of diffc_inverse.
+    /// two distances, two rotations in R⁴ or two poses in R⁸; with the inverse, e is the error of diffc_inverse.
     pub fn of_two_arms(map: Map, aim: Aim, gain: f64, damping: Damping) -> Self {
         let law = match (map, aim) {
             (Map::DampedInverse, _) => Law::DiffcInverse,
@@ -70,8 +70,8 @@ impl Controller {
         Self { law, ..self }
     }
 
-    /// Returns this controller with the present law `law` and the single number `gain` [1/s]: K, or equal gains. For a law with derived
-    /// gains, these are in the proportions of the defaults.
+    /// Returns this controller with the present law `law` at the single overall gain `gain` [1/s]: K, or equal angular and linear gains. A
+    /// law with derived gains chooses its parameters for this gain ([`gains_at`](super::ControlLaw::gains_at)).
     pub fn with_law(&self, law: Law, gain: f64) -> Self {
         self.with_gains(law, law.gains_at(gain, self.gains(law)))
     }
@@ -106,7 +106,7 @@ impl Controller {
         self.damping.joint_velocity(arm, self.aim, || *twist, theta_dot);
     }
 
-    /// Removes from the joint velocities `theta_dot` of `arm` what would move the components of the aim.
+    /// Removes from the joint velocities `theta_dot` of `arm` the part that would move the tool in the components of the aim.
     pub fn leave_tool(&self, arm: &ArmState, theta_dot: &mut [f64]) {
         self.aim.leave_tool(arm, theta_dot);
     }
@@ -174,13 +174,13 @@ impl Controller {
         self.aim.rows(arm).gram(arm).smallest_singular_value()
     }
 
-    /// Returns the smallest singular value if it is below `bound`. This is cheaper if it is not.
+    /// Returns the smallest singular value, or `None` if it is not below `bound`. The answer `None` takes little computation.
     pub fn singular_value_below(&self, bound: f64, arm: &ArmState) -> Option<f64> {
         self.aim.rows(arm).gram(arm).singular_value_below(bound)
     }
 
-    /// Returns gain times error as a body twist `(ω, v)` [rad/s, m/s]: the motion of a free tool, which an arm follows by the inverse of
-    /// its Jacobian.
+    /// Returns the body twist `(ω, v)` [rad/s, m/s] that the law asks for, gain times error, as if the tool could move freely. An arm
+    /// follows it by the inverse of its Jacobian.
     pub fn body_twist(&self, goal_from_tool: &UnitDualQuaternion) -> Vector6<f64> {
         let error = PoseError::from(&goal_from_tool.inverse());
         let (angular, linear) = self.law.twist(self.gains(self.law), &error);
@@ -193,9 +193,9 @@ pub fn pose_error(arm: &ArmState, base_from_goal: &UnitDualQuaternion) -> UnitDu
     base_from_goal.inverse() * arm.base_from_tool()
 }
 
-/// Returns the rate [1/s] of the first-order law that is stable up to the same delay as a second-order law, whose velocity approaches one
-/// of the rate λ at the rate R. At the limit of stability, `s² + R s + R λ exp(−s τ)` has a root `i ω` with `tan(ω τ) = R/ω`; for a
-/// first-order law, τ is `½π` divided by its rate.
+/// Returns the rate [1/s] of the first-order law that is stable up to the same delay as a second-order law with the rate λ and the approach
+/// rate R. At the limit of stability, `s² + R s + R λ exp(−s τ)` has a root `i ω` with `tan(ω τ) = R/ω`; for a first-order law, τ is `½π`
+/// divided by its rate.
 fn as_of_first_order(rate: f64, approach: f64) -> f64 {
     if approach.is_infinite() || rate == 0.0 {
         return rate;

@@ -30,7 +30,7 @@ impl Damping {
 
     /// Returns λ² for the square of the singular value.
     ///
-    /// This is fast because it needs no root and no division by a late result.
+    /// This is fast because it needs no square root, and its only division does not depend on the singular value.
     #[inline(always)]
     fn lambda_squared_at(&self, smallest_eigenvalue: f64) -> f64 {
         let (begin, slope) = (self.threshold.powi(2), (self.max / self.threshold).powi(2));
@@ -58,7 +58,8 @@ impl Damping {
     /// Returns `(J Jᵀ + λ² I)⁻¹` times six numbers, finite for every finite input; each number is duplicated.
     ///
     /// This is fast because `J Jᵀ − σ₀² I` is inverted in parallel with `J Jᵀ`, at no cost. Away from singularities, where arms mostly are,
-    /// it is positive definite, so that no singular value is below σ₀. Otherwise, both inverses yield the smallest singular value.
+    /// it is positive definite, which proves that no singular value is below σ₀. Otherwise, both inverses yield the smallest singular
+    /// value.
     #[inline(always)]
     pub(super) fn solve(&self, gram: &Gram, error: &AngularLinear) -> Motions {
         let bound = self.threshold.powi(2);
@@ -74,7 +75,8 @@ impl Damping {
         solution
     }
 
-    /// Returns the same for every matrix. If rounding makes the solution fail, it adds damping; if that fails too, the result is 0.
+    /// Returns the result of [`solve`](Self::solve) for a matrix at which the fast method fails. If rounding prevents a solution here too,
+    /// adds damping; if that is not enough, returns 0.
     #[cold]
     #[inline(never)]
     fn solve_after_eigenvalue(&self, gram: &Gram, error: &AngularLinear) -> Motions {

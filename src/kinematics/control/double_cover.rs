@@ -3,7 +3,7 @@
 use dq_algebra::UnitDualQuaternion;
 use serde::{Deserialize, Serialize};
 
-/// Returns the nearer of `q_d` and `−q_d` to the tool's pose: a new goal gets that sign.
+/// Returns `q_d` or `−q_d`, whichever is nearer to the tool's pose. A new goal gets that sign.
 pub fn nearer_goal(
     base_from_goal: &UnitDualQuaternion,
     base_from_tool: &UnitDualQuaternion,
@@ -28,9 +28,9 @@ impl SignMemory {
         Self { sign: if near { 1.0 } else { -1.0 } }
     }
 
-    /// Returns the memory for `next`, which replaces the goal `before`: the sign that keeps the goal on the same side, so that a stream of
-    /// goals near a half turn does not choose again with each goal. If that side is farther by more than the hysteresis, `apply` changes
-    /// the sign.
+    /// Returns the memory for the goal `next`, which replaces the goal `before`. The signed goals are on the same side, so that a stream of
+    /// goals near a half turn does not choose a side again with each goal. If the tool must then turn farther than the hysteresis allows,
+    /// `apply` changes the sign.
     pub fn carried(&self, before: &UnitDualQuaternion, next: &UnitDualQuaternion) -> Self {
         let same_side = before.real().dot(&next.real()) >= 0.0;
         Self { sign: if same_side { self.sign } else { -self.sign } }

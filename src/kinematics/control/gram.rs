@@ -49,7 +49,8 @@ impl Gram {
         sums.gram(joint_count)
     }
 
-    /// Makes the matrix stiff along all rows but the first `rows`: as stiff as all of it together.
+    /// Sets the diagonal of all rows but the first `rows` to the trace of the matrix, so that the smallest eigenvalue belongs to one of the
+    /// first rows.
     pub fn stiffened(mut self, rows: usize) -> Self {
         let trace = f64x2::splat(self.trace());
         let [angular, linear] = [&mut self.angular, &mut self.linear].map(|block| block.diagonal.iter_mut());
@@ -70,7 +71,7 @@ impl Gram {
         self.joint_count < 6
     }
 
-    /// Returns the inverses of `J Jᵀ + shift I` with two shifts. They are not finite, or useless, if the matrix is singular.
+    /// Returns the inverses of `J Jᵀ + shift I` with two shifts. If the matrix is singular, they are not finite or not accurate.
     ///
     /// This is fast because it consists of two closed 3×3 inverses, the second one of `det(A) S`, so that neither waits for the other's
     /// division; and two shifts take no more operations than one. A Cholesky decomposition of 6×6 needs six roots and six divisions one
@@ -91,14 +92,15 @@ impl Gram {
         Inverse { angular, carried, rest }
     }
 
-    /// Returns `(J Jᵀ + shift I)⁻¹` times six numbers, each duplicated. The result is not finite, or useless, if the matrix is singular.
+    /// Returns `(J Jᵀ + shift I)⁻¹` times six numbers, each duplicated. If the matrix is singular, the result is not finite or not
+    /// accurate.
     #[inline(always)]
     pub fn solve(&self, shift: f64, numbers: &AngularLinear) -> Motions {
         self.inverse(f64x2::splat(shift)).times(numbers)
     }
 
-    /// Returns the smallest eigenvalue, which is below `bound`, given the inverses of `J Jᵀ` and `J Jᵀ − bound I`: the [root](Self::root)
-    /// if that is accurate, otherwise by the exact method.
+    /// Returns the smallest eigenvalue, given that it is below `bound`, from the inverses of `J Jᵀ` and `J Jᵀ − bound I`. Uses the
+    /// [root](Self::root) if that is accurate, otherwise the exact method.
     #[inline(always)]
     pub fn eigenvalue_below(&self, bound: f64, inverse: &Inverse) -> f64 {
         self.root(bound, inverse).unwrap_or_else(|| self.smallest_eigenvalue())
@@ -171,9 +173,9 @@ impl Gram {
         self.smallest_eigenvalue().sqrt()
     }
 
-    /// Returns the smallest singular value if it is below `bound`.
+    /// Returns the smallest singular value, or `None` if it is not below `bound`.
     ///
-    /// This is fast because a single inverse tells if it is not, which is the usual case.
+    /// This is fast because a single inverse is enough for `None`, which is the usual case.
     pub fn singular_value_below(&self, bound: f64) -> Option<f64> {
         let lies_above =
             !self.is_singular() && self.inverse(f64x2::splat(-bound * bound)).second_is_positive();

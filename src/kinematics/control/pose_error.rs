@@ -6,10 +6,10 @@ use crate::arm::ArmState;
 use dq_algebra::{UnitDualQuaternion, rotation_vector, screw_log};
 use nalgebra::{Quaternion, Vector3};
 
-/// The pose of the goal relative to the tool's position, along some axes.
+/// The goal relative to the tool: the rotation and the translation to it, along the axes of the tool or of the base.
 ///
 /// With the goal `g = q* q_d` relative to the tool, the inverse of the pose error (eq. 28), each form is the twist `(ω, v)` that takes the
-/// tool to the goal at gain 1. All forms agree to first order. Along other axes the same goal gives the same twist along those axes.
+/// tool to the goal at gain 1. All forms agree to first order. If the goal is expressed along other axes, the twist is too.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PoseError {
     /// The rotation r from the tool to the goal.
@@ -39,8 +39,9 @@ impl PoseError {
         }
     }
 
-    /// Returns `2 Im(g)`, twice the vector part of `½ p r`: what remains of `q*(q_d − q) = g − 1` if the tool moves by `q̇ = ½ q ξ`. The
-    /// least squares solution for `q_d − q` is another twist, because multiplication by q* changes lengths in R⁸.
+    /// Returns `2 Im(g)`: for the translation, twice the vector part of `½ p r`. Half of this twist ξ is `q*(q_d − q) = g − 1` without its
+    /// scalar parts, which no motion `q̇ = ½ q ξ` of the tool changes. The least squares solution for `q_d − q` is another twist, because
+    /// multiplication by q* changes lengths in R⁸.
     #[inline(always)]
     pub fn difference(&self) -> AngularLinear {
         let (vector, p) = (self.rotation.imag(), self.translation);

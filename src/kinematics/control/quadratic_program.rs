@@ -103,7 +103,7 @@ impl QuadraticProgram {
         self.bounds.push(bound);
     }
 
-    /// Relaxes all constraints that 0 does not satisfy to bounds of 0.
+    /// Relaxes the constraints that `x = 0` violates: their bounds become 0.
     pub fn relax(&mut self) {
         self.bounds.iter_mut().for_each(|bound| *bound = bound.min(0.0));
     }

@@ -104,7 +104,7 @@ impl SymmetricInverse {
         self.minors.z
     }
 
-    /// Returns the inverses of the matrices divided by `divisors`, whose inverses are `inverses`.
+    /// Returns the inverses of the matrices divided by `divisors`. `inverses` are the inverses of `divisors`.
     #[inline(always)]
     pub fn of_quotients(self, divisors: f64x2, inverses: f64x2) -> Self {
         let minors = Vector3::new(self.minors.x * inverses, self.minors.y, self.minors.z * inverses);

@@ -13,7 +13,7 @@ const CLOSED_TOLERANCE: f64 = 1e-3;
 pub struct Gaps {
     scene: Arc<Scene>,
     placed: Placed,
-    /// How far the two parts of each pair overlapped when that was first seen, or since if less \[m\]; 0 for separate parts.
+    /// The overlap of the two parts of each pair when it was first checked, or a smaller one since \[m\]; 0 for separate parts.
     closed: Option<Vec<f64>>,
 }
 
@@ -23,8 +23,8 @@ impl Gaps {
         Self { placed: Placed::of(&scene), closed: None, scene }
     }
 
-    /// Checks an arm with its joints at `theta` \[rad, prismatic: m\], arm after arm. No pair may overlap; only a pair that overlapped at
-    /// the beginning may continue to do so, and separate. Returns the least gap \[m\]; infinite without pairs.
+    /// Checks an arm with its joints at `theta` \[rad, prismatic: m\], arm after arm. No pair may overlap, except that a pair that
+    /// overlapped at the beginning may do so until it separates. Returns the least gap \[m\]; infinite without pairs.
     ///
     /// # Errors
     /// The first [`Violation`] found.

@@ -6,18 +6,18 @@ use dq_common::named;
 use std::f64::consts::TAU;
 use std::time::Duration;
 
-/// How long the stop is commanded. One command that arrives is enough, and a later commander is not disturbed.
+/// How long the stop is commanded. One command that arrives is enough, and the guard must not disturb whoever sends commands next.
 const STOPPING: Duration = Duration::from_secs(1);
 
-/// The number of its own periods for which a live servo may be silent, ...
+/// The number of its own periods for which a live servo may be silent.
 pub const PERIODS: u32 = 3;
 
-/// ... and the longest period of a servo.
+/// The longest period of a servo.
 const LONGEST_PERIOD: Duration = Duration::from_millis(500);
 
-/// The fraction of the timeout after which a gap in the joint states, or between two steps of the guard, counts as deafness. Commands may
-/// have been missed then.
-const DEAF: f64 = 0.5;
+/// Commands may have been missed in a gap in the joint states, or between two steps of the guard, that is longer than this fraction of the
+/// timeout.
+const LONGEST_GAP: f64 = 0.5;
 
 named! {
     /// Whether an arm has a guard, as seen by its servo.
@@ -129,7 +129,7 @@ impl Guard {
     }
 
     fn is_gap(&self, from: Duration, to: Duration) -> bool {
-        to.saturating_sub(from) > self.patience().mul_f64(DEAF)
+        to.saturating_sub(from) > self.patience().mul_f64(LONGEST_GAP)
     }
 
     /// Returns the command to send at `now`, if any: zeros, or for an arm that takes positions, its measured positions when commands ended.

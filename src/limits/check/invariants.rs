@@ -24,8 +24,8 @@ pub struct Invariants {
     limits: Limits,
     period: Duration,
     last: Option<Command>,
-    /// Until then the tool may exceed its limits, because they were lowered, or because a stop, in which each joint brakes independently,
-    /// has bent the motion.
+    /// The time until which the tool may exceed its limits, because they were lowered, or because a stop, in which each joint brakes
+    /// independently, has bent the motion.
     tool_excused_until: Duration,
     /// How far beyond its position limits each joint has been \[rad\].
     beyond: Option<Vec<f64>>,

@@ -27,7 +27,7 @@ impl Slowing {
         rising || self.step >= self.most * (1.0 - ROUNDING) || self.slows_by() >= gap - self.slack(gap)
     }
 
-    /// Returns whether the joint can slow down by `gap` without passing it, or tries its best to.
+    /// Returns whether the steps after this one can end at a slowing of `gap`, or at least decrease as fast as the jerk allows.
     pub fn ends_at(&self, gap: f64) -> bool {
         let falling =
             self.before - self.step >= self.jerk * (1.0 - ROUNDING) - 4.0 * f64::EPSILON * gap.abs();

@@ -11,24 +11,25 @@ use std::mem;
 use std::ops::Range;
 use std::time::Duration;
 
-/// A joint follows that goes at least this part of the distance that the others go for it.
+/// A joint follows if it moves at least this fraction of the distance that the other joints would move for its command.
 pub(super) const PART: f64 = 0.2;
 
-/// A robot that goes less than this part of its commanded distance obeys no command; one that goes more was told to be slow.
+/// A robot that moves less than this fraction of the commanded distance does not obey at all. One that moves more was told to be slow.
 pub(super) const SLOWEST: f64 = 0.02;
 
 /// A joint that moves this many times as far as commanded does not obey.
 pub(super) const MUCH_TOO_FAR: f64 = 5.0;
 
 /// Until a joint is seen to respond, its command changes by no more than this [rad/s], and by no more than its acceleration gives in
-/// [`PROBE_ACCELERATION`] \[s\]: what the joint must take in one step if it begins to respond only then.
+/// [`PROBE_ACCELERATION`] \[s\]: the joint makes this change in one step if it begins to respond only then.
 const PROBE_SPEED: f64 = 0.05;
 const PROBE_ACCELERATION: f64 = 0.01;
 
 /// A joint that moved this far \[rad\] as commanded responds. Encoder noise at standstill is less.
 const SEEN: f64 = 2e-4;
 
-/// A joint that has not responded for this long after it was commanded to go [`PROBE_DISTANCE`], or this far \[rad\], does not follow.
+/// A joint does not follow if it has not responded for `PATIENCE` after it was commanded to move by [`PROBE_DISTANCE`], or when it has been
+/// commanded to move by `LONGEST_PROBE` \[rad\].
 const PATIENCE: Duration = Duration::from_millis(400);
 const LONGEST_PROBE: f64 = 0.02;
 
@@ -42,13 +43,13 @@ const STANDSTILL: Duration = Duration::from_millis(150);
 /// Above this speed [rad/s, prismatic: m/s] the monitor compares a joint that has responded with its commands themselves.
 const SLOW: f64 = 0.1;
 
-/// The change of a slow joint's travel \[rad, prismatic: m\] that must be commanded before it is judged to respond no more.
+/// The change of a slow joint's travel \[rad, prismatic: m\] that must be commanded before the joint is judged to have stopped responding.
 const SLOW_DISTANCE: f64 = 0.01;
 
 /// Largest error of the measured speed before [rad/s, prismatic: m/s]: one count of 8192 per turn, forth and back in a window.
 const NOISE: f64 = 0.02;
 
-/// A joint without commands is compared with its last seconds only.
+/// The motion of a joint without commands is compared over this last time only.
 const MEMORY: Duration = Duration::from_secs(1);
 
 /// Returns the largest change [rad/s] of the command of a joint with this acceleration limit [rad/s²] that has not responded yet.
@@ -65,11 +66,11 @@ pub(super) fn due(asked: f64, pulled: f64) -> f64 {
 
 /// A joint that does not respond.
 pub(super) struct Failure {
-    /// Counted from 0.
+    /// The joint, counted from 0.
     pub joint: usize,
     /// When it should have moved.
     pub since: Duration,
-    /// Whether it stopped following, or moves in the other direction. Such a joint is not tried for ever.
+    /// Whether it stopped following, or moves in the other direction. Such a joint is retried only a few times.
     pub counts: bool,
 }
 
@@ -161,12 +162,12 @@ impl Departure {
         self.responses.iter_mut().filter(|it| it.due.is_none()).for_each(JointResponse::begin);
     }
 
-    /// Which joints were seen to respond.
+    /// Yields for each joint whether it was seen to respond.
     pub fn seen(&self) -> impl Iterator<Item = bool> + Clone + '_ {
         self.responses.iter().map(|it| it.seen)
     }
 
-    /// The largest change of the command of joint `joint` of that `acceleration` [rad/s²]: any, once it was seen to respond.
+    /// Returns the largest change of the command of joint `joint` with this `acceleration` limit [rad/s²]; infinity once it has responded.
     pub fn probe(&self, joint: usize, acceleration: f64) -> f64 {
         if self.responses[joint].seen { f64::INFINITY } else { probe_speed(acceleration) }
     }
@@ -287,7 +288,7 @@ impl JointResponse {
         is_over.then_some((since, moved * asked.signum() <= -PART * asked.abs()))
     }
 
-    /// Moves the anchors on if the joint had no command for long.
+    /// Moves the anchors on if the joint has had no command for long.
     fn wait(&mut self, now: Duration) {
         if self.due.take().is_some() {
             self.later = self.now;

@@ -58,7 +58,7 @@ impl Matches {
         }
     }
 
-    /// Returns what the participant is to our nodes; `None` if it is not connected with any.
+    /// Returns how the participant was connected with our nodes; `None` if it was not.
     fn peer(&self, participant: Prefix) -> Option<Peer> {
         let state = self.lock();
         let (mut known, mut heard_on) = (None, BTreeSet::new());

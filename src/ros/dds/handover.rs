@@ -16,7 +16,7 @@ use std::task::{Context, Poll, Waker};
 /// A subscription of ros2-client that may have replaced another one.
 pub(crate) struct ReplaceableSubscription<M> {
     inner: Subscription<M>,
-    /// Messages received up to this time \[ns\] belong to the subscription before.
+    /// The subscription that this one replaced has taken the messages received up to this time \[ns\].
     since: i64,
     /// When the newest message that was taken was received \[ns\].
     newest: AtomicI64,
@@ -73,8 +73,8 @@ impl<M: DeserializeOwned + 'static> ReplaceableSubscription<M> {
         }
     }
 
-    /// Returns whether the subscription before has not taken the sample. RustDDS's receive stamps on a topic always increase, whatever the
-    /// clock does.
+    /// Returns whether the replaced subscription has not taken the sample. RustDDS's receive stamps on a topic always increase, whatever
+    /// the clock does.
     fn is_new(&self, (_, info): &Sample<M>) -> bool {
         let received = info.received_timestamp().map_or(i64::MAX, |time| time.to_nanos());
         self.newest.fetch_max(received, Ordering::Relaxed);

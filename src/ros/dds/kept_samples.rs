@@ -6,7 +6,7 @@
 
 use std::collections::VecDeque;
 
-/// The number can be increased, but never decreased.
+/// The least and the largest number of samples. RustDDS can increase the number, but never decrease it.
 pub(crate) const FEWEST_SAMPLES: i32 = 128;
 const MOST_SAMPLES: i32 = 10_000;
 
@@ -38,7 +38,7 @@ impl Default for Kept {
 #[derive(Debug, PartialEq)]
 pub(crate) enum Room {
     Enough,
-    /// For this larger number.
+    /// There is memory for this larger number of samples.
     More(i32),
     None,
 }

@@ -43,7 +43,7 @@ pub(crate) fn prefix(of: impl AsRef<[u8]>) -> Prefix {
 /// Logs a warning of an endpoint's owner.
 pub(crate) type Warn = Arc<dyn Fn(&str) + Send + Sync>;
 
-/// What a participant was to our nodes.
+/// A participant that was connected with our nodes.
 pub(crate) struct Peer {
     /// The description of one of its nodes.
     pub name: String,
@@ -113,9 +113,9 @@ impl Lost {
         }
     }
 
-    /// Ends the process, which cannot receive from the peer any more, if it had received from it before. A peer that only received from
-    /// this process detects the loss itself. In a secured graph this only logs a warning: announcements are not authenticated, so anyone
-    /// could end the process.
+    /// Ends the process if it has received from the peer before, because it can no longer do so. A peer that only received from this
+    /// process detects the loss itself. In a secured graph this only logs a warning: announcements are not authenticated, so anyone could
+    /// end the process.
     pub fn is_back(&self, Peer { name, heard_on, warn }: Peer) {
         match heard_on.is_empty() || self.is_secured {
             true => warn(&format!(

@@ -26,8 +26,8 @@ pub(crate) fn of_reader(depth: i32) -> ResourceLimits {
     ResourceLimits { max_samples: depth, max_instances: 1, max_samples_per_instance: depth }
 }
 
-/// The number of samples that a writer stores on a topic that its participant also reads. The participant's readers store as many. The
-/// writer writes little there.
+/// The number of samples that a writer stores on a topic that its participant also reads. It is small, because the participant's readers
+/// store as many samples as the writer, and the writer writes little there.
 const OF_INPUT: i32 = 64;
 
 /// Returns the limits of a writer on a topic that its participant also reads.

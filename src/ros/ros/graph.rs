@@ -101,7 +101,7 @@ fn finite(duration: rustdds::Duration) -> Option<Duration> {
     (duration != rustdds::Duration::INFINITE).then(|| duration.into())
 }
 
-/// Detects several nodes with one name, by the replies of a service that every node with parameters has.
+/// Detects nodes that share a name. Every node with parameters has the same service, so the writers of its replies are counted.
 pub struct NameWatch {
     matches: Matches,
     reply_topic: String,
@@ -118,7 +118,7 @@ impl NameWatch {
         Self { matches, reply_topic, ours, name: name.to_owned(), here: usize::from(is_own) }
     }
 
-    /// Returns a warning if discovery knows several such nodes.
+    /// Returns a warning if discovery knows several nodes with the name.
     pub fn warning(&self) -> Option<String> {
         let count = self.here + self.matches.remote_writers(&self.reply_topic, self.ours);
         (count > 1).then(|| {

@@ -77,8 +77,8 @@ impl<M: Message> Publisher<M> {
         Self { inner, publishing: Publishing { guid, topic, dropped: AtomicU64::new(0), matches } }
     }
 
-    /// Queues a message for all readers. If a frozen reader leaves no room, the message is dropped and counted. Afterwards the caller is
-    /// again the only holder of an [`Arc`] that it passes, unless late joiners get the message too, and can write the next message into it.
+    /// Queues a message for all readers. If a frozen reader leaves no room, the message is dropped and counted. A publisher that is not
+    /// latched does not keep an [`Arc`] that the caller passes, so the caller can write its next message into it.
     pub fn publish(&self, message: impl Into<Arc<M>>) {
         self.send(message.into(), InTimeWriter::write);
     }

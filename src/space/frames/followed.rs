@@ -7,11 +7,11 @@ use std::time::Duration;
 /// The motion of a goal with its frame.
 #[derive(Clone, Debug, PartialEq)]
 pub enum FrameMotion {
-    /// At `stamp` \[ns\], which is 0 for a frame that never moves, the goal was at this pose.
+    /// The frame has moved the goal.
     To {
-        /// The stamp.
+        /// The time \[ns\] at which the goal was at this pose; 0 for a frame that never moves.
         stamp: i64,
-        /// The goal.
+        /// The pose of the goal in the base frame.
         base_from_goal: UnitDualQuaternion,
     },
     /// TF no longer has the frame.
@@ -29,7 +29,7 @@ pub struct Followed {
 }
 
 impl Followed {
-    /// Starts at `now`.
+    /// Starts to follow the frame of `goal` at `now`.
     pub fn new(goal: FramedGoal, now: Duration) -> Self {
         Self { goal, last: None, heard: now, lost: false }
     }
@@ -39,13 +39,13 @@ impl Followed {
         self.goal.number
     }
 
-    /// Returns when the frame counts as lost if no transform arrives; `None` if it already is.
+    /// Returns the time at which the frame counts as lost if no transform arrives within `patience`; `None` if it is already lost.
     pub fn deadline(&self, patience: Duration) -> Option<Duration> {
         (!self.lost).then_some(self.heard.saturating_add(patience))
     }
 
-    /// Returns the motion of the frame since the last call. A moving frame is lost if no newer transform of it arrived for `patience` until
-    /// `now`.
+    /// Returns the motion of the goal since the last call; `None` if it has not moved. A moving frame counts as lost if no newer transform
+    /// of it has arrived for `patience` at the time `now`.
     pub fn look(
         &mut self,
         tree: &FrameTree,

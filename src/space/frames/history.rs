@@ -4,10 +4,10 @@ use dq_algebra::UnitDualQuaternion;
 use nalgebra::{UnitQuaternion, Vector3};
 use std::collections::VecDeque;
 
-/// How long transforms are kept \[ns\], as in tf2, ...
+/// How long transforms are kept \[ns\], as in tf2.
 const LONGEST: i64 = 10_000_000_000;
 
-/// ... and how many at most per frame: 10 s at 200 Hz, or 2 s at 1 kHz.
+/// Largest number of transforms kept per frame: 10 s at 200 Hz, or 2 s at 1 kHz.
 pub(super) const MOST: usize = 2000;
 
 /// Quaternions have a unique shortest arc between them if they differ by more than this from a half turn.
@@ -34,7 +34,7 @@ impl Place {
     }
 }
 
-/// A time outside of the kept transforms, with its distance \[ns\].
+/// A requested time before or after all kept transforms, with the difference \[ns\].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Outside {
     Before(i64),
@@ -62,8 +62,8 @@ impl History {
         self.places.len()
     }
 
-    /// Adds a transform, and removes those that are too old or beyond `room`. If the stamp is older than any that could be kept, the clock
-    /// was reset: then all earlier transforms are removed.
+    /// Adds a transform, and removes the oldest ones that are too old or exceed `room`. A stamp that is older than the newest by more than
+    /// `LONGEST` means that the clock was reset: then all previous transforms are removed.
     pub fn add(&mut self, place: Place, room: usize) {
         let newest = self.places.back().map_or(place.stamp, |newest| newest.stamp);
         if self.is_static || place.stamp < newest.saturating_sub(LONGEST) {

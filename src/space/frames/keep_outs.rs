@@ -48,18 +48,18 @@ pub enum KeepOutRefused {
     Frame(#[from] FrameError),
     /// There are already as many keep-outs as allowed.
     #[error(
-        "there is no room for it: there may be {MOST_KEEP_OUTS}, those of keep_out and keep_in among them"
+        "there are too many: at most {MOST_KEEP_OUTS} are possible, including those of keep_out and keep_in"
     )]
     TooMany,
     /// Its [`Name`](crate::space::Name) would equal that of another one.
-    #[error("shortened to {0:?} it has the name of another one")]
+    #[error("its name, shortened to {0:?}, is that of another one")]
     Namesake(String),
     /// It moves with a frame whose transforms no longer arrive.
-    #[error("nothing is heard any more of its frame {0:?}: it is where that was last")]
+    #[error("TF no longer updates its frame {0:?}: it stays at the last position")]
     Silent(String),
 }
 
-/// Largest motion of a frame that its keep-outs do not follow \[m, rad\].
+/// A frame that moves by less than this does not move its keep-outs \[m, rad\].
 const STILL: f64 = 1e-3;
 
 /// Keep-outs in TF frames.
@@ -121,12 +121,12 @@ impl FramedKeepOut {
         if self.frame.is_empty() { base } else { &self.frame }
     }
 
-    /// Returns whether it has expired at `now`.
+    /// Returns whether the keep-out has expired at `now`.
     fn is_over(&self, now: Duration) -> bool {
         !self.lifetime.is_zero() && now.saturating_sub(self.came) >= self.lifetime
     }
 
-    /// Places it with its frame at `base_from_frame`, at `now`. If the solid equals that of `before`, its shape is reused.
+    /// Returns the keep-out placed at `now` with its frame at `base_from_frame`. If the solid equals that of `before`, its shape is reused.
     fn placed(
         &self,
         base_from_frame: UnitDualQuaternion,
@@ -145,7 +145,7 @@ impl FramedKeepOut {
 }
 
 impl Placed {
-    /// Follows its frame. Returns the reason if that is not possible anymore, once.
+    /// Moves the keep-out with its frame. If that is no longer possible, returns the reason, once.
     fn follow(&mut self, look: &Look) -> Option<KeepOutRefused> {
         let Look { tree, base, now, patience } = *look;
         let frame = self.keep_out.frame(base);
@@ -205,8 +205,8 @@ impl Entry {
 }
 
 impl FramedKeepOuts {
-    /// Adds a keep-out, or replaces that with the same key, if there are at most `most`. [`look`](Self::look) places it; before that a
-    /// newer one may replace it.
+    /// Adds a keep-out, or replaces the one with the same key. There may be at most `most`. [`look`](Self::look) finds its pose; until then
+    /// a newer message with the same key may replace it.
     ///
     /// # Errors
     /// [`KeepOutRefused`]; then nothing changes.
@@ -249,15 +249,15 @@ impl FramedKeepOuts {
         self.refused.clear();
     }
 
-    /// Returns whether time alone may change something.
+    /// Returns whether poses may change without a new message.
     pub fn may_change(&self) -> bool {
         let may_change = |placed: &Placed| placed.keep_out.is_carried || !placed.keep_out.lifetime.is_zero();
         self.all.iter().any(|known| known.next.is_some() || known.current.as_ref().is_some_and(may_change))
     }
 
-    /// Updates the poses of all keep-outs in `base` at `now`. Returns, once each, those that are refused because their frames were not
-    /// found within `patience`, and those that are out of date because their frames were silent for that time. A keep-out that another one
-    /// replaces remains in force until that is found, also if it never is.
+    /// Updates the poses of all keep-outs in `base` at `now`. Returns the keep-outs whose frames were not found within `patience`, and
+    /// those that are out of date because their frames have been silent for that time, each once. A replaced keep-out remains in force
+    /// until its replacement is found, even if that never happens.
     pub fn look(
         &mut self,
         tree: &FrameTree,

@@ -13,7 +13,7 @@ const MOST_FRAMES: usize = 1000;
 /// Largest number of transforms that are kept of all frames together: 7 MB.
 const MOST_PLACES: usize = 100_000;
 
-/// Largest translation [m]: more is not on one planet.
+/// Largest translation \[m\]. Larger ones do not occur on Earth.
 const FARTHEST: f64 = 1e7;
 
 /// A transform as received: the pose of `child` in `parent`.
@@ -104,7 +104,8 @@ impl FrameTree {
         self.places = self.edges.values().map(|edge| edge.history.len()).sum();
     }
 
-    /// Returns the pose of `frame` in `base` at `stamp` \[ns\]. For 0 it is the newest time at which all frames between them are known.
+    /// Returns the pose of `frame` in `base` at `stamp` \[ns\]. A stamp of 0 stands for the newest time at which all frames between them
+    /// are known.
     ///
     /// # Errors
     /// [`FrameError`] if the pose is not known. Nothing is extrapolated.
@@ -188,7 +189,7 @@ type Named<'a> = (&'a str, &'a Edge);
 struct Path<'a> {
     /// The edges from one frame up to the common ancestor.
     up: Vec<Named<'a>>,
-    /// The edges from the other frame up to there.
+    /// The edges from the other frame up to the common ancestor.
     down: Vec<Named<'a>>,
 }
 
@@ -197,7 +198,7 @@ impl<'a> Path<'a> {
         self.up.iter().chain(&self.down)
     }
 
-    /// Returns the newest time \[ns\] at which all of it is known; `None` if nothing on it moves.
+    /// Returns the newest time \[ns\] at which the whole path is known; `None` if it has no moving frame.
     fn newest(&self) -> Option<i64> {
         self.edges().filter_map(|(_, edge)| edge.history.newest()).min()
     }

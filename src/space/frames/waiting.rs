@@ -34,7 +34,8 @@ pub struct Answer {
     pub base_from_goal: Result<UnitDualQuaternion, FrameError>,
 }
 
-/// Goals that wait for a transform that may still arrive, in their order. A goal that is found replaces those before it.
+/// Goals that wait for transforms that may still arrive, in the order of arrival. When the pose of a goal is found, earlier goals are
+/// dropped.
 #[derive(Clone, Debug, Default)]
 pub struct WaitingGoals {
     line: VecDeque<(FramedGoal, Duration)>,
@@ -54,13 +55,13 @@ impl WaitingGoals {
         self.line.retain(|(goal, _)| goal.number > number);
     }
 
-    /// Returns when the first of them will have waited for `patience`.
+    /// Returns the time at which the first goal will have waited for `patience`.
     pub fn deadline(&self, patience: Duration) -> Option<Duration> {
         self.line.front().map(|(_, came)| came.saturating_add(patience))
     }
 
-    /// Looks each goal up in `tree`. Returns those that are found, in the frame `base`, and those that cannot be found or have waited for
-    /// `patience` until `now`.
+    /// Looks up the frame of each goal in `tree`. Returns the goals that are found, in the frame `base`, and those that cannot be found or
+    /// were not found within `patience` until `now`.
     pub fn look(&mut self, tree: &FrameTree, base: &str, now: Duration, patience: Duration) -> Vec<Answer> {
         let mut answers = Vec::new();
         let found = |goal: &FramedGoal| {

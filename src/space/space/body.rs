@@ -40,7 +40,7 @@ pub struct Body {
     pub capsules: Vec<Capsule>,
 }
 
-/// A shorter link \[m\] gets no capsule of its own; that of the link before ends there.
+/// A link shorter than this \[m\] gets no capsule of its own.
 const SHORTEST: f64 = 1e-6;
 
 /// Largest radius of a capsule, and largest distance of its ends from the joint \[m\].
@@ -107,8 +107,8 @@ impl Capsule {
     }
 }
 
-/// Parses the link, the core and the radius: a joint's name exactly as it is, with any characters, a blank, and seven numbers. The name may
-/// also be `base`, or be missing.
+/// Parses the link, the core and the radius from the name of a joint, a blank, and seven numbers. The name may contain any characters,
+/// blanks included. It may also be `base`, or be missing.
 fn parse(text: &str, joints: &[String]) -> Option<(usize, Segment, f64)> {
     let named = |text: &str, name: &str| {
         text.strip_prefix(name).filter(|rest| rest.starts_with(char::is_whitespace)).and_then(numbers)

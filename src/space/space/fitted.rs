@@ -13,7 +13,7 @@ pub struct Fitted {
     pub radius: f64,
 }
 
-/// A circle about a line, or the locus of a ball around it, that a capsule along the line must contain.
+/// A circle about a line, or a torus if `thick` is not 0, that a capsule along the line must contain.
 #[derive(Clone, Copy)]
 struct Ring {
     /// The position along the line, and the distance from it \[m\].
@@ -47,8 +47,8 @@ impl Fitted {
         along(&Vector3::zeros(), &Vector3::z(), &[rim(-0.5 * length), rim(0.5 * length)])
     }
 
-    /// Creates the smallest capsule around points of those whose axis passes through the middle of their bounds, along x, y or z. `None`
-    /// without points.
+    /// Creates the smallest capsule around `points` whose axis is parallel to x, y or z and passes through the middle of their bounding
+    /// box. `None` if there are no points.
     pub fn points(points: &[Vector3<f64>]) -> Option<Self> {
         let first = points.first()?;
         let bound = |of: fn(&Vector3<f64>, &Vector3<f64>) -> Vector3<f64>| {
@@ -114,7 +114,7 @@ fn smallest(
     lines.iter().filter_map(on).min_by(|one, two| one.volume().total_cmp(&two.volume()))
 }
 
-/// Returns the smallest capsule along a line around these rings: a thicker one may be shorter.
+/// Returns the smallest capsule along a line around these rings. Searches over the radius, because a thicker capsule may be shorter.
 fn along(origin: &Vector3<f64>, direction: &Vector3<f64>, rings: &[Ring]) -> Fitted {
     let [bottom, top] = span(rings, f64::INFINITY);
     let middle = 0.5 * (bottom + top);
@@ -137,7 +137,8 @@ fn along(origin: &Vector3<f64>, direction: &Vector3<f64>, rings: &[Ring]) -> Fit
     Fitted { core: Segment { ends }, radius }
 }
 
-/// Returns the best beginning and end of the core of a capsule with this radius along the line; for an infinite radius, those of the rings.
+/// Returns the ends of the shortest core along the line with which a capsule of this radius contains the rings. For an infinite radius,
+/// returns the range of the rings' positions.
 fn span(rings: &[Ring], radius: f64) -> [f64; 2] {
     let (mut bottom, mut top) = (f64::INFINITY, f64::NEG_INFINITY);
     for ring in rings {
@@ -156,8 +157,8 @@ fn span(rings: &[Ring], radius: f64) -> [f64; 2] {
 /// Capsules of one joint beyond this number are first merged in pairs, in their order.
 const MOST_OF_ONE: usize = 64;
 
-/// Merges capsules of the same joint. Two become one if that has no more volume than both. If there are more than `most` capsules, further
-/// ones are merged, those first whose union adds the least volume.
+/// Merges capsules of the same joint. Two capsules become one if the union has no more volume than both together. While there are more than
+/// `most` capsules, merges the pair whose union adds the least volume.
 pub fn merged(mut all: Vec<(usize, Fitted)>, most: usize) -> Vec<(usize, Fitted)> {
     all.sort_by_key(|(joint, _)| *joint);
     let mut groups: Vec<_> = all.chunk_by(|one, two| one.0 == two.0).map(Group::new).collect();

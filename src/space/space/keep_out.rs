@@ -48,7 +48,7 @@ impl FromStr for KeepOut {
     }
 }
 
-/// Writes the text that is parsed, with the same numbers.
+/// Writes the text form. Parsing it restores exactly the same numbers.
 impl fmt::Display for KeepOut {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{} {}", self.name, self.solid)

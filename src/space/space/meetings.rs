@@ -6,7 +6,7 @@ use super::{Body, Capsule, KeepOut, MOST_CAPSULES, MOST_KEEP_OUTS, Scene, SceneE
 use dq_kinematics::arm::{Chain, Coupling, JointKind};
 use std::f64::consts::PI;
 
-/// The number of configurations in which pairs that always touch are sought.
+/// Number of sampled configurations from which pairs that always touch are found.
 const SAMPLES: u32 = 200;
 
 /// Largest number of samples, 5 %, in which a pair may be apart and still count as always touching (as in MoveIt's setup assistant).
@@ -60,7 +60,8 @@ impl Scene {
         Ok(scene)
     }
 
-    /// Returns the scene with keep-ins: the tool of each of these arms, which must be those of the scene, must stay in all of `keep_ins`.
+    /// Returns the scene with keep-ins: the tool of each arm must stay in all of `keep_ins`. `chains` and `ranges` must be those with which
+    /// the scene was created.
     ///
     /// # Errors
     /// [`SceneError`] if there are more than [`MOST_KEEP_OUTS`], including keep-outs.
@@ -109,8 +110,8 @@ impl Scene {
         }
     }
 
-    /// Adds each capsule with each of these keep-outs. Even pairs that touch are kept, because keep-outs do not move with the arm; only
-    /// parts that never move are left out.
+    /// Adds a pair for each capsule and each of these keep-outs. Pairs that touch are added too, because keep-outs do not move with the
+    /// arm; only parts that never move are left out.
     fn keep_out_of(&mut self, more: Vec<KeepOut>) -> Result<(), SceneError> {
         self.check_room(&more)?;
         for keep_out in more {

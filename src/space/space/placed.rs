@@ -69,7 +69,7 @@ impl Placed {
         }
     }
 
-    /// Takes the body of another `scene`, without a position yet. Allocates nothing if there is enough capacity.
+    /// Replaces the body by that of `scene`, without a position yet. Allocates nothing if there is enough capacity.
     pub fn take(&mut self, scene: &Scene) {
         fn put<T>(list: &mut Vec<T>, of: impl Iterator<Item = T>) {
             list.clear();
@@ -104,9 +104,9 @@ impl Placed {
         }
     }
 
-    /// Writes to `near` the pairs of `scene`, in their order, whose gap \[m\] is less than `within` of their [`travel`](Scene::travel)
-    /// while each joint moves by `moves` \[rad, prismatic: m\]; at most the capacity of `near`. Only pairs that may be that near are
-    /// measured.
+    /// Writes to `near` the pairs that are near, in the order of `scene`, and at most the capacity of `near`. A pair is near if its gap
+    /// \[m\] is less than `within` returns for its [`travel`](Scene::travel) while each joint moves by `moves` \[rad, prismatic: m\]. Only
+    /// pairs that may be near are measured.
     pub fn near(
         &mut self,
         scene: &Scene,
@@ -136,14 +136,14 @@ impl Placed {
         self.core_gap(scene, meeting).less(meeting.radius)
     }
 
-    /// Returns a lower bound of a pair's gap, and where, from its gap at other positions, without much computation. `None` for pairs whose
-    /// earlier gap yields no bound.
+    /// Returns a lower bound of a pair's gap and the point at which it lies, with little computation, from the gap of the pair at other
+    /// positions. `None` if that gap yields no bound.
     pub fn gap_at_least(&self, scene: &Scene, near: &Near) -> Option<Gap> {
         let Meeting { capsule, against, .. } = scene.meetings[near.pair];
         matches!(against, Against::KeepOut(_)).then(|| self.cores[capsule].gap_at_least(&near.gap))
     }
 
-    /// Returns a lower bound of a pair's gap, without much computation.
+    /// Returns a lower bound of a pair's gap, with little computation.
     fn at_least(&self, scene: &Scene, pair: usize) -> f64 {
         let meeting = &scene.meetings[pair];
         let (middle, half) = self.balls[meeting.capsule];

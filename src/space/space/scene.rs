@@ -36,7 +36,7 @@ pub(super) enum Against {
     KeepIn(usize),
 }
 
-/// A pair that may meet.
+/// A pair that is checked.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Meeting {
     /// The index of a capsule of the body, or, beyond those, of a tool.
@@ -48,7 +48,7 @@ pub(super) struct Meeting {
     pub radius: f64,
 }
 
-/// The names of a pair that may meet.
+/// The names of the two members of a pair.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Pair {
     /// Two parts of the body, by the joints that move (or drive) their links, counted from 1, arm after arm; 0 for a base.
@@ -89,7 +89,7 @@ impl Tool {
 }
 
 /// Formats a length in millimeters.
-fn millimetres(length: f64) -> String {
+fn millimeters(length: f64) -> String {
     let digits = if length < 1e-3 { 3 } else { 0 };
     format!("{:.digits$} mm", 1e3 * length)
 }
@@ -110,7 +110,7 @@ impl Pair {
 
     /// Describes the pair and its gap \[m\] in words. The gap is negative if the two overlap, or if the tool is outside of its keep-in.
     pub fn explain_gap(&self, gap: f64, joint: impl Fn(usize) -> String) -> String {
-        let (length, is_closed) = (millimetres(gap.abs()), gap < 0.0);
+        let (length, is_closed) = (millimeters(gap.abs()), gap < 0.0);
         match self {
             Self::KeepIn(tool, name) if is_closed => format!("{} is {length} outside {name}", tool.explain()),
             Self::KeepIn(tool, name) => format!("{} is {length} from the edge of {name}", tool.explain()),
@@ -230,13 +230,13 @@ impl Scene {
         travel(&self.levers[self.meetings[number].levers], moves)
     }
 
-    /// Returns whether the pair is a tool and its keep-in. Keep-ins are convex, so along a straight line the gap is nowhere less than at
-    /// both ends.
+    /// Returns whether the pair is a tool and its keep-in. Keep-ins are convex, so along a straight line the gap is smallest at one of the
+    /// ends.
     pub fn is_inside(&self, number: usize) -> bool {
         matches!(self.meetings[number].against, Against::KeepIn(_))
     }
 
-    /// Returns the distance of the cores of a pair if its gap is 0 \[m\].
+    /// Returns the distance between the cores of a pair at which its gap is 0 \[m\].
     pub fn radius(&self, number: usize) -> f64 {
         self.meetings[number].radius
     }

@@ -14,8 +14,9 @@ pub struct Segment {
 const TOGETHER: f64 = 1e-12;
 
 impl Segment {
-    /// Returns a lower bound of the gap between this core and a convex shape, and where, if `gap` is that of another core. The shape lies
-    /// behind the plane perpendicular to the normal, and no point of a core is nearer to the shape than to that plane.
+    /// Returns a lower bound of the gap between this core and a convex shape, and the point at which it lies, given the `gap` between
+    /// another core and that shape. The shape lies behind the plane perpendicular to the normal of `gap`, and no point of this core is
+    /// nearer to the shape than to that plane.
     pub(super) fn gap_at_least(&self, gap: &Gap) -> Gap {
         let beyond = |point: &Vector3<f64>| gap.distance + gap.normal.dot(&(point - gap.point));
         let [one, other] = self.ends.map(|end| (beyond(&end), end));
@@ -45,7 +46,7 @@ impl Segment {
         Isometry3::from_parts(self.at(0.5).into(), turn)
     }
 
-    /// Returns the fraction of the segment at the nearest point to `point`.
+    /// Returns the fraction of the segment, from 0 to 1, at which it is nearest to `point`.
     fn part_near(&self, point: &Vector3<f64>) -> f64 {
         let along = self.vector();
         let length = along.norm_squared();

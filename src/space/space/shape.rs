@@ -150,8 +150,7 @@ fn length(vector: &Vector3<f64>) -> (f64, Vector3<f64>) {
     if length > 0.0 { (length, vector / length) } else { (0.0, Vector3::x()) }
 }
 
-/// Returns the signed distance from the set where all components are at most 0, in orthogonal directions, of a point that is `beyond` in
-/// each, and its gradient.
+/// Returns the signed distance of the point `beyond` from the set of all points without positive components, and its gradient.
 fn outside<const N: usize>(beyond: &nalgebra::SVector<f64, N>) -> (f64, nalgebra::SVector<f64, N>) {
     let out = beyond.map(|part| part.max(0.0));
     let distance = out.norm();

@@ -14,7 +14,7 @@ pub enum KeepOutError {
     Name(#[from] NameError),
     /// The shape is unknown.
     Shape,
-    /// The shape needs another number of numbers, or something else is among them.
+    /// The number of numbers does not match the shape, or one of them is not a finite number.
     Numbers {
         /// The shape.
         shape: &'static str,
@@ -46,9 +46,9 @@ impl KeepOutError {
             Self::Length(length) => format!("lengths of more than 0 m, {FARTHEST} m at most, not {length}"),
             Self::Far(place) => format!("a place no farther away than {FARTHEST} m, not {place}"),
             Self::Direction => "a direction of any length above 0, and an orientation of length 1".to_owned(),
-            Self::Flat => format!(
-                "points that do not lie in a plane, not even within {FLAT} m or {FLAT} of their distance"
-            ),
+            Self::Flat => {
+                format!("points that do not lie in a plane, within {FLAT} m or {FLAT} of their distance")
+            }
         }
     }
 }
@@ -67,10 +67,16 @@ pub const NO_TURN: [f64; 4] = [0.0, 0.0, 0.0, 1.0];
 
 /// A solid by its sizes, in meters, in its own reference frame.
 ///
-/// Its text form is its shape and its numbers. `half_space 0 0 1 0.02` is everything below 2 cm, by the normal and the offset along it.
-/// `sphere x y z radius`. `box x y z` and three lengths. `cylinder x y z radius length` along z. `capsule x y z radius length` along z,
-/// without its round ends. After these three an orientation may follow, `qx qy qz qw`. `hull x y z x y z ...` is the convex hull of 4 to
-/// 100 points.
+/// The text form is the name of the shape followed by its numbers:
+///
+/// - `half_space` and the normal `x y z`, then the offset along it: `half_space 0 0 1 0.02` is everything below 2 cm.
+/// - `sphere x y z radius`
+/// - `box x y z` and three lengths
+/// - `cylinder x y z radius length`, along z
+/// - `capsule x y z radius length`, along z; the length excludes the round ends.
+/// - `hull x y z x y z ...`, the convex hull of 4 to 100 points
+///
+/// An orientation `qx qy qz qw` may follow the numbers of a box, a cylinder or a capsule.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Solid {
     /// Everything behind a plane.
@@ -149,7 +155,7 @@ impl Solid {
         Self::SHAPES[number].0
     }
 
-    /// Returns the error of numbers that do not match its shape.
+    /// Returns the error for numbers that do not match the shape.
     pub(super) fn wrong_numbers(&self) -> KeepOutError {
         wrong_numbers(self.name())
     }

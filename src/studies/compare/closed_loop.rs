@@ -99,7 +99,8 @@ impl ClosedLoop<'_> {
         Ok(self.run_for(task, number, HORIZON, |_| ())?.0)
     }
 
-    /// Runs the task for `horizon`, and also returns the servo's final words. Calls `see` with the joint positions \[rad\] of each cycle.
+    /// Runs the task for `horizon`, and also returns the servo's final state in words. Calls `see` with the joint positions \[rad\] of each
+    /// cycle.
     pub(super) fn run_for(
         &self,
         task: &Task,
@@ -208,7 +209,7 @@ impl Driver {
         }
     }
 
-    /// Returns the servo's final words: why it has stalled, or its state, and what is known of another configuration.
+    /// Describes the servo's final state: why it has stalled, or its state, and what is known of another configuration.
     fn words(&self) -> String {
         match self {
             Self::Law(_) => String::new(),

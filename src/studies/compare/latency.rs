@@ -13,11 +13,11 @@ use std::ops::Range;
 
 /// The ages to try, in cycles: half octaves from 5 ms to 0.32 s.
 const AGES: [usize; 12] = [1, 2, 3, 4, 6, 8, 11, 16, 23, 32, 45, 64];
-/// Least percentage of the tasks that settle with fresh joint states which must settle at an acceptable age.
+/// An age is acceptable if at least this percentage of the tasks that settle with fresh joint states also settle at that age.
 const HOLDS: f64 = 95.0;
 /// Number of tasks of each arm on which an age is tried first; if the result is in doubt, all tasks follow.
 pub(super) const FIRST: u32 = 400;
-/// The quantile of the normal distribution by which 95 % must be outside of the interval to leave no doubt: p < 1e-4.
+/// The result for an age leaves no doubt if the interval with this quantile of the normal distribution (p < 1e-4) does not contain 95 %.
 const NO_DOUBT: f64 = 4.0;
 
 /// The age of joint states at which a law begins to fail.
@@ -33,9 +33,9 @@ pub struct Ageing {
     pub settled_percent: Vec<(f64, Interval)>,
     /// The largest age \[ms\] at which at least 95 % of them settle; 0 if none.
     pub holds_up_to_ms: f64,
-    /// The largest age \[ms\] at which this is certain, because the interval lies above.
+    /// The largest age \[ms\] at which certainly at least 95 % settle, because the whole interval lies above 95 %.
     pub low_ms: f64,
-    /// The least age \[ms\] at which the opposite is certain; `None` if it exceeds the tried ages.
+    /// The least age \[ms\] at which certainly fewer settle; `None` if it exceeds the tried ages.
     pub high_ms: Option<f64>,
 }
 

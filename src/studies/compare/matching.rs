@@ -54,7 +54,7 @@ const HIGHEST: f64 = 1e4;
 /// The gain of a law on an arm.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct Gain {
-    /// The quantity that is equal.
+    /// The quantity that this gain makes equal to that of the reference law.
     pub matched: Matched,
     /// The law's name.
     pub law: String,

@@ -93,9 +93,9 @@ pub enum CompareError {
         /// The reason.
         why: std::io::Error,
     },
-    /// The gains are of other arms or laws, or of another program.
+    /// The file has gains of other arms or laws, or of another version of this program.
     #[error(
-        "{file} has gains that are not those of these arms and this program: delete it, and they are chosen anew"
+        "{file} has gains of other arms or of another version of this program: delete it to choose the gains again"
     )]
     OtherGains {
         /// The file.
@@ -103,7 +103,7 @@ pub enum CompareError {
     },
     /// A line belongs to another run than expected.
     #[error(
-        "{file}: line {line} is of another run than expected there: parts are put together in their order, each once; other arms, tasks or another seed need a new folder"
+        "{file}: line {line} is of another run than expected: join each part once and in order; for other arms, tasks or seeds, use a new folder"
     )]
     OtherRuns {
         /// The file.
@@ -112,16 +112,14 @@ pub enum CompareError {
         line: u64,
     },
     /// The runs of other programs are not of the same tasks.
-    #[error(
-        "{file} has runs of other tasks than the first of each of these arms: run compare_peers.py again"
-    )]
+    #[error("{file} does not have runs of the first tasks of each of these arms: run compare_peers.py again")]
     OtherPeers {
         /// The file.
         file: String,
     },
     /// A line is not a run.
     #[error(
-        "{file}: line {line} is damaged: delete it and those after it, and run the same again, which goes on from there"
+        "{file}: line {line} is damaged: delete it and all later lines, then repeat the command, which continues from there"
     )]
     Damaged {
         /// The file.

@@ -24,7 +24,7 @@ pub struct Study {
     pub tasks: u32,
     /// The seed of the tasks.
     pub seed: u64,
-    /// The gain of each law on each arm, for each way to match them.
+    /// The gain of each law on each arm, for each quantity that is made equal among the laws.
     pub gains: Vec<Gain>,
 }
 
@@ -151,7 +151,7 @@ impl Study {
         Run { matched, law, arm, gain: self.gain(matched, &arm.name, law), limits, plant, task }
     }
 
-    /// Yields the number of one run in each cell; the tasks differ from cell to cell.
+    /// Yields the number of one run of each cell, each time of another task.
     pub(super) fn sampled(&self) -> impl Iterator<Item = u64> + '_ {
         /// A prime number, which has no common factor with usual numbers of tasks.
         const STRIDE: u64 = 7919;

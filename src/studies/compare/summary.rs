@@ -189,7 +189,7 @@ impl Summary {
         self.cells.get(key).map_or(&[], |cell| &cell.rows)
     }
 
-    /// Returns, for each task of a cell, whether it is settled by each law that settles at least half of all tasks.
+    /// Returns, for each task of a cell, whether all laws settle it, except those that settle fewer than half of all tasks.
     pub fn common(&self, key: &Key) -> Vec<bool> {
         let mut common = vec![true; self.rows(key).len()];
         let beside = self.cells.iter().filter(|(other, cell)| key.is_beside(other) && cell.settles_half());

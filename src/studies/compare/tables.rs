@@ -154,7 +154,7 @@ pub(super) fn of_arm(findings: &Findings, arm: &str) -> String {
     table
 }
 
-/// Returns why tasks failed.
+/// Returns a table of the reasons why tasks failed.
 pub(super) fn failures(findings: &Findings) -> String {
     let reasons: Vec<_> = Outcome::failures().collect();
     let names: Vec<_> = reasons.iter().map(|reason| reason.replace('_', " ")).collect();
@@ -168,7 +168,7 @@ pub(super) fn failures(findings: &Findings) -> String {
     table
 }
 
-/// Returns how old joint states may be.
+/// Returns a table of the largest age of joint states with which each law copes.
 pub(super) fn ages(findings: &Findings) -> String {
     let mut table = String::from("| law | no limits [ms] | limits [ms] |\n|---|---|---|\n");
     for law in Law::all() {
@@ -177,7 +177,7 @@ pub(super) fn ages(findings: &Findings) -> String {
     table
 }
 
-/// Returns the largest age with which a law copes \[ms\], with its interval.
+/// Returns the largest age of joint states with which the law copes \[ms\], with its interval.
 pub(super) fn age(findings: &Findings, law: Law, limits: bool) -> String {
     let Some(ageing) = findings.ageing(law, limits) else { return "-".to_owned() };
     let (age, low) = (ageing.holds_up_to_ms, ageing.low_ms);

@@ -21,7 +21,7 @@ pub struct Unmatched {
 }
 
 impl Unmatched {
-    /// Returns whether the law is slower both with less and with more gain, so that no gain reaches the target.
+    /// Returns whether no gain reaches the target: the law settles later both with less and with more gain than this.
     pub fn is_fastest(&self) -> bool {
         self.beside.is_some_and(|beside| beside.iter().all(|median| *median >= self.median.value))
     }
@@ -31,7 +31,7 @@ impl Unmatched {
         50.0 * (self.median.high - self.median.low) / self.median.value
     }
 
-    /// Returns the number of tasks with which that would be 2 %.
+    /// Returns the number of tasks for which half that width would be 2 %.
     pub fn tasks_needed(&self) -> f64 {
         PILOTS as f64 * (0.01 * self.uncertain_percent() / CLOSE).powi(2)
     }
@@ -67,7 +67,7 @@ pub(super) fn unmatched(study: &Study) -> Result<Vec<Unmatched>, CompareError> {
     Ok(all)
 }
 
-/// Returns the largest value; a settling time is unknown beyond the horizon.
+/// Returns the largest value that can be known; settling times end at the horizon.
 fn most(matched: Matched) -> f64 {
     match matched {
         Matched::SettlingTime => HORIZON.as_secs_f64(),

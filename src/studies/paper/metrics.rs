@@ -19,7 +19,7 @@ pub struct Metrics {
     /// Whether the determinant of the Jacobian of six joints changed its sign on the way. If so, the smallest singular value in the figures
     /// is 0, because the nearest sample to a singularity is arbitrary.
     pub singularity_crossed: bool,
-    /// When it did, to the accuracy of a sample.
+    /// When the determinant changed its sign, to the accuracy of a sample.
     pub singularities_crossed_s: Vec<f64>,
     /// The final error of each joint in percent of its position at the goal; `None` if that is 0.
     pub joint_error_percent: Vec<Option<f64>>,

@@ -27,7 +27,7 @@ pub struct TaskSpaceLogc {
 pub struct TaskSpaceMetrics {
     /// The half-log pair at the start [rad, m].
     pub initial: [f64; 6],
-    /// When each of its components came within 1e-3 for good \[s\]; `None` if it has not, or never was outside.
+    /// When each component of the half-log pair came within 1e-3 of zero for good \[s\]; `None` if it has not, or if it was never outside.
     pub last_crossing_s: [Option<f64>; 6],
     /// When the rotation had come within 2 % of its initial angle for good \[s\].
     #[serde(rename = "settling_time_2_percent_rotation_s")]

@@ -59,9 +59,9 @@ pub fn wrong_sign(lab: &Laboratory) -> Result<(Vec<Departure>, Figure), PaperErr
 /// The distance of the tool at a time \[s\] from the goal at which it started.
 struct Away {
     time: f64,
-    /// \[mm\].
+    /// The distance \[mm\].
     distance: f64,
-    /// \[°\].
+    /// The angle \[°\].
     angle: f64,
 }
 

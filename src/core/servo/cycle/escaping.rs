@@ -8,16 +8,16 @@ use crate::servo::escape_phase::{EscapePhase, Phase};
 use dq_algebra::UnitDualQuaternion;
 use std::time::Duration;
 
-/// A law is stuck if the joints can change less than this fraction of its error, `|Jᵀ e| < 0.01 |e|` (rad and m taken alike), ...
+/// A law counts as stuck only if the joints can change less than this fraction of its error: `|Jᵀ e| < 0.01 |e|` (rad and m taken alike).
 const STUCK: f64 = 1e-2;
 
-/// ... it drives no joint faster than this [rad/s], ...
+/// A law counts as stuck only if it drives no joint faster than this [rad/s].
 const STANDING: f64 = 0.05;
 
-/// ... and both have held for this time.
+/// A law counts as stuck only after both conditions have held for this time.
 const PATIENCE: Duration = Duration::from_millis(200);
 
-/// A motion without progress is stopped by a singularity if the joints can change less than this fraction of the law's error.
+/// A singularity counts as the reason for a stall if the joints can change less than this fraction of the law's error.
 const HELD_UP: f64 = 0.1;
 
 /// A smaller commanded speed [rad/s, prismatic: m/s] is not evidence of a pull.
@@ -80,8 +80,8 @@ impl Servo {
         self.escape.find(&self.settings.controller, goal, theta, limits)
     }
 
-    /// Returns a sagging stall if something pulls at the joints as strongly as the law does: the joint with the largest pull loses most of
-    /// its command to it.
+    /// Returns a sagging stall if something pulls at the joints as strongly as the law does, so that the joint with the largest pull loses
+    /// most of its command to the pull.
     fn sag(&self) -> Option<Stall> {
         let (joint, pull) = fastest_of(self.robot.link.pulls())?;
         // If an arm stands, all of its command is lost.

@@ -33,7 +33,7 @@ impl Servo {
         )
     }
 
-    /// Takes a goal with a time stamp. A stream of stamped goals is tracked more steadily.
+    /// Takes a goal with a time stamp. Stamps make the tracking of a stream steadier.
     ///
     /// # Errors
     /// The errors of [`take_goal`](Self::take_goal), [`Rejection::Late`] and [`Rejection::Superseded`].
@@ -53,7 +53,7 @@ impl Servo {
         Ok(())
     }
 
-    /// Notes that a goal has arrived that waits for its frame.
+    /// Notes the arrival of a goal that waits for its frame.
     pub(in crate::servo) fn wait_for_frame(&mut self, sent: Sent) {
         self.hear_goal(sent, self.clock.now, false);
     }

@@ -13,9 +13,9 @@ impl Servo {
         self
     }
 
-    /// Takes a twist received at `now`. It is in force for `twist_timeout`, and drops the goal. While its publisher holds the stick, all
-    /// twists are one [`MotionRequest`]. A zero twist asks for no motion: it releases the stick, and does not drop a goal. Of two publishers, the one
-    /// that came first counts.
+    /// Takes a twist received at `now`. It is in force for `twist_timeout`, and drops the goal. While its publisher holds the stick, that
+    /// is, continues to send, all twists are one [`MotionRequest`]. A zero twist asks for no motion: it releases the stick, and does not
+    /// drop a goal. If two publishers send twists, the first one counts.
     ///
     /// # Errors
     /// The [`Rejection`], which is counted.
@@ -45,7 +45,8 @@ impl Servo {
         Ok(())
     }
 
-    /// Follows a twist. The request of a held stick with revoked consent only shows its reason, and only if nobody else asks.
+    /// Follows a twist. If its request is revoked, the arm does not move, and the request only serves to report the reason. It does not
+    /// replace the request of another publisher.
     fn jog(&mut self, jog: Jog, request: MotionRequest, now: Duration) {
         let is_first = self.requests.consent().request().is_none_or(|before| before.by == request.by);
         if request.revoked.is_some() && !is_first {

@@ -11,7 +11,7 @@ const PLACES: u32 = 32;
 /// The fraction of the acceleration limit that braking for the tool's speed relies on.
 const SHARE: f64 = 0.5;
 
-/// The line in joint space, while another configuration is found or a reconfiguration is under way.
+/// The straight line in joint space to the configuration that a search has found.
 pub(super) struct JointLine {
     /// The end of the line \[rad, prismatic: m\], one number per joint.
     pub positions: Vec<f64>,

@@ -10,15 +10,15 @@ use std::time::Duration;
 
 /// The output to the robot.
 pub(super) struct Output {
-    /// The desired motion, and then what the filters make of it [rad/s, prismatic: m/s].
+    /// The desired velocity, which the filters turn into the next motion [rad/s, prismatic: m/s].
     pub velocity: Vec<f64>,
-    /// The speed at which the last command moves each joint, and the command: this motion plus the joint's hold against its pull.
+    /// The motion of the last command, and the command: the motion plus the hold, which balances the pull at each joint.
     pub motion: Vec<f64>,
     pub command: Vec<f64>,
     pub filters: Filters,
     pub latched_limits: LatchedLimits,
     pub setpoint: Setpoint,
-    /// What keeps the arm from the desired motion, in the last cycle.
+    /// What kept the arm from the desired motion in the last cycle.
     pub hindrance: Hindrance,
     interface: Interface,
     /// Whether the arm was ever driven or braked: from then on, commands are sent.
@@ -125,7 +125,7 @@ impl Output {
         }
     }
 
-    /// Returns the speeds at which the output moves [rad/s, prismatic: m/s].
+    /// Returns the joint speeds that the output causes [rad/s, prismatic: m/s].
     pub fn speeds(&self) -> &[f64] {
         if self.interface.takes_positions() { self.setpoint.speeds() } else { &self.motion }
     }

@@ -121,7 +121,7 @@ impl Servo {
         self.joint_line.velocity(from, limits, &braking, &mut self.output.velocity);
     }
 
-    /// Returns what slows a creeping law, a limit or a singularity. `None` unless `reconfigure` is `Always` and there was no search yet.
+    /// Returns what makes the law creep: a limit or a singularity. `None` unless `reconfigure` is `Always` and there was no search yet.
     pub(super) fn hindrance(&self) -> Option<Stall> {
         let pursuit = self.mode.pursuit()?;
         let Settings { controller, reconfigure, .. } = &self.settings;
@@ -145,8 +145,8 @@ impl Servo {
         time
     }
 
-    /// Reacts to changed settings. Ends a reconfiguration that they do not allow. Also ends a stall, unless the change before, at `before`,
-    /// is not longer ago than `progress_timeout`: constant changes are no reason to try again.
+    /// Reacts to changed settings. Ends a reconfiguration that they do not allow. Ends a stall, too, if the previous change, at `before`,
+    /// is longer ago than `progress_timeout`: constant changes do not restart a stalled motion.
     pub(super) fn settings_changed(&mut self, before: Option<Duration>) {
         let Settings { limits, reconfigure, progress_timeout, .. } = &self.settings;
         let is_allowed =

@@ -23,7 +23,7 @@ pub(super) fn fastest_of(speeds: impl Iterator<Item = f64>) -> Option<(usize, f6
 
 impl Servo {
     /// Takes a joint state of the arm number `arm` (0 for a single arm), received at `now`. Of several states in one cycle the last valid
-    /// one counts. Returns true if its publisher is the one in use: of two, the one that was there first.
+    /// one counts. Returns whether its publisher is the one in use. If two publishers send states of one arm, the first one is in use.
     ///
     /// # Errors
     /// The [`Rejection`], which is counted; the last valid joint state remains.
@@ -59,7 +59,8 @@ impl Servo {
         self.robot.link.set_rival(arm, rival);
     }
 
-    /// Notes the fraction of its speed, 0 to 1, at which the arm number `arm` says that it moves. The fraction counts for 1 s.
+    /// Notes the speed scaling that the arm number `arm` reports: the fraction, 0 to 1, of the commanded speed at which it moves. The
+    /// report counts for 1 s.
     ///
     /// # Panics
     /// If the servo has no arm with this number.
@@ -72,7 +73,7 @@ impl Servo {
         self.robot.link.quietest()
     }
 
-    /// Returns the figures of each arm in the last cycle.
+    /// Returns the link's estimates for each arm in the last cycle.
     pub fn arm_figures(&self) -> impl Iterator<Item = &ArmFigures> {
         self.robot.link.figures()
     }
@@ -100,8 +101,8 @@ impl Servo {
         }
     }
 
-    /// Applies all revocations of this cycle, before anything else is decided. Returns two publishers of an input that may have only one,
-    /// if there are two.
+    /// Applies all revocations of this cycle, before anything else is decided. If an input that may have only one publisher has two,
+    /// returns them.
     pub(super) fn revoke_for_faults(&mut self, now: Duration) -> Option<Rivals> {
         let mut is_elsewhere = false;
         for returned in self.robot.link.returns() {
@@ -135,7 +136,7 @@ impl Servo {
         rivals
     }
 
-    /// Returns two publishers of an input that may have only one, if there are two.
+    /// If an input that may have only one publisher has two, returns them.
     fn rivals(&mut self, now: Duration) -> Option<Rivals> {
         let asking = self.requests.rivals(now, self.silence());
         let contended = self.robot.link.find(&[Contact::Contended]);
@@ -186,7 +187,8 @@ impl Servo {
         fastest.filter(|(_, speed)| stands && speed.abs() >= SAGGING)
     }
 
-    /// Returns the state in which the arm must not be driven, if there is a reason for one. The first reason that applies counts.
+    /// Returns the state in which the arm must not be driven, with its reason, if there is such a state. If several apply, the first one
+    /// counts.
     pub(super) fn reason_to_stand(
         &self,
         now: Duration,
@@ -237,8 +239,8 @@ impl Servo {
         (must_rest.then_some(State::NotFollowing), unheard.or(lost))
     }
 
-    /// Returns what the present law demands of the robot at the present pose, as far as its delay is known. `None` before the first joint
-    /// state.
+    /// Returns the rate of the present law at the present pose, and the largest rate that is stable at the robot's delay. `None` before the
+    /// first joint state.
     pub fn demand(&self) -> Option<RateBound> {
         let here = self.pose()?;
         let rate = self.fastest_rate(&here);

@@ -113,7 +113,8 @@ impl Servo {
         self.output.be_silent(self.robot.link.is_blind(), self.robot.link.hold());
     }
 
-    /// Returns the `reason` for the `state`, or that an idle arm sags, which says more than that nobody asks for motion.
+    /// Returns the `reason` for the `state`. If an idle arm sags, returns that as the reason, because it says more than that nobody asks
+    /// for motion.
     fn sagging(&self, now: Duration, state: State, reason: Option<Reason>) -> Option<Reason> {
         let is_told = matches!(reason, None | Some(Reason::Revoked(_) | Reason::Release(_)));
         let stands = matches!(state, State::Holding | State::Paused | State::Stopping);

@@ -23,8 +23,8 @@ const TREND: (f64, f64) = (LINGERING, 0.9);
 /// Interval at which the smallest singular value is computed.
 const SIGMA_INTERVAL: Duration = Duration::from_millis(10);
 
-/// Longest wait for progress of an arm that stands (no joint faster than `STANDS` [rad/s, prismatic: m/s]) where no small motion brings it
-/// nearer to the goal. An arm that creeps there may be passing a saddle.
+/// A motion stalls after `CLOSED` without progress if the arm stands where no small motion of the joints brings it nearer to the goal. It
+/// stands if no joint is faster than `STANDS` [rad/s, prismatic: m/s]; an arm that creeps may be passing a saddle.
 const STANDS: f64 = 1e-3;
 const CLOSED: Duration = Duration::from_secs(1);
 
@@ -33,7 +33,7 @@ const NOTHING: f64 = 1e-9;
 
 /// The current goal in one cycle.
 pub(super) struct Tracked {
-    /// The arm's error with respect to it.
+    /// The error of the arm with respect to the goal.
     pub error: GoalError,
     /// The screw log of the error, `(ω, v)` [rad, m], without the parts of the goal that the aim ignores.
     pub log: nalgebra::Vector6<f64>,
@@ -98,12 +98,13 @@ impl Servo {
         }
     }
 
-    /// Returns the stall of an oscillating arm: a goal far beyond reach makes it oscillate at any gain.
+    /// Returns why an oscillating arm stalls. If the goal is far beyond reach, that is the reason: such a goal makes the arm oscillate at
+    /// any gain.
     fn stall_of_swings(&self, goal: &Vector3<f64>) -> Stall {
         self.beyond_reach(goal).map_or(Stall::Oscillating, Stall::BeyondReach)
     }
 
-    /// Returns the stall of an arm on its way to another configuration.
+    /// Returns why an arm stalls on its way to another configuration.
     fn stall_on_the_way(&self) -> Stall {
         match (self.output.hindrance.pair, self.output.hindrance.at_limit) {
             (Some(pair), _) => Stall::Constrained(pair),
@@ -148,7 +149,7 @@ impl Servo {
         }
     }
 
-    /// Returns whether the arm, at the speed of the last command, stays within `tolerance` for a moment.
+    /// Returns whether the arm, at the speed of the last command, stays within `tolerance` for [`LINGERING`].
     fn lingers(&self, tolerance: &Tolerance) -> bool {
         let arm = self.robot.arms.state();
         let asked_for = self.settings.controller.aim.part_of(arm, &arm.tool_twist(&self.output.motion));
@@ -156,7 +157,7 @@ impl Servo {
         linear * LINGERING <= tolerance.linear && angular * LINGERING <= tolerance.angular
     }
 
-    /// Returns whether an arm within `tolerance` also comes to rest within it, by the trend of its error; it may be passing through.
+    /// Returns whether the trend of the error shows that an arm within `tolerance` comes to rest within it, and does not only pass through.
     fn stays(&mut self, now: Duration, tracked: &Tracked, tolerance: &Tolerance) -> bool {
         let Some(pursuit) = self.mode.pursuit_mut() else { return false };
         pursuit.record.trend.note(now, &tracked.log);
@@ -205,7 +206,7 @@ impl Servo {
             lingers && error.is_within(&Tolerance { linear: slack * linear, angular: slack * angular });
         if within {
             meter.arrived();
-            // If the arm moves away later, that has another cause than the lack of progress before.
+            // If the arm moves away later, the cause is not the lack of progress before.
             pursuit.watch.progress = Progress::new(SHARE);
         }
         record.settled = within;

@@ -15,8 +15,8 @@ const DELAYS: f64 = 5.0;
 /// The fraction of the acceleration limit that keeping clear relies on.
 const SHARE: f64 = 0.5;
 
-/// A gap that is too small already grows at least at this fraction of what the joints could make of it at the desired speeds. Otherwise
-/// joints that move along the gap would close it, because their path bends.
+/// A gap that is already too small must grow, at least at this fraction of the fastest rate at which the joints could open it at the
+/// desired speeds. Otherwise joints that move along the gap would close it, because their path bends.
 const LEAVING: f64 = 0.1;
 
 /// The weight of a joint's velocity relative to the tool's, in which a rad/s and a m/s weigh alike.
@@ -71,7 +71,7 @@ impl Constraints {
         }
     }
 
-    /// Takes another scene.
+    /// Replaces the scene.
     pub fn set_scene(&mut self, scene: Option<&Scene>) {
         scene.into_iter().for_each(|scene| self.placed.take(scene));
         (self.closest, self.held_by, self.held_back) = (None, None, None);
@@ -201,7 +201,7 @@ fn rate(input: &FilterInput) -> f64 {
 }
 
 impl Constraints {
-    /// Changes `velocity`, one number per joint [rad/s, prismatic: m/s].
+    /// Replaces `velocity`, one number per joint [rad/s, prismatic: m/s], by the nearest one that satisfies the constraints.
     pub fn apply(&mut self, input: &FilterInput, velocity: &mut [f64]) {
         (self.closest, self.held_by, self.held_back) = (None, None, None);
         let Some(scene) = input.settings.scene.as_deref() else { return };

@@ -52,7 +52,7 @@ impl LawDemand {
 }
 
 impl LawDemand {
-    /// Changes `velocity`, one number per joint [rad/s, prismatic: m/s].
+    /// Turns the `velocity` of the law, one number per joint [rad/s, prismatic: m/s], into its demand.
     pub fn apply(&mut self, input: &FilterInput, velocity: &mut [f64]) {
         if let Some(goal) = &input.goal {
             input.settings.controller.soften(input.arms.state(), &goal.pose, goal.allowed, velocity);

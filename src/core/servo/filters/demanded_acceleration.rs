@@ -44,7 +44,7 @@ impl DemandedAcceleration {
 }
 
 impl DemandedAcceleration {
-    /// Changes `velocity`, one number per joint [rad/s, prismatic: m/s].
+    /// Scales `velocity`, one number per joint [rad/s, prismatic: m/s].
     pub fn apply(&mut self, input: &FilterInput, velocity: &mut [f64]) {
         let Some(goal) = &input.goal else { return };
         for ((ahead, position), speed) in

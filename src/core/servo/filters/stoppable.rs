@@ -23,7 +23,7 @@ const DEPTH: usize = 10;
 /// along the present path, or stops.
 ///
 /// Only velocities after which a stop is possible were accepted before. So a stop never closes a gap, at whatever time it comes, even if
-/// one more command acts for two cycles than recently. The path of the stop is checked at the arm's position after a number of cycles. If a
+/// one more command than recently acts for two cycles. The path of the stop is checked at the arm's position after a number of cycles. If a
 /// gap says too little there about the path in between, the path is halved and checked there, too (Schwarzer, Saha & Latombe 2005).
 pub(super) struct Stoppable {
     pub(super) placed: Placed,
@@ -111,7 +111,7 @@ impl StoppingPath {
 
     /// Returns the range of each joint's deviation from the path after this many cycles \[rad\]. One of the cycles may have lasted twice
     /// its time; and the joint may have used the extra time of the mean period at once, or not at all.
-    fn beside(&self, cycles: usize) -> impl Iterator<Item = (f64, f64)> + Clone {
+    fn deviations(&self, cycles: usize) -> impl Iterator<Item = (f64, f64)> + Clone {
         let late = 1.0 - self.period / self.cycle;
         self.after(cycles).map(move |travel| {
             let spread = late * travel.length;
@@ -121,7 +121,7 @@ impl StoppingPath {
 
     /// Returns by how much a gap with the slope `slope` may be smaller after this many cycles than on the path \[m\].
     fn spare(&self, cycles: usize, slope: &[f64]) -> f64 {
-        let joints = self.beside(cycles).zip(slope);
+        let joints = self.deviations(cycles).zip(slope);
         let closed = joints.map(|((least, most), slope)| (-least * slope).max(-most * slope));
         closed.sum::<f64>().max(0.0)
     }
@@ -160,7 +160,7 @@ impl Stoppable {
         }
     }
 
-    /// Takes another scene.
+    /// Replaces the scene.
     pub fn set_scene(&mut self, scene: Option<&Scene>) {
         scene.into_iter().for_each(|scene| self.placed.take(scene));
         self.held_by = None;
@@ -172,9 +172,9 @@ impl Stoppable {
         stop.begin(input, velocity);
         let end = stop.cycles;
         placed.place(scene, input.arms.chains(), input.joints.positions);
-        let beside = stop.beside(end).map(|(least, most)| most.max(-least));
+        let deviation = stop.deviations(end).map(|(least, most)| most.max(-least));
         let all = 0..end;
-        let travels = stop.lengths(&all).zip(beside).map(|(length, beside)| length + beside);
+        let travels = stop.lengths(&all).zip(deviation).map(|(length, deviation)| length + deviation);
         let within = |travel: f64| if travel > 0.0 { LEAST + travel } else { f64::NEG_INFINITY };
         placed.near(scene, travels, within, near);
         let Some(([open, _], room)) = self.open.split_first_mut().filter(|_| !near.is_empty()) else {
@@ -356,7 +356,7 @@ fn slow(input: &FilterInput, velocity: &[f64], slowed: &mut [f64]) {
 }
 
 impl Stoppable {
-    /// Changes `velocity`, one number per joint [rad/s, prismatic: m/s].
+    /// Slows `velocity`, one number per joint [rad/s, prismatic: m/s], if the arm could not be stopped after it.
     pub fn apply(&mut self, input: &FilterInput, velocity: &mut [f64]) {
         self.held_by = None;
         let Some(scene) = &input.settings.scene else { return };
