@@ -424,12 +424,13 @@ impl Opinion {
         let first: usize = self.arms[..arm].iter().map(|arm| arm.positions.len()).sum();
         // The time between the two is that between their arrivals or their measurements.
         let times = [age(now, came), age(measured, before.measured)].map(|time| time.as_secs_f64() + 0.05);
+        // The limit may have been lowered just now, and what was commanded before does not count.
         let (shortest, longest) = (times[0].min(times[1]), times[0].max(times[1]));
         let limits = self.settings.limits.joint_velocity[first..].iter().zip(&self.fastest[first..]);
         let steps = positions.iter().zip(&before.positions).map(|(is, was)| (is - was).abs());
         let jumps = steps.zip(limits).map(|(step, (limit, fastest))| {
             let is_alone = came < now;
-            Truth::between(is_alone && step > 1.05 * fastest * longest, step > 0.95 * limit * shortest)
+            Truth::between(is_alone && step > 2.1 * fastest * longest, step > 0.95 * limit * shortest)
         });
         let jumped = jumps.max().unwrap_or(No);
         if jumped != No {

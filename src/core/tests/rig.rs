@@ -93,10 +93,10 @@ pub struct Rig {
     /// What the robot was last sent, and since when each joint has not moved although it is sent to.
     asked: Vec<f64>,
     refused: Vec<Option<Duration>>,
-    /// The velocities that the last joint states had, and whether the robot has come with them [rad/s].
+    /// The velocities and the positions of the last joint states [rad/s, rad], and when the robot last came with them.
     shown: Vec<f64>,
     seen: Vec<f64>,
-    robot_came: bool,
+    came: Duration,
     /// What was last sent, however long ago.
     last_sent: Vec<f64>,
     /// When `integral` was last on.
@@ -225,7 +225,7 @@ impl Rig {
         let joints = arms.joint_count();
         let command = vec![0.0; joints];
         let mut steepest = vec![0.0; joints];
-        let outputs = Outputs::new(&checked(&settings, &mut steepest), period);
+        let outputs = Outputs::new(&checked(&settings, settings.integral > 0.0, &mut steepest), period);
         Self {
             pull: command.clone(),
             search: Some(Search::new(arms.clone())),
@@ -268,7 +268,7 @@ impl Rig {
             refused: vec![None; joints],
             shown: vec![0.0; joints],
             seen: starts.concat(),
-            robot_came: false,
+            came: Duration::ZERO,
             last_sent: starts.concat(),
             held: Duration::ZERO,
             next_publisher: 100,
@@ -412,7 +412,8 @@ impl Rig {
     pub fn change(&mut self, change: impl FnOnce(&mut Settings)) {
         let mut settings = self.servo.settings().clone();
         change(&mut settings);
-        self.outputs.invariants().set_limits(checked(&settings, &mut self.steepest));
+        let is_held = settings.integral > 0.0 || self.was_held();
+        self.outputs.invariants().set_limits(checked(&settings, is_held, &mut self.steepest));
         self.opinion.configure(&settings, self.now);
         self.truth.set_tool_offset(&settings.tool_offset);
         if settings.scene != self.servo.settings().scene {
@@ -427,7 +428,7 @@ impl Rig {
         self.opinion.doubt(self.now);
     }
 
-    /// The robot stands at `place` and obeys at once; settings are gentle ones. What pulls at it goes on.
+    /// The robot stands at `place`, obeys at once, and nothing pulls at it; the settings are the initial ones.
     pub fn make_sound(&mut self, place: &[f64]) {
         (self.following, self.stuck_joint, self.source, self.second_source) = (true, None, 0, None);
         (self.command_delay, self.state_delay, self.state_interval) = Default::default();
@@ -437,16 +438,13 @@ impl Rig {
         self.plants = places.map(|place| Plant::new(place.to_vec(), self.outputs.timeout())).collect();
         self.set_rival(false);
         let initial = self.initial.clone();
-        let integral = self.servo.settings().integral;
-        self.change(|settings| *settings = Settings { integral, interface: settings.interface, ..initial });
+        self.change(|settings| *settings = initial);
         let is_one = self.plants.len() == 1;
         self.change(|settings| {
             settings.controller.aim = Aim::Pose;
             settings.controller.law = if is_one { Law::Logc } else { settings.controller.law };
         });
-        if integral == 0.0 {
-            self.pull.fill(0.0);
-        }
+        self.pull.fill(0.0);
     }
 
     /// The servo misses that many cycles, and then makes one before it hears the joint states that are due, or after.
@@ -586,17 +584,16 @@ impl Rig {
             let interface = self.servo.settings().interface;
             let stays = if interface.takes_positions() { self.positions() } else { vec![0.0; command.len()] };
             let asked = command.clone();
-            if !self.following {
-                command.copy_from_slice(&stays);
-            }
             (self.wires)(&mut command);
-            if let Some(joint) = self.stuck_joint {
-                command[joint] = stays[joint];
+            for (joint, command) in command.iter_mut().enumerate() {
+                // A joint that does not obey stands, whatever pulls at it.
+                if !self.following || self.stuck_joint == Some(joint) {
+                    *command = stays[joint];
+                } else if !interface.takes_positions() {
+                    *command -= self.pull[joint];
+                }
             }
             self.note_refusals(&asked, &command, &stays);
-            if !interface.takes_positions() {
-                command.iter_mut().zip(&self.pull).for_each(|(speed, pull)| *speed -= pull);
-            }
             for (plant, part) in self.plants.iter_mut().zip(command.chunks(self.names.len())) {
                 match interface {
                     Interface::Velocity => plant.take_command(part, self.now).unwrap(),
@@ -660,12 +657,13 @@ impl Rig {
 }
 
 /// Returns the limits to check. A joint that is held against a pull slows down towards its hold, which may be to another command, and faster.
-/// It keeps the largest deceleration that was in force when it set out: `steepest` is the largest so far [rad/s²].
-fn checked(settings: &Settings, steepest: &mut [f64]) -> Limits {
+/// It keeps the largest deceleration that was in force when it set out: `steepest` is the largest so far [rad/s²]. `is_held` tells whether
+/// joints are held, or may have been.
+fn checked(settings: &Settings, is_held: bool, steepest: &mut [f64]) -> Limits {
     let mut limits = settings.limits.clone();
     for (joint, steepest) in steepest.iter_mut().enumerate() {
         *steepest = steepest.max(settings.limits.deceleration(joint));
-        if settings.integral > 0.0 {
+        if is_held {
             limits.joint_acceleration[joint] = limits.joint_acceleration[joint].max(*steepest);
         }
     }

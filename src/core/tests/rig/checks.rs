@@ -11,18 +11,24 @@ use std::time::Duration;
 /// Within this time an arm with consent moves, also if it was not following before.
 const MOVES_WITHIN: Duration = Duration::from_millis(1500);
 
-/// A joint that does not move is sent more than this [rad/s] for no longer than the time that follows.
-const REFUSED: f64 = 0.01;
+/// A joint that does not move is sent more than the probing speed [rad/s] for no longer than the time that follows.
+const REFUSED: f64 = 0.0501;
 const REFUSED_WITHIN: Duration = Duration::from_millis(800);
+
+/// A measured speed below this [rad/s] may be noise.
+const STANDSTILL: f64 = 0.02;
+
+/// How long the servo may take to find how fast a robot moves that has come.
+const KNOWN_WITHIN: Duration = Duration::from_millis(50);
 
 impl Rig {
     /// The second opinion sees what the servo receives.
     pub(super) fn observe(&mut self, arrived: &[Arrived]) {
-        self.robot_came = false;
         for state in arrived {
             for source in [Some(self.source), self.second_source].into_iter().flatten() {
-                self.robot_came |=
-                    self.opinion.state(state.arm, source, &state.positions, state.measured, self.now);
+                if self.opinion.state(state.arm, source, &state.positions, state.measured, self.now) {
+                    self.came = self.now;
+                }
             }
             let count = state.velocities.len();
             self.shown[state.arm * count..][..count].copy_from_slice(&state.velocities);
@@ -45,6 +51,16 @@ impl Rig {
         self.check_that_it_moves(verdict, before);
     }
 
+    /// Whether the integral was ever on. An arm may stand after it let go of a pull.
+    pub fn was_held(&self) -> bool {
+        self.held > Duration::ZERO
+    }
+
+    /// Whether the integral holds joints, or lets go of them.
+    fn is_held(&self) -> bool {
+        self.now.saturating_sub(self.held) < REST
+    }
+
     /// The time since the start \[s\].
     fn seconds(&self) -> f64 {
         self.now.as_secs_f64() - 1000.0
@@ -58,11 +74,17 @@ impl Rig {
         if integral > 0.0 {
             self.held = self.now;
         }
-        let is_held = self.now.saturating_sub(self.held) < REST;
+        let is_held = self.is_held();
         let standing = (verdict == Truth::No || !self.state().is_driven()) && !is_held;
         let gap = self.outputs.is_after_gap(self.now, self.command_delay);
+        if is_held && gap != Truth::No {
+            self.came = self.now;
+        }
+        let has_come = self.now.saturating_sub(self.came) < KNOWN_WITHIN;
         let real: Vec<_> = self.plants.iter().flat_map(Plant::velocities).copied().collect();
         let zeros = vec![0.0; sent.len()];
+        let still: Vec<_> =
+            self.shown.iter().map(|speed| if speed.abs() < STANDSTILL { 0.0 } else { *speed }).collect();
         let mut steps: Vec<Step> = Vec::new();
         let [on, again] = match takes_positions {
             true => [&self.last_sent, &self.seen].map(|from| self.outputs.speeds(from, &sent, &self.command)),
@@ -77,14 +99,23 @@ impl Rig {
             if is_silent || gap != Truth::No {
                 steps.push((Some(&zeros), &on));
             }
-            if is_silent || self.robot_came || self.opinion.doubts(self.now) {
+            if is_silent || has_come {
                 steps.extend([(Some(zeros.as_slice()), again.as_slice()), (None, &again)]);
             }
-        } else if self.robot_came || gap != Truth::No {
-            steps.extend([(Some(real.as_slice()), on.as_slice()), (Some(&self.shown), &on)]);
+        } else if has_come || gap != Truth::No {
+            let starts = [&real, &self.shown, &still];
+            steps.extend(starts.map(|start| (Some(start.as_slice()), on.as_slice())));
         }
         let result = self.outputs.check(&steps, self.now, standing);
         self.last_sent.clone_from(&sent);
+        // Positions go back to a robot that behaves oddly, and the hold goes on where a robot stood by its own timeout.
+        let is_free = match takes_positions {
+            true => self.opinion.doubts(self.now),
+            false => is_held && has_come,
+        };
+        if is_free {
+            return Ok(());
+        }
         let speeds = result?;
         if self.check_tools && !is_held {
             self.truth.evaluate(&self.plants.iter().flat_map(Plant::positions).copied().collect::<Vec<_>>());
@@ -99,6 +130,7 @@ impl Rig {
         let settings = self.servo.settings();
         let is_patient = settings.progress_timeout.is_none_or(|timeout| timeout > MOVES_WITHIN);
         let is_simple = self.check_moves
+            && !self.was_held()
             && settings.controller.aim == Aim::Pose
             && settings.scene.is_none()
             && is_patient;
@@ -163,16 +195,17 @@ impl Rig {
 
     /// Notes which joints do not move although they are `asked` to, as `done` and where they stay say.
     pub(super) fn note_refusals(&mut self, asked: &[f64], done: &[f64], stays: &[f64]) {
-        let is_pulled = self.servo.settings().integral == 0.0 && self.pull.iter().any(|pull| *pull != 0.0);
         let refuses = done == stays && asked != stays;
-        self.altered = (asked != done || is_pulled).then_some(refuses);
+        self.altered = (asked != done).then_some(refuses);
+        // A joint that stands at a command may be held against a pull.
+        let is_held = self.is_held();
         let takes_positions = self.servo.settings().interface.takes_positions();
         let on = |joint: usize| match takes_positions {
             true => (asked[joint] - self.asked[joint]) / self.period.as_secs_f64(),
             false => asked[joint],
         };
         for (joint, since) in self.refused.iter_mut().enumerate() {
-            let refuses = done[joint] == stays[joint] && on(joint).abs() > REFUSED;
+            let refuses = !is_held && done[joint] == stays[joint] && on(joint).abs() > REFUSED;
             *since = refuses.then(|| since.unwrap_or(self.now));
         }
         self.asked.copy_from_slice(asked);

@@ -195,7 +195,7 @@ pub fn any_event() -> impl Strategy<Value = Event> {
 }
 
 /// Requests of any age, faults of the robot and its network, and what the settings make of them.
-pub fn attack() -> impl Strategy<Value = Event> {
+fn attack() -> impl Strategy<Value = Event> {
     // Not where the page leaves open whether a message is late.
     let ago = || prop_oneof![3 => Just(0), 2 => 10..900u64, 1 => 1100..3000u64];
     let by = || prop::option::of(0..2u32);
@@ -229,6 +229,38 @@ pub fn attack() -> impl Strategy<Value = Event> {
         1 => limit(),
         6 => prop_oneof![1..100usize, 100..1200usize].prop_map(Event::Cycles),
     ]
+}
+
+/// Something that happens between two requests, of which the second one may have been sent before it, and the time after that.
+fn interruption() -> impl Strategy<Value = Vec<Event>> {
+    let turns = || prop::array::uniform4(-0.4..0.4f64);
+    let between = prop_oneof![
+        3 => attack(),
+        1 => Just(Event::Stop),
+        1 => turns().prop_map(|turns| Event::Near(Some(2), turns, 0, 0)),
+        1 => (500..700usize).prop_map(|cycles| Event::FrameAway(0, cycles)),
+        1 => (60..300u32, any::<bool>()).prop_map(|(missed, heard)| Event::Gap(missed, heard)),
+    ];
+    let second = prop_oneof![
+        2 => turns().prop_map(|turns| Event::Near(Some(0), turns, 0, 0)),
+        1 => (turns(), 10..900u64).prop_map(|(turns, ago)| Event::Near(None, turns, ago, 0)),
+        1 => (10..900u64).prop_map(|ago| Event::Pause(false, ago)),
+    ];
+    (turns(), 1..200usize, between, second, 1..1200usize).prop_map(
+        |(first, before, between, second, after)| {
+            let first = Event::Near(Some(0), first, 0, 0);
+            vec![first, Event::Cycles(before), between, second, Event::Cycles(after)]
+        },
+    )
+}
+
+/// Sequences of requests and faults, of which some interrupt a stream of goals; many begin with a pull that the integral balances.
+pub fn attacks() -> impl Strategy<Value = Vec<Event>> {
+    let pull = (1.0..10.0f64, 0..12usize, -0.15..0.15f64)
+        .prop_map(|(integral, joint, pull)| Event::Pull(integral, joint, pull));
+    let part = prop_oneof![2 => attack().prop_map(|event| vec![event]), 1 => interruption()];
+    (prop::option::weighted(0.3, pull), prop::collection::vec(part, 1..15))
+        .prop_map(|(pull, parts)| pull.into_iter().chain(parts.into_iter().flatten()).collect())
 }
 
 /// The law of that number, with the gains that it has.
