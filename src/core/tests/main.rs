@@ -12,5 +12,6 @@ mod reference;
 mod rig;
 mod search;
 mod second_order;
+mod sent;
 mod servo;
 mod sim;

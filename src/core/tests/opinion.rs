@@ -1,130 +1,570 @@
-//! A second opinion on consent, written from the page on safety alone: what each publisher has sent, and what has revoked it.
+//! A second opinion on consent, written from the page on safety alone. It hears every message and sees the simulated robot. It asks the
+//! servo nothing.
+//!
+//! The page leaves some facts open for a short time: by one cycle, by the age of a joint state, or by the 50 ms of a jump. Each time
+//! is therefore a [`Span`], and each conclusion a [`Truth`].
 
-use dq_core::servo::{Consent, Requester, Revoked, STREAM};
+use dq_algebra::UnitDualQuaternion;
+use dq_core::servo::{GoalReading, STREAM, Sent, Settings, TwistReading};
 use std::collections::HashMap;
+use std::ops::Not;
 use std::time::Duration;
 
-/// What one publisher asks for.
+/// What the page says of a question. The lesser of two is their "and", the greater one their "or".
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Truth {
+    No,
+    Maybe,
+    Yes,
+}
+
+use Truth::{Maybe, No, Yes};
+
+impl Truth {
+    /// Yes if both are true, no if none is.
+    pub fn between(one: bool, other: bool) -> Self {
+        [No, Maybe, Yes][usize::from(one) + usize::from(other)]
+    }
+}
+
+impl From<bool> for Truth {
+    fn from(is: bool) -> Self {
+        Self::between(is, is)
+    }
+}
+
+impl Not for Truth {
+    type Output = Self;
+
+    fn not(self) -> Self {
+        [Yes, Maybe, No][self as usize]
+    }
+}
+
+/// A time that is known within these bounds.
+#[derive(Clone, Copy, Debug, Default)]
+struct Span {
+    least: Duration,
+    most: Duration,
+}
+
+impl Span {
+    fn at(time: Duration) -> Self {
+        Self { least: time, most: time }
+    }
+
+    fn is_after(self, other: Self) -> Truth {
+        Truth::between(self.least > other.most, self.most >= other.least)
+    }
+
+    /// The later one of both.
+    fn later(self, other: Self) -> Self {
+        Self { least: self.least.max(other.least), most: self.most.max(other.most) }
+    }
+}
+
+/// The time from `then` to `now`; zero if the clock was set back.
+fn age(now: Duration, then: Duration) -> Duration {
+    now.saturating_sub(then)
+}
+
+/// A message that comes between two cycles is later than what the first one finds.
+const AFTER_THE_CYCLE: Duration = Duration::from_nanos(1);
+
+/// What a publisher publishes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+enum Kind {
+    Goals,
+    Twists,
+}
+
+/// The messages of one publisher since its last silence.
 #[derive(Clone, Copy, Debug)]
 struct Stream {
-    /// When its first message was sent, and came; when the last came.
-    pushed: Duration,
+    pushed: Span,
+    /// When the first one came.
+    first: Duration,
+    /// When the last one was sent, and came.
+    sent: Duration,
     came: Duration,
-    heard: Duration,
+    /// Whether any of them asks for a motion: not if all are invalid or still wait for their frames.
+    is_usable: bool,
 }
 
-/// The sender of a request for motion. A publisher is of goals or of twists, and has a number.
+/// The goal in force.
+#[derive(Clone, Debug)]
+struct Wanted {
+    pushed: Span,
+    came: Duration,
+    /// Where it is; `None` if an older one may still be in force.
+    pose: Option<UnitDualQuaternion>,
+}
+
+/// The joint states of one arm that were delivered.
 #[derive(Clone, Debug, Default)]
-pub struct Opinion {
-    streams: HashMap<(bool, u32), Stream>,
-    /// A publisher that is silent for longer has let go.
-    pub silence: Duration,
-    /// What was pushed until then is revoked, and goals until a twist moved the arm.
-    revoked: Duration,
-    jogged: Duration,
-    /// The last revocation that was seen; two may happen at one time.
-    seen: Option<Revoked>,
-    /// When the goal in force was pushed, if there is one.
-    goal: Option<Duration>,
-    paused: bool,
-    /// When a stick was last let go of: the arm comes to rest within a moment.
-    released: Duration,
+struct Seen {
+    came: Option<Duration>,
+    measured: Duration,
+    positions: Vec<f64>,
+    /// Publishers: when each came and was last heard.
+    sources: Vec<(u32, Duration, Duration)>,
 }
 
-/// Within this time an arm whose stick was let go of is at rest, under a limit on jerk too.
-const REST: Duration = Duration::from_millis(1300);
+/// An arm whose stick was released rests within this time, also under a limit on jerk.
+pub const REST: Duration = Duration::from_millis(1300);
+
+/// For this long after the robot behaved oddly the servo may still conclude that it does not obey.
+const DOUBT: Duration = Duration::from_millis(1500);
+
+/// Judges who may move the arm.
+#[derive(Debug)]
+pub struct Opinion {
+    settings: Settings,
+    period: Duration,
+    streams: HashMap<(Kind, u32), Stream>,
+    /// What was pushed until then is revoked; goals also until the last twist that was obeyed.
+    revoked: Span,
+    jogged: Span,
+    goal: Option<Wanted>,
+    /// Since when the goal's frame is lost, and whether that is sure.
+    lost: Option<(Duration, Truth)>,
+    paused: Truth,
+    /// When a stick was last released, or was last obeyed.
+    released: Duration,
+    arms: Vec<Seen>,
+    rival_of_commands: bool,
+    /// Until then nothing is sure to move the arm.
+    doubtful: Duration,
+    /// Since when the robot has refused to move although it must.
+    refuses: Option<Duration>,
+    cycled: Duration,
+    /// The largest speed limits that were ever in force.
+    fastest: Vec<f64>,
+}
 
 impl Opinion {
-    /// Hears a message that was sent and came then; since when its publisher pushes.
-    fn hear(&mut self, by: (bool, u32), (sent, now): (Duration, Duration)) -> Stream {
-        let silence = self.silence.max(STREAM);
-        let fresh = Stream { pushed: sent, came: now, heard: now };
-        let before = self.streams.get(&by).filter(|stream| now - stream.heard <= silence);
-        let stream = before.map_or(fresh, |stream| Stream { heard: now, ..*stream });
+    pub fn new(settings: &Settings, arms: usize, period: Duration) -> Self {
+        Self {
+            settings: settings.clone(),
+            period,
+            streams: HashMap::new(),
+            revoked: Span::default(),
+            jogged: Span::default(),
+            goal: None,
+            lost: None,
+            paused: No,
+            released: Duration::ZERO,
+            arms: vec![Seen::default(); arms],
+            rival_of_commands: false,
+            doubtful: Duration::ZERO,
+            refuses: None,
+            cycled: Duration::ZERO,
+            fastest: settings.limits.joint_velocity.clone(),
+        }
+    }
+
+    fn silence(&self) -> Duration {
+        self.settings.rearm_timeout.max(STREAM)
+    }
+
+    /// Two cycles: what happens between them is dated by either.
+    fn slack(&self) -> Duration {
+        2 * self.period
+    }
+
+    fn is_longer(&self, time: Duration, limit: Duration) -> Truth {
+        Truth::between(time > limit + self.slack(), time + self.slack() > limit)
+    }
+
+    /// Whether a message that was under way for that long is late.
+    fn is_late(&self, ago: Duration, timeout: Duration) -> Truth {
+        if ago.is_zero() { No } else { self.is_longer(ago, timeout) }
+    }
+
+    /// Revokes what was pushed until then.
+    fn revoke(&mut self, until: Span) {
+        self.revoked = self.revoked.later(until);
+    }
+
+    /// Revokes what was pushed until `now`, if that is so.
+    fn revoke_if(&mut self, is: Truth, now: Duration) {
+        match is {
+            No => {}
+            Maybe => self.revoke(Span { least: Duration::ZERO, most: now }),
+            Yes => self.revoke(Span::at(now)),
+        }
+    }
+
+    /// Nothing is sure to move the arm for that long.
+    pub fn doubt(&mut self, now: Duration) {
+        self.doubtful = self.doubtful.max(now + DOUBT);
+        self.revoke_if(Maybe, now);
+    }
+
+    /// Whether the robot has lately behaved oddly.
+    pub fn doubts(&self, now: Duration) -> bool {
+        now <= self.doubtful
+    }
+
+    /// Hears a message that was sent and arrived at these times. Returns when the request of its publisher was pushed.
+    fn hear(&mut self, by: (Kind, u32), sent: Duration, came: Duration, is_usable: bool) -> Span {
+        let fresh = Stream { pushed: Span::at(sent), first: came, sent, came, is_usable };
+        let stream = self.streams.get(&by).map_or(fresh, |before| {
+            let gaps = [age(sent, before.sent), age(came, before.came)];
+            let [one, other] = gaps.map(|gap| self.is_longer(gap, self.silence()));
+            let goes_on = Stream {
+                pushed: before.pushed,
+                first: before.first,
+                sent: before.sent.max(sent),
+                came: before.came.max(came),
+                is_usable: is_usable || before.is_usable,
+            };
+            let most = before.pushed.most.max(sent);
+            match (one.min(other), one.max(other)) {
+                (Yes, _) => fresh,
+                (_, No) => goes_on,
+                _ => Stream { pushed: Span { most, ..before.pushed }, ..goes_on },
+            }
+        });
         self.streams.insert(by, stream);
-        stream
+        self.refuses = None;
+        stream.pushed
     }
 
-    /// Hears a goal; the servo says whether it is taken.
-    pub fn hear_goal(&mut self, by: u32, sent: (Duration, Duration), taken: bool) {
-        let Stream { pushed, .. } = self.hear((true, by), sent);
-        if taken {
-            assert!(pushed >= self.revoked && pushed > self.jogged, "{pushed:?} is not newer than {self:?}");
-            self.goal = Some(self.goal.map_or(pushed, |before| before.max(pushed)));
+    /// Hears a goal that requests nothing: it is invalid, or waits for its frame.
+    pub fn unusable_goal(&mut self, sent: Sent, now: Duration) {
+        let now = now + AFTER_THE_CYCLE;
+        self.hear((Kind::Goals, sent.by), now - sent.ago, now, false);
+    }
+
+    /// Hears an invalid twist.
+    pub fn unusable_twist(&mut self, sent: Sent, now: Duration) {
+        let now = now + AFTER_THE_CYCLE;
+        self.hear((Kind::Twists, sent.by), now - sent.ago, now, false);
+    }
+
+    /// Whether what was pushed then asks for a goal.
+    fn asks(&self, pushed: Span) -> Truth {
+        pushed.is_after(self.revoked).min(pushed.is_after(self.jogged))
+    }
+
+    /// Hears a goal at `pose`, which the arm can reach if `reachable`.
+    pub fn goal(&mut self, goal: &GoalReading, pose: UnitDualQuaternion, reachable: bool, now: Duration) {
+        let now = now + AFTER_THE_CYCLE;
+        let is_late = self.is_late(goal.sent.ago, self.settings.rearm_timeout);
+        let came = now - goal.waited;
+        let pushed = self.hear((Kind::Goals, goal.sent.by), came - goal.sent.ago, came, true);
+        let is_simple = reachable && self.released + self.silence() <= now && self.stick_rules(now) == No;
+        let before = self.goal.as_ref().map_or(pushed, |goal| goal.pushed);
+        // It is at least as new as a request that was valid already.
+        let most = before.most.max(pushed.most);
+        match self.asks(pushed).min(!is_late) {
+            No => {}
+            Yes if is_simple => {
+                self.goal = Some(Wanted { pushed: Span { most, ..pushed }, came: now, pose: Some(pose) });
+                self.lost = None;
+            }
+            _ => {
+                let least = before.least.min(pushed.least);
+                self.goal = Some(Wanted { pushed: Span { least, most }, came: now, pose: None });
+                self.lost = self.lost.map(|(since, _)| (since, Maybe));
+            }
         }
     }
 
-    /// Hears a twist; one of zero lets go.
-    pub fn hear_twist(&mut self, by: u32, sent: (Duration, Duration), asks: bool) {
-        if asks {
-            self.hear((false, by), sent);
-        } else {
-            self.streams.remove(&(false, by));
-            self.released = sent.1;
+    /// The goal in force moves with its frame, which says so itself.
+    pub fn goal_moves(&mut self, pose: UnitDualQuaternion, now: Duration) {
+        self.lost = None;
+        self.goal.iter_mut().for_each(|goal| (goal.pose, goal.came) = (goal.pose.map(|_| pose), now));
+    }
+
+    /// TF loses the frame of the goal in force.
+    pub fn frame_is_lost(&mut self, now: Duration) {
+        if let Some(goal) = &self.goal {
+            let is_sure = Truth::between(true, goal.pose.is_some());
+            self.lost = Some(self.lost.unwrap_or((now, is_sure)));
         }
     }
 
-    pub fn pause(&mut self, paused: bool, now: Duration) {
-        self.paused = paused;
-        if !paused {
-            self.goal = self.goal.map(|_| now);
+    /// Hears a twist; zero releases the stick.
+    pub fn twist(&mut self, twist: &TwistReading, now: Duration) {
+        let (by, now) = ((Kind::Twists, twist.sent.by), now + AFTER_THE_CYCLE);
+        if twist.linear == [0.0; 3] && twist.angular == [0.0; 3] {
+            self.streams.remove(&by);
+            self.released = now;
+            return;
+        }
+        let sent = now - twist.sent.ago;
+        let is_late = self.is_late(twist.sent.ago, self.settings.twist_timeout);
+        let pushed = self.hear(by, sent, now, true);
+        match pushed.is_after(self.revoked).min(!is_late) {
+            No => return,
+            Yes if self.is_held(now) == No => {
+                (self.goal, self.lost) = (None, None);
+                self.jogged = self.jogged.later(Span { least: sent, most: now });
+            }
+            _ => {
+                self.jogged.most = now;
+                self.goal.iter_mut().for_each(|goal| goal.pose = None);
+            }
+        }
+        self.released = now;
+    }
+
+    /// Hears `~/pause`, sent that long ago.
+    pub fn pause(&mut self, paused: bool, ago: Duration, now: Duration) {
+        let now = now + AFTER_THE_CYCLE;
+        if paused {
+            self.paused = Yes;
+            return;
+        }
+        self.refuses = None;
+        let sent = Span::at(now - ago);
+        // The page speaks of a goal in force that is revoked: of none, and of another one, nothing follows.
+        let is_revoked = self.goal.as_ref().map_or(Maybe, |goal| !goal.pushed.is_after(self.revoked));
+        let overtaken = (!sent.is_after(self.revoked)).min(is_revoked.max(Maybe));
+        let streams = self.streams_on(now).min(is_revoked);
+        let refused = self.is_late(ago, self.settings.rearm_timeout).max(overtaken).max(streams);
+        if refused != Yes {
+            self.paused = self.paused.min(refused);
+        }
+        if let (Some(goal), No | Maybe) = (&mut self.goal, refused) {
+            let later = goal.pushed.later(sent);
+            goal.pushed = if refused == No { later } else { Span { least: goal.pushed.least, ..later } };
         }
     }
 
-    pub fn stop(&mut self, now: Duration, consent: &Consent) {
-        self.goal = None;
-        self.end(now, |_| true);
-        (self.revoked, self.seen) = (self.revoked.max(now), consent.last_revocation().copied());
+    /// Whether a publisher streams on with goals that are revoked.
+    fn streams_on(&self, now: Duration) -> Truth {
+        let goals = self.streams.iter().filter(|((kind, _), _)| *kind == Kind::Goals);
+        let streams = goals.map(|(_, it)| {
+            let went_on = Truth::between(
+                it.first <= self.revoked.least && it.came > self.revoked.most,
+                it.came > it.first,
+            );
+            went_on
+                .min(it.is_usable.into())
+                .min(!it.pushed.is_after(self.revoked))
+                .min(!self.is_longer(age(now, it.came), self.silence()))
+        });
+        streams.max().unwrap_or(No)
     }
 
-    /// Ends what was pushed until then by publishers of these kinds.
-    fn end(&mut self, until: Duration, of: impl Fn(bool) -> bool) {
-        let streams = self.streams.iter_mut().filter(|((of_goals, _), _)| of(*of_goals));
-        streams.filter(|(_, it)| it.pushed <= until).for_each(|(_, it)| it.pushed = Duration::ZERO);
+    /// Hears `~/stop`.
+    pub fn stop(&mut self, now: Duration) {
+        (self.goal, self.lost) = (None, None);
+        self.revoke(Span::at(now + AFTER_THE_CYCLE));
     }
 
-    /// What the servo says that it has seen of its robot revokes too, and a twist that it obeys revokes goals.
-    pub fn revoke(&mut self, consent: &Consent) {
-        if let Some(last) = consent.last_revocation().filter(|last| self.seen != Some(**last)) {
-            self.seen = Some(*last);
-            self.end(last.until, |_| true);
-            self.revoked = self.revoked.max(last.until);
+    /// Other settings come into force.
+    pub fn configure(&mut self, settings: &Settings, now: Duration) {
+        let before = &self.settings;
+        if before.controller.aim != settings.controller.aim || before.tool_offset != settings.tool_offset {
+            self.revoke(Span { least: self.cycled, most: now + AFTER_THE_CYCLE });
         }
-        let jogged =
-            consent.request().filter(|ask| matches!(ask.by, Requester::Twist(_)) && ask.revoked.is_none());
-        if let Some(heard) = jogged.map(|ask| ask.heard).filter(|heard| *heard > self.jogged) {
-            self.end(heard, |of_goals| of_goals);
-            (self.jogged, self.goal) = (heard, None);
+        let speeds = self.fastest.iter_mut().zip(&settings.limits.joint_velocity);
+        speeds.for_each(|(most, speed)| *most = most.max(*speed));
+        self.settings = settings.clone();
+    }
+
+    /// Another publisher sends commands to the arm, or no longer.
+    pub fn set_rival_of_commands(&mut self, rival: bool) {
+        self.rival_of_commands = rival;
+    }
+
+    /// The servo receives a joint state at `now` that `source` measured at `measured`. True if the robot may have come with it.
+    pub fn state(
+        &mut self,
+        arm: usize,
+        source: u32,
+        positions: &[f64],
+        measured: Duration,
+        now: Duration,
+    ) -> bool {
+        let (rearm, slack, silence) = (self.settings.rearm_timeout, self.slack(), self.silence());
+        let recent = self.settings.state_timeout / 2;
+        let seen = &mut self.arms[arm];
+        match seen.sources.iter_mut().find(|(by, ..)| *by == source) {
+            Some((_, first, heard)) => {
+                // A publisher that was silent comes again.
+                let was_there = age(now, *heard) < recent;
+                (*first, *heard) = (if was_there { *first } else { now }, now);
+            }
+            None => seen.sources.push((source, now, now)),
+        }
+        seen.sources.retain(|(.., heard)| age(now, *heard) <= silence);
+        let is_sole = seen.sources.len() == 1;
+        let before = seen.clone();
+        (seen.came, seen.measured, seen.positions) = (Some(now), measured, positions.to_vec());
+        if !is_sole {
+            self.doubt(now);
+            return false;
+        }
+        let was_away = before.came.map_or(Yes, |came| self.is_longer(age(now, came), rearm));
+        let until = Span { least: now - rearm - slack, most: now - rearm + slack };
+        match was_away {
+            No => {}
+            Maybe => self.revoke_if(Maybe, until.most),
+            Yes => self.revoke(until),
+        }
+        self.watch_for_jumps(arm, &before, positions, measured, now);
+        was_away != No
+    }
+
+    /// Revokes what was pushed before a joint went farther than its speed limit allows, from the joint state `before` on.
+    fn watch_for_jumps(
+        &mut self,
+        arm: usize,
+        before: &Seen,
+        positions: &[f64],
+        measured: Duration,
+        now: Duration,
+    ) {
+        let Some(came) = before.came else { return };
+        let first: usize = self.arms[..arm].iter().map(|arm| arm.positions.len()).sum();
+        // The time between the two is that between their arrivals or their measurements.
+        let times = [age(now, came), age(measured, before.measured)].map(|time| time.as_secs_f64() + 0.05);
+        // The limit may have been lowered just now, and what was commanded before does not count.
+        let (shortest, longest) = (times[0].min(times[1]), times[0].max(times[1]));
+        let limits = self.settings.limits.joint_velocity[first..].iter().zip(&self.fastest[first..]);
+        let steps = positions.iter().zip(&before.positions).map(|(is, was)| (is - was).abs());
+        let jumps = steps.zip(limits).map(|(step, (limit, fastest))| {
+            let is_alone = came < now;
+            Truth::between(is_alone && step > 2.1 * fastest * longest, step > 0.95 * limit * shortest)
+        });
+        let jumped = jumps.max().unwrap_or(No);
+        if jumped != No {
+            let least = if jumped == Yes { before.measured } else { Duration::ZERO };
+            self.revoke(Span { least, most: came + self.slack() });
+            self.doubtful = self.doubtful.max(now + Duration::from_millis(500));
         }
     }
 
-    /// Whether a goal is in force.
-    pub fn has_goal(&self) -> bool {
-        self.goal.is_some()
+    /// Joint states come that the second opinion does not see.
+    pub fn hears_elsewhere(&mut self, arm: usize, now: Duration) {
+        self.arms[arm].came = Some(now);
+        self.doubt(now);
     }
 
-    /// Whether two publishers push the same at once.
-    fn has_rivals(&self, now: Duration) -> bool {
-        let silence = self.silence.max(STREAM);
-        let there = |stream: &Stream| now - stream.heard <= silence && stream.pushed >= self.revoked;
-        self.streams.iter().any(|(by, one)| {
-            let mut others =
-                self.streams.iter().filter(|(other, it)| *other != by && other.0 == by.0 && there(it));
-            there(one) && others.any(|(_, other)| other.came > one.came && one.heard > other.came)
-        })
+    /// The robot moves otherwise than commanded if it is `altered`, which says whether it stands; `must`: until now it was sure to move.
+    pub fn robot(&mut self, altered: Option<bool>, must: bool, now: Duration) {
+        if altered.is_some() {
+            self.doubt(now);
+        }
+        let refuses = altered == Some(true) && (must || self.refuses.is_some());
+        self.refuses = refuses.then(|| self.refuses.unwrap_or(now));
+        if self.refuses.is_some_and(|since| age(now, since) > self.settings.rearm_timeout + DOUBT) {
+            self.revoke_if(Yes, now);
+        }
     }
 
-    /// Whether a stick was let go of a moment before `now`.
-    pub fn comes_to_rest(&self, now: Duration) -> bool {
-        now - self.released <= REST
+    /// Whether two publishers of that kind are there.
+    fn rivals(&self, kind: Kind, now: Duration) -> Truth {
+        let streams = || self.streams.iter().filter(|((of, _), _)| *of == kind);
+        let is_there = |it: &Stream| !self.is_longer(age(now, it.came), self.silence());
+        let asks = |it: &Stream| it.pushed.is_after(self.revoked) == Yes && it.is_usable;
+        let pairs = streams().flat_map(|one| streams().map(move |other| (one, other)));
+        let pairs = pairs.filter(|((by, _), (other, _))| by != other);
+        let rivals = pairs.map(|((_, one), (_, other))| {
+            let alternate = Truth::between(
+                other.first > one.first && one.came > other.first,
+                other.first >= one.first && one.came >= other.first,
+            );
+            let ask = Truth::between(asks(one) && asks(other), true);
+            alternate.min(ask).min(is_there(one)).min(is_there(other))
+        });
+        rivals.max().unwrap_or(No)
     }
 
-    /// Whether anybody asks at `now` for what nothing has revoked.
-    pub fn may_move(&self, now: Duration) -> bool {
-        let silence = self.silence.max(STREAM);
-        let holds = |stream: &Stream| stream.pushed >= self.revoked && now - stream.heard <= silence;
-        let mut sticks = self.streams.iter().filter(|((of_goals, _), _)| !of_goals);
-        let by_goal = self.goal.is_some_and(|pushed| pushed >= self.revoked);
-        !self.paused && !self.has_rivals(now) && (by_goal || sticks.any(|(_, stick)| holds(stick)))
+    /// Whether two publishers of joint states of one arm alternate without a pause, or of its commands.
+    fn two_publishers(&self, now: Duration) -> bool {
+        let recent = |heard: Duration| age(now, heard) < self.settings.state_timeout / 2;
+        let two = |arm: &Seen| {
+            arm.sources.iter().any(|(by, first, heard)| {
+                let mut others = arm.sources.iter().filter(|(other, ..)| other != by);
+                recent(*heard) && others.any(|(_, came, last)| came > first && heard > came && recent(*last))
+            })
+        };
+        self.rival_of_commands || self.arms.iter().any(two)
+    }
+
+    /// Whether a stick moves the arm.
+    fn stick_rules(&self, now: Duration) -> Truth {
+        let sticks = self.streams.iter().filter(|((kind, _), _)| *kind == Kind::Twists);
+        let rules = sticks.map(|(_, stick)| {
+            let is_over = self.is_longer(age(now, stick.came), self.settings.twist_timeout);
+            stick.pushed.is_after(self.revoked).min(!is_over)
+        });
+        rules.max().unwrap_or(No)
+    }
+
+    /// Whether something holds the arm but want of consent.
+    fn is_held(&self, now: Duration) -> Truth {
+        let ages = self.arms.iter().map(|arm| age(now, arm.came.unwrap_or_default()));
+        let is_stale = self.is_longer(ages.max().unwrap_or(now), self.settings.state_timeout);
+        let has_rivals = self.rivals(Kind::Goals, now).max(self.rivals(Kind::Twists, now));
+        let is_doubtful = Truth::between(false, has_rivals != No || self.doubts(now));
+        is_stale.max(self.paused).max(self.two_publishers(now).into()).max(is_doubtful)
+    }
+
+    /// Whether the arm must move, as the servo has to find in the cycle at `now`. It moves to the [`goal`](Self::goal_pose) if a
+    /// stick does not move it.
+    pub fn cycle(&mut self, now: Duration) -> Truth {
+        let late_by = age(now, self.cycled + self.period);
+        let was = std::mem::replace(&mut self.cycled, now);
+        if was > Duration::ZERO && late_by > self.settings.state_timeout / 2 {
+            self.doubt(now);
+        }
+        for kind in [Kind::Goals, Kind::Twists] {
+            self.revoke_if(self.rivals(kind, now), now);
+        }
+        self.revoke_if(self.two_publishers(now).into(), now);
+        if let Some((since, is_sure)) = self.lost {
+            let ends = since + self.settings.rearm_timeout;
+            let until = Span { least: ends, most: ends + 2 * self.slack() };
+            match is_sure.min(self.is_longer(age(now, since), self.settings.rearm_timeout)) {
+                No => {}
+                Maybe => self.revoke_if(Maybe, until.most),
+                Yes => self.revoke(until),
+            }
+        }
+        match self.is_held(now) {
+            Yes => No,
+            _ if self.stick_rules(now) != No || self.released + REST >= now => Maybe,
+            held => self.goal_asks(now).min(!held),
+        }
+    }
+
+    /// Whether the goal in force asks for motion.
+    fn goal_asks(&self, now: Duration) -> Truth {
+        let Some(goal) = &self.goal else { return No };
+        let timeout = self.settings.goal_timeout;
+        let is_stale = timeout.map_or(No, |timeout| self.is_longer(age(now, goal.came), timeout));
+        let is_lost =
+            self.lost.map_or(No, |(since, sure)| sure.min(Truth::between(now > since + self.slack(), true)));
+        let is_sure = Truth::between(goal.pose.is_some(), true);
+        self.asks(goal.pushed).min(is_sure).min(!is_stale).min(!is_lost)
+    }
+
+    /// What it knows, in short.
+    pub fn explain(&self) -> String {
+        let Self { goal, revoked, jogged, lost, paused, released, doubtful, rival_of_commands, .. } = self;
+        let goal = goal.as_ref().map(|goal| (goal.pushed, goal.pose.is_some()));
+        let states: Vec<_> = self.arms.iter().map(|arm| (arm.came, &arm.sources)).collect();
+        format!(
+            "goal {goal:?}, revoked {revoked:?}, jogged {jogged:?}, lost {lost:?}, paused {paused:?}, released {released:?}, doubtful {doubtful:?}, \
+             rival {rival_of_commands}, states {states:?}, {:?}",
+            self.streams
+        )
+    }
+
+    /// The goal that is surely in force.
+    pub fn goal_pose(&self) -> Option<&UnitDualQuaternion> {
+        self.goal.as_ref()?.pose.as_ref()
+    }
+
+    /// Whether the goal's frame is surely not lost.
+    pub fn knows_frame(&self) -> bool {
+        self.lost.is_none() && self.goal_pose().is_some()
     }
 }

@@ -1,16 +1,21 @@
 //! A servo and its arms in fake time.
 
+mod checks;
+
 use crate::opinion::Opinion;
 use crate::reference::{dual_parameters, parameters, pose, theta};
+use crate::sent::Sent as Outputs;
 use dq_algebra::UnitDualQuaternion;
 use dq_config::ServoParameters;
 use dq_core::servo::{
     Arms, Event, GoalMotion, GoalReading, Interface, JointOrder, JointReading, Limits, PositionLimits,
-    Reason, Rejection, Revocation, STARTS, STREAM, Search, Sent, Servo, Settings, State, TwistReading,
+    Reason, Rejection, Revocation, STARTS, Search, Sent, Servo, Settings, State, TwistReading,
 };
 use dq_kinematics::arm::Chain;
-use dq_limits::check::{Gaps, Invariants};
-use dq_plant::Plant;
+use dq_kinematics::control::{Aim, Law};
+use dq_limits::check::Gaps;
+use dq_plant::{Plant, Realism};
+use nalgebra::{Quaternion, UnitQuaternion};
 use std::collections::VecDeque;
 use std::time::Duration;
 
@@ -18,6 +23,16 @@ pub const PERIOD: Duration = Duration::from_millis(2);
 
 /// Positions and velocities of an arm.
 type ArmState = (Vec<f64>, Vec<f64>);
+
+/// A joint state as the servo receives it.
+struct Arrived {
+    measured: Duration,
+    arm: usize,
+    /// How old it is, if its stamp says that.
+    age: Option<Duration>,
+    positions: Vec<f64>,
+    velocities: Vec<f64>,
+}
 
 /// A servo and its plants, with the invariants checked at every cycle.
 pub struct Rig {
@@ -51,6 +66,8 @@ pub struct Rig {
     pub wires: fn(&mut [f64]),
     /// Whether commands are held against the invariants.
     pub check_commands: bool,
+    /// Whether an arm that may move must: not by a law that asks for nothing.
+    pub check_moves: bool,
     /// Whether the tools' speeds are held against their limits: no rule does where the servo cannot know where the arm is.
     pub check_tools: bool,
     /// The publisher of the joint states.
@@ -61,12 +78,32 @@ pub struct Rig {
     answer: Option<Duration>,
     /// How often the servo's cycles have allocated memory.
     pub allocations: u64,
-    /// The second opinion of whose request is in force.
-    pub opinion: Opinion,
+    /// What pulls at each joint that takes velocities [rad/s].
+    pub pull: Vec<f64>,
+    /// Another publisher of joint states.
+    pub second_source: Option<u32>,
+    /// Whether the next cycle comes before the joint states that are due.
+    deaf: bool,
+    /// Who may move the arm, by a second opinion.
+    opinion: Opinion,
+    /// Since when the arm must move, and has not.
+    awaited: Option<Duration>,
+    /// If the robot does otherwise than commanded: whether it stands.
+    altered: Option<bool>,
+    /// What the robot was last sent, and since when each joint has not moved although it is sent to.
+    asked: Vec<f64>,
+    refused: Vec<Option<Duration>>,
+    /// The velocities and the positions of the last joint states [rad/s, rad], and when the robot last came with them.
+    shown: Vec<f64>,
+    seen: Vec<f64>,
+    came: Duration,
+    /// What was last sent, however long ago.
+    last_sent: Vec<f64>,
+    /// When `integral` was last on.
+    held: Duration,
+    initial: Settings,
     /// The publisher of the next single goal: each `ros2 topic pub --once` is another one.
     next_publisher: u32,
-    /// Whether the last that was heard of the goal is that its frame is lost.
-    frame_lost: bool,
     /// Every this many cycles another servo takes over, with the state of this one; 0: never.
     pub restored_each: u32,
     /// What was sent in each cycle, while somebody wants to know.
@@ -74,10 +111,11 @@ pub struct Rig {
     /// What another servo is built from, with the settings of this one.
     parameters: ServoParameters,
     period: Duration,
+    cycles: u32,
     commands_under_way: VecDeque<(Duration, Vec<f64>)>,
     states_under_way: VecDeque<(Duration, Vec<ArmState>)>,
     next_state: Duration,
-    invariants: Invariants,
+    outputs: Outputs,
     /// The largest deceleration of each joint so far [rad/s²].
     steepest: Vec<f64>,
     /// What looks whether the arms keep out of what they must, and the least gap \[m\] so far.
@@ -85,7 +123,6 @@ pub struct Rig {
     pub least_gap: f64,
     /// The arms as they are, for what no limit may let their tools do.
     truth: Arms,
-    cycles: u32,
 }
 
 impl Rig {
@@ -109,7 +146,12 @@ impl Rig {
 
     /// Another arm, with the built-in settings for each joint.
     pub fn of_arm(chain: Chain, start: Vec<f64>) -> Self {
+        Self::of_arm_with(chain, start, |_| {})
+    }
+
+    pub fn of_arm_with(chain: Chain, start: Vec<f64>, change: impl FnOnce(&mut Settings)) -> Self {
         let mut parameters = parameters();
+        change(&mut parameters.settings);
         let count = chain.joint_count();
         let limits = &mut parameters.settings.limits;
         let Limits { joint_velocity, joint_acceleration, joint_deceleration, joint_jerk, .. } = limits;
@@ -153,7 +195,13 @@ impl Rig {
 impl Rig {
     /// The paper's two arms: left β at theta_desired, right α at theta_initial.
     pub fn two_arms() -> Self {
-        Self::start(dual_parameters(), starts(&["theta_desired", "theta_initial"]))
+        Self::two_arms_with(|_| {})
+    }
+
+    pub fn two_arms_with(change: impl FnOnce(&mut Settings)) -> Self {
+        let mut parameters = dual_parameters();
+        change(&mut parameters.settings);
+        Self::start(parameters, starts(&["theta_desired", "theta_initial"]))
     }
 }
 
@@ -174,22 +222,23 @@ impl Rig {
             plant
         };
         let names = joints[0].names().to_vec();
-        let command = vec![0.0; arms.joint_count()];
-        let mut steepest = vec![0.0; arms.joint_count()];
-        let mut invariants = Invariants::new(checked(&settings, &mut steepest), period);
-        invariants.check(Duration::ZERO, &command, true).unwrap();
+        let joints = arms.joint_count();
+        let command = vec![0.0; joints];
+        let mut steepest = vec![0.0; joints];
+        let outputs = Outputs::new(&checked(&settings, settings.integral > 0.0, &mut steepest), period);
         Self {
+            pull: command.clone(),
             search: Some(Search::new(arms.clone())),
             search_time: Duration::ZERO,
             answer: None,
-            command,
             output: None,
             truth: arms.clone(),
             gaps: settings.scene.clone().map(Gaps::new),
             least_gap: f64::INFINITY,
-            invariants,
+            outputs,
             steepest,
-            cycles: 0,
+            opinion: Opinion::new(&settings, starts.len(), period),
+            initial: settings,
             servo,
             plants: starts.iter().map(plant).collect(),
             names,
@@ -207,15 +256,27 @@ impl Rig {
             wires: |_| {},
             check_commands: true,
             check_tools: true,
+            check_moves: true,
             source: 0,
             allocations: 0,
-            opinion: Opinion::default(),
+            second_source: None,
+            command,
+            deaf: false,
+            awaited: None,
+            altered: None,
+            asked: starts.concat(),
+            refused: vec![None; joints],
+            shown: vec![0.0; joints],
+            seen: starts.concat(),
+            came: Duration::ZERO,
+            last_sent: starts.concat(),
+            held: Duration::ZERO,
             next_publisher: 100,
-            frame_lost: false,
             restored_each: 0,
             sent: None,
             parameters: again,
             period,
+            cycles: 0,
             commands_under_way: VecDeque::new(),
             states_under_way: VecDeque::new(),
             next_state: Duration::ZERO,
@@ -234,20 +295,49 @@ impl Rig {
 
     /// The same of a goal that may be refused.
     pub fn take_single(&mut self, goal: &GoalReading) -> Result<(), Rejection> {
-        self.next_publisher += 1;
-        let sent = Sent { by: self.next_publisher, ..goal.sent };
+        let sent = Sent { by: self.next_publisher(), ..goal.sent };
         self.take_goal(&GoalReading { sent, ..*goal })
     }
 
+    /// The number of a publisher that has sent nothing yet.
+    pub fn next_publisher(&mut self) -> u32 {
+        self.next_publisher += 1;
+        self.next_publisher
+    }
+
     pub fn take_goal(&mut self, goal: &GoalReading) -> Result<(), Rejection> {
-        let taken = self.servo.take_stamped_goal(goal, self.now);
-        let sent = (self.now - goal.waited - goal.sent.ago, self.now);
-        // A malformed goal is not a request.
-        if !is_none(&taken) {
-            self.opinion.hear_goal(goal.sent.by, sent, taken.is_ok());
+        match self.pose_of(goal) {
+            None => self.opinion.unusable_goal(goal.sent, self.now),
+            Some(pose) => {
+                let ranges = std::iter::repeat_n((-4.0, 4.0), self.truth.joint_count());
+                let reachable = !self.truth.reach(&pose.translation(), ranges).is_beyond(1e-9);
+                self.opinion.goal(goal, pose, reachable, self.now);
+            }
         }
-        self.frame_lost &= taken.is_err();
-        taken
+        self.servo.take_stamped_goal(goal, self.now)
+    }
+
+    /// The pose that a goal says, if it is a goal.
+    fn pose_of(&self, goal: &GoalReading) -> Option<UnitDualQuaternion> {
+        let numbers = goal.position.iter().all(|number| number.abs() <= 1e3);
+        let [x, y, z, w] = goal.orientation_xyzw;
+        let quaternion = Quaternion::new(w, x, y, z);
+        let is_goal = numbers && (quaternion.norm() - 1.0).abs() < 1e-3 && self.is_own_frame(goal.frame_id);
+        is_goal.then(|| {
+            let rotation = UnitQuaternion::from_quaternion(quaternion);
+            UnitDualQuaternion::from_parts(rotation, goal.position.into())
+        })
+    }
+
+    fn is_own_frame(&self, frame: &str) -> bool {
+        frame.is_empty() || frame.trim_start_matches('/') == self.parameters.goal_frame
+    }
+
+    /// A goal arrives that waits for its frame.
+    pub fn goal_waits(&mut self, sent: Sent) {
+        self.opinion.unusable_goal(sent, self.now);
+        self.servo.begin(self.now);
+        self.servo.take(Event::Waits(sent)).unwrap();
     }
 
     /// A single goal at that point, in that frame.
@@ -263,15 +353,21 @@ impl Rig {
 
     /// Decelerates and holds, or goes on.
     pub fn pause(&mut self, paused: bool) {
-        self.servo.pause(paused);
-        self.opinion.pause(paused, self.now);
+        self.pause_ago(paused, Duration::ZERO);
+    }
+
+    /// The same by a request that was sent that long ago.
+    pub fn pause_ago(&mut self, paused: bool, ago: Duration) {
+        self.opinion.pause(paused, ago, self.now);
+        self.servo.begin(self.now);
+        // A late one is rejected.
+        let _ = self.servo.take(Event::Pause { paused, ago });
     }
 
     /// Stops the servo: nothing moves from then on before somebody asks for it.
     pub fn stop(&mut self) {
+        self.opinion.stop(self.now);
         self.servo.stop();
-        self.opinion.stop(self.now, self.servo.consent());
-        self.frame_lost = false;
     }
 
     /// A twist of the publisher 0, in this frame.
@@ -281,32 +377,100 @@ impl Rig {
 
     pub fn take_twist(&mut self, reading: &TwistReading) -> Result<(), Rejection> {
         let taken = self.servo.take_twist(reading, self.now);
-        if !is_none(&taken) {
-            let asks = reading.linear != [0.0; 3] || reading.angular != [0.0; 3];
-            self.opinion.hear_twist(reading.sent.by, (self.now - reading.sent.ago, self.now), asks);
-            self.opinion.revoke(self.servo.consent());
+        let mut numbers = reading.linear.iter().chain(&reading.angular);
+        let is_frame = self.is_own_frame(reading.frame_id) || reading.frame_id == self.parameters.tool_frame;
+        match is_frame && numbers.all(|number| number.abs() <= 1e3) {
+            true => self.opinion.twist(reading, self.now),
+            false => self.opinion.unusable_twist(reading.sent, self.now),
         }
         taken
     }
 
     /// What the goal's frame does with it.
     pub fn move_goal(&mut self, motion: &GoalMotion) -> Result<(), Rejection> {
-        let taken = self.servo.move_goal(motion, self.now);
-        let lost = *motion == GoalMotion::Lost && self.opinion.has_goal();
-        self.frame_lost = lost || (self.frame_lost && taken.is_err());
-        taken
+        match motion {
+            GoalMotion::Lost => self.opinion.frame_is_lost(self.now),
+            GoalMotion::To(goal) => {
+                self.pose_of(goal).into_iter().for_each(|pose| self.opinion.goal_moves(pose, self.now));
+            }
+        }
+        self.servo.move_goal(motion, self.now)
+    }
+
+    /// The servo receives a joint state, besides those of its plants.
+    pub fn take_state(&mut self, arm: usize, state: &JointReading) -> Result<bool, Rejection> {
+        self.opinion.hears_elsewhere(arm, self.now);
+        self.servo.take_joint_state(arm, state, self.now)
+    }
+
+    /// Another publisher sends commands to the first arm, or no longer.
+    pub fn set_rival(&mut self, rival: bool) {
+        self.opinion.set_rival_of_commands(rival);
+        self.servo.set_rival(0, rival);
     }
 
     pub fn change(&mut self, change: impl FnOnce(&mut Settings)) {
         let mut settings = self.servo.settings().clone();
         change(&mut settings);
-        self.invariants.set_limits(checked(&settings, &mut self.steepest));
-        self.opinion.silence = settings.rearm_timeout.max(STREAM);
+        let is_held = settings.integral > 0.0 || self.was_held();
+        self.outputs.invariants().set_limits(checked(&settings, is_held, &mut self.steepest));
+        self.opinion.configure(&settings, self.now);
+        self.truth.set_tool_offset(&settings.tool_offset);
         if settings.scene != self.servo.settings().scene {
             self.gaps = settings.scene.clone().map(Gaps::new);
         }
         self.servo.configure(settings).unwrap();
-        self.opinion.revoke(self.servo.consent());
+    }
+
+    /// How late the robot hears commands, and the servo joint states, from now on.
+    pub fn set_delays(&mut self, commands: Duration, states: Duration) {
+        (self.command_delay, self.state_delay) = (commands, states);
+        self.opinion.doubt(self.now);
+    }
+
+    /// The robot stands at `place`, obeys at once, and nothing pulls at it; the settings are the initial ones.
+    pub fn make_sound(&mut self, place: &[f64]) {
+        (self.following, self.stuck_joint, self.source, self.second_source) = (true, None, 0, None);
+        (self.command_delay, self.state_delay, self.state_interval) = Default::default();
+        (self.with_velocities, self.connected) = (true, vec![true; self.plants.len()]);
+        self.opinion.doubt(self.now);
+        let places = place.chunks(self.names.len());
+        self.plants = places.map(|place| Plant::new(place.to_vec(), self.outputs.timeout())).collect();
+        self.set_rival(false);
+        let initial = self.initial.clone();
+        self.change(|settings| *settings = initial);
+        let is_one = self.plants.len() == 1;
+        self.change(|settings| {
+            settings.controller.aim = Aim::Pose;
+            settings.controller.law = if is_one { Law::Logc } else { settings.controller.law };
+        });
+        self.pull.fill(0.0);
+    }
+
+    /// The servo misses that many cycles, and then makes one before it hears the joint states that are due, or after.
+    pub fn gap(&mut self, missed: u32, heard: bool) {
+        self.deaf = !heard;
+        self.cycle_late(missed);
+    }
+
+    pub fn period(&self) -> Duration {
+        self.period
+    }
+
+    /// Joints follow velocities with that time constant from now on.
+    pub fn set_lag(&mut self, lag: Duration) {
+        let realism = Realism { velocity_time_constant: lag, ..Realism::default() };
+        self.plants.iter_mut().for_each(|plant| plant.set_realism(realism));
+        self.opinion.doubt(self.now);
+    }
+
+    /// Somebody moves that joint, counted arm after arm, to another place at once.
+    pub fn jump(&mut self, joint: usize, by: f64) {
+        let (arm, joint) = (joint / self.names.len(), joint % self.names.len());
+        let mut positions = self.plants[arm].positions().to_vec();
+        positions[joint] += by;
+        self.opinion.doubt(self.now);
+        self.plants[arm] = Plant::new(positions, self.outputs.timeout());
     }
 
     pub fn connect(&mut self, connected: bool) {
@@ -323,6 +487,7 @@ impl Rig {
         if self.restored_each > 0 && self.cycles.is_multiple_of(self.restored_each) {
             self.restore();
         }
+        self.cycles += 1;
         for _ in 0..missed {
             self.now += self.period;
             self.step_plants();
@@ -331,15 +496,17 @@ impl Rig {
         self.send_states();
         let rejected = self.servo.rejections().total();
         let arrived = self.arrived_states();
-        let (names, source) = (&self.names, self.source);
-        let readings = arrived.iter().map(|(arm, stamp_age, (positions, velocities))| {
-            let velocities = if self.with_velocities { velocities.as_slice() } else { &[] };
-            Event::JointState(
-                *arm,
-                JointReading { names, positions, velocities, source, stamp_age: *stamp_age },
-            )
-        });
-        let mut events: Vec<_> = readings.collect();
+        self.observe(&arrived);
+        let (names, source, second_source) = (&self.names, self.source, self.second_source);
+        let mut events = Vec::new();
+        for state in &arrived {
+            let velocities = if self.with_velocities { state.velocities.as_slice() } else { &[] };
+            let (positions, stamp_age) = (state.positions.as_slice(), state.age);
+            for source in [Some(source), second_source].into_iter().flatten() {
+                let reading = JointReading { names, positions, velocities, source, stamp_age };
+                events.push(Event::JointState(state.arm, reading));
+            }
+        }
         let (servo, now) = (&mut self.servo, self.now);
         let search = self.search.as_ref().filter(|_| self.answer.take_if(|due| *due <= now).is_some());
         events.extend(search.map(|search| Event::Found(search.found())));
@@ -355,44 +522,16 @@ impl Rig {
             search.run(STARTS, || true);
             self.answer = Some(self.now + self.search_time);
         }
-        let command = self.servo.command().to_vec();
         assert_eq!(self.servo.rejections().total(), rejected, "{:?}", self.servo.rejections());
-        // By count of cycles, not by the clock: what a late cycle may do is no more than another may.
-        self.cycles += 1;
-        let driving = self.state().is_driven();
-        self.opinion.revoke(self.servo.consent());
-        // A twist that is obeyed drops the goal.
-        self.frame_lost &= self.opinion.has_goal();
-        let of_stick = matches!(self.state(), State::Jogging | State::NotFollowing);
-        let rests = of_stick && self.opinion.comes_to_rest(self.now);
-        let may_move = rests || self.opinion.may_move(self.now);
-        assert!(!driving || may_move, "nobody asks for it: {} {:?}", self.state(), self.opinion);
-        let reason = self.servo.status().reason;
-        assert!(!(self.frame_lost && driving), "the goal's frame is lost: {}", self.state());
-        assert!(self.frame_lost || reason != Some(Reason::FrameLost), "where the goal is was heard since");
-        // Nothing is sent after a gap until it is known what the arm did in it.
-        let is_silent = self.output.is_some() && self.servo.output().is_none();
-        if is_silent || self.servo.arm_figures().any(|arm| arm.came) {
-            self.invariants.robot_came();
-        }
-        if self.check_commands {
-            // The hold that balances a pull does not count as motion.
-            let stands = !driving && self.servo.settings().integral == 0.0;
-            self.invariants.check(self.period * self.cycles, &command, stands).unwrap();
-        }
-        if self.check_commands && self.check_tools {
-            self.truth.evaluate(&self.positions());
-            self.invariants.check_tool(&self.truth.tool_speed(&command)).unwrap();
-        }
-        let output = self.servo.output().map(<[f64]>::to_vec);
-        if let Some(output) = &output {
-            self.check_setpoint(output);
+        self.command.copy_from_slice(self.servo.command());
+        let before = std::mem::replace(&mut self.output, self.servo.output().map(<[f64]>::to_vec));
+        self.check(before.as_deref());
+        if let Some(output) = &self.output {
             self.commands_under_way.push_back((self.now + self.command_delay, output.clone()));
         }
+        let output = &self.output;
         self.sent.iter_mut().for_each(|sent| sent.push(output.clone()));
-        self.output = output;
         self.step_plants();
-        self.command = command;
     }
 
     /// Another servo takes the place of this one, and knows what this one knows.
@@ -405,24 +544,6 @@ impl Rig {
         self.servo = other;
     }
 
-    /// No position that is sent is a step from the one before, nor is the first from where the arm is.
-    fn check_setpoint(&self, output: &[f64]) {
-        let settings = self.servo.settings();
-        if !settings.interface.takes_positions() {
-            return;
-        }
-        let positions = self.positions();
-        // To be sent to where it is moves no arm.
-        if output.iter().zip(&positions).all(|(sent, is)| (sent - is).abs() < 1e-3) {
-            return;
-        }
-        let before = self.output.clone().unwrap_or(positions);
-        for ((now, before), speed) in output.iter().zip(&before).zip(&settings.limits.joint_velocity) {
-            let largest = speed * self.period.as_secs_f64() * (1.0 + 1e-9);
-            assert!((now - before).abs() <= largest, "a step from {before} to {now} rad");
-        }
-    }
-
     fn send_states(&mut self) {
         if self.now < self.next_state {
             return;
@@ -432,30 +553,47 @@ impl Rig {
         self.states_under_way.push_back((self.now, self.plants.iter().map(state).collect()));
     }
 
-    /// The states that have come by now, each with the number of its arm and its age.
-    fn arrived_states(&mut self) -> Vec<(usize, Option<Duration>, ArmState)> {
+    /// The states that have come by now.
+    fn arrived_states(&mut self) -> Vec<Arrived> {
         let mut arrived = Vec::new();
+        if std::mem::take(&mut self.deaf) {
+            return arrived;
+        }
         while self.states_under_way.front().is_some_and(|(sent, _)| *sent + self.state_delay <= self.now) {
             let (sent, states) = self.states_under_way.pop_front().unwrap();
             let age = self.stamped.then_some(self.now - sent + self.stamp_error);
             let connected = states.into_iter().enumerate().filter(|(arm, _)| self.connected[*arm]);
-            arrived.extend(connected.map(|(arm, state)| (arm, age, state)));
+            arrived.extend(connected.map(|(arm, (positions, velocities))| Arrived {
+                measured: sent,
+                arm,
+                age,
+                positions,
+                velocities,
+            }));
         }
         arrived
     }
 
     fn step_plants(&mut self) {
+        self.altered = None;
+        if self.commands_under_way.front().is_none_or(|(due, _)| *due > self.now) {
+            self.refused.fill(None);
+        }
         while self.commands_under_way.front().is_some_and(|(due, _)| *due <= self.now) {
             let (_, mut command) = self.commands_under_way.pop_front().unwrap();
             let interface = self.servo.settings().interface;
             let stays = if interface.takes_positions() { self.positions() } else { vec![0.0; command.len()] };
-            if !self.following {
-                command.copy_from_slice(&stays);
-            }
+            let asked = command.clone();
             (self.wires)(&mut command);
-            if let Some(joint) = self.stuck_joint {
-                command[joint] = stays[joint];
+            for (joint, command) in command.iter_mut().enumerate() {
+                // A joint that does not obey stands, whatever pulls at it.
+                if !self.following || self.stuck_joint == Some(joint) {
+                    *command = stays[joint];
+                } else if !interface.takes_positions() {
+                    *command -= self.pull[joint];
+                }
             }
+            self.note_refusals(&asked, &command, &stays);
             for (plant, part) in self.plants.iter_mut().zip(command.chunks(self.names.len())) {
                 match interface {
                     Interface::Velocity => plant.take_command(part, self.now).unwrap(),
@@ -472,7 +610,7 @@ impl Rig {
         }
         if self.check_positions {
             let positions = self.positions();
-            self.invariants.check_positions(&positions).unwrap();
+            self.outputs.invariants().check_positions(&positions).unwrap();
         }
     }
 
@@ -519,12 +657,13 @@ impl Rig {
 }
 
 /// Returns the limits to check. A joint that is held against a pull slows down towards its hold, which may be to another command, and faster.
-/// It keeps the largest deceleration that was in force when it set out: `steepest` is the largest so far [rad/s²].
-fn checked(settings: &Settings, steepest: &mut [f64]) -> Limits {
+/// It keeps the largest deceleration that was in force when it set out: `steepest` is the largest so far [rad/s²]. `is_held` tells whether
+/// joints are held, or may have been.
+fn checked(settings: &Settings, is_held: bool, steepest: &mut [f64]) -> Limits {
     let mut limits = settings.limits.clone();
     for (joint, steepest) in steepest.iter_mut().enumerate() {
         *steepest = steepest.max(settings.limits.deceleration(joint));
-        if settings.integral > 0.0 {
+        if is_held {
             limits.joint_acceleration[joint] = limits.joint_acceleration[joint].max(*steepest);
         }
     }
@@ -556,9 +695,4 @@ pub fn at_rest<'a>(names: &'a [String], positions: &'a [f64]) -> JointReading<'a
 /// What a driver of that number says of where these joints are \[rad\], without speeds and without a stamp.
 pub fn state_of<'a>(names: &'a [String], positions: &'a [f64], source: u32) -> JointReading<'a> {
     JointReading { names, positions, velocities: &[], source, stamp_age: None }
-}
-
-/// Whether what came was no goal and no twist at all.
-fn is_none(taken: &Result<(), Rejection>) -> bool {
-    matches!(taken, Err(Rejection::Number(_) | Rejection::UnknownFrame { .. } | Rejection::NotUnit(_)))
 }

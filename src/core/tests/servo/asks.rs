@@ -64,7 +64,7 @@ fn a_stream_that_sends_invalid_goals_or_twists_for_a_while_has_not_paused() {
     let sent = Sent { by: 1, ago: Duration::ZERO };
     for _ in 0..300 {
         let lost = GoalReading { position: [f64::NAN; 3], sent, ..reading(&goal, 0) };
-        rig.servo.take_stamped_goal(&lost, rig.now).unwrap_err();
+        rig.take_goal(&lost).unwrap_err();
         (0..5).for_each(|_| rig.cycle());
     }
     moves_after_a_pause_only(&mut rig, &goal, 10);

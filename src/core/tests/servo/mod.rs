@@ -4,6 +4,7 @@
 mod allocations;
 mod asks;
 mod delays;
+mod events;
 mod fed_back;
 mod follow;
 mod franka;

@@ -8,7 +8,7 @@ fn part(rig: &mut Rig, (first, end): (usize, usize), source: u32) -> Result<bool
     let names = rig.names[first..end].to_vec();
     let positions = rig.positions()[first..end].to_vec();
     let reading = state_of(&names, &positions, source);
-    rig.servo.take_joint_state(0, &reading, rig.now)
+    rig.take_state(0, &reading)
 }
 
 /// A rig whose plant is heard only by what the test says.

@@ -5,7 +5,6 @@ use crate::reference::pose;
 use crate::rig::{Rig, reading, state_of};
 use dq_core::servo::{Contended, GoalReading, Interface, Rejection, Revocation, Sent, State};
 use dq_kinematics::control::{Aim, Law};
-use dq_plant::Plant;
 use std::time::Duration;
 
 /// A goal elsewhere, found after it has waited for this many seconds.
@@ -143,9 +142,7 @@ fn two_publishers_and_a_blocked_arm_overtake_a_goal_that_waits_for_its_frame() {
     rig.goal("theta_desired");
     rig.run_until(State::Settled, 30.0);
     let pushed = |rig: &mut Rig| {
-        let mut positions = rig.plants[0].positions().to_vec();
-        positions[3] += 0.22;
-        rig.plants[0] = Plant::new(positions, Duration::from_millis(100));
+        rig.jump(3, 0.22);
         rig.following = false;
         rig.run(0.1);
         rig.following = true;

@@ -1,0 +1,213 @@
+//! What the rig checks in each cycle: who may move the arm, what is sent, and that the arm moves if it must.
+
+use super::{Arrived, Rig};
+use crate::opinion::{REST, Truth};
+use crate::sent::Step;
+use dq_core::servo::Reason;
+use dq_kinematics::control::{Aim, pose_error};
+use dq_plant::Plant;
+use std::time::Duration;
+
+/// Within this time an arm with consent moves, also if it was not following before.
+const MOVES_WITHIN: Duration = Duration::from_millis(1500);
+
+/// A joint that does not move is sent more than the probing speed [rad/s] for no longer than the time that follows.
+const REFUSED: f64 = 0.0501;
+const REFUSED_WITHIN: Duration = Duration::from_millis(800);
+
+/// A measured speed below this [rad/s] may be noise.
+const STANDSTILL: f64 = 0.02;
+
+/// How long the servo may take to find how fast a robot moves that has come.
+const KNOWN_WITHIN: Duration = Duration::from_millis(50);
+
+impl Rig {
+    /// The second opinion sees what the servo receives.
+    pub(super) fn observe(&mut self, arrived: &[Arrived]) {
+        for state in arrived {
+            for source in [Some(self.source), self.second_source].into_iter().flatten() {
+                if self.opinion.state(state.arm, source, &state.positions, state.measured, self.now) {
+                    self.came = self.now;
+                }
+            }
+            let count = state.velocities.len();
+            self.shown[state.arm * count..][..count].copy_from_slice(&state.velocities);
+            self.seen[state.arm * count..][..count].copy_from_slice(&state.positions);
+        }
+    }
+
+    /// Checks this cycle against the page on safety: who may move the arm, what is sent, and whether consent is used.
+    pub(super) fn check(&mut self, before: Option<&[f64]>) {
+        let verdict = self.opinion.cycle(self.now);
+        let (state, reason) = (self.state(), self.servo.status().reason);
+        let may = verdict != Truth::No || !state.is_driven();
+        assert!(may, "nobody asks for it at {:.3} s: {state}, {}", self.seconds(), self.opinion.explain());
+        let is_lost = reason == Some(Reason::FrameLost);
+        assert!(!(is_lost && self.opinion.knows_frame()), "the goal's frame was heard since");
+        if self.check_commands {
+            self.check_output(verdict, before)
+                .unwrap_or_else(|why| panic!("{why} at {:.3} s", self.seconds()));
+        }
+        self.check_that_it_moves(verdict, before);
+    }
+
+    /// Whether the integral was ever on. An arm may stand after it let go of a pull.
+    pub fn was_held(&self) -> bool {
+        self.held > Duration::ZERO
+    }
+
+    /// Whether the integral holds joints, or lets go of them.
+    fn is_held(&self) -> bool {
+        self.now.saturating_sub(self.held) < REST
+    }
+
+    /// The time since the start \[s\].
+    fn seconds(&self) -> f64 {
+        self.now.as_secs_f64() - 1000.0
+    }
+
+    fn check_output(&mut self, verdict: Truth, before: Option<&[f64]>) -> Result<(), String> {
+        let Some(sent) = self.output.clone() else { return Ok(()) };
+        let settings = self.servo.settings();
+        let (integral, takes_positions) = (settings.integral, settings.interface.takes_positions());
+        // The integral holds joints against what pulls at them, and lets go of them slowly.
+        if integral > 0.0 {
+            self.held = self.now;
+        }
+        let is_held = self.is_held();
+        let standing = (verdict == Truth::No || !self.state().is_driven()) && !is_held;
+        let gap = self.outputs.is_after_gap(self.now, self.command_delay);
+        if is_held && gap != Truth::No {
+            self.came = self.now;
+        }
+        let has_come = self.now.saturating_sub(self.came) < KNOWN_WITHIN;
+        let real: Vec<_> = self.plants.iter().flat_map(Plant::velocities).copied().collect();
+        let zeros = vec![0.0; sent.len()];
+        let still: Vec<_> =
+            self.shown.iter().map(|speed| if speed.abs() < STANDSTILL { 0.0 } else { *speed }).collect();
+        let mut steps: Vec<Step> = Vec::new();
+        let [on, again] = match takes_positions {
+            true => [&self.last_sent, &self.seen].map(|from| self.outputs.speeds(from, &sent, &self.command)),
+            false => [sent.clone(), sent.clone()],
+        };
+        let is_silent = before.is_none();
+        if gap != Truth::Yes {
+            steps.push((None, &on));
+        }
+        if takes_positions {
+            // It stands where it was sent, or is sent to where it is, at the speed that it was sent or from rest.
+            if is_silent || gap != Truth::No {
+                steps.push((Some(&zeros), &on));
+            }
+            if is_silent || has_come {
+                steps.extend([(Some(zeros.as_slice()), again.as_slice()), (None, &again)]);
+            }
+        } else if has_come || gap != Truth::No {
+            let starts = [&real, &self.shown, &still];
+            steps.extend(starts.map(|start| (Some(start.as_slice()), on.as_slice())));
+        }
+        let result = self.outputs.check(&steps, self.now, standing);
+        self.last_sent.clone_from(&sent);
+        // Positions go back to a robot that behaves oddly, and the hold goes on where a robot stood by its own timeout.
+        let is_free = match takes_positions {
+            true => self.opinion.doubts(self.now),
+            false => is_held && has_come,
+        };
+        if is_free {
+            return Ok(());
+        }
+        let speeds = result?;
+        if self.check_tools && !is_held {
+            self.truth.evaluate(&self.plants.iter().flat_map(Plant::positions).copied().collect::<Vec<_>>());
+            let tool = self.truth.tool_speed(speeds);
+            self.outputs.invariants().check_tool(&tool).map_err(|why| why.to_string())?;
+        }
+        Ok(())
+    }
+
+    /// The arm moves if it must, and a robot that does not move is not pushed.
+    fn check_that_it_moves(&mut self, verdict: Truth, before: Option<&[f64]>) {
+        let settings = self.servo.settings();
+        let is_patient = settings.progress_timeout.is_none_or(|timeout| timeout > MOVES_WITHIN);
+        let is_simple = self.check_moves
+            && !self.was_held()
+            && settings.controller.aim == Aim::Pose
+            && settings.scene.is_none()
+            && is_patient;
+        let (interface, following_error) = (settings.interface, settings.following_error);
+        let must = verdict == Truth::Yes && is_simple && self.is_away() == Some(true);
+        let moves = match interface.takes_positions() {
+            true => self.output.as_deref() != before,
+            false => self.output.iter().flatten().any(|speed| *speed != 0.0),
+        };
+        let positions = self.positions();
+        let leads = self.output.iter().flatten().zip(&positions).map(|(sent, is)| (sent - is).abs());
+        if interface.takes_positions() && leads.fold(0.0, f64::max) > 0.5 * following_error {
+            self.opinion.doubt(self.now);
+        }
+        self.opinion.robot(self.altered, must, self.now);
+        self.awaited = match self.awaited {
+            _ if !must => None,
+            None => Some(self.now),
+            Some(_) if moves => Some(Duration::MAX),
+            since => since,
+        };
+        let status = self.servo.status();
+        assert!(
+            self.awaited.is_none_or(|since| self.now.saturating_sub(since) <= MOVES_WITHIN),
+            "stands with consent at {:.3} s: {} {:?}, {}",
+            self.seconds(),
+            status.state,
+            status.reason,
+            self.opinion.explain()
+        );
+        let longest = self.command_delay + self.state_delay + REFUSED_WITHIN;
+        let mut since = self.refused.iter().flatten();
+        assert!(
+            since.all(|since| self.now.saturating_sub(*since) <= longest),
+            "a joint does not move and is sent {:?} at {:.3} s: {:?}",
+            self.output,
+            self.seconds(),
+            self.refused
+        );
+    }
+
+    fn is_away(&mut self) -> Option<bool> {
+        let tolerance = self.servo.settings().goal_tolerance;
+        let positions = self.positions();
+        self.truth.evaluate(&positions);
+        let error = pose_error(self.truth.state(), self.opinion.goal_pose()?);
+        let (linear, angular) = (error.translation().norm(), error.rotation().angle());
+        Some(linear > 2.0 * tolerance.linear || angular > 2.0 * tolerance.angular)
+    }
+
+    /// Within 20 s the arms arrive at the goal that is surely in force.
+    pub fn arrives(&mut self) {
+        for _ in 0..40 {
+            self.run(0.5);
+            if self.is_away() == Some(false) {
+                return;
+            }
+        }
+        let status = self.servo.status();
+        panic!("not arrived: {} {:?}, {}", status.state, status.reason, self.opinion.explain());
+    }
+
+    /// Notes which joints do not move although they are `asked` to, as `done` and where they stay say.
+    pub(super) fn note_refusals(&mut self, asked: &[f64], done: &[f64], stays: &[f64]) {
+        let refuses = done == stays && asked != stays;
+        self.altered = (asked != done).then_some(refuses);
+        // A joint that stands at a command may be held against a pull.
+        let is_held = self.is_held();
+        let takes_positions = self.servo.settings().interface.takes_positions();
+        let on = |joint: usize| match takes_positions {
+            true => (asked[joint] - self.asked[joint]) / self.period.as_secs_f64(),
+            false => asked[joint],
+        };
+        for (joint, since) in self.refused.iter_mut().enumerate() {
+            let refuses = !is_held && done[joint] == stays[joint] && on(joint).abs() > REFUSED;
+            *since = refuses.then(|| since.unwrap_or(self.now));
+        }
+        self.asked.copy_from_slice(asked);
+    }
+}

@@ -1,0 +1,470 @@
+//! What may happen to a servo and its robot, for random sequences.
+
+use crate::rig::{Rig, reading, state_of, twist};
+use dq_algebra::UnitDualQuaternion;
+use dq_core::servo::{self, GoalMotion, GoalReading, Limits, Reconfigure, Rejection, Sent, TwistReading};
+use dq_kinematics::control::{Aim, Controller, Law, Map};
+use nalgebra::{UnitQuaternion, Vector3, Vector6};
+use proptest::prelude::*;
+use std::time::Duration;
+
+/// What may happen to a servo.
+#[derive(Clone, Debug)]
+pub enum Event {
+    /// A goal of one of two publishers of streams, or of one that sends no other.
+    Goal(Option<u32>, [f64; 3], [f64; 4]),
+    BadGoal(usize),
+    Stream(Stream),
+    FrameLost,
+    FeedForward(bool),
+    /// A longer tool, or a shorter one.
+    Tool(bool),
+    BadJointState(usize),
+    Law(usize),
+    Gain(f64),
+    /// Twists of one of two publishers: zero or not, how often, how many cycles apart, and how long ago they were sent [ms].
+    Twists(u32, bool, usize, usize, u64),
+    /// Sent that long ago [ms].
+    Pause(bool, u64),
+    /// A goal that the arm reaches with its joints moved by these parts of a radian: by one of two publishers or by one that sends no
+    /// other, how long it was under way, and for how long it has waited for its frame [ms].
+    Near(Option<u32>, [f64; 4], u64, u64),
+    /// The frame of a stream of goals is lost for that many cycles, while its publisher goes on.
+    FrameAway(u32, usize),
+    TwistTimeout(f64),
+    GoalTimeout(Option<f64>),
+    /// A joint is moved by hand, at once [rad].
+    Jump(usize, f64),
+    /// Whether the joint states of the last arm come.
+    ConnectLast(bool),
+    /// Whether another publisher sends commands to the arm, or its joint states.
+    Rival(bool),
+    SecondSource(bool),
+    /// The servo makes no cycles, and then one before the joint states come or after.
+    Gap(u32, bool),
+    /// `integral`, and what pulls at a joint [rad/s].
+    Pull(f64, usize, f64),
+    /// Whether joint states have velocities, and how far they are apart [ms].
+    States(bool, u64),
+    /// Joints follow velocities that late [ms].
+    Lag(u64),
+    Stuck(Option<usize>),
+    Stop,
+    Connect(bool),
+    Follow(bool),
+    /// Another publisher of joint states.
+    Source(u32),
+    /// How much older stamps are than their messages \[ms\].
+    Stamps(u64),
+    /// This many changes of a parameter, 50 ms apart.
+    Changes(u32),
+    /// The delays of commands and of joint states [ms].
+    Delay(u64, u64),
+    /// A limit of one joint, or of all.
+    Limit(Limit, usize, f64),
+    ProgressTimeout(f64),
+    /// Whether the arm goes to other configurations, and how long a search for one takes [ms].
+    Round(Reconfigure, u64),
+    /// Somebody asks for it.
+    GoRound,
+    Cycles(usize),
+    LateCycle(u32),
+}
+
+/// Goals that go on from the one in force by a body twist `(ω, v)` [rad/s, m/s].
+#[derive(Clone, Copy, Debug)]
+pub struct Stream {
+    twist: [f64; 6],
+    count: usize,
+    /// Cycles from one to the next.
+    each: usize,
+    stamped: bool,
+    /// Their publisher.
+    by: u32,
+    /// Whether they are the goal in force, as its frame moves it.
+    by_frame: bool,
+}
+
+impl Stream {
+    fn run(&self, rig: &mut Rig) {
+        let goal = rig.servo.status().goal.map(|goal| *goal.base_from_goal());
+        let start = goal.or(rig.servo.pose()).unwrap_or(UnitDualQuaternion::identity());
+        let began = rig.now;
+        for _ in 0..self.count {
+            let time = (rig.now - began).as_secs_f64();
+            let goal = start * UnitDualQuaternion::screw_exp(&(time * Vector6::from(self.twist)));
+            let stamp = if self.stamped { rig.now.as_nanos() as i64 } else { 0 };
+            let sent = Sent { by: self.by, ago: Duration::ZERO };
+            let goal = GoalReading { sent, ..reading(&goal, stamp) };
+            match self.by_frame {
+                true => drop(rig.move_goal(&GoalMotion::To(goal))),
+                false => drop(rig.take_goal(&goal)),
+            }
+            (0..self.each).for_each(|_| rig.cycle());
+        }
+    }
+}
+
+fn stream() -> impl Strategy<Value = Stream> {
+    let twist = prop::array::uniform6(-1.0..1.0f64);
+    (twist, 1..20usize, 1..12usize, any::<bool>(), 0..2u32, any::<bool>()).prop_map(
+        |(twist, count, each, stamped, by, by_frame)| Stream { twist, count, each, stamped, by, by_frame },
+    )
+}
+
+/// A limit that a parameter sets.
+#[derive(Clone, Copy, Debug)]
+pub enum Limit {
+    Velocity,
+    Acceleration,
+    Deceleration,
+    Jerk,
+    Linear,
+    Angular,
+}
+
+impl Limit {
+    fn set(self, limits: &mut Limits, joint: usize, value: f64) {
+        let list = match self {
+            Self::Velocity => &mut limits.joint_velocity,
+            Self::Acceleration => &mut limits.joint_acceleration,
+            Self::Deceleration => &mut limits.joint_deceleration,
+            Self::Jerk => &mut limits.joint_jerk,
+            Self::Linear => return limits.linear_speed = value.min(100.0),
+            Self::Angular => return limits.angular_speed = value.min(100.0),
+        };
+        match list.get_mut(joint) {
+            Some(of_one) => *of_one = value,
+            None => list.fill(value),
+        }
+    }
+}
+
+fn limit() -> impl Strategy<Value = Event> {
+    use Limit::*;
+    let which = prop::sample::select(vec![Velocity, Acceleration, Deceleration, Jerk, Linear, Angular]);
+    // The ends of the parameters' ranges, and what is usual.
+    let value = prop_oneof![
+        1 => Just(1e-6),
+        1 => Just(1e4),
+        6 => (-2.0..2.0f64).prop_map(|exponent| 10f64.powf(exponent)),
+    ];
+    // One of the joints, or all where there are fewer.
+    (which, 0..12usize, value).prop_map(|(which, joint, value)| Event::Limit(which, joint, value))
+}
+
+/// What no position limit has to fear.
+pub fn gentle_event() -> impl Strategy<Value = Event> {
+    prop_oneof![
+        (prop::option::of(0..2u32), prop::array::uniform3(-1.0..1.0f64), prop::array::uniform4(-1.0..1.0f64))
+            .prop_map(|(by, p, q)| Event::Goal(by, p, q)),
+        (1..20u32).prop_map(Event::Changes),
+        (0..4usize).prop_map(Event::BadGoal),
+        stream().prop_map(Event::Stream),
+        Just(Event::FrameLost),
+        any::<bool>().prop_map(Event::FeedForward),
+        (0..4usize).prop_map(Event::BadJointState),
+        (0..Law::ALL.len()).prop_map(Event::Law),
+        (0..2u32, any::<bool>(), 1..4usize, 1..80usize)
+            .prop_map(|(by, zero, count, each)| Event::Twists(by, zero, count, each, 0)),
+        any::<bool>().prop_map(|paused| Event::Pause(paused, 0)),
+        Just(Event::Stop),
+        any::<bool>().prop_map(Event::Connect),
+        limit(),
+        (0.01..0.2f64).prop_map(Event::ProgressTimeout),
+        (prop::sample::select(vec![Reconfigure::Never, Reconfigure::Ask, Reconfigure::Always]), 0..200u64)
+            .prop_map(|(reconfigure, ms)| Event::Round(reconfigure, ms)),
+        Just(Event::GoRound),
+        (1..80usize).prop_map(Event::Cycles),
+        (1..80usize).prop_map(Event::Cycles),
+    ]
+}
+
+/// All. A joint cannot be kept from a limit in cycles that were missed, nor by a servo that cannot know where the arm is.
+pub fn any_event() -> impl Strategy<Value = Event> {
+    prop_oneof![
+        15 => gentle_event(),
+        1 => (1..60u32).prop_map(Event::LateCycle),
+        1 => any::<bool>().prop_map(Event::Follow),
+        1 => (0..20u32).prop_map(Event::Source),
+        1 => (0..2000u64).prop_map(Event::Stamps),
+        1 => any::<bool>().prop_map(Event::Tool),
+        1 => (0..40u64, 0..40u64).prop_map(|(commands, states)| Event::Delay(commands, states)),
+        1 => prop_oneof![Just(1e-6), Just(1e4), 0.1..100.0f64].prop_map(Event::Gain),
+    ]
+}
+
+/// Requests of any age, faults of the robot and its network, and what the settings make of them.
+fn attack() -> impl Strategy<Value = Event> {
+    // Not where the page leaves open whether a message is late.
+    let ago = || prop_oneof![3 => Just(0), 2 => 10..900u64, 1 => 1100..3000u64];
+    let by = || prop::option::of(0..2u32);
+    prop_oneof![
+        5 => (by(), prop::array::uniform4(-0.4..0.4f64), ago(), prop_oneof![3 => Just(0), 1 => 0..1500u64])
+            .prop_map(|(by, turns, ago, waited)| Event::Near(by, turns, ago, waited)),
+        2 => stream().prop_map(Event::Stream),
+        2 => (0..2u32, prop::bool::weighted(0.2), 1..60usize, 1..40usize, prop_oneof![4 => Just(0), 1 => 0..300u64])
+            .prop_map(|(by, zero, count, each, ago)| Event::Twists(by, zero, count, each, ago)),
+        2 => (any::<bool>(), ago()).prop_map(|(paused, ago)| Event::Pause(paused, ago)),
+        1 => Just(Event::Pause(false, 0)),
+        1 => Just(Event::Stop),
+        1 => (0..2u32, 1..1500usize).prop_map(|(by, cycles)| Event::FrameAway(by, cycles)),
+        1 => (0.02..0.5f64).prop_map(Event::TwistTimeout),
+        1 => prop::option::of(0.05..2.0f64).prop_map(Event::GoalTimeout),
+        1 => (0..12usize, -1.5..1.5f64).prop_map(|(joint, by)| Event::Jump(joint, by)),
+        1 => any::<bool>().prop_map(Event::ConnectLast),
+        1 => any::<bool>().prop_map(Event::Connect),
+        1 => any::<bool>().prop_map(Event::Rival),
+        1 => any::<bool>().prop_map(Event::SecondSource),
+        1 => (1..700u32, any::<bool>()).prop_map(|(missed, heard)| Event::Gap(missed, heard)),
+        1 => (prop_oneof![Just(0.0), 1.0..10.0f64], 0..12usize, -0.15..0.15f64)
+            .prop_map(|(integral, joint, pull)| Event::Pull(integral, joint, pull)),
+        1 => (any::<bool>(), 0..20u64).prop_map(|(velocities, ms)| Event::States(velocities, ms)),
+        1 => prop_oneof![Just(0), 1..85u64].prop_map(Event::Lag),
+        1 => (0..40u64, 0..40u64).prop_map(|(commands, states)| Event::Delay(commands, states)),
+        1 => prop::option::of(0..12usize).prop_map(Event::Stuck),
+        1 => any::<bool>().prop_map(Event::Follow),
+        1 => any::<bool>().prop_map(Event::Tool),
+        1 => (0..Law::ALL.len()).prop_map(Event::Law),
+        1 => limit(),
+        6 => prop_oneof![1..100usize, 100..1200usize].prop_map(Event::Cycles),
+    ]
+}
+
+/// Something that happens between two requests, of which the second one may have been sent before it, and the time after that.
+fn interruption() -> impl Strategy<Value = Vec<Event>> {
+    let turns = || prop::array::uniform4(-0.4..0.4f64);
+    let between = prop_oneof![
+        3 => attack(),
+        1 => Just(Event::Stop),
+        1 => turns().prop_map(|turns| Event::Near(Some(2), turns, 0, 0)),
+        1 => (500..700usize).prop_map(|cycles| Event::FrameAway(0, cycles)),
+        1 => (60..300u32, any::<bool>()).prop_map(|(missed, heard)| Event::Gap(missed, heard)),
+    ];
+    let second = prop_oneof![
+        2 => turns().prop_map(|turns| Event::Near(Some(0), turns, 0, 0)),
+        1 => (turns(), 10..900u64).prop_map(|(turns, ago)| Event::Near(None, turns, ago, 0)),
+        1 => (10..900u64).prop_map(|ago| Event::Pause(false, ago)),
+    ];
+    (turns(), 1..200usize, between, second, 1..1200usize).prop_map(
+        |(first, before, between, second, after)| {
+            let first = Event::Near(Some(0), first, 0, 0);
+            vec![first, Event::Cycles(before), between, second, Event::Cycles(after)]
+        },
+    )
+}
+
+/// Sequences of requests and faults, of which some interrupt a stream of goals; many begin with a pull that the integral balances.
+pub fn attacks() -> impl Strategy<Value = Vec<Event>> {
+    let pull = (1.0..10.0f64, 0..12usize, -0.15..0.15f64)
+        .prop_map(|(integral, joint, pull)| Event::Pull(integral, joint, pull));
+    let part = prop_oneof![2 => attack().prop_map(|event| vec![event]), 1 => interruption()];
+    (prop::option::weighted(0.3, pull), prop::collection::vec(part, 1..15))
+        .prop_map(|(pull, parts)| pull.into_iter().chain(parts.into_iter().flatten()).collect())
+}
+
+/// The law of that number, with the gains that it has.
+fn switch(rig: &mut Rig, number: usize) {
+    let two_arms = rig.plants.len() > 1;
+    rig.change(|settings| {
+        let controller = &mut settings.controller;
+        if two_arms {
+            let (map, aim) = ([Map::Transpose, Map::DampedInverse][number % 2], Aim::ALL[number % 5]);
+            *controller = Controller::of_two_arms(map, aim, controller.gain(), controller.damping);
+        } else {
+            // Another task drops the goal: most switches keep it.
+            let aim = [Aim::Position, Aim::PositionAndAxis].get(number % 8).copied().unwrap_or(Aim::Pose);
+            (controller.law, controller.aim) = (Law::ALL[number], aim);
+        }
+    });
+}
+
+fn set_gain(rig: &mut Rig, gain: f64) {
+    let two_arms = rig.plants.len() > 1;
+    rig.change(|settings| {
+        let controller = &mut settings.controller;
+        if two_arms {
+            *controller = controller.with_law(controller.law, gain.min(100.0));
+        } else {
+            controller.set_gains(Law::Diffc, [gain; 2]);
+            controller.set_gains(Law::Logc, [1.0, gain.min(100.0)]);
+            controller.set_gains(Law::DoubleGeodesic, [gain.min(100.0), 1.0]);
+        }
+    });
+}
+
+/// Changes a parameter as a speed override does: each 50 ms.
+pub fn change_often(rig: &mut Rig, count: u32) {
+    for number in 0..count {
+        rig.change(|settings| settings.goal_tolerance.linear = 1e-3 + 1e-6 * f64::from(number % 2));
+        (0..25).for_each(|_| rig.cycle());
+    }
+}
+
+impl Event {
+    /// Whether the servo cannot know exactly where the arm is from then on.
+    fn hides_the_arm(&self) -> bool {
+        matches!(
+            self,
+            Self::Follow(_)
+                | Self::Delay(..)
+                | Self::LateCycle(_)
+                | Self::Connect(_)
+                | Self::ConnectLast(_)
+                | Self::Tool(_)
+                | Self::Jump(..)
+                | Self::Gap(..)
+                | Self::Pull(..)
+                | Self::States(..)
+                | Self::Lag(_)
+                | Self::Stuck(_)
+                | Self::SecondSource(_)
+        )
+    }
+}
+
+/// Sends the goal at that [pose](pose_near); it was under way for `ago`, and then waits for its frame.
+pub fn near(rig: &mut Rig, by: Option<u32>, turns: [f64; 4], (ago, waited): (Duration, Duration)) {
+    let pose = pose_near(rig, turns);
+    let sent = Sent { by: by.unwrap_or_else(|| rig.next_publisher()), ago };
+    let arrived = rig.now;
+    if !waited.is_zero() {
+        rig.goal_waits(sent);
+    }
+    while rig.now < arrived + waited {
+        rig.cycle();
+    }
+    let waited = rig.now - arrived;
+    let _: Result<(), Rejection> = rig.take_goal(&GoalReading { waited, sent, ..reading(&pose, 0) });
+}
+
+/// The pose that the arm reaches with its joints moved by `turns` [rad], one after the other.
+fn pose_near(rig: &Rig, turns: [f64; 4]) -> UnitDualQuaternion {
+    let places: Vec<_> =
+        rig.positions().iter().zip(turns.iter().cycle()).map(|(is, turn)| is + turn).collect();
+    let mut arms = rig.arms().clone();
+    arms.evaluate(&places);
+    arms.pose()
+}
+
+/// A stream at 10 Hz whose frame is lost for that many cycles: its goals wait, and the last one is found when the frame is back.
+pub fn lose_frame(rig: &mut Rig, by: u32, cycles: usize) {
+    let turns = [0.2, -0.2, 0.1, 0.2];
+    for _ in 0..6 {
+        near(rig, Some(by), turns, Default::default());
+        (0..50).for_each(|_| rig.cycle());
+    }
+    let _: Result<(), Rejection> = rig.move_goal(&GoalMotion::Lost);
+    let sent = Sent { by, ago: Duration::ZERO };
+    for cycle in 0..cycles {
+        if cycle % 50 == 0 {
+            rig.goal_waits(sent);
+        }
+        rig.cycle();
+    }
+    let waited = rig.period() * ((cycles - 1) % 50 + 1) as u32;
+    let goal = reading(&pose_near(rig, turns), 0);
+    let _: Result<(), Rejection> = rig.take_goal(&GoalReading { waited, sent, ..goal });
+}
+
+/// Lets it happen; the rig checks the invariants.
+pub fn apply(rig: &mut Rig, event: Event) {
+    let now = rig.now;
+    // Where the servo cannot know exactly where the arm is, it cannot hold the tool's speed exactly; the rig's own arms keep their tool.
+    rig.check_tools &= !event.hides_the_arm();
+    let ms = Duration::from_millis;
+    match event {
+        Event::Goal(by, p, q) => {
+            let norm = q.iter().map(|x| x * x).sum::<f64>().sqrt();
+            let (position, orientation_xyzw) = (p, q.map(|x| x / norm));
+            let goal =
+                GoalReading { position, orientation_xyzw, ..reading(&UnitDualQuaternion::identity(), 0) };
+            let _: Result<(), Rejection> = match by {
+                Some(by) => rig.take_goal(&GoalReading { sent: Sent { by, ..goal.sent }, ..goal }),
+                None => rig.take_single(&goal),
+            };
+        }
+        Event::BadGoal(i) => {
+            let (number, quaternion, frame) = [
+                (f64::NAN, [0.0, 0.0, 0.0, 1.0], ""),
+                (0.1, [0.0; 4], ""),
+                (1e9, [0.0, 0.0, 0.0, 1.0], ""),
+                (0.1, [0.0, 0.0, 0.0, 1.0], "map"),
+            ][i];
+            rig.take_point([number; 3], quaternion, frame).unwrap_err();
+        }
+        Event::Stream(stream) => stream.run(rig),
+        Event::FrameLost => rig.move_goal(&GoalMotion::Lost).unwrap(),
+        Event::FeedForward(fed) => rig.change(|settings| settings.feed_forward = fed),
+        Event::Tool(longer) => {
+            let point = Vector3::new(0.0, 0.05, if longer { 0.1 } else { 0.0 });
+            let tool = UnitDualQuaternion::from_parts(UnitQuaternion::identity(), point);
+            rig.change(|settings| settings.tool_offset = tool);
+        }
+        Event::BadJointState(i) => {
+            let count = rig.names.len();
+            let names = &rig.names[..[count, count, count - 1, 0][i]];
+            let positions = &[[f64::NAN; 12], [1e9; 12], [0.0; 12], [0.0; 12]][i][..names.len()];
+            let reading = state_of(names, positions, 0);
+            rig.servo.take_joint_state(0, &reading, now).unwrap_err();
+        }
+        Event::Law(i) => switch(rig, i),
+        Event::Gain(gain) => set_gain(rig, gain),
+        Event::Pause(paused, ago) => rig.pause_ago(paused, ms(ago)),
+        Event::Stop => rig.stop(),
+        Event::Twists(by, zero, count, each, ago) => {
+            let linear = if zero { [0.0; 3] } else { [0.0, 0.3, 0.3] };
+            for _ in 0..count {
+                let reading = TwistReading { sent: Sent { by, ago: ms(ago) }, ..twist(linear, [0.0; 3], "") };
+                let taken = rig.take_twist(&reading);
+                assert!(ago > 0 || taken.is_ok(), "{taken:?}");
+                (0..each).for_each(|_| rig.cycle());
+            }
+        }
+        Event::Near(by, turns, ago, waited) => near(rig, by, turns, (ms(ago), ms(waited))),
+        Event::FrameAway(by, cycles) => lose_frame(rig, by, cycles),
+        Event::TwistTimeout(seconds) => {
+            rig.change(|settings| settings.twist_timeout = Duration::from_secs_f64(seconds));
+        }
+        Event::GoalTimeout(seconds) => {
+            rig.change(|settings| settings.goal_timeout = seconds.map(Duration::from_secs_f64));
+        }
+        Event::Jump(joint, by) => rig.jump(joint % rig.pull.len(), by),
+        Event::ConnectLast(connected) => {
+            rig.connected.iter_mut().last().into_iter().for_each(|it| *it = connected)
+        }
+        Event::Rival(rival) => rig.set_rival(rival),
+        Event::SecondSource(second) => rig.second_source = second.then_some(77),
+        Event::Gap(missed, heard) => rig.gap(missed, heard),
+        Event::Pull(integral, joint, pull) => {
+            rig.change(|settings| settings.integral = integral);
+            let joint = joint % rig.pull.len();
+            rig.pull[joint] = pull;
+        }
+        Event::States(velocities, interval) => {
+            (rig.with_velocities, rig.state_interval) = (velocities, ms(interval));
+        }
+        Event::Lag(time) => rig.set_lag(ms(time)),
+        Event::Stuck(joint) => rig.stuck_joint = joint.map(|joint| joint % rig.pull.len()),
+        Event::Connect(connected) => rig.connect(connected),
+        Event::Follow(following) => rig.following = following,
+        Event::Source(source) => rig.source = source,
+        Event::Stamps(ms) => rig.stamp_error = Duration::from_millis(ms),
+        Event::Changes(count) => change_often(rig, count),
+        Event::Delay(commands, states) => rig.set_delays(ms(commands), ms(states)),
+        Event::Limit(which, joint, value) => {
+            rig.change(|settings| which.set(&mut settings.limits, joint, value));
+        }
+        Event::ProgressTimeout(seconds) => {
+            rig.change(|settings| settings.progress_timeout = Some(Duration::from_secs_f64(seconds)));
+        }
+        Event::Round(reconfigure, ms) => {
+            rig.search_time = Duration::from_millis(ms);
+            rig.change(|settings| settings.reconfigure = reconfigure);
+        }
+        // Most of the time there is nothing to go round.
+        Event::GoRound => drop(rig.servo.take(servo::Event::Reconfigure { ago: Duration::ZERO })),
+        Event::Cycles(count) => (0..count).for_each(|_| rig.cycle()),
+        Event::LateCycle(missed) => rig.cycle_late(missed),
+    }
+}
