@@ -208,8 +208,10 @@ impl Watch {
         }
         if guard.stops() > self.stops {
             self.stops = guard.stops();
-            self.log
-                .warn(&format!("commands on {} ceased in motion: the arm is stopped", self.commands.topic()));
+            self.log.warn(&format!(
+                "commands on {} ended during a motion: the guard stops the arm",
+                self.commands.topic()
+            ));
         }
         let is_needed = self.guard.is_needed();
         self.needed.send_if_modified(|needed| std::mem::replace(needed, is_needed) != is_needed);
@@ -220,7 +222,7 @@ impl Watch {
             }
         } else if is_needed && due(&mut self.warned, tick.now, WARNING_INTERVAL) {
             self.log.warn(&format!(
-                "{} has not come for half of command_timeout: nobody can tell whether commands have ceased, and nothing is sent",
+                "no {} for half of command_timeout: the guard cannot tell whether commands have ended, and sends nothing",
                 self.joint_states.topic()
             ));
         }

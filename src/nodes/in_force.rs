@@ -134,7 +134,7 @@ impl InForce {
         let now = self.lock();
         let count = now.idle + if now.settings.scene.is_none() { now.drawn.len() } else { 0 };
         let idle = (count > 0).then(|| {
-            format!("constraints is false: the arm does not look at the {count} of keep_out, keep_in and ~/keep_out")
+            format!("constraints is false: the arm ignores the {count} of keep_out, keep_in and ~/keep_out")
         });
         NotObeyed { idle, refused: now.refused.clone() }
     }

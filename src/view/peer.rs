@@ -218,7 +218,8 @@ async fn show_looks(
         shown = Some(model);
         let missing = read.iter().flat_map(|looks| &looks.missing);
         let node = shared.node.lock().await;
-        missing.for_each(|why| node.log().warn(&format!("the picture of the arm lacks a mesh: {why}")));
+        missing
+            .for_each(|why| node.log().warn(&format!("a mesh is missing in the picture of the arm: {why}")));
         drop(node);
         looks.send_replace(read.map_or_else(|| Arc::from([]), |looks| looks.bytes().into()));
     }

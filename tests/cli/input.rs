@@ -98,7 +98,7 @@ fn a_pipe_as_a_parameter_file_is_not_waited_for() {
     for line in ["--params-file PIPE", "-p base_frame:=a -p tool_frame:=b -p robot_file:=PIPE"] {
         let line = format!("pose 0 --ros-args {}", line.replace("PIPE", &pipe.to_string_lossy()));
         let message = refused(dq_servo(&line).timeout(Duration::from_secs(20)));
-        assert!(message.contains("pipe: it is no regular file"), "{message}");
+        assert!(message.contains("pipe: it is not a regular file"), "{message}");
     }
 }
 

@@ -344,7 +344,7 @@ fn replay_compares_cycles_with_complete_inputs_and_reports_their_number() {
     assert!(missing > 5 && gap.commands > 200 && gap.not_judged > 100, "{gap:?}");
     assert_eq!(gap.commands + gap.not_judged + missing, whole.commands);
     let (code, said, _) = dq_servo(&[&"replay", &path("gap")]);
-    assert!(code == Some(0) && said.contains("judged: 0.000 to"), "{said}");
+    assert!(code == Some(0) && said.contains("compared: 0.000 to"), "{said}");
     let skipped = format!("{missing} cycles are not in the bag, and {} commands", gap.not_judged);
     assert!(said.contains(&skipped), "{said}");
     // A damaged message counts as missing.

@@ -59,13 +59,13 @@ pub enum Reconfiguration {
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 pub enum NoWayRound {
     /// No motion has stalled, or its consent is revoked.
-    #[error("no goal has stalled: there is nothing to go round")]
+    #[error("no motion has stalled: no other configuration is needed")]
     NothingStalled,
     /// No configuration was searched, because the parameter `reconfigure` is `never`.
     #[error("the parameter reconfigure is never")]
     Never,
     /// No configuration was searched: another one would not help, or the search has not answered.
-    #[error("no other configuration was looked for: {}", .0.explain(|joint| format!("joint {joint}")))]
+    #[error("no other configuration was searched: {}", .0.explain(|joint| format!("joint {joint}")))]
     NotLookedFor(Stall),
     /// The search is still under way.
     #[error("the search for another configuration goes on: ask again")]
@@ -77,7 +77,7 @@ pub enum NoWayRound {
         starts: u32,
     },
     /// The arm has already moved there.
-    #[error("the arm has gone to the other configuration already, and has stalled all the same")]
+    #[error("the arm has already moved to the other configuration, and has stalled again")]
     Taken,
 }
 
