@@ -103,7 +103,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_is_called_as_its_release_calls_it() {
+    fn file_names_are_those_of_the_ros_release() {
         let name = |directory: &str, distro: &str| file_name(Path::new(directory), 2, distro);
         assert_eq!(name("/a/run", ""), "run_2.mcap");
         assert_eq!(name("/a/run", "jazzy"), "run_2.mcap");

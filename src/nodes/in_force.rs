@@ -205,7 +205,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_too_much_is_refused_by_name_and_what_is_idle_is_said() {
+    fn keep_outs_beyond_the_limit_are_refused_by_name_and_idle_ones_are_reported() {
         let (in_force, inbox) = new();
         assert_eq!((in_force.room(), in_force.not_obeyed()), (63, NotObeyed::default()));
         assert!(in_force.draw(drawn(64)).unwrap_err().ends_with("no room for crate/63"));

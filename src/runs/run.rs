@@ -232,7 +232,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_far_from_the_rest_is_another_part() {
+    fn states_far_from_the_rest_are_another_part() {
         let run = |from: f64| (0..100).map(move |step| from + 0.1 * f64::from(step));
         let ends = |times: Vec<f64>| {
             let parts = parts(times.into_iter());

@@ -125,7 +125,7 @@ fn bad_environment_gets_code_2_and_one_line() {
 }
 
 #[test]
-fn what_is_not_utf_8_is_named_and_never_passed_over() {
+fn arguments_and_variables_that_are_not_utf_8_are_rejected_by_name() {
     let other = OsStr::from_bytes(b"tr\xffue");
     for arguments in [vec![other], vec![OsStr::new("servo"), OsStr::new("--ros-args"), other]] {
         let (code, message) = run(&arguments, Stdio::piped(), Stdio::piped());

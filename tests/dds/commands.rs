@@ -17,7 +17,7 @@ pub fn status(host: &Host) -> serde_json::Value {
 }
 
 #[test]
-fn a_goal_has_a_fate_of_its_own() {
+fn each_goal_has_its_own_outcome() {
     let host = Host::with_both_nodes();
     let there = host.output(&FAR);
     assert!(there.starts_with("arrived with logc after") && !there.contains("path 0.00"), "{there}");

@@ -88,7 +88,7 @@ pub fn mcap_files_of_every_kind_are_read_in_order() {
 }
 
 #[test]
-fn messages_of_other_encodings_are_passed_over_and_counted() {
+fn messages_of_other_encodings_are_skipped_and_counted() {
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("file.mcap");
     mcap_file(&path, WriteOptions::new(), "json", &samples(1));
