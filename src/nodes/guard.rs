@@ -68,7 +68,7 @@ impl GuardNode {
         Ok(Self { cycle, needed: is_needed, node })
     }
 
-    /// Ends the node as soon as it is not needed any more. A launch that ends stops its guard too, perhaps just when the servo was killed.
+    /// Ends the node as soon as the arm no longer needs it. A launch that ends stops its guard too, perhaps just when the servo was killed.
     ///
     /// Returns false if the arm was still commanded to move after the time that a servo may take to shut down.
     pub async fn shut_down(mut self) -> bool {
