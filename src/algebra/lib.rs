@@ -77,9 +77,9 @@ pub type Matrix8 = nalgebra::SMatrix<f64, 8, 8>;
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 pub enum DqError {
     /// The real part is zero, so it has no direction.
-    #[error("a dual quaternion whose real part is 0 is no pose: expected a norm above 0")]
+    #[error("a dual quaternion whose real part is 0 is not a pose: expected a norm above 0")]
     ZeroRealPart,
     /// A number is infinite or NaN.
-    #[error("a dual quaternion with a non-finite number ({0}) is no pose")]
+    #[error("a dual quaternion with a non-finite number ({0}) is not a pose")]
     NonFinite(f64),
 }

@@ -126,7 +126,7 @@ impl Bag {
         if self.room == 0 && !self.blocks.is_empty() {
             self.losses.add(
                 storage.path(),
-                "it unpacks to more than a recording of its size would: the rest is passed over",
+                "it unpacks to more than a recording of its size would: the rest is skipped",
             );
             self.blocks.clear();
         }

@@ -36,5 +36,5 @@ pub(super) type Types = Option<Vec<String>>;
 
 /// Returns the line about messages with another encoding.
 pub(super) fn of_other_encoding(topic: &str, count: u64) -> String {
-    format!("{count} messages of {} are passed over, as they are not encoded in CDR", shown(topic, NAME))
+    format!("{count} messages of {} are skipped, because they are not encoded in CDR", shown(topic, NAME))
 }

@@ -41,7 +41,7 @@ pub enum BagError {
         why: std::io::Error,
     },
     /// The file or directory is not a bag.
-    #[error("{path:?} is no rosbag2 bag: {why}")]
+    #[error("{path:?} is not a rosbag2 bag: {why}")]
     NotABag {
         /// The file or directory.
         path: PathBuf,

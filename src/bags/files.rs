@@ -10,13 +10,13 @@ use std::path::{Path, PathBuf};
 pub(super) fn files_of(directory: &Path, losses: &mut UnreadableParts) -> Result<Vec<PathBuf>, BagError> {
     let files = match metadata::read(directory) {
         Ok(Some(metadata)) if metadata.is_packed_otherwise() => {
-            let why = format!("it is compressed as {}: zstd alone is read", metadata.compression_format);
+            let why = format!("it is compressed as {}: only zstd is supported", metadata.compression_format);
             return Err(BagError::not_a_bag(directory, why));
         }
         Ok(Some(metadata)) => metadata.relative_file_paths,
         Ok(None) => Vec::new(),
         Err(why) => {
-            losses.add_line(format!("{why}: its files are taken by their names"));
+            losses.add_line(format!("{why}: its files are found by their names"));
             Vec::new()
         }
     };
@@ -103,7 +103,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_is_called_as_its_release_calls_it() {
+    fn file_names_are_those_of_the_ros_release() {
         let name = |directory: &str, distro: &str| file_name(Path::new(directory), 2, distro);
         assert_eq!(name("/a/run", ""), "run_2.mcap");
         assert_eq!(name("/a/run", "jazzy"), "run_2.mcap");

@@ -65,7 +65,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn lengths_are_believed_as_far_as_there_are_bytes() {
+    fn a_length_beyond_the_record_is_rejected() {
         let record = [&[7, 0, 3, 0, 2, 0, 0, 0][..], b"/x", &[3, 0, 0, 0], b"cdr", &[0; 4]].concat();
         let expected = ChannelRecord { id: 7, schema: 3, topic: "/x", encoding: "cdr" };
         assert_eq!(channel(&record), Some(expected));

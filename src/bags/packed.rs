@@ -30,7 +30,7 @@ pub(super) fn unpack_file(
     // One byte more than the limit shows that there are more.
     match copy(&mut input.take(limit + 1), &mut output) {
         Ok(bytes) if bytes > limit => {
-            losses.add(path, format!("it unpacks to more than {limit} bytes: the rest is passed over"))
+            losses.add(path, format!("it unpacks to more than {limit} bytes: the rest is skipped"))
         }
         Ok(_) => {}
         Err(why) => {

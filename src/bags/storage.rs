@@ -96,7 +96,7 @@ impl Storage {
 /// Returns the file's first bytes, at most sixteen. Opens only regular files, because others may block forever.
 fn read_magic(path: &Path) -> Result<Vec<u8>, BagError> {
     if !std::fs::metadata(path).map_err(BagError::read(path))?.is_file() {
-        return Err(BagError::not_a_bag(path, "it is no regular file"));
+        return Err(BagError::not_a_bag(path, "it is not a regular file"));
     }
     let mut magic = Vec::new();
     let file = File::open(path).map_err(BagError::read(path))?;

@@ -38,7 +38,7 @@ pub(super) async fn call(ask: ServiceCall, targets: &Targets, ros_args: &RosArgs
         }
     }
     match failed.split_last() {
-        None if done == 0 => bail!("what has a service ~/reset here is no simulated arm"),
+        None if done == 0 => bail!("the node with the service ~/reset is not a simulated arm"),
         None => Ok(()),
         Some((last, others)) => {
             others.iter().for_each(|why| stderr::line(format!("error: {why}")));

@@ -21,7 +21,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_no_count_is_answered_by_what_is_one() {
+    fn invalid_counts_are_rejected_with_the_valid_range() {
         let tasks = count::<u32>(1..=10);
         assert_eq!((tasks("1"), tasks("10")), (Ok(1), Ok(10)));
         for text in ["0", "11", "-1", "", "1.0", "1e1", "ten", "99999999999999999999"] {

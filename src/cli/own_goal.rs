@@ -193,7 +193,7 @@ mod tests {
     }
 
     #[test]
-    fn what_else_becomes_of_it_is_an_error_that_says_why() {
+    fn every_other_outcome_is_an_error_with_its_reason() {
         let end = |outcome| {
             let mut goal = OwnGoal::sent(&stamp(2), "");
             goal.hear(motion(2, 2, Outcome::Underway)).unwrap();
@@ -213,7 +213,7 @@ mod tests {
     }
 
     #[test]
-    fn one_that_may_go_on_in_another_configuration_is_waited_for_until_the_time_is_up() {
+    fn a_stalled_motion_that_may_be_reconfigured_is_awaited_until_the_timeout() {
         let mut goal = OwnGoal::sent(&stamp(2), "");
         goal.driven = Instant::now().checked_sub(2 * PATIENCE).unwrap();
         let stalled = motion(2, 2, Outcome::Stalled);
@@ -230,7 +230,7 @@ mod tests {
     }
 
     #[test]
-    fn time_runs_out_for_goals_that_are_pursued_and_for_those_that_are_not_yet_taken() {
+    fn the_timeout_applies_to_goals_in_progress_and_to_those_not_yet_taken() {
         let mut goal = OwnGoal::sent(&stamp(2), "");
         let other = report(1, State::Tracking);
         assert!(goal.watch(&other, TIMEOUT).is_ok());

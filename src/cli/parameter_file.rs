@@ -59,7 +59,7 @@ pub(super) async fn load(
         parameters.set_all(&changes).await?.map_err(Usage)?;
     }
     stderr::line(format!(
-        "{} of {total} parameters set; the others were so already, or are not this node's",
+        "{} of {total} parameters set; the others already had these values, or are not this node's",
         changes.len()
     ));
     Ok(())

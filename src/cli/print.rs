@@ -8,7 +8,7 @@ use thiserror::Error;
 
 /// Writing to stdout failed.
 #[derive(Debug, Error)]
-#[error("stdout does not take the results")]
+#[error("the results cannot be written to stdout")]
 pub(super) struct StdoutError(#[from] std::io::Error);
 
 impl StdoutError {
@@ -36,7 +36,7 @@ pub(super) async fn results(text: String, signals: &mut Signals) -> anyhow::Resu
     let written = tokio::task::spawn_blocking(move || line(format_args!("{text}")));
     tokio::select! {
         written = written => Ok(written??),
-        () = signals.next() => bail!("interrupted while stdout was held"),
+        () = signals.next() => bail!("interrupted while stdout was blocked"),
     }
 }
 

@@ -74,7 +74,7 @@ pub(super) async fn guard(ros_args: &RosArgs) -> anyhow::Result<()> {
     let cycle = || if node.is_running() { Ok(()) } else { Err(anyhow::anyhow!("the guard ended by itself")) };
     until(&mut signals, cycle).await?;
     tokio::select! {
-        stands = node.shut_down() => ensure!(stands, "ended while the arm is commanded to move: it has no guard any more"),
+        stands = node.shut_down() => ensure!(stands, "ended while the arm is commanded to move: the arm no longer has a guard"),
         () = signals.next() => bail!("a second signal: ended before the arm was commanded to stand"),
     }
     Ok(())

@@ -55,7 +55,7 @@ impl Watch {
         let first = async {
             if tokio::time::timeout(UNUSUAL_DISCOVERY, self.next_report()).await.is_err() {
                 stderr::line(format!(
-                    "no servo so far; it is waited for until {} s have passed",
+                    "no servo found so far; waiting for up to {} s",
                     patience.as_secs_f64()
                 ));
                 self.next_report().await;

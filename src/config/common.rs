@@ -106,7 +106,7 @@ impl JointParameters {
         }
         match names.iter().enumerate().find(|(i, name)| name.is_empty() || names[..*i].contains(name)) {
             Some((_, name)) => {
-                let expected = format!("names that are not empty nor there twice, as {name:?} is");
+                let expected = format!("names that are neither empty nor repeated, as {name:?} is");
                 Err(ParameterError::invalid("joints", format!("{names:?}"), expected))
             }
             None => Ok(self.joints),

@@ -53,7 +53,7 @@ impl Described {
                 return Err(ParameterError::Missing {
                     what: "the arm between base_frame and tool_frame",
                     missing: vec!["robot_description or robot_file"],
-                    why: "a servo node waits for it to come by topic, nothing else does; or give joints and arm.*",
+                    why: "only a servo node waits for a description on a topic; otherwise give joints and arm.*",
                 });
             }
             (None, None) => return Ok(None),
@@ -139,7 +139,7 @@ impl Described {
         });
         let name = &slow.next()?.1.name;
         Some(format!(
-            "{}: the deceleration or the jerk of joint {name:?} does not stop it in time: it is taken to have what does, in {STOP_TIME} s with {RAMP_TIME} s to come to it",
+            "{}: the deceleration or the jerk of joint {name:?} does not stop it in time: it gets the least values that do, {STOP_TIME} s to stop and {RAMP_TIME} s to reach the deceleration",
             self.source
         ))
     }
@@ -227,7 +227,7 @@ fn decoded(bytes: Cow<[u8]>) -> (String, Option<String>) {
         Err(why) => {
             let line = 1 + bytes[..why.valid_up_to()].iter().filter(|byte| **byte == b'\n').count();
             let text = bytes.iter().copied().map(char::from).collect();
-            (text, Some(format!("line {line} is no UTF-8: the description is read as Latin-1")))
+            (text, Some(format!("line {line} is not UTF-8: the description is read as Latin-1")))
         }
     }
 }
@@ -235,8 +235,8 @@ fn decoded(bytes: Cow<[u8]>) -> (String, Option<String>) {
 /// Returns the error of a description without any element.
 fn no_description(text: &str) -> ParameterError {
     let why = match text.contains('/') || text.contains(".urdf") {
-        true => "is a path and no URDF: give a file as robot_file",
-        false => "is no URDF",
+        true => "is a path, not a URDF: give a file as robot_file",
+        false => "is not a URDF",
     };
     let why = format!("{:?} {why}", cut(text.trim()));
     ParameterError::File { file: "robot_description".to_owned(), why }

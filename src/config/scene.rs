@@ -63,7 +63,7 @@ impl SceneParameters {
             SceneError::KeepOuts(_) => ParameterError::invalid(
                 "keep_out",
                 format!("{count} of them"),
-                format!("{MOST_KEEP_OUTS} at most, those of keep_in among them ({why})"),
+                format!("at most {MOST_KEEP_OUTS}, including those of keep_in ({why})"),
             ),
         };
         let scene = Scene::new(self.body(joints, &chains)?, keep_outs, &chains, &ranges)
@@ -98,7 +98,7 @@ fn solids(parameter: &'static str, texts: &[String]) -> Result<Vec<KeepOut>, Par
         };
         let next: KeepOut = text.parse().map_err(invalid)?;
         if all.iter().any(|other| other.name == next.name) {
-            return Err(ParameterError::invalid(parameter, text, "names that are not there twice"));
+            return Err(ParameterError::invalid(parameter, text, "names that are not repeated"));
         }
         all.push(next);
     }

@@ -26,7 +26,7 @@ pub fn write(path: &Path, content: &[u8]) -> Result<(), DrawError> {
 pub fn make_folder(folder: &Path) -> Result<(), DrawError> {
     std::fs::create_dir_all(folder).map_err(|why| {
         let is_file = why.kind() == ErrorKind::AlreadyExists;
-        let why = if is_file { "it is no folder".to_owned() } else { why.to_string() };
+        let why = if is_file { "it is not a folder".to_owned() } else { why.to_string() };
         DrawError::Output { file: folder.display().to_string(), why }
     })
 }

@@ -1,7 +1,7 @@
 //! The envelope: for each joint, the speeds that its next command may have.
 //!
 //! They are the speeds from which a stop still keeps the limits on speed, acceleration, jerk and position, with the delay of the robot and
-//! its late cycles ([`Span`]). The next speed of a stop is always one of them, whatever the limits are, so the envelope is never empty.
+//! its late cycles ([`Span`]). For any limits, the next speed of a stop is one of them, so the envelope is never empty.
 
 use crate::{Joints, Limits, STOP_TIME, Span, Violation, scale};
 use dq_kinematics::arm::Arms;

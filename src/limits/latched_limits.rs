@@ -7,9 +7,9 @@ use serde::{Deserialize, Serialize};
 /// of parameters does not reduce the braking that a joint relied on when it began to move.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LatchedLimits {
-    /// [rad/s², prismatic: m/s²].
+    /// The decelerations [rad/s², prismatic: m/s²].
     decelerations: Vec<f64>,
-    /// [rad/s³, prismatic: m/s³].
+    /// The jerks [rad/s³, prismatic: m/s³].
     jerks: Vec<f64>,
     /// The last command [rad/s, prismatic: m/s], and its change.
     last: Vec<f64>,

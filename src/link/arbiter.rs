@@ -66,7 +66,7 @@ mod tests {
     const SILENCE: Duration = Duration::from_millis(100);
 
     #[test]
-    fn two_that_speak_in_turn_are_rivals_until_one_is_silent() {
+    fn two_publishers_that_alternate_are_rivals_until_one_is_silent() {
         let mut arbiter = Arbiter::default();
         assert!(arbiter.hear(0, MS, SILENCE));
         assert!(!arbiter.hear(1, 2 * MS, SILENCE));
@@ -80,7 +80,7 @@ mod tests {
     }
 
     #[test]
-    fn one_that_begins_after_another_has_gone_takes_over() {
+    fn a_publisher_that_begins_after_another_has_gone_takes_over() {
         let mut arbiter = Arbiter::default();
         arbiter.hear(0, MS, SILENCE);
         assert!(!arbiter.hear(1, 50 * MS, SILENCE));
@@ -90,7 +90,7 @@ mod tests {
     }
 
     #[test]
-    fn a_slow_one_beside_a_fast_one_is_a_rival_too() {
+    fn a_slow_publisher_alongside_a_fast_one_is_a_rival_too() {
         let mut arbiter = Arbiter::default();
         arbiter.hear(0, MS, SILENCE);
         assert!(arbiter.hear(1, 201 * MS, SILENCE));

@@ -192,7 +192,7 @@ pub(crate) mod tests {
         assert!((travel(&history, 7, 10) - (0.003 + 0.008)).abs() < 1e-14);
         assert_eq!(travel(&history, 7, 7), 0.0);
         assert_eq!(travel(&history, 0, 0), 0.0);
-        // The last command goes on, but not for ever.
+        // The last command continues, but not forever.
         assert!((travel(&history, 18, 20) - 0.018).abs() < 1e-15);
         assert!((travel(&history, 18, 1000) - 0.9).abs() < 1e-12);
     }

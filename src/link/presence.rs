@@ -99,7 +99,7 @@ mod tests {
     }
 
     #[test]
-    fn a_robot_that_goes_on_has_not_returned() {
+    fn a_robot_that_continues_has_not_returned() {
         assert_eq!(step(Some(5000 * MS), 5002 * MS, 0.1), None);
         assert_eq!(step(Some(5000 * MS), 5500 * MS, 1.0), None);
         assert_eq!(
@@ -118,7 +118,7 @@ mod tests {
     }
 
     #[test]
-    fn one_that_was_away_or_is_elsewhere_has() {
+    fn a_robot_that_was_away_or_jumped_has_returned() {
         let away = Return { since: Some(8000 * MS), what: Returned::WasAway(4.0) };
         assert_eq!(step(Some(5000 * MS), 9000 * MS, 0.0), Some(away));
         let elsewhere =

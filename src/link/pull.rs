@@ -100,7 +100,7 @@ impl Pull {
         &self.speeds
     }
 
-    /// Forgets the pull, because the robot is another one, or stands elsewhere.
+    /// Forgets the pull, because it may be another robot, or because the robot has jumped.
     pub fn forget(&mut self) {
         self.speeds.fill(0.0);
         self.compared = None;

@@ -378,7 +378,7 @@ mod tests {
     }
 
     #[test]
-    fn a_joint_that_goes_to_and_fro_within_the_delay_and_long_after_that_again_follows() {
+    fn a_joint_that_moves_back_and_forth_within_the_delay_and_again_long_after_follows() {
         let pieces: Vec<_> = (0..40).map(|piece| [0.05, [0.05, -0.05, 0.0][piece.min(2)]]).collect();
         let pieces = [pieces, vec![[0.05, -0.05]; 20]].concat();
         assert_eq!(lost_after(&pieces, 110, [1.0; 2]), None);
@@ -391,7 +391,7 @@ mod tests {
         }
 
         #[test]
-        fn a_joint_that_stands_while_it_is_to_go_is_lost(pieces in pieces(), delay in 0..100usize) {
+        fn a_joint_that_stands_although_commanded_to_move_is_lost(pieces in pieces(), delay in 0..100usize) {
             let pieces: Vec<_> = pieces.iter().map(|[one, _]| [*one, 0.05]).collect();
             let lost = lost_after(&pieces, delay, [1.0, 0.0]);
             prop_assert!(lost.is_some_and(|after| after <= 450 * MS), "{lost:?}");

@@ -17,7 +17,7 @@ pub const CDR_BE: [u8; 4] = [0, 0, 0, 0];
 pub fn decode<M: Message>(cdr: &[u8]) -> Result<M, WireError> {
     let error = |why: String| WireError::Decode { message: M::TYPE, bytes: cdr.len(), why };
     let Some((header, payload)) = cdr.split_first_chunk() else {
-        return Err(error("they do not begin as plain CDR does".to_owned()));
+        return Err(error("they do not begin like plain CDR".to_owned()));
     };
     decode_payload(*header, payload).map(|(message, _)| message).map_err(error)
 }
@@ -27,7 +27,7 @@ pub fn decode_payload<V: DeserializeOwned>(header: [u8; 4], payload: &[u8]) -> R
     let decoded = match header {
         [0, 0, ..] => cdr_encoding::from_bytes::<V, BigEndian>(payload),
         [0, 1, ..] => cdr_encoding::from_bytes::<V, LittleEndian>(payload),
-        _ => return Err("they do not begin as plain CDR does".to_owned()),
+        _ => return Err("they do not begin like plain CDR".to_owned()),
     };
     decoded.map_err(|why| why.to_string())
 }

@@ -17,7 +17,7 @@ pub enum WireError {
     #[error("msg_config/topics.yaml: {0}")]
     ContractFile(String),
     /// Bytes are not a message of this type.
-    #[error("{bytes} bytes are no {message}: {why}")]
+    #[error("{bytes} bytes are not a {message}: {why}")]
     Decode {
         /// The type.
         message: &'static str,

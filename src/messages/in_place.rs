@@ -204,7 +204,7 @@ mod tests {
     }
 
     #[test]
-    fn a_list_that_is_too_long_is_refused_as_ever() {
+    fn a_list_that_is_too_long_is_still_refused() {
         let long = JointState { effort: vec![0.0; MOST + 1], ..JointState::default() };
         assert_eq!(over(state(6, "old"), &bytes(&long)), None);
         let longest = JointState { effort: vec![0.0; MOST], ..JointState::default() };

@@ -237,7 +237,7 @@ mod tests {
     }
 
     #[test]
-    fn a_type_is_found_by_its_hash_and_its_sources_come_if_asked_for() {
+    fn a_type_is_found_by_its_hash_and_its_sources_are_sent_on_request() {
         let ask = |type_name: &str, type_hash: &str, include_type_sources| {
             let (type_name, type_hash) = (type_name.to_owned(), type_hash.to_owned());
             describe(&GetTypeDescriptionRequest { type_name, type_hash, include_type_sources })

@@ -186,7 +186,7 @@ mod tests {
     }
 
     #[test]
-    fn what_may_not_have_its_priority_does_not_run() {
+    fn a_cycle_without_its_priority_does_not_run() {
         let (sender, receiver) = std::sync::mpsc::channel();
         let words = sender.clone();
         let body = move |_| {

@@ -79,7 +79,7 @@ pub(super) fn watch(
             };
             if logged.is_none_or(|last| last.elapsed() >= REMINDER) {
                 logged = Some(Instant::now());
-                log.warn(&format!("the description on {} is not taken: {why}", descriptions.topic()));
+                log.warn(&format!("the description on {} is not used: {why}", descriptions.topic()));
             }
         }
     });

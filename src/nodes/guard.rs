@@ -68,7 +68,7 @@ impl GuardNode {
         Ok(Self { cycle, needed: is_needed, node })
     }
 
-    /// Ends the node as soon as it is not needed any more. A launch that ends stops its guard too, perhaps just when the servo was killed.
+    /// Ends the node as soon as the arm no longer needs it. A launch that ends stops its guard too, perhaps just when the servo was killed.
     ///
     /// Returns false if the arm was still commanded to move after the time that a servo may take to shut down.
     pub async fn shut_down(mut self) -> bool {
@@ -208,8 +208,10 @@ impl Watch {
         }
         if guard.stops() > self.stops {
             self.stops = guard.stops();
-            self.log
-                .warn(&format!("commands on {} ceased in motion: the arm is stopped", self.commands.topic()));
+            self.log.warn(&format!(
+                "commands on {} ended during a motion: the guard stops the arm",
+                self.commands.topic()
+            ));
         }
         let is_needed = self.guard.is_needed();
         self.needed.send_if_modified(|needed| std::mem::replace(needed, is_needed) != is_needed);
@@ -220,7 +222,7 @@ impl Watch {
             }
         } else if is_needed && due(&mut self.warned, tick.now, WARNING_INTERVAL) {
             self.log.warn(&format!(
-                "{} has not come for half of command_timeout: nobody can tell whether commands have ceased, and nothing is sent",
+                "no {} for half of command_timeout: the guard cannot tell whether commands have ended, and sends nothing",
                 self.joint_states.topic()
             ));
         }

@@ -134,7 +134,7 @@ impl InForce {
         let now = self.lock();
         let count = now.idle + if now.settings.scene.is_none() { now.drawn.len() } else { 0 };
         let idle = (count > 0).then(|| {
-            format!("constraints is false: the arm does not look at the {count} of keep_out, keep_in and ~/keep_out")
+            format!("constraints is false: the arm ignores the {count} of keep_out, keep_in and ~/keep_out")
         });
         NotObeyed { idle, refused: now.refused.clone() }
     }
@@ -205,7 +205,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_too_much_is_refused_by_name_and_what_is_idle_is_said() {
+    fn keep_outs_beyond_the_limit_are_refused_by_name_and_idle_ones_are_reported() {
         let (in_force, inbox) = new();
         assert_eq!((in_force.room(), in_force.not_obeyed()), (63, NotObeyed::default()));
         assert!(in_force.draw(drawn(64)).unwrap_err().ends_with("no room for crate/63"));

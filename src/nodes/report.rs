@@ -185,7 +185,7 @@ impl Report {
         let dropped = self.outputs.commands.dropped();
         if dropped > self.dropped {
             let count = dropped - self.dropped;
-            self.log.warn(&format!("{count} commands dropped, for the robot too: DDS got no time to send those before them (try realtime_priority), or a subscriber of the commands has acknowledged none for long (end it)"));
+            self.log.warn(&format!("{count} commands dropped, so the robot did not get them: DDS had no time to send earlier ones (try realtime_priority), or a subscriber to the commands has not acknowledged any for long (end it)"));
         }
         self.dropped = dropped;
         self.rivals.warn(&self.log, self.outputs.commands.rivals());

@@ -47,8 +47,11 @@ impl Rival {
                 if suspects == 0 {
                     subscription = None;
                 } else if subscription.is_none() {
-                    let why =
-                        |why: &RosError| log.warn(&format!("who else commands the arm is not heard: {why}"));
+                    let why = |why: &RosError| {
+                        log.warn(&format!(
+                            "other publishers of commands to the arm cannot be detected: {why}"
+                        ))
+                    };
                     subscription = own_topic.subscribe().inspect_err(why).ok();
                     if subscription.is_none() {
                         return;

@@ -17,7 +17,7 @@ pub(super) struct Clocks {
 }
 
 impl Clocks {
-    /// Returns `now` with the present time of day.
+    /// Returns the clocks at the cycle time `now`, with the present time of this host.
     pub fn at(now: Duration) -> Self {
         Self { now, wall: Time::now().nanoseconds() }
     }

@@ -50,7 +50,7 @@ pub enum ParameterError {
     #[error("parameter {0:?} is read-only while the node runs")]
     ReadOnly(&'static str),
     /// A text is not a valid parameter value.
-    #[error("{text:?} is no parameter value: {why}")]
+    #[error("{text:?} is not a parameter value: {why}")]
     NotAValue {
         /// The text.
         text: String,

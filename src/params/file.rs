@@ -105,14 +105,14 @@ impl Reader<'_> {
                     }
                 }
                 ("ros__parameters", Yaml::Nothing) => self.found.sections.push(path.to_owned()),
-                ("ros__parameters", _) => return Err(format!("ros__parameters of {path:?} is no map")),
+                ("ros__parameters", _) => return Err(format!("ros__parameters of {path:?} is not a map")),
                 (_, Yaml::Map(inner)) => {
                     let path = format!("{}/{}", path.trim_end_matches('/'), name.trim_matches('/'));
                     self.take_nodes(inner, &path)?;
                 }
                 _ => {
                     return Err(format!(
-                        "{name:?} of {path:?} is no node: expected a map with ros__parameters"
+                        "{name:?} of {path:?} is not a node: expected a map with ros__parameters"
                     ));
                 }
             }

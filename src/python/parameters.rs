@@ -106,7 +106,7 @@ fn of_arm(arm: &str) -> PyResult<Vec<(String, Value)>> {
 pub(super) fn typed(py: Python<'_>, store: &ParameterStore) -> PyResult<ServoParameters> {
     let parameters = ServoParameters::from_store(store).map_err(wrong)?;
     if parameters.idle_keep_outs > 0 {
-        warn(py, "constraints is false: the arm does not look at keep_out and keep_in")?;
+        warn(py, "constraints is false: the arm ignores keep_out and keep_in")?;
     }
     Ok(parameters)
 }

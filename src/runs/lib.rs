@@ -36,7 +36,7 @@ pub enum RunError {
     NotReplayable(String),
     /// A list in its parameters is longer than that of any arm.
     #[error(
-        "the parameters in the bag: {name} has {length} elements, and no arm of more than {} joints is explained",
+        "the parameters in the bag: {name} has {length} elements: expected at most {} joints per arm",
         MOST_JOINTS
     )]
     TooMany {

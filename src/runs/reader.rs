@@ -154,7 +154,7 @@ impl RunReader {
                 let name = &self.run.name;
                 self.run
                     .notes
-                    .push(format!("{name}: its servo was of another version: {unknown} is passed over"));
+                    .push(format!("{name}: its servo was of another version: {unknown} is ignored"));
             }
             if number > 0 {
                 self.announced.push((life.since, self.kind.from_store(&store)?));
@@ -409,7 +409,7 @@ impl Reader for RunReader {
             let topic = || format!("the bag has none on {}joint_states", self.namespace);
             let why = self.unusable.map_or_else(topic, |why| why.to_string());
             return Err(format!(
-                "{}: no joint state is of this arm: {why}; --arm or --ros-args --params-file gives another arm",
+                "{}: no joint state belongs to this arm: {why}; choose another arm with --arm or --ros-args --params-file",
                 self.run.name
             ));
         }

@@ -23,7 +23,7 @@ pub struct RecordedRun {
     pub samples: Thinned<Sample>,
     /// The commands of each arm.
     pub commands: Vec<ArmCommands>,
-    /// The distances to the goal that the servo reported, with times; NaN between two times with a goal.
+    /// The reported distances to the goal, with times; NaN separates periods with a goal.
     pub errors: Thinned<(f64, GoalError)>,
     /// The distances between the two nearest parts that the servo reported, with times \[m\]; NaN if no parts were near.
     pub clearances: Thinned<(f64, f64)>,
@@ -43,9 +43,9 @@ pub struct RecordedRun {
     pub goals: Thinned<(f64, UnitDualQuaternion)>,
     /// The motions to the goals that the servo reported.
     pub motions: Vec<MotionRow>,
-    /// The limits of the commands with the times since which they hold; the first from the beginning.
+    /// The limits of the commands, each with the time from which it holds. The first holds from the beginning.
     pub limits: Vec<(f64, Limits)>,
-    /// The thresholds of damping, with the times since which they hold, like the limits.
+    /// The thresholds of damping, each with the time from which it holds, like the limits.
     pub damping_thresholds: Vec<(f64, f64)>,
     /// The goal tolerance when the servo started.
     pub tolerance: Tolerance,
@@ -232,7 +232,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_far_from_the_rest_is_another_part() {
+    fn states_far_from_the_rest_are_another_part() {
         let run = |from: f64| (0..100).map(move |step| from + 0.1 * f64::from(step));
         let ends = |times: Vec<f64>| {
             let parts = parts(times.into_iter());

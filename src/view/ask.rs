@@ -63,7 +63,7 @@ impl Request {
     /// # Errors
     /// Why it is not a valid request, in a sentence.
     pub fn read(text: &str) -> Result<Self, String> {
-        serde_json::from_str(text).map_err(|why| format!("no request: {}", cut(&why.to_string())))
+        serde_json::from_str(text).map_err(|why| format!("not a request: {}", cut(&why.to_string())))
     }
 }
 
@@ -90,7 +90,7 @@ mod tests {
             r#"{"id":1,"ask":{"goal":{"position":[1,2,null],"orientation":[0,0,0,1]}}}"#,
         ] {
             let why = read(no_request).unwrap_err();
-            assert!(why.starts_with("no request: ") && why.len() < 300, "{no_request}: {why}");
+            assert!(why.starts_with("not a request: ") && why.len() < 300, "{no_request}: {why}");
         }
     }
 }

@@ -10,7 +10,7 @@ pub(super) fn explain(servo: &str, heard: Option<(&StatusReport, Duration)>, two
         None if two_arms => "the servo that is here has two arms: dq_servo view --dual shows them".to_owned(),
         None => format!("no servo heard yet: is {servo} running, in this domain?"),
         Some((_, silent)) if silent > StatusReport::SILENCE => {
-            format!("the servo is gone: nothing heard of {servo} for {:.0} s", silent.as_secs_f64())
+            format!("the servo is gone: nothing received from {servo} for {:.0} s", silent.as_secs_f64())
         }
         Some((report, _)) => for_people(&report.sentence()),
     }
@@ -48,6 +48,6 @@ mod tests {
         };
         let report = StatusReport::from_message(&message).unwrap();
         let gone = explain("/s", Some((&report, Duration::from_secs(3))), false);
-        assert_eq!(gone, "the servo is gone: nothing heard of /s for 3 s");
+        assert_eq!(gone, "the servo is gone: nothing received from /s for 3 s");
     }
 }

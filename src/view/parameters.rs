@@ -58,7 +58,7 @@ impl Entry {
                 let numbers = list.iter().map(serde_json::Value::as_f64).collect::<Option<_>>();
                 numbers.map(Value::DoubleArray)
             }),
-            other => return Err(format!("{}: the page sets no {other}", self.name)),
+            other => return Err(format!("{}: the page cannot set a {other}", self.name)),
         };
         value.ok_or_else(|| format!("{} takes a {}", self.name, self.kind))
     }

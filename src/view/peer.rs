@@ -218,7 +218,8 @@ async fn show_arm_shape(
         shown = Some(model);
         let missing = read.iter().flat_map(|arm_shape| &arm_shape.missing);
         let node = shared.node.lock().await;
-        missing.for_each(|why| node.log().warn(&format!("the picture of the arm lacks a mesh: {why}")));
+        missing
+            .for_each(|why| node.log().warn(&format!("a mesh is missing in the picture of the arm: {why}")));
         drop(node);
         arm_shape.send_replace(read.map_or_else(|| Arc::from([]), |arm_shape| arm_shape.bytes().into()));
     }

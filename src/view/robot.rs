@@ -239,7 +239,10 @@ pub(super) mod tests {
         assert_eq!(value("controller", json!("logc")), Ok(Value::String("logc".to_owned())));
         assert_eq!(value("gains.diffc", json!("7")), Err("gains.diffc takes a double".to_owned()));
         assert_eq!(value("use_sim_time", json!(true)), Ok(Value::Bool(true)));
-        assert_eq!(value("joints", json!(["a"])), Err("joints: the page sets no string array".to_owned()));
+        assert_eq!(
+            value("joints", json!(["a"])),
+            Err("joints: the page cannot set a string array".to_owned())
+        );
         assert!(robot.entry("nope").is_none());
     }
 

@@ -113,10 +113,10 @@ impl Session {
         match frame {
             None | Some(Ok(Message::Close(_))) => Err(Gone),
             Some(Ok(Message::Text(text))) => self.request(&text).await,
-            Some(Ok(Message::Binary(_))) => self.malformed("no request: bytes, not text").await,
+            Some(Ok(Message::Binary(_))) => self.malformed("not a request: bytes, not text").await,
             Some(Ok(Message::Ping(_) | Message::Pong(_))) => Ok(()),
             Some(Err(why)) => {
-                let reason = "this was no message of the protocol, or too large a one".into();
+                let reason = "this is not a message of the protocol, or it is too large".into();
                 // A browser that has just disconnected breaks no rule, and cannot be written to.
                 self.push(Message::Close(Some(CloseFrame { code: PROTOCOL_ERROR, reason }))).await?;
                 self.complaints.add(&format!("a browser broke the protocol: {why}"));

@@ -319,7 +319,7 @@ mod tests {
     }
 
     #[test]
-    fn what_has_become_of_it_can_be_read_alone() {
+    fn the_message_of_an_outcome_is_a_complete_sentence() {
         let sentences = [
             report(servo::Outcome::Arrived, None),
             report(servo::Outcome::Revoked(Revocation::Stopped), Some("~/stop was called")),

@@ -98,7 +98,7 @@ fn a_pipe_as_a_parameter_file_is_not_waited_for() {
     for line in ["--params-file PIPE", "-p base_frame:=a -p tool_frame:=b -p robot_file:=PIPE"] {
         let line = format!("pose 0 --ros-args {}", line.replace("PIPE", &pipe.to_string_lossy()));
         let message = refused(dq_servo(&line).timeout(Duration::from_secs(20)));
-        assert!(message.contains("pipe: it is no regular file"), "{message}");
+        assert!(message.contains("pipe: it is not a regular file"), "{message}");
     }
 }
 
@@ -125,7 +125,7 @@ fn bad_environment_gets_code_2_and_one_line() {
 }
 
 #[test]
-fn what_is_not_utf_8_is_named_and_never_passed_over() {
+fn arguments_and_variables_that_are_not_utf_8_are_rejected_by_name() {
     let other = OsStr::from_bytes(b"tr\xffue");
     for arguments in [vec![other], vec![OsStr::new("servo"), OsStr::new("--ros-args"), other]] {
         let (code, message) = run(&arguments, Stdio::piped(), Stdio::piped());

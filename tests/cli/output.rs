@@ -49,7 +49,7 @@ fn pose_warns_of_angles_beyond_a_full_turn() {
 }
 
 #[test]
-fn help_and_version_are_no_errors() {
+fn help_and_version_are_not_errors() {
     dq_servo("--version").assert().success();
     for (arguments, said) in [
         // Not a user at a terminal: a script without the subcommand.

@@ -24,7 +24,7 @@ fn a_full_disk_fails_with_one_line() {
 
 /// A file size limit of zero replaces a full disk: writes fail in the same way.
 #[test]
-fn a_full_disk_ends_a_comparison_as_a_failure_and_no_wrong_request() {
+fn a_full_disk_ends_a_comparison_as_a_failure_and_not_as_a_usage_error() {
     let folder = tempfile::tempdir().unwrap();
     let compare =
         format!("ulimit -f 0; exec {} compare --tasks 1 --arm puma560 --out", env!("CARGO_BIN_EXE_dq_servo"));
@@ -37,7 +37,7 @@ fn a_full_disk_ends_a_comparison_as_a_failure_and_no_wrong_request() {
 }
 
 #[test]
-fn a_reader_that_has_seen_enough_is_no_failure() {
+fn a_reader_that_closes_stdout_is_not_a_failure() {
     let broken = || std::io::pipe().unwrap().1;
     for arguments in PRINTING {
         assert_eq!(run(&words(arguments), broken(), Stdio::piped()), (Some(0), String::new()), "{arguments}");

@@ -31,7 +31,7 @@ fn written(study: Study) -> (Study, Folder, PathBuf) {
 }
 
 #[test]
-fn parts_put_together_are_the_same_bytes_as_one_run_on_one_core() {
+fn joined_parts_have_the_same_bytes_as_one_run_on_one_core() {
     let (study, folder) = (study(1, 3), Folder::new());
     let whole = folder.file("compare.jsonl");
     let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
@@ -50,7 +50,7 @@ fn parts_put_together_are_the_same_bytes_as_one_run_on_one_core() {
 }
 
 #[test]
-fn parts_are_checked_and_put_together() {
+fn parts_are_checked_and_joined() {
     let (study, folder) = (study(1, 3), Folder::new());
     let (whole, merged) = (folder.file("whole.jsonl"), folder.file("compare.jsonl"));
     write(&study, &whole, 1, 1);

@@ -17,7 +17,7 @@ pub fn status(host: &Host) -> serde_json::Value {
 }
 
 #[test]
-fn a_goal_has_a_fate_of_its_own() {
+fn each_goal_has_its_own_outcome() {
     let host = Host::with_both_nodes();
     let there = host.output(&FAR);
     assert!(there.starts_with("arrived with logc after") && !there.contains("path 0.00"), "{there}");
@@ -235,7 +235,11 @@ fn a_goal_that_stalls_at_a_limit_is_reached_in_another_configuration_where_someb
     host.start_servo("servo", &["--ros-args", "--params-file", &file]);
     let nothing = host.run(&["reconfigure"]);
     assert_eq!(nothing.status.code(), Some(1));
-    assert!(err(&nothing).contains("no goal has stalled: there is nothing to go round"), "{}", err(&nothing));
+    assert!(
+        err(&nothing).contains("no motion has stalled: no other configuration is needed"),
+        "{}",
+        err(&nothing)
+    );
     let (_directory, bag) = crate::replay::place();
     host.record(&bag);
     crate::record::wait_for(&bag, "/dq_servo/events", 0.0);

@@ -103,7 +103,7 @@ fn the_servo_waits_for_the_description_and_moves_the_arm_that_it_has() {
     let other = ["arm", "--ros-args", "-r", "__node:=other", "-r", "joint_states:=other", "-p", ur5];
     let frames = ["-p", "base_frame:=base_link", "-p", "tool_frame:=tool0"];
     host.start("other", &[&other[..], &frames].concat());
-    logged("the description on /robot_description is not taken");
+    logged("the description on /robot_description is not used");
     // A text of 4 MB of ampersands does not delay requests for parameters either.
     host.peer(&["odd_description"]);
     let began = Instant::now();

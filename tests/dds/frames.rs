@@ -36,7 +36,7 @@ fn shapes_on_keep_out_are_avoided_with_any_parameters() {
         "TF has no frame \"nowhere\"",
         "(and 4936 more)",
         "does not move: TF no longer updates its frame \"hand\"",
-        "constraints is false: the arm does not look at the 1 of",
+        "constraints is false: the arm ignores the 1 of",
     ] {
         assert!(log.contains(why), "{why}: {log}");
     }

@@ -152,7 +152,7 @@ fn a_goal_without_a_servo_or_without_a_robot_says_what_is_missing() {
         String::from_utf8_lossy(&output.stderr).into_owned()
     };
     let errors = goal(&host);
-    assert!(errors.starts_with("no servo so far") && errors.contains("error: no status"), "{errors}");
+    assert!(errors.starts_with("no servo found so far") && errors.contains("error: no status"), "{errors}");
     host.start("servo", &["servo"]);
     let errors = goal(&host);
     assert!(errors.contains("no joint states"), "{errors}");

@@ -344,7 +344,7 @@ def case_followed_goal():
     assert lags and abs(sum(lags) / len(lags)) < 0.015, lags
     assert last(statuses).message == "tracking"
     lost = wait("the loss", lambda: next((s for s in take(statuses) if s.message == "stale_goal"), None), 3.0)
-    assert "TF does not say any more where the goal's frame is" in values(lost)["reason"], lost
+    assert "TF no longer has the goal's frame" in values(lost)["reason"], lost
     end = 0.05 * passed
     wait("settled again", lambda: told(end) or (s := last(statuses)) and s.message == "settled", 20)
     pose = wait("a pose", lambda: last(poses)).pose.position

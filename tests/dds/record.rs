@@ -213,7 +213,7 @@ fn a_recorder_that_was_stopped_and_continued_ends_its_bag_and_says_that_it_is_de
     host.signal("recorder", "CONT");
     assert_eq!(host.wait("recorder"), Some(1));
     let said = host.errors("recorder");
-    assert!(said.contains("DDS has ended") && said.contains("messages of before"), "{said}");
+    assert!(said.contains("DDS has ended") && said.contains("messages received before"), "{said}");
     assert_eq!(summary(&path).1, [""; 0]);
     assert!(!messages(&path, "/joint_states").is_empty());
 }
@@ -256,7 +256,7 @@ fn a_topic_that_comes_back_with_another_type_is_not_mixed_up() {
     host.peer(&["type", "1"]);
     assert_eq!(host.interrupt("recorder").0, Some(0));
     let said = host.errors("recorder");
-    assert!(said.contains("/changing is now of type std_msgs/msg/Float64MultiArray"), "{said}");
+    assert!(said.contains("/changing now has the type std_msgs/msg/Float64MultiArray"), "{said}");
     let all = messages(&path, "/changing");
     assert!(!all.is_empty() && all.iter().all(|message| &*message.message == "std_msgs/msg/String"));
 }
@@ -293,5 +293,5 @@ fn a_recorder_whose_summary_is_not_read_finishes_its_bag_and_ends_at_the_next_si
     host.shell("sleep 0.2");
     host.signal("recorder", "TERM");
     assert_eq!(host.wait("recorder"), Some(1));
-    assert!(host.errors("recorder").contains("interrupted while stdout was held"));
+    assert!(host.errors("recorder").contains("interrupted while stdout was blocked"));
 }

@@ -145,7 +145,7 @@ fn the_demo_of_two_arms_in_both_forms_too() {
 }
 
 #[test]
-fn a_goal_is_recorded_from_the_start_with_the_parameters_of_before() {
+fn a_goal_is_recorded_from_the_start_with_the_parameters_in_force() {
     let host = Host::with_both_nodes();
     for (name, value) in
         [("controller", "double_geodesic"), ("limits.linear_speed", "0.4"), ("controller", "diffc")]

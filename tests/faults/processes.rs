@@ -19,7 +19,7 @@ fn a_plant_killed_in_motion_and_started_again_needs_the_goal_again() {
 }
 
 #[test]
-fn a_goal_of_before_moves_no_arm_when_the_servo_is_started_again() {
+fn an_earlier_goal_does_not_move_the_arm_of_a_restarted_servo() {
     let mut host = Host::with_both_nodes();
     let bag = tempfile::tempdir().unwrap();
     let folder = bag.path().join("bag");
@@ -75,7 +75,7 @@ fn with_log(log: PipeWriter) {
 }
 
 #[test]
-fn a_servo_whose_log_is_held_moves_stops_and_ends() {
+fn a_servo_whose_log_is_blocked_moves_stops_and_ends() {
     let (_reader, mut writer) = std::io::pipe().unwrap();
     writer.write_all(&[b'\n'; PIPE]).unwrap();
     with_log(writer);

@@ -42,7 +42,7 @@ def laws(arm, integrates):
 
 UR5E, PANDA = Plant("ur5e"), Plant("panda")
 HELD = {"integral": 5.0}
-SAGS = "stands .* mm and .*° off, as .* sags by .* rad/s: payload or gravity"
+SAGS = "stands .* mm and .*° off, because .* sags by .* rad/s: payload or gravity"
 ROWS = [
     *(row for arm in ["ur5e", "panda"] for integrates in [False, True] for row in laws(arm, integrates)),
     Row("joint states 8 ms late", replace(UR5E, delay=0.008)),

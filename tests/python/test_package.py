@@ -277,7 +277,7 @@ class TheServo(unittest.TestCase):
         chain = dq.Chain.builtin("ur5e")
         limits = {"limits.joint_position_upper": [6.28, 6.28, 2.0, 6.28, 6.28, 6.28], "progress_timeout": 1.0}
         servo, theta, now = dq.Servo("ur5e", limits), START, 0.0
-        with self.assertRaisesRegex(ValueError, "no goal has stalled"):
+        with self.assertRaisesRegex(ValueError, "no motion has stalled"):
             servo.reconfigure()
         servo.set_goal(chain.forward_kinematics([0.0, -1.57, 2.6, -1.57, -1.57, 0.0]))
         while servo.state != "settled" and now < 40.0:

@@ -53,7 +53,7 @@ fn a_law_without_a_motion_has_no_curve() {
 
 /// A message with stamp 0, one a year ahead, and a run of another day. The axis shows the rest, and what is left out is named.
 #[test]
-fn what_is_far_from_the_rest_of_a_run_is_left_out_of_its_figures_and_named() {
+fn states_far_from_the_rest_of_a_run_are_left_out_of_its_figures_and_reported() {
     const DAY: i64 = 86_400_000_000_000;
     let original = demo();
     let states = |of: &Sample| of.topic.ends_with("joint_states");

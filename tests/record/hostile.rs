@@ -213,7 +213,7 @@ fn postcard_of(event: &Recorded) -> Vec<u8> {
 }
 
 #[test]
-fn a_record_of_27_mb_that_is_no_cycle_s_is_refused_in_bounded_memory() {
+fn a_record_of_27_mb_that_is_not_of_a_cycle_is_refused_in_bounded_memory() {
     let (_directory, path) = place("bag");
     record_of_stops(&path, 27 << 20);
     let (refused, memory) = measured(|| replay(&mut Bag::open(&path).unwrap()));
@@ -347,7 +347,7 @@ fn times_and_numbers_of_2_to_the_63_are_taken_as_they_are() {
 
 /// Whatever the bag says about the servo's inputs.
 #[test]
-fn what_no_servo_can_know_is_passed_over() {
+fn saved_states_that_no_servo_can_have_are_skipped() {
     let (_directory, path) = place("bag");
     for seed in 0..40_usize {
         let _ = std::fs::remove_dir_all(&path);

@@ -105,7 +105,7 @@ fn a_run_of_old_replays() {
 
 /// The machine paused for 0.4 s while `bag_late` was recorded, and many messages arrived late. The demo printed 0.633 and 0.701 m.
 #[test]
-fn messages_that_came_late_are_no_detours() {
+fn late_messages_are_not_detours() {
     let run = only_run(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/bag_late")));
     assert!((way(&run) - (0.633 + 0.701)).abs() < 4e-3, "{}", way(&run));
 }
@@ -264,7 +264,7 @@ fn an_arm_that_was_in_what_it_must_keep_out_of_is_named() {
 
 /// The servo's reports of its motions count, whatever else is missing. A gripper on its own topic causes a warning.
 #[test]
-fn motions_are_what_the_servo_said() {
+fn motions_are_as_the_servo_reported_them() {
     let whole = only_run(Path::new(DEMO)).motions;
     assert_eq!(whole.iter().map(|motion| motion.law.as_str()).collect::<Vec<_>>(), ["logc", "diffc"]);
     assert!(whole.iter().all(|motion| motion.outcome == "arrived" && motion.figures.arrival_time.is_some()));
@@ -344,7 +344,7 @@ fn replay_compares_cycles_with_complete_inputs_and_reports_their_number() {
     assert!(missing > 5 && gap.commands > 200 && gap.not_judged > 100, "{gap:?}");
     assert_eq!(gap.commands + gap.not_judged + missing, whole.commands);
     let (code, said, _) = dq_servo(&[&"replay", &path("gap")]);
-    assert!(code == Some(0) && said.contains("judged: 0.000 to"), "{said}");
+    assert!(code == Some(0) && said.contains("compared: 0.000 to"), "{said}");
     let skipped = format!("{missing} cycles are not in the bag, and {} commands", gap.not_judged);
     assert!(said.contains(&skipped), "{said}");
     // A damaged message counts as missing.
@@ -387,7 +387,7 @@ fn cycles_that_are_in_a_bag_twice_are_compared_once_and_named() {
 
 /// A servo that was restarted counts its cycles from the start again.
 #[test]
-fn a_servo_that_is_another_one_is_compared_again() {
+fn a_restarted_servo_is_compared_again() {
     let (_directory, bag) = place("twice");
     let mut messages = demo();
     let lasts = messages.last().unwrap().time - messages[0].time + SECOND;

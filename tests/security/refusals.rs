@@ -74,7 +74,7 @@ fn an_enclave_s_own_files_that_are_wrong_or_out_of_date_are_named() {
 }
 
 #[test]
-fn the_script_keeps_what_is_there_and_refuses_what_is_no_namespace() {
+fn the_script_keeps_existing_files_and_refuses_invalid_namespaces() {
     let keystore = Keystore::new();
     let script = concat!(env!("CARGO_MANIFEST_DIR"), "/launch_scripts/dq_servo_keystore.sh");
     let read = |name: &str| std::fs::read(keystore.path(name)).unwrap();

@@ -174,7 +174,7 @@ async fn a_token_may_be_given_and_must_be_one() {
 }
 
 #[tokio::test]
-async fn an_address_that_cannot_be_had_is_an_error() {
+async fn an_unavailable_address_is_an_error() {
     let page = Page::new().await;
     for (address, why) in [
         (page.address.to_string().as_str(), "is taken by another program"),
@@ -267,7 +267,7 @@ async fn a_frame_that_is_too_large_ends_its_session_alone() {
 }
 
 #[tokio::test]
-async fn one_browser_may_ask_only_so_much_at_once() {
+async fn the_simultaneous_requests_of_a_browser_are_limited() {
     let mut page = Page::new().await;
     let mut browser = page.browser().await;
     for id in 0..20 {
@@ -325,7 +325,7 @@ async fn a_frozen_browser_is_dropped_and_delays_no_other() {
 }
 
 #[tokio::test]
-async fn only_so_many_browsers_watch_and_a_place_becomes_free_again() {
+async fn the_number_of_browsers_is_limited_and_a_place_becomes_free_again() {
     let page = Page::new().await;
     let mut browsers = Vec::new();
     for _ in 0..32 {

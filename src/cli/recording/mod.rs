@@ -22,7 +22,7 @@ pub enum RecordingError {
     #[error("the thread that writes the bag {0}")]
     Thread(String),
     /// This process has lost the network.
-    #[error("{why}: the bag has the {messages} messages of before")]
+    #[error("{why}: the bag has the {messages} messages received before")]
     Deaf {
         /// The number of messages in the bag, which is complete up to then.
         messages: u64,

@@ -239,7 +239,7 @@ mod tests {
     }
 
     #[test]
-    fn what_waits_is_bounded_by_its_bytes_too() {
+    fn the_queue_is_limited_in_bytes_too() {
         let (items, receiver) = sync_channel(CAPACITY);
         let queue = Queue { items, counts: Arc::default() };
         (0..500).for_each(|_| queue.message(&topic(), 0, 0, vec![0; 1 << 20]));

@@ -185,8 +185,9 @@ impl Watcher {
         {
             // A bag with two types under one name could not be played.
             let GraphTopic { message, .. } = topic;
-            return self
-                .warn(format!("{name} is now of type {message}: only what came as {before} is recorded"));
+            return self.warn(format!(
+                "{name} now has the type {message}: only messages of the type {before} are recorded"
+            ));
         }
         let offered = Delivery::of(&topic.offered);
         let current = self.receiving.get(name).map(|receiving| receiving.delivery);
@@ -296,7 +297,7 @@ impl Receiver {
             }
         }
         self.log.warn(&format!(
-            "the messages of {} have grown too large: they are recorded no longer",
+            "the messages of {} have grown too large: they are no longer recorded",
             self.topic.name
         ));
     }

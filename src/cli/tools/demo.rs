@@ -124,7 +124,7 @@ async fn one_arm(
             // The user may have driven the arm somewhere else.
             Err(why) => stderr::line(format!("no table: {why:#}")),
         }
-        stderr::line("the page stays, and the arm is its user's: ctrl-C ends it");
+        stderr::line("the page stays open, and its user controls the arm: ctrl-C ends it");
         std::future::pending().await
     };
     let performed = nodes.perform(play, signals).await;
@@ -147,7 +147,7 @@ async fn invite(page: &Page) {
     tokio::select! {
         _ = watched.wait_for(|watched| *watched) => {}
         () = pressed => {}
-        () = tokio::time::sleep(INVITATION) => stderr::line("nobody has opened the page: the arm goes now"),
+        () = tokio::time::sleep(INVITATION) => stderr::line("nobody has opened the page: the arm moves now"),
     }
 }
 

@@ -70,7 +70,7 @@ impl Plot {
             let kinds = runs.iter().flat_map(|run| &run.arms).flat_map(Chain::kinds);
             let joints: Vec<_> = kinds.copied().collect();
             match motions.is_empty() {
-                true => print_line!("the bag has no motions that a servo said (~/motions)\n\n{figures}")?,
+                true => print_line!("the bag has no motions that a servo reported (~/motions)\n\n{figures}")?,
                 false => {
                     let notes = notes(&motions) + &clearances(&runs);
                     print_line!("{}{notes}\n\n{figures}", table(&motions, &joints))?;

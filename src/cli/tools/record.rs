@@ -63,7 +63,7 @@ impl Record {
         }
         let summary = tokio::select! {
             summary = recorder.finish() => summary?,
-            () = signals.next() => bail!("a second signal: {} is cut off", self.out.display()),
+            () = signals.next() => bail!("a second signal: {} is incomplete", self.out.display()),
         };
         print::results(recording_summary(&self.out, &summary), &mut signals).await?;
         Ok(is_complete(&self.out, &summary)?)

@@ -48,7 +48,7 @@ impl Recording {
         let goal = names.topic(kind.goal_topic())?;
         let events = names.topic(&format!("{servo}/events"))?;
         let heard = self.recorder.wait_for_messages(&of_arms, DISCOVERY).await;
-        ensure!(heard, "nothing came of all of {of_arms:?} within {} s", DISCOVERY.as_secs());
+        ensure!(heard, "not all of {of_arms:?} had messages within {} s", DISCOVERY.as_secs());
         let found = self.recorder.wait_for(&[&goal], DISCOVERY).await;
         ensure!(found, "nobody publishes {goal} (waited {} s)", DISCOVERY.as_secs());
         let commands = |interface: &&str| {
@@ -72,7 +72,7 @@ impl Recording {
         if !self.recorder.wait_for_next_messages(&[&events], DISCOVERY).await {
             let waited = DISCOVERY.as_secs();
             stderr::line(format!(
-                "warning: nothing came of {events} within {waited} s: the bag can be plotted, and replayed only from when it does"
+                "warning: no messages on {events} within {waited} s: the bag can be plotted, but replayed only from their beginning on"
             ));
         }
         Ok(())
@@ -131,7 +131,7 @@ pub(super) fn recording_summary(directory: &Path, summary: &WrittenBag) -> Strin
         stderr::line(match since {
             Some(since) => format!("{servo} can be replayed from {since:.1} s on"),
             None => format!(
-                "warning: {servo} cannot be replayed: no message of {servo}/events says what it knows, as one each 5 s does"
+                "warning: {servo} cannot be replayed: no message on {servo}/events has the servo's state, which is recorded every 5 s"
             ),
         });
     }

@@ -47,7 +47,7 @@ impl Replay {
             print_line!("\n{}", plot::table(&motions, &[]))?;
         }
         match replayed.iter().find(|servo| servo.different > 0) {
-            Some(servo) => bail!("{} replays to other commands than those recorded", servo.node),
+            Some(servo) => bail!("the replay of {} has other commands than the recording", servo.node),
             None => Ok(()),
         }
     }
@@ -79,13 +79,13 @@ fn skipped(servo: &Replayed) -> String {
             parts.push(format!("{} more parts", judged_s.len() - SHOWN));
         }
         said += &format!(
-            "; judged: {}; {inputs_missing} cycles are not in the bag, and {not_judged} commands before the next beginning were skipped",
+            "; compared: {}; {inputs_missing} cycles are not in the bag, and {not_judged} commands until the next saved state were skipped",
             parts.join(", ")
         );
     }
     if *repeated > 0 {
         said += &format!(
-            "; {repeated} cycles are in the bag twice or come too late, as of two recordings in one: they count once"
+            "; {repeated} cycles are in the bag twice or out of order, as if it were two recordings: they count once"
         );
     }
     if *damaged > 0 {

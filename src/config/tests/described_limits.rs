@@ -120,7 +120,7 @@ fn limits_of_extreme_size_count_as_none() {
     assert_eq!(limits.joint_acceleration[0], 3.0);
 }
 
-/// A sliding joint counts its limits as a turning one does, each on its own.
+/// For a sliding joint, each limit counts independently, as for a turning joint.
 #[test]
 fn a_sliding_joint_may_have_no_limit() {
     for lower in ["-1e9", "-1e16", "-inf"] {

@@ -28,7 +28,7 @@ impl ClosePair {
         self.pair.explain_gap(self.distance, joint)
     }
 
-    /// Describes the pair and the gap, and what the gap forbids.
+    /// Describes the pair, the gap, and the motion that the gap forbids.
     pub(super) fn explain_hold(&self, joint: impl Fn(usize) -> String) -> String {
         let is_outside = self.distance < 0.0 && matches!(self.pair, Pair::KeepIn(..));
         let bound = if is_outside { "go no farther" } else { "come no nearer" };

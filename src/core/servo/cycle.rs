@@ -168,8 +168,8 @@ impl Servo {
         Ok(())
     }
 
-    /// Revokes all requests until the last cycle, because the tool or the aim is another one from now on. Settings are answered before the
-    /// cycle takes them, so a goal in the same cycle may have been sent after the answer.
+    /// Revokes all requests until the last cycle, because the tool or the aim has changed. Settings are answered before the cycle takes
+    /// them, so a goal in the same cycle may have been sent after the answer.
     fn revoke_motion(&mut self, why: Revocation) {
         self.set = None;
         self.requests.revoke(self.clock.stepped, self.clock.now, why);

@@ -68,7 +68,7 @@ impl Reason {
                 format!("nobody subscribes to {}: is the robot's controller running?", topic(arm))
             }
             Self::Sagging { joint: number, speed, kind } => format!(
-                "sagging: {} moves at {speed:.3} {}/s where it is commanded to stand: payload or gravity? The parameter integral holds it",
+                "sagging: {} moves at {speed:.3} {}/s although it is commanded to stand: payload or gravity? The parameter integral holds it",
                 joint(number),
                 kind.unit()
             ),
@@ -86,8 +86,7 @@ impl Reason {
                     .to_owned()
             }
             Self::FrameLost => {
-                "TF does not say any more where the goal's frame is: it is followed again when TF does"
-                    .to_owned()
+                "TF no longer has the goal's frame: the goal is followed again when TF has it".to_owned()
             }
         }
     }

@@ -10,7 +10,7 @@ use thiserror::Error;
 named! {
     /// Whether a stalled arm moves to another configuration of its joints.
     "reconfigure" Reconfigure {
-        /// Never; none is searched.
+        /// Never. No configuration is searched.
         Never = "never",
         /// On request.
         Ask = "ask",
@@ -37,7 +37,7 @@ pub struct Detour {
 /// Information about another configuration within the joint limits in which the goal of a motion can be reached.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub enum Reconfiguration {
-    /// Nothing: none was searched, or the search has not answered.
+    /// Nothing is known: no configuration was searched, or the search has not answered.
     #[default]
     Unknown,
     /// A search is under way, since this time of the cycle's clock.
@@ -59,25 +59,25 @@ pub enum Reconfiguration {
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 pub enum NoWayRound {
     /// No motion has stalled, or its consent is revoked.
-    #[error("no goal has stalled: there is nothing to go round")]
+    #[error("no motion has stalled: no other configuration is needed")]
     NothingStalled,
     /// No configuration was searched, because the parameter `reconfigure` is `never`.
     #[error("the parameter reconfigure is never")]
     Never,
-    /// No configuration was searched: another one would not help, or the search has not answered.
-    #[error("no other configuration was looked for: {}", .0.explain(|joint| format!("joint {joint}")))]
+    /// No configuration was searched, because another one would not help, or the search has not answered.
+    #[error("no other configuration was searched: {}", .0.explain(|joint| format!("joint {joint}")))]
     NotLookedFor(Stall),
     /// The search is still under way.
     #[error("the search for another configuration goes on: ask again")]
     Searching,
-    /// There is none.
+    /// No configuration was found.
     #[error("no configuration within the limits was found in {starts} starts")]
     NotFound {
         /// The number of starts of the search.
         starts: u32,
     },
     /// The arm has already moved there.
-    #[error("the arm has gone to the other configuration already, and has stalled all the same")]
+    #[error("the arm has already moved to the other configuration, and has stalled again")]
     Taken,
 }
 

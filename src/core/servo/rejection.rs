@@ -37,7 +37,7 @@ pub enum Rejection {
         why: FrameError,
     },
     /// A goal, twist or request that is too old, or was sent before the servo started.
-    #[error("it was sent {:.1} s before it came, by its sender's clock: send it again", .0.as_secs_f64())]
+    #[error("it arrived {:.1} s after it was sent, by its sender's clock: send it again", .0.as_secs_f64())]
     Late(Duration),
     /// A goal that the arm cannot reach.
     #[error(
@@ -46,7 +46,7 @@ pub enum Rejection {
     )]
     BeyondReach(Reach),
     /// A goal that arrived while a twist is in force.
-    #[error("a twist on target_twist rules: goals are taken again when it has ceased")]
+    #[error("a twist on target_twist is in force: goals are accepted again when it has ended")]
     Jogging,
     /// A goal that was sent before a revocation, or whose publisher continued without a silence since.
     #[error("after its publisher began to send {}: let it send nothing for 1.5 s, and then send the goal again", .0.explain(|joint| format!("joint {joint}")))]
@@ -62,7 +62,7 @@ pub enum Rejection {
     #[error(transparent)]
     NoWayRound(#[from] NoWayRound),
     /// Invalid settings.
-    #[error("settings are not taken: {0}")]
+    #[error("the settings are rejected: {0}")]
     Settings(#[from] SettingsError),
     /// A joint state of an arm that the servo does not have.
     #[error("a joint state of the arm number {arm}, expected a number below {arms}")]
@@ -76,7 +76,7 @@ pub enum Rejection {
     #[error(transparent)]
     State(#[from] StateError),
     /// The number of positions or velocities differs from the number of joints.
-    #[error("the joint state has {got} numbers, expected {expected}: one a joint, arm after arm")]
+    #[error("the joint state has {got} numbers, expected {expected}: one per joint, arm after arm")]
     OnePerJoint {
         /// The number of joints of the servo.
         expected: usize,

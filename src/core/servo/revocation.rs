@@ -88,7 +88,7 @@ impl Revocation {
                 joint(*number)
             ),
             Self::FrameWasAway(seconds) => {
-                format!("TF did not say for {seconds:.1} s where the goal's frame is")
+                format!("TF did not have the goal's frame for {seconds:.1} s")
             }
             Self::MovesWithTool => {
                 "the goal's frame moves with the tool, so that the arm can never reach it".to_owned()

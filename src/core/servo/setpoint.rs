@@ -4,7 +4,7 @@ use super::PositionLimits;
 use dq_kinematics::arm::JointKind;
 use serde::{Deserialize, Serialize};
 
-/// The position setpoints \[rad\] of all joints; none before the arm is driven, or after it was moved by something else.
+/// The position setpoints \[rad\] of all joints. There are none before the arm is driven, and after something else has moved it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Setpoint {
     positions: Vec<f64>,

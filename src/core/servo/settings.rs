@@ -75,7 +75,8 @@ pub struct Posture {
     pub gain: f64,
 }
 
-/// The servo's live settings. Its parameters are those of every servo; law, tool, frames, scene and posture have their own.
+/// The servo's live settings. The fields that are parameters here are declared by every servo; law, tool, frames, scene and posture are
+/// declared elsewhere.
 #[derive(Clone, Debug, PartialEq, Parameters)]
 pub struct Settings {
     /// The law and its gains.

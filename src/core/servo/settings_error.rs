@@ -30,7 +30,7 @@ pub enum SettingsError {
         expected: &'static str,
     },
     /// Commands of another kind than the servo was created for.
-    #[error("interface is {got}, expected {expected}: it stays as it is while the servo runs")]
+    #[error("interface is {got}, expected {expected}: it cannot change while the servo runs")]
     AnotherInterface {
         /// The kind that the servo was created for.
         expected: Interface,

@@ -74,7 +74,7 @@ impl Stall {
         let advice = match self {
             Self::BeyondReach(_) => "",
             Self::Unreachable => ": try another orientation, or start from another configuration",
-            Self::Singular { .. } => ": try a goal beside it first",
+            Self::Singular { .. } => ": try a goal near it first",
             Self::AtLimit { .. } => {
                 ": try a goal that asks less of this joint, or go there from another side"
             }
@@ -98,9 +98,9 @@ impl Stall {
             }
             Self::AtLimit { joint: number } => format!("{} is at its position limit", joint(*number)),
             Self::Constrained(pair) => pair.explain_hold(joint),
-            Self::Oscillating => "oscillating: the commands swing to and fro".to_owned(),
+            Self::Oscillating => "oscillating: the commands swing back and forth".to_owned(),
             Self::Sagging { joint: number, speed, kind, error } => format!(
-                "stands {:.1} mm and {:.2}° off, as {} sags by {speed:.3} {}/s",
+                "stands {:.1} mm and {:.2}° off, because {} sags by {speed:.3} {}/s",
                 1e3 * error.position,
                 error.rotation.to_degrees(),
                 joint(*number),

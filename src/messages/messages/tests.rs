@@ -49,7 +49,7 @@ fn check_value(expected: &serde_json::Value, ours: &serde_json::Value) {
 }
 
 #[test]
-fn a_text_that_is_no_utf_8_is_latin_1() {
+fn a_text_that_is_not_utf_8_is_read_as_latin_1() {
     for (bytes, text) in [(&b"m\xfcller\0"[..], "m\u{fc}ller"), (b"\xc3\xbc\0", "\u{fc}"), (b"\0", "")] {
         let length = u32::try_from(bytes.len()).unwrap().to_le_bytes();
         let cdr = [&[0, 1, 0, 0][..], &length, bytes].concat();

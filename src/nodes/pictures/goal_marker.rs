@@ -172,7 +172,7 @@ mod tests {
     }
 
     #[test]
-    fn updates_are_numbered_and_only_news_is_sent() {
+    fn updates_are_numbered_and_sent_only_on_changes() {
         let mut marker = GoalMarker::new("/dq_servo", "base_link");
         assert_eq!((marker.all().markers.len(), marker.all().sequence_number), (0, 0));
         let first = marker.follow(&at(0.0), MS).unwrap();

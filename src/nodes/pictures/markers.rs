@@ -141,7 +141,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_there_is_removed() {
+    fn markers_without_content_are_deleted() {
         let all = markers(&Moment::default(), &Trace::default()).markers;
         assert!(all.iter().all(|marker| marker.action == Marker::DELETE && marker.points.is_empty()));
     }

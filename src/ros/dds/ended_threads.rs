@@ -32,7 +32,7 @@ pub enum NetworkEnd {
     Stopped,
     /// A participant was lost and is present again.
     #[error(
-        "{0} was not heard for longer than its lease and is there again, but DDS cannot hear it any more in this process"
+        "{0} was not heard for longer than its lease and is back, but DDS in this process can no longer receive from it"
     )]
     Deaf(String),
 }

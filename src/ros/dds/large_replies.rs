@@ -60,7 +60,7 @@ pub(crate) struct ReplyWriter<R: Serialize + AsRef<[u8]>> {
     topic: String,
     participant: Weak<DomainParticipant>,
     matches: Matches,
-    /// `None` in a secured graph.
+    /// The sender of our own packets; `None` in a secured graph.
     datagrams: Option<Arc<OwnDatagrams>>,
 }
 

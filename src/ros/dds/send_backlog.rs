@@ -121,8 +121,8 @@ mod tests {
     }
 
     #[tokio::test(flavor = "multi_thread")]
-    async fn what_would_wait_behind_three_others_is_dropped() {
-        if outside("dds::send_backlog::tests::what_would_wait_behind_three_others_is_dropped") {
+    async fn a_message_that_would_wait_behind_three_others_is_dropped() {
+        if outside("dds::send_backlog::tests::a_message_that_would_wait_behind_three_others_is_dropped") {
             return;
         }
         let (servo, robot) = (participant(), participant());

@@ -101,7 +101,7 @@ impl Connection {
                 }
                 _ = look.tick() => {
                     if let Some(reply) = self.reply(&asked) {
-                        return decode_all(&reply.0).ok_or_else(|| format!("a reply that is no {}", S::TYPE));
+                        return decode_all(&reply.0).ok_or_else(|| format!("a reply that is not a {}", S::TYPE));
                     }
                 }
             }

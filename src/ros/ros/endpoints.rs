@@ -41,7 +41,7 @@ pub(super) struct Domain {
     pub dds: Arc<DomainParticipant>,
     pub matches: Matches,
     pub names: EndpointNames,
-    /// `None` in a secured graph.
+    /// The sender of our own packets; `None` in a secured graph.
     pub datagrams: Option<Arc<OwnDatagrams>>,
 }
 

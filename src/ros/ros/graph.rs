@@ -135,7 +135,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_are_those_of_ros_2_and_services_are_no_topics() {
+    fn names_are_those_of_ros_2_and_services_are_not_topics() {
         let names = ros_names("rt/left/joint_states", "sensor_msgs::msg::dds_::JointState_");
         assert_eq!(names, Some(("/left/joint_states".to_owned(), "sensor_msgs/msg/JointState".to_owned())));
         assert_eq!(ros_names("rq/x/pauseRequest", "std_srvs::srv::dds_::SetBool_Request_"), None);

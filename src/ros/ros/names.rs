@@ -4,7 +4,7 @@ use thiserror::Error;
 
 /// A text that is not a valid ROS 2 name.
 #[derive(Clone, Debug, Error, PartialEq)]
-#[error("{name:?} is no {kind}: {why}")]
+#[error("{name:?} is not a valid {kind}: {why}")]
 pub struct NameError {
     /// The text.
     pub name: String,

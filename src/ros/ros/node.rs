@@ -167,7 +167,7 @@ impl Node {
                 Ok(()) => {
                     matches.forget_ours(ours);
                     log.info(&format!(
-                        "{name}: {publisher} publishes BEST_EFFORT only, so that is subscribed to"
+                        "{name}: {publisher} publishes BEST_EFFORT only, so this node subscribes BEST_EFFORT"
                     ));
                 }
                 Err(why) => log.error(&format!("{name}: {publisher} publishes BEST_EFFORT only: {why}")),

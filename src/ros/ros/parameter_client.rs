@@ -93,7 +93,7 @@ impl<'a> ParameterClient<'a> {
                 (newest, until) = (Some(state), Instant::now() + MORE);
             }
         }
-        let why = format!("its values are too long for a reply, and nothing came of {topic}");
+        let why = format!("its values are too long for a reply, and there was no message on {topic}");
         let service = format!("{}/get_parameters", self.target);
         let newest = newest.ok_or(RosError::Service { service, why })?;
         let parameters = newest.new_parameters.into_iter();

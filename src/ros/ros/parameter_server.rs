@@ -182,7 +182,7 @@ const SUGGESTIONS: usize = 16;
 /// The largest total length of the reasons in one reply [bytes]. Cyclone's clients hang at replies longer than 64 kB.
 const REASONS: usize = 32_000;
 
-/// Returns the results, with "…" for reasons that do not fit any more.
+/// Returns the results. A reason that does not fit into the reply is replaced by "…".
 fn within_room(results: impl Iterator<Item = SetParametersResult>) -> Vec<SetParametersResult> {
     let mut room = REASONS;
     results

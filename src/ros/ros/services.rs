@@ -105,7 +105,7 @@ impl Service {
                     answers.push(answer(id, header, response));
                 }
                 None => {
-                    self.log.warn(&format!("{}: a request that is no {} was passed over", self.name, S::TYPE))
+                    self.log.warn(&format!("{}: a request that is not a {} was ignored", self.name, S::TYPE))
                 }
             }
         }

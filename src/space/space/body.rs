@@ -22,7 +22,7 @@ pub struct Capsule {
 
 /// A text that is not a capsule.
 #[derive(Clone, Debug, Error, PartialEq)]
-#[error("{text:?} is no capsule: expected {}", Self::EXPECTED)]
+#[error("{text:?} is not a capsule: expected {}", Self::EXPECTED)]
 pub struct CapsuleError {
     /// The text, shortened.
     pub text: String,

@@ -20,9 +20,9 @@ pub struct Hull {
 /// A bounding ball, which avoids most distance computations.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Ball {
-    /// \[m\]
+    /// The center \[m\].
     center: Vector3<f64>,
-    /// \[m\]
+    /// The radius \[m\].
     radius: f64,
 }
 

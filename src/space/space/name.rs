@@ -17,7 +17,7 @@ pub struct Name {
 
 /// A text that is not a [`Name`].
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
-#[error("{0:?} is no name: expected {expected}", expected = self.expected())]
+#[error("{0:?} is not a name: expected {expected}", expected = self.expected())]
 pub struct NameError(String);
 
 impl NameError {

@@ -16,10 +16,10 @@ pub const MOST_PAIRS: usize = MOST_CAPSULES * (MOST_CAPSULES - 1) / 2 + MOST_CAP
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum SceneError {
     /// There are too many capsules.
-    #[error("a body of {0} capsules: there may be {MOST_CAPSULES}")]
+    #[error("a body of {0} capsules: at most {MOST_CAPSULES} are possible")]
     Capsules(usize),
     /// There are too many keep-outs; these exceed the limit.
-    #[error("there may be {MOST_KEEP_OUTS} keep-outs, keep-ins among them: no room for {}", names(.0))]
+    #[error("at most {MOST_KEEP_OUTS} keep-outs and keep-ins are possible: no room for {}", names(.0))]
     KeepOuts(Vec<Name>),
 }
 

@@ -78,7 +78,7 @@ pub enum CompareError {
     #[error("two arms are called {0:?}: expected files with different names")]
     SameName(String),
     /// A name is neither that of a built-in arm nor of a parameter file.
-    #[error("{name}: no built-in arm ({}), nor a parameter file: {why}", ARMS.map(|(name, _)| name).join(", "))]
+    #[error("{name} is neither a built-in arm ({}) nor a parameter file: {why}", ARMS.map(|(name, _)| name).join(", "))]
     NoArm {
         /// The name.
         name: String,

@@ -154,7 +154,7 @@ fn is_less_curved(theirs: &TaskSpaceMetrics, logc: &Metrics, diffc: &Metrics) ->
     let ratio = |metrics: &Metrics| metrics.figures.path_ratio.unwrap_or(f64::NAN);
     Claim::new(
         "logc takes a less curved path than diffc",
-        // Compares both through the joints, which bend the path: the task space has none.
+        // Compares both laws through the joints. Joints bend the path, and the paper's task space has no joints.
         ratio(logc) < ratio(diffc),
         format!(
             "path over straight line, through the joints: logc {:.3}, diffc {:.3}; logc in the paper's task space {:.3}",

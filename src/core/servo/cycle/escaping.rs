@@ -1,4 +1,4 @@
-//! Passing through singularities: detects that a law is stuck at one, and when it continues on its own.
+//! Passing through singularities: detects that a law is stuck at a singularity, and whether it continues without help.
 
 use super::Servo;
 use super::robot::fastest_of;
