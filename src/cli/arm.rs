@@ -50,9 +50,8 @@ impl RobotChoice {
     pub fn and(&self, ros_args: &RosArgs) -> RosArgs {
         let mut all = self.arm.and(ros_args);
         if let Some(file) = &self.robot {
-            let yaml = Value::String(file.clone()).to_string();
-            let name = "robot_file".to_owned();
-            all.overrides.insert(0, Override::Parameter { node: None, name, yaml });
+            let (name, value) = ("robot_file".to_owned(), Value::String(file.clone()));
+            all.overrides.insert(0, Override::Value { node: None, name, value });
         }
         all
     }

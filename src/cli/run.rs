@@ -4,7 +4,7 @@ use super::error::NetworkLost;
 use super::signals::Signals;
 use anyhow::{bail, ensure};
 use dq_config::{GuardParameters, NodeParameters, PlantParameters, ServoParameters};
-use dq_nodes::{GuardNode, PlantNode, Prepared, ServoNode};
+use dq_nodes::{Given, GuardNode, PlantNode, Prepared, ServoNode};
 use dq_ros::ros::{Environment, NetworkWatch, RosArgs, Session};
 use std::time::Duration;
 use tokio::runtime::Handle;
@@ -31,34 +31,37 @@ async fn described<P: NodeParameters>(
     ros_args: &RosArgs,
 ) -> anyhow::Result<Option<(Session, Prepared<P>)>> {
     // Report invalid parameters before joining the network.
-    let ready = Prepared::unless_awaited(ros_args)?;
-    let session = session::<P>(ros_args)?;
-    let prepared = match ready {
-        Some(prepared) => prepared,
-        None => tokio::select! {
-            described = Prepared::when_described(&session, ros_args) => described?,
-            () = signals.next() => return Ok(None),
-        },
-    };
-    Ok(Some((session, prepared)))
+    let given = Given::<P>::new(ros_args)?;
+    let priority = given.realtime_priority();
+    if !given.is_awaited() {
+        let prepared = given.prepare()?;
+        return Ok(Some((session(ros_args, priority)?, prepared)));
+    }
+    let session = session(ros_args, priority)?;
+    tokio::select! {
+        described = given.when_described(&session) => Ok(Some((session, described?))),
+        () = signals.next() => Ok(None),
+    }
 }
 
-/// Opens the session of a node. If the cycle has a real-time priority, the threads of DDS have one too.
-fn session<P: NodeParameters>(ros_args: &RosArgs) -> anyhow::Result<Session> {
+/// Opens the session of a node whose cycle has this real-time `priority`; if it is not 0, the threads of DDS have one too.
+fn session(ros_args: &RosArgs, priority: u8) -> anyhow::Result<Session> {
     let environment = Environment::from_process(ros_args)?;
     let runtime = Handle::current();
     let open = || {
         let _inside = runtime.enter();
         Session::open(&environment)
     };
-    Ok(dq_nodes::below(Prepared::<P>::realtime_priority(ros_args)?, open)??)
+    Ok(dq_nodes::below(priority, open)??)
 }
 
 /// Runs a simulated arm.
 pub(super) async fn plant(ros_args: &RosArgs) -> anyhow::Result<()> {
     let mut signals = Signals::new()?;
-    let prepared = Prepared::<PlantParameters>::new(ros_args)?;
-    let session = session::<PlantParameters>(ros_args)?;
+    let given = Given::<PlantParameters>::new(ros_args)?;
+    let priority = given.realtime_priority();
+    let prepared = given.prepare()?;
+    let session = session(ros_args, priority)?;
     let node = PlantNode::start(&session, prepared)?;
     let cycle = || if node.is_running() { Ok(()) } else { Err(anyhow::anyhow!("the cycle ended by itself")) };
     until(&mut signals, cycle).await

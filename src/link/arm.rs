@@ -247,7 +247,10 @@ impl ArmLink {
             // The times of the samples were taken by the other clock.
             self.samples.clear();
         }
-        if self.received.is_some() && returned.is_none() {
+        if self.came {
+            // The robot stood by its own timeout for a part of the time since the last state.
+            self.pull.compared = None;
+        } else if self.received.is_some() && returned.is_none() {
             self.watch_pull(times.clone(), measured, settings, history);
         }
         measured.copy_from_slice(&self.positions);
@@ -384,7 +387,8 @@ impl ArmLink {
             *proven = match probe(joint) {
                 _ if rests => 0.0,
                 f64::INFINITY => *hold,
-                _ => *proven,
+                // Never more than there is: a hold that has ended proves nothing about the next one.
+                _ => proven.max(hold.min(0.0)).min(hold.max(0.0)),
             };
         }
         let within = |joint| (proven[joint] - probe(joint), proven[joint] + probe(joint));

@@ -128,7 +128,9 @@ impl Pull {
             // If a joint stands at a steady command, the pull equals the command. If it moves slowly, the robot may have been told to be slow.
             let stands = moved.abs() <= STANDSTILL * passed;
             let asked_to_move = asked - passed * *speed;
-            let fast = if stands { 0.0 } else { asked_to_move.abs() / passed.max(f64::MIN_POSITIVE) };
+            // A joint that is commanded little moves by the pull alone.
+            let fastest = asked_to_move.abs().min(asked.abs());
+            let fast = if stands { 0.0 } else { fastest / passed.max(f64::MIN_POSITIVE) };
             let slow = (1.0 - fast.max(change.abs()) / FAST).max(0.0);
             let most = FASTEST_CHANGE * passed;
             let gain = slow * rate.min(1.0 / passed.max(f64::MIN_POSITIVE));

@@ -35,7 +35,7 @@ mod shutdown;
 mod snapshot;
 
 pub use guard::GuardNode;
-pub use parameters::Prepared;
+pub use parameters::{Given, Prepared};
 pub use plant::PlantNode;
 pub use realtime::{RealtimeError, below};
 pub use servo::ServoNode;

@@ -1,7 +1,6 @@
 //! Tests faults over real DDS with real processes, each on its own hosts (network namespaces). Another vendor's DDS causes the fault. The
 //! name of a test tells the outcome, and the case of this name (cases_*.py) describes it. Every command of the servo in the meantime is
 //! checked against the invariants.
-//! meanwhile is held against the invariants.
 
 #[path = "../dds/host.rs"]
 mod host;

@@ -48,6 +48,16 @@ fn a_servo_frozen_in_motion_lets_the_plant_stop_and_thawed_ends_with_the_reason(
 }
 
 #[test]
+fn a_servo_that_loses_its_core_for_half_a_second_begins_again_at_the_speed_of_the_robot() {
+    // Users other than root may take no core from others, and one core has no other for the plant.
+    let cores = std::thread::available_parallelism().unwrap().get();
+    let Some(mut host) = Host::of_root().filter(|_| cores > 1) else { return };
+    host.start("plant", &["puma560"]);
+    host.start("servo", &[&["servo"], &FAST[..]].concat());
+    run(&host, "starved", &[&host.pid("servo").to_string()]);
+}
+
+#[test]
 fn a_plant_frozen_in_motion_stops_the_servo_which_follows_the_next_plant() {
     let mut host = Host::with_both_nodes();
     run(&host, "frozen_plant", &[&host.pid("plant").to_string()]);

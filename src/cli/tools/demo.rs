@@ -15,6 +15,7 @@ use dq_kinematics::arm::{Chain, JointKind};
 use dq_kinematics::control::{Aim, Map};
 use dq_messages::PoseNumbers;
 use dq_nodes::Prepared;
+use dq_params::Value;
 use dq_ros::ros::args::{Override, Remap};
 use dq_ros::ros::{Environment, RosArgs};
 use dq_ros::stderr;
@@ -250,10 +251,9 @@ fn of_arm(side: &str, theta: &[f64], ros_args: &RosArgs) -> RosArgs {
     let namespace = args.remaps.iter().find(|rule| rule.from == "__ns").map_or("", |rule| &rule.to);
     let to = format!("{}/{side}", namespace.trim_end_matches('/'));
     args.remaps.insert(0, Remap { node: None, from: "__ns".to_owned(), to });
-    let parameter =
-        |name: &str, yaml: String| Override::Parameter { node: None, name: name.to_owned(), yaml };
-    args.overrides.insert(0, parameter("initial_positions", format!("{theta:?}")));
-    args.overrides.insert(0, parameter("frame_prefix", format!("{side}/")));
+    let parameter = |name: &str, value| Override::Value { node: None, name: name.to_owned(), value };
+    args.overrides.insert(0, parameter("initial_positions", Value::DoubleArray(theta.to_vec())));
+    args.overrides.insert(0, parameter("frame_prefix", Value::String(format!("{side}/"))));
     args
 }
 

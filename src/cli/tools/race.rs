@@ -4,7 +4,7 @@ use anyhow::ensure;
 use dq_config::{NodeParameters, PlantParameters, ServoParameters};
 use dq_messages::PoseNumbers;
 use dq_nodes::{PlantNode, Prepared, ServoNode};
-use dq_params::ParameterError;
+use dq_params::{ParameterError, Value};
 use dq_ros::ros::args::{Override, Remap};
 use dq_ros::ros::{Environment, LogLevel, Logging, OwnDomain, Resolver, RosArgs, Session};
 use dq_view::{Race, RaceWatch};
@@ -92,11 +92,7 @@ fn in_namespace(namespace: &str) -> RosArgs {
 
 /// Returns the command line of both nodes under a law: the parameters of the watched servo, with this law.
 fn arguments(namespace: &str, law: &str, race: &Race) -> Result<RosArgs, ParameterError> {
-    let give = |node: &'static str, name: &str, yaml: String| Override::Parameter {
-        node: Some(node.to_owned()),
-        name: name.to_owned(),
-        yaml,
-    };
+    let give = |node, name: &str, value| Override::Value { node: Some(node), name: name.to_owned(), value };
     let mut args = in_namespace(namespace);
     let nodes = [
         (ServoParameters::NODE_NAME, ServoParameters::declarations()?),
@@ -106,10 +102,10 @@ fn arguments(namespace: &str, law: &str, race: &Race) -> Result<RosArgs, Paramet
         let known = race.parameters.iter().filter(|(name, _)| declared.iter().any(|one| one.name == *name));
         // Nobody publishes a simulated time in this domain.
         let known = known.filter(|(name, _)| name != "use_sim_time");
-        args.overrides.extend(known.map(|(name, value)| give(node, name, value.to_string())));
+        args.overrides.extend(known.map(|(name, value)| give(node, name, value.clone())));
     }
-    let start = dq_params::Value::DoubleArray(race.start.clone());
-    args.overrides.push(give(PlantParameters::NODE_NAME, "initial_positions", start.to_string()));
-    args.overrides.push(give(ServoParameters::NODE_NAME, "controller", law.to_owned()));
+    let start = Value::DoubleArray(race.start.clone());
+    args.overrides.push(give(PlantParameters::NODE_NAME, "initial_positions", start));
+    args.overrides.push(give(ServoParameters::NODE_NAME, "controller", Value::String(law.to_owned())));
     Ok(args)
 }

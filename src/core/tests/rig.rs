@@ -84,7 +84,7 @@ pub struct Rig {
     pub second_source: Option<u32>,
     /// Whether the next cycle comes before the joint states that are due.
     deaf: bool,
-    /// Who may move the arm, by a second opinion.
+    /// The independent model of who may move the arm.
     opinion: Opinion,
     /// Since when the arm must move, and has not.
     awaited: Option<Duration>,

@@ -1,6 +1,7 @@
 //! Parses the ROS 2 part of a command line: `--ros-args … [--]`.
 
 use super::names::check_enclave;
+use dq_params::Value;
 use std::path::PathBuf;
 use std::str::FromStr;
 use thiserror::Error;
@@ -91,6 +92,15 @@ pub enum Override {
     },
     /// `--params-file`
     File(PathBuf),
+    /// A value that the program itself gives, which ROS 2 does not have.
+    Value {
+        /// The only node to which it applies.
+        node: Option<&'static str>,
+        /// The parameter.
+        name: String,
+        /// Its value.
+        value: Value,
+    },
     /// A built-in parameter file, which ROS 2 does not have.
     Builtin {
         /// The file's name.
