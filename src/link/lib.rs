@@ -1,6 +1,6 @@
 //! Connects the servo to its robot: takes joint states, estimates delays and pulls, and checks that the robot is present and follows.
 #![warn(clippy::unwrap_used, clippy::expect_used)]
-// These macros panic if nobody reads the output: results go through cli::print, everything else through stderr.
+// These macros panic if nobody reads the output. Results go through `cli::print`, everything else through `stderr`.
 #![warn(clippy::print_stdout, clippy::print_stderr)]
 
 mod arbiter;

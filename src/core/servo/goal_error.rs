@@ -6,7 +6,7 @@ use dq_kinematics::arm::ArmState;
 use dq_kinematics::control::Aim;
 use serde::{Deserialize, Serialize};
 
-/// The distance from the goal in the components of the aim; 0 for components that are free.
+/// The distance from the goal. Components that the [`Aim`] leaves free do not count.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct GoalError {
     /// Distance \[m\].
@@ -16,7 +16,8 @@ pub struct GoalError {
 }
 
 impl GoalError {
-    /// Returns the error of the tool of `arm` with respect to `base_from_goal`, whose sign is already chosen.
+    /// Returns the error of the tool of `arm` with respect to `base_from_goal`, whose sign is already chosen. Only the components
+    /// of `aim` count.
     pub fn of(aim: Aim, arm: &ArmState, base_from_goal: &UnitDualQuaternion) -> Self {
         let tool = arm.base_from_tool();
         Self {

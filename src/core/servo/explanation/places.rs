@@ -24,7 +24,7 @@ impl Place {
     }
 }
 
-/// Accumulates the spread of poses about their mean.
+/// Accumulates the spread of poses around their mean.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Spread {
     count: f64,
@@ -46,13 +46,13 @@ impl Spread {
     /// Returns the root mean square distances from the mean [m, rad].
     pub fn sizes(&self) -> [f64; 2] {
         let (point, turn) = (self.points / self.count, self.turns / self.count);
-        // A unit quaternion changes by half the angle.
+        // Between two unit quaternions, the angle is half the angle of rotation.
         let variances = [self.squares / self.count - point.norm_squared(), 4.0 * (1.0 - turn.norm_squared())];
         variances.map(|variance| variance.max(0.0).sqrt())
     }
 }
 
-/// Returns the noise of goals [m, rad], from the distance of each goal to the line between its neighbors.
+/// Returns the noise of the goals [m, rad]: how far each goal is from the line between its neighbors.
 pub fn noise<'a>(goals: impl Iterator<Item = &'a Place> + Clone) -> [f64; 2] {
     let (mut squares, mut count) = ([0.0; 2], 0.0_f64);
     let (second, third) = (goals.clone().skip(1), goals.clone().skip(2));
@@ -71,7 +71,7 @@ pub fn noise<'a>(goals: impl Iterator<Item = &'a Place> + Clone) -> [f64; 2] {
     squares.map(|sum: f64| (sum / count.max(1.0)).sqrt())
 }
 
-/// Returns `turn` with the quaternion sign that is nearer to `other`.
+/// Returns `turn` or its negative, whichever quaternion is nearer to `other`.
 pub fn alike(turn: &UnitQuaternion<f64>, other: &UnitQuaternion<f64>) -> UnitQuaternion<f64> {
     if turn.coords.dot(&other.coords) < 0.0 {
         UnitQuaternion::new_unchecked(-turn.into_inner())
