@@ -1,5 +1,5 @@
-//! Checks from outside of the servo: the guard, which stops an arm when commands end, and the rules that every stream of commands must
-//! keep, for tests and recorded runs.
+//! Checks from outside of the servo. The guard stops an arm when commands end. The invariants are the rules that every stream of
+//! commands must keep; tests and recorded runs are checked against them.
 
 mod gaps;
 mod guard;
