@@ -3,7 +3,7 @@
 // These macros panic if nobody reads the output. Results go through `cli::print`, everything else through `stderr`.
 #![warn(clippy::print_stdout, clippy::print_stderr)]
 
-// Runs the example of the README as a doctest.
+// Runs the example in the README as a doctest.
 #[cfg(doctest)]
 #[doc = include_str!("README.md")]
 mod readme {}
