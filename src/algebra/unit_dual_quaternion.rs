@@ -61,7 +61,6 @@ impl UnitDualQuaternion {
     /// along the real part. If `q` is unit up to rounding, returns it unchanged, to the last bit.
     ///
     /// # Errors
-    ///
     /// [`DqError::ZeroRealPart`] if the real part is zero. [`DqError::NonFinite`] if a number is not finite, or if the pose is so
     /// far away that its numbers overflow.
     pub fn try_normalize(q: &DualQuaternion) -> Result<Self, DqError> {

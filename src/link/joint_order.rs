@@ -44,7 +44,6 @@ impl JointOrder {
     /// message, which is tried first. Afterwards it has the index in this message.
     ///
     /// # Errors
-    ///
     /// A [`StateError`] if a joint is missing, a number is not finite, or the lists have different lengths.
     pub(crate) fn locate(
         &self,
@@ -71,7 +70,6 @@ impl JointOrder {
     /// Sets `into` to the positions \[rad\] of the arm's joints, matched by name. Ignores other joints.
     ///
     /// # Errors
-    ///
     /// A [`StateError`] if a joint is missing, a number is not finite or beyond [`bounds`], or the lists have different lengths.
     /// `into` is then unchanged.
     pub fn positions(&self, names: &[String], positions: &[f64], into: &mut [f64]) -> Result<(), StateError> {

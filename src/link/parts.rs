@@ -58,7 +58,6 @@ impl Parts {
     /// Takes the readings of the arm's joints that are in `reading`.
     ///
     /// # Errors
-    ///
     /// A [`StateError`] if a position is not finite or beyond its bounds. No joint is taken then.
     pub fn take(
         &mut self,

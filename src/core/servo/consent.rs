@@ -289,7 +289,6 @@ impl MotionRequests {
     /// Returns whether the goal had been revoked.
     ///
     /// # Errors
-    ///
     /// [`Rejection::Overtaken`] if a revocation is newer than the request, [`Rejection::StreamsOn`] if a publisher still sends
     /// revoked goals without a silence longer than `silence`. Nothing changes then.
     pub fn resume(&mut self, sent: Duration, now: Duration, silence: Duration) -> Result<bool, Rejection> {

@@ -95,7 +95,6 @@ impl Servo {
     /// [`with_tool_frame`](Self::with_tool_frame).
     ///
     /// # Errors
-    ///
     /// [`SettingsError`] if the joint names or a list in the settings do not have one entry per joint, if a limit is NaN or below
     /// 0, or if the period is 0.
     pub fn new(
@@ -141,7 +140,6 @@ impl Servo {
     /// because nobody has requested that motion.
     ///
     /// # Errors
-    ///
     /// [`SettingsError`] if [`new`](Self::new) would reject the settings, or if their `interface` differs. The present settings
     /// then remain.
     pub fn configure(&mut self, settings: Settings) -> Result<(), SettingsError> {
@@ -195,7 +193,6 @@ impl Servo {
     /// Requests the current goal again, by a request that was sent `ago` earlier, and continues from the measured state.
     ///
     /// # Errors
-    ///
     /// [`Rejection::Late`], [`Rejection::Overtaken`] and [`Rejection::StreamsOn`], which are counted. The servo stays paused.
     pub(super) fn resume(&mut self, ago: Duration) -> Result<(), Rejection> {
         let (now, silence) = (self.clock.now, self.silence());

@@ -114,7 +114,6 @@ impl Servo {
     /// servo ignores.
     ///
     /// # Errors
-    ///
     /// The [`Rejection`], which is counted.
     pub fn take(&mut self, event: Event) -> Result<bool, Rejection> {
         let now = self.now();

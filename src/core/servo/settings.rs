@@ -146,7 +146,6 @@ impl Settings {
     /// Returns the settings with the additional keep-outs `more`, if there is a scene.
     ///
     /// # Errors
-    ///
     /// [`SceneError`] if the scene would have too many parts.
     pub fn keeping_out_of(&self, more: &[KeepOut]) -> Result<Self, SceneError> {
         let mut settings = self.clone();

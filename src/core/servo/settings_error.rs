@@ -65,7 +65,6 @@ impl Settings {
     /// then accepts them at any time.
     ///
     /// # Errors
-    ///
     /// [`SettingsError`] for the first invalid setting.
     pub fn check(&self, joint_count: usize, interface: Interface) -> Result<(), SettingsError> {
         self.check_lengths(joint_count)?;

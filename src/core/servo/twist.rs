@@ -22,7 +22,6 @@ impl Twist {
     /// own frame. An empty name stands for the base frame.
     ///
     /// # Errors
-    ///
     /// A [`Rejection`] for another frame, or for a number that is not finite or beyond [`bounds`].
     pub fn new(
         linear: [f64; 3],

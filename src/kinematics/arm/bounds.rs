@@ -59,7 +59,6 @@ impl NumberError {
 /// Checks that `values` are finite and at most `bound` in size. `field` and `unit` are their name and unit in the error.
 ///
 /// # Errors
-///
 /// [`NumberError`] for the first invalid value.
 pub fn check(
     field: impl FnOnce() -> String,
@@ -80,7 +79,6 @@ pub fn check(
 /// Checks a length of joint `joint` \[m\] against [`LENGTH`].
 ///
 /// # Errors
-///
 /// [`ArmError::NonFinite`] or [`ArmError::OutOfRange`].
 pub fn length(parameter: &'static str, joint: usize, value: f64) -> Result<(), ArmError> {
     match value {

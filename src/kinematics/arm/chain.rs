@@ -42,7 +42,6 @@ impl Chain {
     /// Creates a chain from DH rows, base first.
     ///
     /// # Errors
-    ///
     /// [`ArmError::NoJoints`], [`ArmError::NonFinite`] or [`ArmError::OutOfRange`].
     pub fn new(convention: Convention, rows: &[DhRow]) -> Result<Self, ArmError> {
         if rows.is_empty() {
@@ -68,7 +67,6 @@ impl Chain {
     /// Creates a chain from joints, base first, and the tool in the last joint's frame.
     ///
     /// # Errors
-    ///
     /// [`ArmError::NoJoints`], [`ArmError::NonFinite`] or [`ArmError::OutOfRange`]. An axis of zeros also gives
     /// [`ArmError::NonFinite`], because `Unit::new_normalize` makes NaN of it.
     pub fn from_joints(
@@ -231,7 +229,6 @@ impl Chain {
     /// product of the factors.
     ///
     /// # Errors
-    ///
     /// [`ArmError::JointCount`] if `theta` does not have one number per joint.
     pub fn forward_kinematics(&self, theta: &[f64]) -> Result<UnitDualQuaternion, ArmError> {
         self.check_count(theta)?;
@@ -246,7 +243,6 @@ impl Chain {
     /// Returns `base_from_link` of each link: the frame that moves with joint i. Its z axis is the joint's axis.
     ///
     /// # Errors
-    ///
     /// [`ArmError::JointCount`] if `theta` does not have one number per joint.
     pub fn link_poses(&self, theta: &[f64]) -> Result<Vec<UnitDualQuaternion>, ArmError> {
         self.check_count(theta)?;
@@ -282,7 +278,6 @@ impl Chain {
     /// another arm with the same number of joints.
     ///
     /// # Errors
-    ///
     /// [`ArmError::JointCount`] if `theta` or `state` do not have as many joints as this arm.
     pub fn evaluate(&self, theta: &[f64], state: &mut ArmState) -> Result<(), ArmError> {
         self.check_count(theta)?;

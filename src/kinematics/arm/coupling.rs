@@ -51,7 +51,6 @@ impl Chain {
     /// each link, base first. The chain then has one joint per driver, and the Jacobian `J C`.
     ///
     /// # Errors
-    ///
     /// [`ArmError::OnePerJoint`] if the number of couplings differs from the number of links, or a driver is missing.
     pub fn driven_by(mut self, kinds: Vec<JointKind>, couplings: Vec<Coupling>) -> Result<Self, ArmError> {
         let check = |what, expected, got, is_valid| match is_valid {

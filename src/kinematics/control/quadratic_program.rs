@@ -111,7 +111,6 @@ impl QuadraticProgram {
     /// Moves `x` from the desired point to the nearest point that satisfies the constraints.
     ///
     /// # Errors
-    ///
     /// [`Infeasible`]; `x` is undefined then.
     pub fn solve(&mut self, x: &mut [f64]) -> Result<(), Infeasible> {
         let count = self.count;

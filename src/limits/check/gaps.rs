@@ -27,7 +27,6 @@ impl Gaps {
     /// from the beginning. Returns the least gap \[m\]; infinity if there are no pairs.
     ///
     /// # Errors
-    ///
     /// The first [`Violation`] found.
     pub fn check<'a>(
         &mut self,

@@ -74,7 +74,6 @@ impl Invariants {
     /// may be larger accordingly.
     ///
     /// # Errors
-    ///
     /// The first [`Violation`] found. The next command is compared with this one in any case.
     pub fn check(&mut self, time: Duration, command: &[f64], standing: bool) -> Result<(), Violation> {
         self.check_numbers(command)?;
@@ -96,7 +95,6 @@ impl Invariants {
     /// Checks the speed of the fastest tool at the last command and the present positions. Arms that stand are not checked.
     ///
     /// # Errors
-    ///
     /// [`Violation::ToolSpeed`] if a tool is too fast.
     pub fn check_tool(&self, tool: &ToolSpeed) -> Result<(), Violation> {
         let excused = |last: &Command| last.standing || last.time <= self.tool_excused_until;
@@ -119,7 +117,6 @@ impl Invariants {
     /// outside and come back, but must not move farther out.
     ///
     /// # Errors
-    ///
     /// The first [`Violation`] found.
     pub fn check_positions(&mut self, positions: &[f64]) -> Result<(), Violation> {
         self.check_numbers(positions)?;

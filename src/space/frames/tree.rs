@@ -69,7 +69,6 @@ impl FrameTree {
     /// Adds a transform.
     ///
     /// # Errors
-    ///
     /// [`Ignored`]; nothing changes then.
     pub fn insert(&mut self, transform: &Transform, is_static: bool) -> Result<(), Ignored> {
         let (parent, child) = (cut(name(transform.parent)), cut(name(transform.child)));
@@ -109,7 +108,6 @@ impl FrameTree {
     /// the two are known.
     ///
     /// # Errors
-    ///
     /// [`FrameError`] if the pose is not known. Nothing is extrapolated.
     pub fn lookup(&self, base: &str, frame: &str, stamp: i64) -> Result<UnitDualQuaternion, FrameError> {
         let path = self.path(name(base), name(frame))?;
@@ -127,7 +125,6 @@ impl FrameTree {
     /// Returns the newest time at which all frames between `frame` and `base` are known \[ns\]; `None` if none of them moves.
     ///
     /// # Errors
-    ///
     /// [`FrameError`] if no transforms connect them.
     pub fn newest(&self, base: &str, frame: &str) -> Result<Option<i64>, FrameError> {
         Ok(self.path(name(base), name(frame))?.newest())

@@ -71,7 +71,6 @@ impl Body {
     /// Parses the capsules of each of `arms` arms. `joints` are the names of the joints that move the links.
     ///
     /// # Errors
-    ///
     /// [`CapsuleError`] for the first invalid text.
     pub fn parse(texts: &[String], joints: &[String], arms: usize) -> Result<Self, CapsuleError> {
         let mut capsules = Vec::new();

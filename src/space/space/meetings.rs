@@ -20,7 +20,6 @@ impl Scene {
     /// parts that always touch are left out.
     ///
     /// # Errors
-    ///
     /// [`SceneError`] if there are more than [`MOST_CAPSULES`] capsules or [`MOST_KEEP_OUTS`] keep-outs.
     pub fn new(
         body: Body,
@@ -65,7 +64,6 @@ impl Scene {
     /// from which the scene was created.
     ///
     /// # Errors
-    ///
     /// [`SceneError`] if there are more than [`MOST_KEEP_OUTS`], including keep-outs.
     pub fn staying_in(
         mut self,

@@ -18,7 +18,6 @@ impl Servo {
     /// equals q) ends a stall only after a silence of `progress_timeout`.
     ///
     /// # Errors
-    ///
     /// The [`Rejection`], which is counted. The last valid goal remains. While a twist is in force, the servo rejects every goal.
     pub fn take_goal(
         &mut self,
@@ -122,7 +121,6 @@ impl Servo {
     /// Without a goal this does nothing.
     ///
     /// # Errors
-    ///
     /// The [`Rejection`], which is counted. The goal does not move then.
     pub fn move_goal(&mut self, motion: &GoalMotion, now: Duration) -> Result<(), Rejection> {
         self.watch_frame(now);

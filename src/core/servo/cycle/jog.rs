@@ -18,7 +18,6 @@ impl Servo {
     /// goal. If two publishers send twists, the first one counts.
     ///
     /// # Errors
-    ///
     /// The [`Rejection`], which is counted.
     pub fn take_twist(&mut self, reading: &TwistReading, now: Duration) -> Result<(), Rejection> {
         let TwistReading { linear, angular, frame_id, sent: Sent { by: publisher, ago } } = *reading;

@@ -26,7 +26,6 @@ impl Servo {
     /// [`output`](Self::output) does. `now` may be of any clock that never goes back.
     ///
     /// # Errors
-    ///
     /// The [`Rejection`] of the joint state, or of the goal set by [`set_goal`](Self::set_goal). It is counted, and the last valid
     /// input remains. The cycle runs in any case; [`output`](Self::output) returns its output.
     pub fn cycle(&mut self, now: Duration, measured: &Measured) -> Result<Option<&[f64]>, Rejection> {
@@ -63,7 +62,6 @@ impl Servo {
     /// [`cycle_with`](Self::cycle_with) already do so.
     ///
     /// # Errors
-    ///
     /// The errors of [`take_stamped_goal`](Self::take_stamped_goal).
     pub fn take_set_goal(&mut self, now: Duration) -> Result<(), Rejection> {
         let Some(base_from_goal) = self.set.take() else { return Ok(()) };

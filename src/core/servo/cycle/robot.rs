@@ -28,7 +28,6 @@ impl Servo {
     /// one is.
     ///
     /// # Errors
-    ///
     /// The [`Rejection`], which is counted. The last valid joint state remains.
     pub fn take_joint_state(
         &mut self,
@@ -66,7 +65,6 @@ impl Servo {
     /// 1. The report counts for 1 s.
     ///
     /// # Panics
-    ///
     /// If the servo has no arm with this number.
     pub fn set_speed_scaling(&mut self, arm: usize, factor: f64) {
         self.robot.link.set_factor(arm, factor, self.clock.now);

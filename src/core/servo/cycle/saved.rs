@@ -39,7 +39,6 @@ impl Servo {
     /// Restores the state of a servo that was [`saved`](Self::saved) with the same arms, names, settings and period.
     ///
     /// # Errors
-    ///
     /// The error of the format. The servo is unchanged then.
     pub fn restore<'de, D: Deserializer<'de>>(&mut self, saved: D) -> Result<(), D::Error> {
         let (counts, asked, known, reported) = Saved::deserialize(saved)?;
