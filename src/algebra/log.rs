@@ -27,7 +27,7 @@ impl UnitDualQuaternion {
         Self::new_unchecked(DualQuaternion { real, dual: Quaternion::from_imag(half_translation) * real })
     }
 
-    /// Returns the logarithm of SE(3): the twist `(ω, v)` [rad, m] of the screw that reaches this pose in unit time.
+    /// Returns the logarithm of SE(3): the twist `(ω, v)` \[rad, m\] of the screw that reaches this pose in unit time.
     ///
     /// Let `p` be the translation. Then `ω` is the rotation vector and `v = α p − ½ ω×p + β ω(ω·p)` with `α = ½θ cot ½θ` and `β =
     /// (1−α)/θ²` (Bullo & Murray 1995). The sign of the dual quaternion counts: a negative scalar part means an angle in (π, 2π).
@@ -40,7 +40,7 @@ impl UnitDualQuaternion {
         stack(omega, linear)
     }
 
-    /// Returns the exponential of SE(3): the pose that the twist `(ω, v)` [rad, m] reaches in unit time. This is the inverse of
+    /// Returns the exponential of SE(3): the pose that the twist `(ω, v)` \[rad, m\] reaches in unit time. This is the inverse of
     /// [`screw_log`](Self::screw_log).
     ///
     /// The translation is `t = v + a ω×v + b ω×(ω×v)` with `a = (1−cos θ)/θ²` and `b = (θ−sin θ)/θ³`.

@@ -18,7 +18,7 @@ pub const PLANT_NAMES: [&str; 2] = ["puma560", "arm"];
 pub struct PlantParameters {
     /// The simulated arm.
     pub arm: ArmParameters,
-    /// The joint positions at the start and after a reset [rad, prismatic: m].
+    /// The joint positions at the start and after a reset \[rad, prismatic: m\].
     pub initial_positions: Vec<f64>,
     /// The limits in the robot_description that the plant makes from Denavit-Hartenberg rows. The plant itself ignores them.
     pub limits: Vec<JointLimits>,
@@ -61,11 +61,11 @@ struct DeclaredPlant {
 #[parameters(prefix = "limits.joint_")]
 struct LimitParameters {
     /// smallest joint positions to write into the robot_description that the plant makes from DH rows, one per joint; empty: none
-    /// [rad, m]
+    /// \[rad, m\]
     #[parameter(range = -bounds::JOINT_ANGLE..=bounds::JOINT_ANGLE, fixed)]
     position_lower: Vec<f64>,
     /// largest joint positions to write into the robot_description that the plant makes from DH rows, one per joint; empty: none
-    /// [rad, m]
+    /// \[rad, m\]
     #[parameter(range = -bounds::JOINT_ANGLE..=bounds::JOINT_ANGLE, fixed)]
     position_upper: Vec<f64>,
     /// largest joint speeds to write into the robot_description that the plant makes from DH rows, one per joint; empty: none

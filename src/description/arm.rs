@@ -177,7 +177,7 @@ pub struct Mimic {
     pub driver: String,
     /// The joint's speed divided by the driver's speed.
     pub multiplier: f64,
-    /// The joint's position when the driver is at 0 [rad, prismatic: m].
+    /// The joint's position when the driver is at 0 \[rad, prismatic: m\].
     pub offset: f64,
 }
 
@@ -203,7 +203,7 @@ impl DescribedJoint {
         pose(self.xyz, self.rpy)
     }
 
-    /// Returns the child's frame in the parent's frame, with the joint at `position` [rad, prismatic: m].
+    /// Returns the child's frame in the parent's frame, with the joint at `position` \[rad, prismatic: m\].
     pub fn parent_from_child(&self, position: f64) -> UnitDualQuaternion {
         let axis = self.unit_axis();
         let moved = match self.motion.kind() {

@@ -156,7 +156,7 @@ fn vector(text: &str) -> Option<Vector3<f64>> {
     <[f64; 3]>::try_from(parts?).ok().map(Vector3::from)
 }
 
-/// Parses a number of plausible size for a shape [m, rad].
+/// Parses a number of plausible size for a shape \[m, rad\].
 fn number(text: &str) -> Option<f64> {
     text.trim().parse().ok().filter(|number: &f64| number.abs() <= 1e4)
 }

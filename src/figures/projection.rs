@@ -6,7 +6,7 @@ use super::style::{FAINT, INK, LABEL, TICK, text_width};
 use nalgebra::{Matrix3, Vector3};
 use std::ops::Range;
 
-/// The direction to the viewer [°].
+/// The direction to the viewer \[°\].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Viewpoint {
     /// The angle about z, from x on.

@@ -13,18 +13,18 @@ use dq_params::Parameters;
 #[derive(Clone, Debug, PartialEq, Parameters)]
 #[parameters(prefix = "limits.joint_position_")]
 pub struct PositionLimits {
-    /// smallest joint positions, one per joint; empty: no limits [rad, m]
+    /// smallest joint positions, one per joint; empty: no limits \[rad, m\]
     #[parameter(range = -bounds::JOINT_ANGLE..=bounds::JOINT_ANGLE)]
     pub lower: Vec<f64>,
-    /// largest joint positions, one per joint; empty: no limits [rad, m]
+    /// largest joint positions, one per joint; empty: no limits \[rad, m\]
     #[parameter(range = -bounds::JOINT_ANGLE..=bounds::JOINT_ANGLE)]
     pub upper: Vec<f64>,
-    /// distance from a position limit within which a joint slows down [rad, m]
+    /// distance from a position limit within which a joint slows down \[rad, m\]
     #[parameter(name = "limits.position_margin", default = 0.1, range = 0.0..=3.0)]
     pub margin: f64,
 }
 
-/// The displacement by [`PositionLimits::beside`] [rad, prismatic: m].
+/// The displacement by [`PositionLimits::beside`] \[rad, prismatic: m\].
 const ASIDE: [(JointKind, f64); 2] = [(JointKind::Revolute, 0.3), (JointKind::Prismatic, 0.1)];
 
 impl PositionLimits {

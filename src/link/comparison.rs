@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// A square of commanded displacements below this counts as zero [rad²].
+/// A square of commanded displacements below this counts as zero \[rad²\].
 const NOTHING: f64 = 1e-12;
 
 /// Sums over measured and commanded displacements.

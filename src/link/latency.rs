@@ -24,7 +24,7 @@ const LONGEST_RESPONSE: Duration = Duration::from_millis(200);
 /// The time constant with which old comparisons lose weight \[s\].
 const FORGETTING: f64 = 0.5;
 
-/// The least difference between the candidates' sums of squares for a decision, so that noise does not decide [rad²].
+/// The least difference between the candidates' sums of squares for a decision, so that noise does not decide \[rad²\].
 const DISTINCT: f64 = 5e-5;
 
 /// The weight of a new joint state in the smoothed age, and of a new motion in the smoothed response time.
@@ -48,7 +48,7 @@ pub(crate) struct Latency {
     /// The response time: the time from a command to the state of the robot that shows its effect \[s\].
     response: f64,
     /// The weighted number of compared motions, the sum of each joint's motion \[rad\], and the sum of the squares of all motions
-    /// [rad²].
+    /// \[rad²\].
     count: f64,
     moved: Vec<f64>,
     motion: f64,
@@ -65,7 +65,7 @@ struct Candidate {
 }
 
 impl Candidate {
-    /// Returns the sum of the squared differences between motion and commands [rad²], for the best fit. The robot may move at a
+    /// Returns the sum of the squared differences between motion and commands \[rad²\], for the best fit. The robot may move at a
     /// fraction f ≤ 1 of its commands, plus a constant speed of each joint. The sum is `M − 2 f P + f² W` with `f = P/W`; all sums
     /// are taken about the means.
     fn misfit(&self, latency: &Latency, motion: f64) -> f64 {

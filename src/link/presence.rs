@@ -7,7 +7,7 @@ use std::time::Duration;
 /// A joint state may be later than expected by this time without its motion counting as a jump \[s\].
 const LATENESS: f64 = 0.05;
 
-/// Returns the longest plausible travel of a joint between two joint states that are `seconds` apart [rad, prismatic: m]. `speed`
+/// Returns the longest plausible travel of a joint between two joint states that are `seconds` apart \[rad, prismatic: m\]. `speed`
 /// is the joint's speed limit [rad/s].
 pub fn longest_travel(speed: f64, seconds: f64) -> f64 {
     speed * (seconds + LATENESS)
@@ -29,7 +29,7 @@ pub enum Returned {
     Came,
     /// The robot was away for this time \[s\].
     WasAway(f64),
-    /// A joint jumped: its number (counted from 1 arm after arm), the distance [rad, prismatic: m], and its kind.
+    /// A joint jumped: its number (counted from 1 arm after arm), the distance \[rad, prismatic: m\], and its kind.
     IsElsewhere(usize, f64, JointKind),
 }
 
@@ -45,7 +45,7 @@ pub(crate) struct Step<'a> {
     /// When the previous joint state arrived, if there was one.
     pub before: Option<Duration>,
     pub now: Duration,
-    /// The positions in the previous and in the present joint state [rad, prismatic: m].
+    /// The positions in the previous and in the present joint state \[rad, prismatic: m\].
     pub from: &'a [f64],
     pub to: &'a [f64],
     /// The speed limits of the joints [rad/s].

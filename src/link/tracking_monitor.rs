@@ -228,7 +228,7 @@ impl TrackingMonitor {
         }
     }
 
-    /// Updates which joints respond. They are at `positions` [rad, prismatic: m] at `now`. The arm responds after `response`;
+    /// Updates which joints respond. They are at `positions` \[rad, prismatic: m\] at `now`. The arm responds after `response`;
     /// `pull` acts on its joints [rad/s].
     pub fn watch_responses(
         &mut self,

@@ -85,7 +85,7 @@ mod tests {
 
     const S: i64 = 1_000_000_000;
 
-    /// Returns the ages [s] of messages from a long-known publisher, given their times of arrival [s] and offsets [s].
+    /// Returns the ages \[s\] of messages from a long-known publisher, given their times of arrival \[s\] and offsets \[s\].
     fn ages(messages: &[(f64, f64)]) -> Vec<f64> {
         let mut clock = SenderClock::default();
         let mut age = |(at, offset): &(f64, f64)| {

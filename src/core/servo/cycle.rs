@@ -262,7 +262,7 @@ impl Servo {
     }
 
     /// Returns the output for the robot after this cycle, one number per joint, or `None` if nothing is to be sent. These are
-    /// velocities [rad/s, prismatic: m/s] or positions [rad, prismatic: m], as [`Interface`](super::Interface) says.
+    /// velocities [rad/s, prismatic: m/s] or positions \[rad, prismatic: m\], as [`Interface`](super::Interface) says.
     ///
     /// It is `None` until the arm is first driven, because a controller of another kind might take even a zero command for a
     /// motion. It is also `None` for an arm that takes positions if something else has moved the arm since.

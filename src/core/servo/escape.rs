@@ -152,7 +152,7 @@ impl Search {
         Self { bend: square.clone(), power: square.clone(), square, positions: zeros, descent }
     }
 
-    /// Sets `direction` to the direction of the largest downward curvature of the error. Returns that curvature [per rad²].
+    /// Sets `direction` to the direction of the largest downward curvature of the error. Returns that curvature \[per rad²\].
     fn steepest_bend(
         &mut self,
         arms: &mut Arms,

@@ -39,7 +39,7 @@ const HALVINGS: i32 = 4;
 const TOOL_STEP: f64 = 0.0099;
 const MOST_POSES: usize = 214;
 
-/// A goal counts as moving if its root mean square spread is at least this [m, rad]. Along a line this is 5 mm or 0.02 rad.
+/// A goal counts as moving if its root mean square spread is at least this \[m, rad\]. Along a line this is 5 mm or 0.02 rad.
 const MOVES: [f64; 2] = [1.5e-3, 6e-3];
 
 /// A goal counts as moving independently if the tool leaves enough of its motion unexplained: more than this fraction of its
@@ -53,7 +53,7 @@ const FOLLOWED: f64 = 0.4;
 /// The tool counts as having reached a goal if the error is at most this many tolerances.
 const REACHED: f64 = 10.0;
 
-/// The tool counts as carrying a goal if it has moved this far [m, rad] and still explains the goal's motion.
+/// The tool counts as carrying a goal if it has moved this far \[m, rad\] and still explains the goal's motion.
 const CARRIED: [f64; 2] = [0.1, 0.3];
 
 /// Compares the motion of a goal with the tool's. Each array of two has an element for position and one for rotation.
@@ -212,7 +212,7 @@ impl Explanation {
         })
     }
 
-    /// Returns the part of the goals' motion that the best lag leaves unexplained, from goal `first` on [m, rad].
+    /// Returns the part of the goals' motion that the best lag leaves unexplained, from goal `first` on \[m, rad\].
     fn least_unexplained(&self, first: usize) -> [f64; 2] {
         let mut best = [(0.0, f64::INFINITY); 2];
         let look = |lag: f64, best: &mut [(f64, f64); 2]| {

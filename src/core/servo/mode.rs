@@ -69,7 +69,7 @@ pub(super) struct Pursuit {
     begun: Goal,
     /// When a stream last moved the goal, if one has.
     pub moved: Option<Duration>,
-    /// The joint positions with which the motion began, or the first one of a sequence of motions [rad, prismatic: m]; empty until
+    /// The joint positions with which the motion began, or the first one of a sequence of motions \[rad, prismatic: m\]; empty until
     /// then.
     pub posture: Vec<f64>,
     /// The sign of the goal's quaternion, chosen by the arm's pose when the servo first tracks the goal.

@@ -26,9 +26,9 @@ pub struct Detour {
     pub joint: usize,
     /// Whether the joint is revolute or prismatic.
     pub kind: JointKind,
-    /// The present position of the joint [rad, prismatic: m].
+    /// The present position of the joint \[rad, prismatic: m\].
     pub from: f64,
-    /// The position of the joint in the other configuration [rad, prismatic: m].
+    /// The position of the joint in the other configuration \[rad, prismatic: m\].
     pub to: f64,
     /// When the search found the configuration, by the cycle's clock. A request counts only if it was sent later.
     pub found: Duration,

@@ -34,12 +34,12 @@ pub enum Revocation {
     CameLater(f64),
     /// The robot was away for this time \[s\].
     WasAway(f64),
-    /// A joint jumped: its number (counted from 1 arm after arm), the distance [rad, prismatic: m], and its kind.
+    /// A joint jumped: its number (counted from 1 arm after arm), the distance \[rad, prismatic: m\], and its kind.
     IsElsewhere(usize, f64, JointKind),
     /// Two publishers sent this input.
     Rivals(Contended),
     /// A joint is too far from its setpoint: its number (counted from 1 arm after arm), the distance from the expected position
-    /// [rad, prismatic: m], and its kind.
+    /// \[rad, prismatic: m\], and its kind.
     FellBehind(usize, f64, JointKind),
     /// A joint did not obey: its number (counted from 1 arm after arm), and for how long \[s\].
     NotObeyed(usize, f64),

@@ -18,7 +18,7 @@ pub const STARTS: u32 = 256;
 /// Largest number of steps from one start. A start that needs more steps converges slowly or never.
 const STEPS: u32 = 60;
 
-/// Largest step of a joint [rad, prismatic: m]. Within it the linearization holds.
+/// Largest step of a joint \[rad, prismatic: m\]. Within it the linearization holds.
 const LONGEST_STEP: f64 = 0.5;
 
 /// λ of the damped inverse, and the singular value σ₀ below which it damps, are this fraction of the error, limited by `DAMPINGS`.
@@ -64,7 +64,7 @@ pub struct Found<'a> {
     pub asked: Duration,
     /// The number of starts that the search has tried.
     pub starts: u32,
-    /// The positions of all joints that reach the goal [rad, prismatic: m], with the shortest travel time; `None` if the search has
+    /// The positions of all joints that reach the goal \[rad, prismatic: m\], with the shortest travel time; `None` if the search has
     /// found none.
     pub positions: Option<&'a [f64]>,
 }

@@ -96,7 +96,7 @@ impl Setpoint {
         }
     }
 
-    /// Returns the joint (counted from 1) that is farthest from its setpoint, its distance [rad, prismatic: m], and its kind.
+    /// Returns the joint (counted from 1) that is farthest from its setpoint, its distance \[rad, prismatic: m\], and its kind.
     /// `expected` are the positions at which the arm should be.
     pub fn farthest(&self, expected: &[f64]) -> Option<(usize, f64, JointKind)> {
         let leads = self.get()?.iter().zip(expected).zip(&self.kinds);

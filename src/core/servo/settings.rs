@@ -68,7 +68,7 @@ impl Default for GoalFrames {
 #[parameters(prefix = "posture.")]
 pub struct Posture {
     /// posture: an arm with joints to spare moves its joints to these positions, as far as the tool leaves them free. One number
-    /// per joint; empty: the positions in which the motion began [rad, m]
+    /// per joint; empty: the positions in which the motion began \[rad, m\]
     #[parameter(range = -bounds::JOINT_ANGLE..=bounds::JOINT_ANGLE)]
     pub positions: Vec<f64>,
     /// rate at which the joints move to the posture; 0: not at all [1/s]
@@ -137,7 +137,7 @@ pub struct Settings {
     /// The kind of commands that the robot takes. It does not change while the servo runs.
     #[parameter(group)]
     pub interface: Interface,
-    /// how far a joint that takes positions may be from its expected setpoint; if it is farther, the arm holds [rad, m]
+    /// how far a joint that takes positions may be from its expected setpoint; if it is farther, the arm holds \[rad, m\]
     #[parameter(default = 0.2, range = 0.001..=3.0)]
     pub following_error: f64,
 }

@@ -60,7 +60,7 @@ pub struct Status {
     pub reconfiguration: Reconfiguration,
     /// The figures of the motion to the goal.
     pub figures: Figures,
-    /// The screw log of the pose error, `(ω, v)` [rad, m]. Components that the [`Aim`](dq_kinematics::control::Aim) leaves free are
+    /// The screw log of the pose error, `(ω, v)` \[rad, m\]. Components that the [`Aim`](dq_kinematics::control::Aim) leaves free are
     /// 0.
     pub pose_error: Vector6<f64>,
     /// The estimated time from a command to the joint state that shows its effect \[s\].

@@ -25,7 +25,7 @@ const LONGEST_INTERVAL: f64 = 0.25;
 const SPREAD: f64 = 0.01;
 const SPREAD_SHARE: f64 = 0.25;
 
-/// A goal has jumped if its pose differs from the expected one by more than this fraction of its motion plus a step [rad, m].
+/// A goal has jumped if its pose differs from the expected one by more than this fraction of its motion plus a step \[rad, m\].
 /// Earlier poses then no longer count.
 const JUMP: f64 = 0.5;
 const STEP: [f64; 2] = [5e-3, 1e-3];
@@ -36,7 +36,7 @@ const NOISE: f64 = 2.0;
 /// The weight of one pose in the estimate of the noise.
 const MEMORY: f64 = 0.1;
 
-/// A goal that moves by less than this is standing [rad, m].
+/// A goal that moves by less than this is standing \[rad, m\].
 const ROUNDING: f64 = 1e-6;
 
 /// A pose as received.
@@ -83,7 +83,7 @@ impl MovingGoal {
 pub(super) struct GoalStream {
     samples: VecDeque<StampedPose>,
     fit: Option<Fit>,
-    /// The variance of the noise of the poses' rotation [rad²] and position [m²].
+    /// The variance of the noise of the poses' rotation \[rad²\] and position \[m²\].
     noise: [f64; 2],
     /// Number of poses from which the noise is estimated.
     heard: u32,

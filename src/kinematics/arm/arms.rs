@@ -111,7 +111,7 @@ impl Arms {
         self.right.iter_mut().for_each(|right| right.arm.chain.set_tool_offset(tool_offset));
     }
 
-    /// Evaluates the arms at the joint positions `theta` [rad, prismatic: m], arm after arm. An arm whose number of positions is
+    /// Evaluates the arms at the joint positions `theta` \[rad, prismatic: m\], arm after arm. An arm whose number of positions is
     /// wrong keeps its last positions.
     pub fn evaluate(&mut self, theta: &[f64]) {
         let (of_left, of_right) = self.split(theta);

@@ -14,7 +14,7 @@ pub const LENGTH: f64 = 1e3;
 /// Bound of requested tool speeds [m/s, rad/s]. The limits scale lower speeds to those that the arm may have.
 pub const SPEED: f64 = 1e3;
 
-/// Bound of joint positions [rad, prismatic: m]. A joint without limits may turn endlessly, but 16 000 turns are an error of the
+/// Bound of joint positions \[rad, prismatic: m\]. A joint without limits may turn endlessly, but 16 000 turns are an error of the
 /// robot's driver. A double still resolves 1e-11 rad at this bound.
 pub const JOINT_ANGLE: f64 = 1e5;
 

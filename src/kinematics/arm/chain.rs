@@ -180,7 +180,7 @@ impl Chain {
     }
 
     /// Returns the distance of `point` from the nearest position that the arm's foot can have, and an upper bound of the distance
-    /// from there to the tool \[m\]. The joints are in these ranges [rad, prismatic: m]. Prismatic joints move the foot if they are
+    /// from there to the tool \[m\]. The joints are in these ranges \[rad, prismatic: m\]. Prismatic joints move the foot if they are
     /// perpendicular to each other and come before any revolute joint.
     pub fn gap(&self, point: &Vector3<f64>, ranges: impl Iterator<Item = (f64, f64)> + Clone) -> (f64, f64) {
         let ranges = self.link_ranges(ranges);
@@ -225,7 +225,7 @@ impl Chain {
         links.sum::<f64>() + tool
     }
 
-    /// Returns `base_from_tool` at the joint positions `theta` [rad, prismatic: m] (eq. 14). Its quaternion has the sign of the
+    /// Returns `base_from_tool` at the joint positions `theta` \[rad, prismatic: m\] (eq. 14). Its quaternion has the sign of the
     /// product of the factors.
     ///
     /// # Errors
@@ -274,7 +274,7 @@ impl Chain {
         self.before_joint.iter().map(|before| before.translation.vector)
     }
 
-    /// Sets `state` to the tool pose and the joint axes at `theta` [rad, prismatic: m], without allocating. `state` may be that of
+    /// Sets `state` to the tool pose and the joint axes at `theta` \[rad, prismatic: m\], without allocating. `state` may be that of
     /// another arm with the same number of joints.
     ///
     /// # Errors

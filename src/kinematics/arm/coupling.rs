@@ -13,7 +13,7 @@ pub struct Coupling {
     pub driver: usize,
     /// The link's speed divided by the driver's speed.
     pub ratio: f64,
-    /// The link's position when the driver is at 0 [rad, prismatic: m].
+    /// The link's position when the driver is at 0 \[rad, prismatic: m\].
     pub offset: f64,
 }
 
@@ -23,7 +23,7 @@ impl Coupling {
         Self { driver: joint, ratio: 1.0, offset: 0.0 }
     }
 
-    /// Returns the link's position when the driver is at `position` [rad, prismatic: m].
+    /// Returns the link's position when the driver is at `position` \[rad, prismatic: m\].
     pub fn at(&self, position: f64) -> f64 {
         self.ratio * position + self.offset
     }

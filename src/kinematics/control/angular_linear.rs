@@ -3,7 +3,7 @@
 use crate::arm::pair::{self, Motions};
 use nalgebra::Vector3;
 
-/// An angular and a linear vector: a twist `(ω, v)` [rad/s, m/s], or an error [rad, m].
+/// An angular and a linear vector: a twist `(ω, v)` [rad/s, m/s], or an error \[rad, m\].
 pub type AngularLinear = (Vector3<f64>, Vector3<f64>);
 
 /// Puts each number into both halves of a register.

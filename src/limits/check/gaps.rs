@@ -23,7 +23,7 @@ impl Gaps {
         Self { placed: Placed::of(&scene), closed: None, scene }
     }
 
-    /// Checks an arm with its joints at `theta` [rad, prismatic: m], arm after arm. No pair may overlap, unless it has overlapped
+    /// Checks an arm with its joints at `theta` \[rad, prismatic: m\], arm after arm. No pair may overlap, unless it has overlapped
     /// from the beginning. Returns the least gap \[m\]; infinity if there are no pairs.
     ///
     /// # Errors

@@ -85,7 +85,7 @@ impl Guard {
         self.timeout = timeout;
     }
 
-    /// Takes a command at `now` of any sender except a guard: velocities [rad/s, prismatic: m/s] or positions [rad, prismatic: m].
+    /// Takes a command at `now` of any sender except a guard: velocities [rad/s, prismatic: m/s] or positions \[rad, prismatic: m\].
     /// The sender is responsible for the arm from now on. Ignores commands of another length, which are for another arm, and
     /// commands that are not finite.
     pub fn hear(&mut self, command: &[f64], now: Duration) {
@@ -108,7 +108,7 @@ impl Guard {
         self.timeout.max(PERIODS * self.intervals[0].min(self.intervals[1]))
     }
 
-    /// Takes the `positions` measured at `now` [rad, prismatic: m], one per joint. Ignores positions of another length, which are
+    /// Takes the `positions` measured at `now` \[rad, prismatic: m\], one per joint. Ignores positions of another length, which are
     /// of another arm, and positions that are not finite.
     pub fn measure(&mut self, positions: &[f64], now: Duration) {
         if !self.is_of_arm(positions) {

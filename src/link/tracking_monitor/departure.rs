@@ -45,7 +45,7 @@ const STANDSTILL: Duration = Duration::from_millis(150);
 const SLOW: f64 = 0.1;
 
 /// The change of a slow joint's travel that must be commanded before the monitor concludes that the joint has stopped responding
-/// [rad, prismatic: m].
+/// \[rad, prismatic: m\].
 const SLOW_DISTANCE: f64 = 0.01;
 
 /// Largest error of the measured speed before a command [rad/s, prismatic: m/s]. It is one count of 8192 per turn, back and forth
@@ -61,7 +61,7 @@ fn probe_speed(acceleration: f64) -> f64 {
     PROBE_SPEED.min(PROBE_ACCELERATION * acceleration)
 }
 
-/// Returns how far a joint should have moved that was commanded to move by `asked` [rad, prismatic: m]; the pull takes `pulled` of
+/// Returns how far a joint should have moved that was commanded to move by `asked` \[rad, prismatic: m\]; the pull takes `pulled` of
 /// that. The pull excuses a joint that moves less, but never demands motion.
 pub(super) fn due(asked: f64, pulled: f64) -> f64 {
     let left = if asked * pulled > 0.0 { (asked.abs() - pulled.abs()).max(0.0) } else { asked.abs() };
@@ -101,7 +101,7 @@ struct Anchor {
 }
 
 impl Anchor {
-    /// Returns the changes of the commanded and of the measured motion since this anchor (X and Y above) [rad, prismatic: m].
+    /// Returns the changes of the commanded and of the measured motion since this anchor (X and Y above) \[rad, prismatic: m\].
     fn changes(&self, now: &Self) -> (f64, f64) {
         let passed = now.time.saturating_sub(self.time).as_secs_f64();
         (now.asked - self.asked - passed * self.command, now.moved - self.moved - passed * self.speed)
@@ -115,7 +115,7 @@ struct JointResponse {
     seen: bool,
     /// Since when a response is missing; `None` if none is.
     due: Option<Duration>,
-    /// The last position of the joint [rad, prismatic: m].
+    /// The last position of the joint \[rad, prismatic: m\].
     position: f64,
     now: Anchor,
     /// An anchor from when the arm stood, and a later one.
@@ -185,7 +185,7 @@ impl Departure {
         }
     }
 
-    /// Updates which joints respond. They are at `positions` [rad, prismatic: m] at `now`. Returns the first joint that has failed
+    /// Updates which joints respond. They are at `positions` \[rad, prismatic: m\] at `now`. Returns the first joint that has failed
     /// to respond for too long.
     pub fn watch(
         &mut self,

@@ -59,7 +59,7 @@ pub enum KeepOutRefused {
     Silent(String),
 }
 
-/// A frame that moves by less than this does not move its keep-outs [m, rad].
+/// A frame that moves by less than this does not move its keep-outs \[m, rad\].
 const STILL: f64 = 1e-3;
 
 /// Keep-outs in TF frames.

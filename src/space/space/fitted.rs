@@ -87,7 +87,7 @@ impl Fitted {
         }
     }
 
-    /// Returns the volume of the capsule [m³].
+    /// Returns the volume of the capsule \[m³\].
     pub fn volume(&self) -> f64 {
         volume(self.core.vector().norm(), self.radius)
     }
@@ -192,7 +192,7 @@ struct Group {
 struct Union {
     of: [usize; 2],
     whole: Fitted,
-    /// The volume of the union less the volumes of its two capsules [m³]; may be negative.
+    /// The volume of the union less the volumes of its two capsules \[m³\]; may be negative.
     added: f64,
 }
 

@@ -220,7 +220,7 @@ impl Ball {
     }
 }
 
-/// Returns the normal of a triangle. Its length is twice the triangle's area [m²].
+/// Returns the normal of a triangle. Its length is twice the triangle's area \[m²\].
 fn across([a, b, c]: &[Vector3<f64>; 3]) -> Vector3<f64> {
     (b - a).cross(&(c - a))
 }

@@ -16,7 +16,7 @@ const SELDOM: u32 = SAMPLES / 20;
 const SLIDE: f64 = 3.0;
 
 impl Scene {
-    /// Creates the scene of these arms. Their joints move within these ranges [rad, prismatic: m], arm after arm. Pairs of body
+    /// Creates the scene of these arms. Their joints move within these ranges \[rad, prismatic: m\], arm after arm. Pairs of body
     /// parts that always touch are left out.
     ///
     /// # Errors

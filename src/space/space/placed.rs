@@ -83,7 +83,7 @@ impl Placed {
         put(&mut self.measured, std::iter::repeat_n(None, scene.pair_count()));
     }
 
-    /// Places the body: the joints of the arms of `scene` are at `theta` [rad, prismatic: m], arm after arm. Allocates nothing.
+    /// Places the body: the joints of the arms of `scene` are at `theta` \[rad, prismatic: m\], arm after arm. Allocates nothing.
     pub fn place<'a>(&mut self, scene: &Scene, chains: impl IntoIterator<Item = &'a Chain>, theta: &[f64]) {
         let (mut slots, mut theta) = (self.links.iter_mut().zip(&mut self.axes), theta);
         for chain in chains {
@@ -105,7 +105,7 @@ impl Placed {
     }
 
     /// Sets `near` to the pairs that are near, in the order of `scene`, up to the capacity of `near`. A pair is near if its gap
-    /// \[m\] is less than `within` of the pair's [`travel`](Scene::travel), if each joint moves by `moves` [rad, prismatic: m].
+    /// \[m\] is less than `within` of the pair's [`travel`](Scene::travel), if each joint moves by `moves` \[rad, prismatic: m\].
     /// Only pairs that may be near are measured.
     pub fn near(
         &mut self,

@@ -225,7 +225,7 @@ impl Scene {
         self.body.capsules.get(number).unwrap_or_else(|| &self.tools[number - self.body.capsules.len()])
     }
 
-    /// Returns by how much a pair's gap shrinks at most \[m\] if each joint moves by `moves` [rad, prismatic: m] in either
+    /// Returns by how much a pair's gap shrinks at most \[m\] if each joint moves by `moves` \[rad, prismatic: m\] in either
     /// direction.
     pub fn travel(&self, number: usize, moves: impl Iterator<Item = f64>) -> f64 {
         travel(&self.levers[self.meetings[number].levers], moves)
@@ -243,7 +243,7 @@ impl Scene {
     }
 }
 
-/// Returns the largest motion of a part with these levers \[m\] if each joint moves by `moves` [rad, prismatic: m].
+/// Returns the largest motion of a part with these levers \[m\] if each joint moves by `moves` \[rad, prismatic: m\].
 pub(super) fn travel(levers: &[f64], moves: impl Iterator<Item = f64>) -> f64 {
     levers.iter().zip(moves).map(|(lever, by)| lever * by.abs()).sum()
 }

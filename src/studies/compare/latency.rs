@@ -158,7 +158,7 @@ impl Ages<'_> {
         Ok(share)
     }
 
-    /// Counts the tasks among `numbers` that settle with joint states of the age `age` [cycles].
+    /// Counts the tasks among `numbers` that settle with joint states of the age `age` \[cycles\].
     fn count(&self, age: usize, numbers: Range<u32>) -> Result<Count, CompareError> {
         let plant = Plant { name: "latency", latency: age, noise: 0.0 };
         let settles = |task: ArmTask| {

@@ -102,7 +102,7 @@ pub fn holm(p: &[f64]) -> Vec<f64> {
 }
 
 impl Interval {
-    /// Returns the difference of two percentages of the same `pairs` [points]. In `first` pairs only the first member has the
+    /// Returns the difference of two percentages of the same `pairs` \[points\]. In `first` pairs only the first member has the
     /// property, in `second` pairs only the second. The interval is Wald's after half a pair is added to each of the four kinds
     /// (Agresti & Min 2005).
     pub fn paired_share(first: usize, second: usize, pairs: usize, z: f64) -> Self {

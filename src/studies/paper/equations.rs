@@ -5,7 +5,7 @@ use dq_algebra::UnitDualQuaternion;
 use nalgebra::{UnitQuaternion, Vector3, Vector6};
 use serde::Serialize;
 
-/// Both sides of equations 33 to 36 for `q = q₁ q₂`, as half-log pairs [rad, m] (eq. 32).
+/// Both sides of equations 33 to 36 for `q = q₁ q₂`, as half-log pairs \[rad, m\] (eq. 32).
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct LogarithmEquations {
     /// The left side of equations 33 and 34, `log q`.

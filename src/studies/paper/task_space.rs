@@ -14,7 +14,7 @@ use std::time::Duration;
 pub struct TaskSpaceLogc {
     /// The times of the samples \[s\].
     pub times: Vec<f64>,
-    /// The half-log pair `X = (ψ, x)` of the error (eq. 32) [rad, m].
+    /// The half-log pair `X = (ψ, x)` of the error (eq. 32) \[rad, m\].
     pub half_logs: Vec<Vector6<f64>>,
     /// The poses `q_d explogdq(X)` that the figures show.
     pub poses: Vec<UnitDualQuaternion>,
@@ -25,7 +25,7 @@ pub struct TaskSpaceLogc {
 /// The numbers of figure 4.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct TaskSpaceMetrics {
-    /// The half-log pair at the start [rad, m].
+    /// The half-log pair at the start \[rad, m\].
     pub initial: [f64; 6],
     /// The time from which each component of the half-log pair stays within 1e-3 of zero \[s\]. `None` if it does not, or if it
     /// never was outside.

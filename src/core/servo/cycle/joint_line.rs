@@ -36,7 +36,7 @@ impl JointLine {
         self.trial.set_tool_offset(tool_offset);
     }
 
-    /// Returns the remaining displacement of each joint from `from` [rad, prismatic: m]. A joint without position limits turns in
+    /// Returns the remaining displacement of each joint from `from` \[rad, prismatic: m\]. A joint without position limits turns in
     /// the shorter direction, because its encoder may wrap in between.
     pub fn displacements<'a>(
         &'a self,

@@ -36,7 +36,7 @@ const NOTHING: f64 = 1e-9;
 pub(super) struct Tracked {
     /// The error of the arm with respect to the goal.
     pub error: GoalError,
-    /// The screw log of the error, `(ω, v)` [rad, m]. Components that the [`Aim`](dq_kinematics::control::Aim) leaves free are 0.
+    /// The screw log of the error, `(ω, v)` \[rad, m\]. Components that the [`Aim`](dq_kinematics::control::Aim) leaves free are 0.
     pub log: nalgebra::Vector6<f64>,
     /// The goal with the chosen sign.
     pub goal: UnitDualQuaternion,

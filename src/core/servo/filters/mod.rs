@@ -45,7 +45,7 @@ pub(super) struct LawGoal<'a> {
     pub allowed: AllowedRate,
     /// The direction out of a singularity, if the law stands still at one.
     pub escape: Option<&'a EscapeDirection>,
-    /// The posture: the positions to which joints move as far as the task leaves them free [rad, prismatic: m].
+    /// The posture: the positions to which joints move as far as the task leaves them free \[rad, prismatic: m\].
     pub posture: &'a [f64],
 }
 
