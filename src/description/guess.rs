@@ -99,7 +99,7 @@ struct Branches<'a> {
 struct Beyond {
     /// The largest number of driven joints on a chain.
     joints: usize,
-    /// Whether a part moves that does not follow the joints before it.
+    /// Whether a part moves independently of the joints before it.
     moves: bool,
 }
 

@@ -56,11 +56,11 @@ pub(crate) struct Pull {
 /// Whether the servo balances the pull.
 #[derive(Clone, Copy)]
 pub enum Hold {
-    /// The servo does not balance it.
+    /// The servo does not balance the pull.
     Nothing,
-    /// The servo balances it at an arm that should stand.
+    /// The servo balances the pull at an arm that should stand.
     Standing,
-    /// The servo balances it at an arm that it drives.
+    /// The servo balances the pull at an arm that it drives.
     Driven,
 }
 

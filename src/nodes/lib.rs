@@ -46,7 +46,7 @@ use dq_params::ParameterError;
 use dq_ros::ros::RosError;
 use thiserror::Error;
 
-/// Why a node could not start.
+/// The reason why a node could not start.
 #[derive(Debug, Error)]
 pub enum NodeError {
     /// Invalid parameters.

@@ -457,7 +457,7 @@ mod tests {
     use super::*;
     use dq_config::ForArm;
 
-    /// Returns why a bag with this joint state, if any, cannot be drawn.
+    /// Returns the reason why a bag with this joint state, if there is one, cannot be drawn.
     fn refused(state: Option<(&[&str], &[f64])>) -> String {
         let parameters = ServoParameters::for_arm("panda").unwrap();
         let mut reader = RunReader::new("run".to_owned(), "/", None, parameters);

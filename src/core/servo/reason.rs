@@ -13,7 +13,7 @@ pub enum Reason {
     Release(Revocation),
     /// Two publishers send an input that may have only one (state `holding`).
     Rivals(Rivals),
-    /// The interval of joint states, this one, is too long for `state_timeout` (state `stale_state`).
+    /// The interval of joint states is too long for `state_timeout` (state `stale_state`).
     RareStates(Duration),
     /// The stream of goals has ended (state `stale_goal`).
     StreamEnded,

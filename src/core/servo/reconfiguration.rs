@@ -12,9 +12,9 @@ named! {
     "reconfigure" Reconfigure {
         /// Never. The servo does not search for one.
         Never = "never",
-        /// On request.
+        /// When the user requests it.
         Ask = "ask",
-        /// As soon as the search has found one.
+        /// As soon as the search has found another configuration.
         Always = "always",
     }
 }
@@ -55,7 +55,7 @@ pub enum Reconfiguration {
     Taken,
 }
 
-/// Why the servo rejects a request to move to another configuration.
+/// The reason why the servo rejects a request to move to another configuration.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 pub enum NoWayRound {
     /// No motion has stalled, or the consent of the motion is revoked.

@@ -177,7 +177,7 @@ impl Opinion {
         Truth::between(time > limit + self.slack(), time + self.slack() > limit)
     }
 
-    /// Returns whether a message is late that took `ago` to arrive.
+    /// Returns whether a message that took `ago` to arrive is late.
     fn is_late(&self, ago: Duration, timeout: Duration) -> Truth {
         if ago.is_zero() { No } else { self.is_longer(ago, timeout) }
     }

@@ -172,8 +172,8 @@ impl Guard {
         self.stopping.is_some()
     }
 
-    /// Returns whether nothing but the guard would bring the arm to rest: the last command moves the arm, and nothing has stopped
-    /// it since.
+    /// Returns whether only the guard would bring the arm to rest: the last command moves the arm, and nothing has stopped it
+    /// since.
     pub fn is_needed(&self) -> bool {
         self.moves
     }

@@ -92,7 +92,8 @@ impl Servo {
         (speed.abs() >= PULLED && is_lost).then_some(Stall::Sagging { joint: joint + 1, speed, kind, error })
     }
 
-    /// Returns why the motion to `goal` makes no progress. Returns `None` if a singularity stopped it and an escape has begun.
+    /// Returns the reason why the motion to `goal` makes no progress. Returns `None` if a singularity stopped it and an escape has
+    /// begun.
     pub(super) fn stall(&mut self, goal: &UnitDualQuaternion) -> Option<Stall> {
         if let Some(reach) = self.beyond_reach(&goal.translation()) {
             return Some(Stall::BeyondReach(reach));

@@ -99,13 +99,13 @@ impl Servo {
         }
     }
 
-    /// Returns why an oscillating arm stalls: because the goal is far beyond reach, which makes the arm oscillate at any gain, or
-    /// because it oscillates.
+    /// Returns the reason why an oscillating arm stalls: the goal is far beyond reach, which makes the arm oscillate at any gain,
+    /// or the arm only oscillates.
     fn stall_of_swings(&self, goal: &Vector3<f64>) -> Stall {
         self.beyond_reach(goal).map_or(Stall::Oscillating, Stall::BeyondReach)
     }
 
-    /// Returns why the arm stalls while it moves to another configuration.
+    /// Returns the reason why the arm stalls while it moves to another configuration.
     fn stall_on_the_way(&self) -> Stall {
         match (self.output.hindrance.pair, self.output.hindrance.at_limit) {
             (Some(pair), _) => Stall::Constrained(pair),

@@ -101,7 +101,7 @@ impl Filters {
         self.approach.keep(input.arms.state(), velocity);
     }
 
-    /// Moves from the last command towards the `velocity` of a law, if that is a second-order law.
+    /// Moves from the last command toward the `velocity` of a law, if that is a second-order law.
     fn approach(&mut self, input: &FilterInput, velocity: &mut [f64]) {
         let (controller, arm) = (&input.settings.controller, input.arms.state());
         if input.goal.is_some() && self.approach.apply(controller, arm, input.joints.braking.period, velocity)
