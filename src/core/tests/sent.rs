@@ -1,8 +1,8 @@
 //! Checks what is sent to the robot against the limits, from the last output on, or from the robot if that has stood since.
 
 use crate::opinion::Truth;
+use dq_check::Invariants;
 use dq_core::servo::Limits;
-use dq_limits::check::Invariants;
 use std::time::Duration;
 
 /// How far positions that are sent may be off by rounding \[rad\].

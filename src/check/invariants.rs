@@ -4,8 +4,8 @@
 //! recorded runs.
 
 use super::slowing::{Slowing, rounded};
-use crate::{Limits, STOP_TIME, Violation};
 use dq_kinematics::arm::ToolSpeed;
+use dq_limits::{Limits, STOP_TIME, Violation};
 use std::time::Duration;
 
 /// How far a joint may overrun a position limit \[rad\], because joint states are some cycles old.
@@ -249,7 +249,7 @@ impl Invariants {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::PositionLimits;
+    use dq_limits::PositionLimits;
 
     const PERIOD: Duration = Duration::from_millis(2);
 
