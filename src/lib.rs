@@ -20,6 +20,7 @@ pub mod cli;
 
 pub use dq_algebra;
 pub use dq_bags;
+pub use dq_check;
 pub use dq_common;
 pub use dq_config;
 pub use dq_core;
@@ -29,6 +30,7 @@ pub use dq_kinematics;
 pub use dq_limits;
 pub use dq_link;
 pub use dq_messages;
+pub use dq_metrics;
 pub use dq_nodes;
 pub use dq_params;
 pub use dq_plant;

@@ -148,7 +148,7 @@ impl OwnGoal {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use dq_core::servo::Figures;
+    use dq_metrics::Figures;
 
     const TIMEOUT: Duration = Duration::from_secs(60);
 

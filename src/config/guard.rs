@@ -2,8 +2,8 @@
 
 use super::NodeParameters;
 use super::common::{CycleParameters, JointParameters, TrajectoryParameters};
+use dq_check::GUARDED_PERIODS as PERIODS;
 use dq_core::servo::{Interface, JointOrder};
-use dq_limits::check::GUARDED_PERIODS as PERIODS;
 use dq_params::{Declarer, ParameterError, Parameters};
 use std::time::Duration;
 

@@ -3,7 +3,6 @@
 // These macros panic if nobody reads the output. Results go through `cli::print`, everything else through `stderr`.
 #![warn(clippy::print_stdout, clippy::print_stderr)]
 
-pub mod check;
 mod envelope;
 mod interface;
 mod joints;

@@ -1,6 +1,6 @@
 //! The guards of the arms, as the servo sees them.
 
-use dq_limits::check::GuardState;
+use dq_check::GuardState;
 use dq_messages::NodeContract;
 use dq_messages::messages::DiagnosticStatus;
 use dq_ros::ros::{Node, RosError, Subscription};

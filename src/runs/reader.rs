@@ -6,14 +6,15 @@ use super::run::{ArmCommands, Change, ChangeKind, RecordedRun, Sample};
 use super::{RunError, Thinned};
 use dq_algebra::UnitDualQuaternion;
 use dq_bags::BagMessage;
+use dq_check::Gaps;
 use dq_common::text::{NAME, shown};
 use dq_config::ServoParameters;
-use dq_core::servo::{Goal, GoalError, Interface, Settings, StateError};
-use dq_limits::check::Gaps;
+use dq_core::servo::{Goal, Interface, Settings, StateError};
 use dq_link::longest_travel;
 use dq_messages::messages::{
     DiagnosticStatus, Float64MultiArray, JointState, JointTrajectory, TwistStamped, UInt8MultiArray,
 };
+use dq_metrics::GoalError;
 use dq_wire::{Command, CycleRecord, MotionReport, ServoKind, StatusReport, command_topic};
 use std::time::Duration;
 

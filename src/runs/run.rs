@@ -2,9 +2,10 @@
 
 use super::Thinned;
 use dq_algebra::UnitDualQuaternion;
-use dq_core::servo::{Figures, GoalError, Limits, Tolerance, Violation};
+use dq_core::servo::{Limits, Violation};
 use dq_kinematics::arm::Chain;
 use dq_messages::PoseNumbers;
+use dq_metrics::{Figures, GoalError, Tolerance};
 use dq_space::space::{KeepOut, MOST_KEEP_OUTS, Scene};
 use serde::Serialize;
 use std::ops::Range;

@@ -2,8 +2,8 @@
 
 use super::robot::{link_frames, link_points, reach, units};
 use dq_algebra::UnitDualQuaternion;
-use dq_core::servo::GoalError;
 use dq_kinematics::arm::ArmError;
+use dq_metrics::GoalError;
 use dq_runs::{ChangeKind, RecordedRun, Sample};
 use dq_wire::pose_numbers;
 use serde_json::{Value, json};

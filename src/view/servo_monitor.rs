@@ -3,10 +3,11 @@
 use super::explain::explain;
 use super::robot::{Robot, link_frames, link_points};
 use dq_algebra::UnitDualQuaternion;
-use dq_core::servo::{GoalError, GoalReading, JointOrder};
+use dq_core::servo::{GoalReading, JointOrder};
 use dq_kinematics::arm::{ArmError, Chain};
 use dq_messages::messages::{DiagnosticStatus, JointState, Message, PoseStamped, TwistStamped};
 use dq_messages::{Direction, PoseNumbers};
+use dq_metrics::GoalError;
 use dq_ros::ros::{Node, RosError, Subscription};
 use dq_wire::{Contract, ServoKind, error_distance, goal_reading, pose_numbers};
 use dq_wire::{MotionReport, Outcome, StatusReport};

@@ -6,9 +6,10 @@ use super::status::{CycleJitter, KeyValues, distance, parse_goal};
 use dq_algebra::UnitDualQuaternion;
 use dq_common::named;
 use dq_common::text::cut;
-use dq_core::servo::{self, Figures, Motion, Reconfiguration};
+use dq_core::servo::{self, Motion, Reconfiguration};
 use dq_messages::PoseNumbers;
 use dq_messages::messages::{DiagnosticStatus, KeyValue, Time};
+use dq_metrics::Figures;
 use std::collections::BTreeMap;
 
 named! {

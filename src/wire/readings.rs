@@ -1,8 +1,9 @@
 //! Converts messages to the servo's inputs.
 
 use dq_algebra::UnitDualQuaternion;
-use dq_core::servo::{GoalError, GoalReading, JointReading, Sent, TwistReading, stamp_age};
+use dq_core::servo::{GoalReading, JointReading, Sent, TwistReading, stamp_age};
 use dq_messages::messages::{JointState, PoseStamped, Transform, TransformStamped, TwistStamped, Vector3};
+use dq_metrics::GoalError;
 use dq_space::frames;
 use nalgebra::Vector6;
 use std::time::Duration;

@@ -3,11 +3,12 @@
 use super::poses::pose_numbers;
 use super::servo_kind::{LawNames, law_and_aim};
 use super::timing::{SpreadFigures, TimingFigures};
+use dq_check::GuardState;
 use dq_common::text::cut;
-use dq_core::servo::{Figures, Input, Reconfiguration, RejectionCounts, Requester, State, Status};
-use dq_limits::check::GuardState;
+use dq_core::servo::{Input, Reconfiguration, RejectionCounts, Requester, State, Status};
 use dq_messages::PoseNumbers;
 use dq_messages::messages::{DiagnosticStatus, KeyValue, Time};
+use dq_metrics::Figures;
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::time::Duration;

@@ -1,9 +1,9 @@
 //! Checks what must hold at the end of every case.
 
 use crate::host::Host;
+use dq_check::Invariants;
 use dq_config::{NodeParameters, ServoParameters};
 use dq_core::servo::Interface;
-use dq_limits::check::Invariants;
 use dq_params::Value;
 use dq_wire::{CycleRecord, Recorded};
 use std::time::Duration;

@@ -3,10 +3,10 @@
 use crate::bags::{DEMO, Sample, alter, demo, demo_with, dq_servo, read, write};
 use crate::runs::only_run;
 use dq_bags::WriterOptions;
-use dq_core::servo::GoalError;
 use dq_figures::{Figure, Width};
 use dq_messages::ParameterEvent;
 use dq_messages::messages::JointState;
+use dq_metrics::GoalError;
 use dq_runs::{RecordedRun, plot};
 use std::path::Path;
 

@@ -1,8 +1,8 @@
 //! The tables of all subcommands.
 
 use comfy_table::{CellAlignment, ColumnConstraint, ContentArrangement, Table, presets};
-use dq_core::servo::Figures;
 use dq_kinematics::arm::JointKind;
+use dq_metrics::Figures;
 use rustix::stdio::stdout;
 use rustix::termios::tcgetwinsize;
 

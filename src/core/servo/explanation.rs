@@ -11,8 +11,8 @@
 
 mod places;
 
-use crate::servo::{GoalError, Tolerance};
 use dq_algebra::UnitDualQuaternion;
+use dq_metrics::{GoalError, Tolerance};
 use nalgebra::{UnitQuaternion, Vector3};
 use places::{Place, Spread, alike, noise};
 use serde::{Deserialize, Serialize};

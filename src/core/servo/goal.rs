@@ -1,9 +1,10 @@
 //! Goals that the servo has checked.
 
-use super::{GoalError, Rejection, Tolerance};
+use super::Rejection;
 use dq_algebra::{UnitDualQuaternion, unit_rotation};
 use dq_common::text::cut;
 use dq_kinematics::arm::bounds;
+use dq_metrics::{GoalError, Tolerance};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 

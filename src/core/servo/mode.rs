@@ -5,12 +5,10 @@ use super::error_trend::ErrorTrend;
 use super::escape_phase::EscapePhase;
 use super::oscillation::Oscillation;
 use super::progress::{BRISK, Progress, SHARE};
-use super::{
-    Goal, GoalError, MotionMeter, Outcome, Reconfiguration, Reconfigure, Requester, STREAM, Stall, Tolerance,
-    Twist,
-};
+use super::{Goal, Outcome, Reconfiguration, Reconfigure, Requester, STREAM, Stall, Twist};
 use dq_algebra::UnitDualQuaternion;
 use dq_kinematics::control::SignMemory;
+use dq_metrics::{GoalError, MotionMeter, Tolerance};
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 

@@ -1,8 +1,9 @@
 //! The servo's record of its motions: the request, the outcome and the figures.
 
-use super::{Figures, Goal, Reconfiguration, Requester, Revocation, Stall};
+use super::{Goal, Reconfiguration, Requester, Revocation, Stall};
 use dq_algebra::UnitDualQuaternion;
 use dq_kinematics::control::Controller;
+use dq_metrics::Figures;
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 

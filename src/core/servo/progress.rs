@@ -1,6 +1,6 @@
 //! Monitors whether a motion still gets nearer to its goal.
 
-use super::{GoalError, Tolerance};
+use dq_metrics::{GoalError, Tolerance};
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 

@@ -5,10 +5,11 @@
 //! such as at the edge of the workspace. For random reachable poses of six and seven joints, 64 starts always found the goal. More
 //! starts make the path slightly shorter.
 
-use super::{Arms, GoalError, PositionLimits, Settings, Tolerance};
+use super::{Arms, PositionLimits, Settings};
 use dq_algebra::UnitDualQuaternion;
 use dq_kinematics::arm::JointKind;
 use dq_kinematics::control::{Aim, Damping, PoseError, nearer_goal};
+use dq_metrics::{GoalError, Tolerance};
 use std::f64::consts::{PI, TAU};
 use std::time::Duration;
 

@@ -5,23 +5,12 @@ use dq_kinematics::arm::bounds;
 use dq_kinematics::control::Controller;
 use dq_params::Parameters;
 
-use super::{Interface, Limits, POSITIVE, Reconfigure};
+use super::{Interface, Limits, Reconfigure};
 use dq_algebra::UnitDualQuaternion;
+use dq_metrics::Tolerance;
 use dq_space::space::{KeepOut, Scene, SceneError};
 use std::sync::Arc;
 use std::time::Duration;
-
-/// The goal tolerance within which the arm counts as arrived.
-#[derive(Clone, Copy, Debug, PartialEq, Parameters)]
-#[parameters(prefix = "goal_tolerance.")]
-pub struct Tolerance {
-    /// distance to the goal that counts as arrived \[m\]
-    #[parameter(default = 0.001, range = POSITIVE..=1.0)]
-    pub linear: f64,
-    /// angle to the goal that counts as arrived \[rad\]
-    #[parameter(default = 0.01, range = POSITIVE..=3.0)]
-    pub angular: f64,
-}
 
 named! {
     /// What the servo does with a goal that the arm cannot reach.

@@ -60,6 +60,13 @@ const SIZE: Taken = (|value| value.is_finite() && value >= 0.0, "a finite number
 const BOUND: Taken = (|value| !value.is_nan(), "a number, or an infinite one for no limit");
 const TOLERANCE: Taken = (|value| value >= 0.0, "a number not below 0");
 
+fn check_each(name: &'static str, numbers: &[f64], (is_taken, expected): Taken) -> Result<(), SettingsError> {
+    match numbers.iter().copied().find(|number| !is_taken(*number)) {
+        Some(value) => Err(SettingsError::Number { name, value, expected }),
+        None => Ok(()),
+    }
+}
+
 impl Settings {
     /// Checks that these settings are valid for a servo with `joint_count` joints and commands of the kind `interface`. The servo
     /// then accepts them at any time.
@@ -101,7 +108,7 @@ impl Settings {
             &self.limits;
         let Controller { damping, .. } = &self.controller;
         let offset = self.tool_offset.to_vector8();
-        let numbers: [(&str, &[f64], Taken); 18] = [
+        let numbers: [(&'static str, &[f64], Taken); 18] = [
             ("tool_offset", offset.as_slice(), FINITE),
             ("hysteresis", from_ref(&self.hysteresis), SIZE),
             ("damping.max", from_ref(&damping.max), SIZE),
@@ -121,12 +128,11 @@ impl Settings {
             ("goal_tolerance.angular", from_ref(&self.goal_tolerance.angular), TOLERANCE),
             ("following_error", from_ref(&self.following_error), TOLERANCE),
         ];
-        let gains: Vec<_> = Law::all().map(|law| (law.parameter(), self.controller.gains(law))).collect();
-        let gains = gains.iter().map(|(name, gains)| (*name, &gains[..], SIZE));
-        for (name, numbers, (is_taken, expected)) in numbers.into_iter().chain(gains) {
-            if let Some(value) = numbers.iter().copied().find(|number| !is_taken(*number)) {
-                return Err(SettingsError::Number { name, value, expected });
-            }
+        for (name, numbers, taken) in numbers {
+            check_each(name, numbers, taken)?;
+        }
+        for law in Law::all() {
+            check_each(law.parameter(), &self.controller.gains(law), SIZE)?;
         }
         let mut ranges = position.ranges();
         let crossed = ranges.find_map(|(lower, upper)| (upper < lower).then_some(upper));

@@ -1,7 +1,8 @@
 //! The reasons why a motion stalls.
 
-use super::{ClosePair, GoalError, Reach};
+use super::{ClosePair, Reach};
 use dq_kinematics::arm::JointKind;
+use dq_metrics::GoalError;
 use serde::{Deserialize, Serialize};
 
 /// The reason why a motion has stalled. Joints are counted from 1, arm after arm.

@@ -2,7 +2,8 @@
 
 use dq_common::named;
 
-use super::{ClosePair, Consent, Figures, FreeDirections, Goal, Reason, Reconfiguration, Stall, State};
+use super::{ClosePair, Consent, FreeDirections, Goal, Reason, Reconfiguration, Stall, State};
+use dq_metrics::Figures;
 use nalgebra::Vector6;
 
 named! {

@@ -6,6 +6,7 @@ use crate::opinion::Opinion;
 use crate::reference::{dual_parameters, parameters, pose, theta};
 use crate::sent::Sent as Outputs;
 use dq_algebra::UnitDualQuaternion;
+use dq_check::Gaps;
 use dq_config::ServoParameters;
 use dq_core::servo::{
     Arms, Event, GoalMotion, GoalReading, Interface, JointOrder, JointReading, Limits, PositionLimits,
@@ -13,7 +14,6 @@ use dq_core::servo::{
 };
 use dq_kinematics::arm::Chain;
 use dq_kinematics::control::{Aim, Law};
-use dq_limits::check::Gaps;
 use dq_plant::{Plant, Realism};
 use nalgebra::{Quaternion, UnitQuaternion};
 use std::collections::VecDeque;

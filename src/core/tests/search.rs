@@ -4,8 +4,9 @@ use crate::arms::{anywhere, servo};
 use crate::reference::{distance, dual_parameters, parameters};
 use dq_algebra::UnitDualQuaternion;
 use dq_config::{ARMS, ServoParameters};
-use dq_core::servo::{GoalError, STARTS, Search, Settings};
+use dq_core::servo::{STARTS, Search, Settings};
 use dq_kinematics::control::Aim;
+use dq_metrics::GoalError;
 use nalgebra::{UnitQuaternion, Vector3};
 use std::time::Duration;
 

@@ -2,8 +2,8 @@
 //! since.
 
 use crate::opinion::Truth;
+use dq_check::Invariants;
 use dq_core::servo::Limits;
-use dq_limits::check::Invariants;
 use std::time::Duration;
 
 /// The largest rounding error of positions in the output \[rad\].

@@ -2,9 +2,10 @@
 
 use super::curve_styles::{StyledRun, each_once};
 use crate::{ArmCommands, Change, ChangeKind, RecordedRun, Sample, Thinned};
-use dq_core::servo::{CLEARANCE, GoalError, Limits, PositionLimits, Tolerance};
+use dq_core::servo::{CLEARANCE, Limits, PositionLimits};
 use dq_figures::{Axis, Color, Figure, INK, LIMIT, Line, Mark, Panel, Series, chart, over_time};
 use dq_kinematics::arm::{Chain, JointKind};
+use dq_metrics::{GoalError, Tolerance};
 use std::f64::consts::PI;
 
 fn time_axis(runs: &[StyledRun]) -> Axis {

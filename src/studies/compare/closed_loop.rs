@@ -5,11 +5,9 @@ use super::arm::{Arm, Task};
 use super::conditions::{PERIOD, Plant, Sensor};
 use dq_common::named;
 use dq_config::ServoParameters;
-use dq_core::servo::{
-    Arms, Event, Figures, GoalError, JointReading, MotionMeter, Reconfiguration, STARTS, Search, Servo,
-    Settings, State, Tolerance,
-};
+use dq_core::servo::{Arms, Event, JointReading, Reconfiguration, STARTS, Search, Servo, Settings, State};
 use dq_kinematics::control::{Approach, Controller, SignMemory};
+use dq_metrics::{Figures, GoalError, MotionMeter, Tolerance};
 use std::time::Duration;
 
 /// The time after which a loop that has not settled counts as failed.

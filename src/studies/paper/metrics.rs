@@ -1,8 +1,8 @@
 //! The figures of a simulated motion.
 
 use super::{Laboratory, PaperError, SimulatedRun};
-use dq_core::servo::{Figures, GoalError, MotionMeter, Settling};
 use dq_kinematics::arm::ArmState;
+use dq_metrics::{Figures, GoalError, MotionMeter, Settling};
 use serde::Serialize;
 use std::time::Duration;
 

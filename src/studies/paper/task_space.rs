@@ -3,8 +3,8 @@
 use super::simulation::integrate;
 use super::{Laboratory, PaperError};
 use dq_algebra::{UnitDualQuaternion, log_coefficients};
-use dq_core::servo::Settling;
 use dq_kinematics::control::nearer_goal;
+use dq_metrics::Settling;
 use nalgebra::{Vector3, Vector6};
 use serde::Serialize;
 use std::time::Duration;

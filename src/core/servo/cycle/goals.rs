@@ -4,10 +4,11 @@ use super::Servo;
 use crate::servo::explanation::Nearness;
 use crate::servo::mode::{Mode, Pursuit};
 use crate::servo::{
-    BeyondReach, Goal, GoalError, GoalMotion, GoalReading, MotionRequest, Outcome, Rejection, Requester,
-    Revocation, Sent, Settings,
+    BeyondReach, Goal, GoalMotion, GoalReading, MotionRequest, Outcome, Rejection, Requester, Revocation,
+    Sent, Settings,
 };
 use dq_kinematics::control::nearer_goal;
+use dq_metrics::GoalError;
 use std::time::Duration;
 
 impl Servo {

@@ -1,7 +1,8 @@
 //! The record of the motion in progress: its beginning and its outcome.
 
 use super::Servo;
-use crate::servo::{Motion, MotionMeter, Outcome, Reconfiguration, STREAM};
+use crate::servo::{Motion, Outcome, Reconfiguration, STREAM};
+use dq_metrics::MotionMeter;
 use std::time::Duration;
 
 impl Servo {

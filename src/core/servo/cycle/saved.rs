@@ -5,7 +5,6 @@
 
 use super::output::SavedOutput;
 use super::{Clock, Servo};
-use crate::servo::Figures;
 use crate::servo::consent::MotionRequests;
 use crate::servo::escape::EscapeDirection;
 use crate::servo::explanation::Explanation;
@@ -13,6 +12,7 @@ use crate::servo::mode::Mode;
 use crate::servo::stream::GoalStream;
 use dq_algebra::UnitDualQuaternion;
 use dq_link::Link;
+use dq_metrics::Figures;
 use nalgebra::Vector6;
 use serde::{Deserialize, Deserializer, Serialize};
 use std::time::Duration;

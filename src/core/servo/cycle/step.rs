@@ -5,9 +5,10 @@ use super::output::Hindrance;
 use super::tracking::Tracked;
 use crate::servo::filters::{FilterInput, LawGoal};
 use crate::servo::mode::{Mode, Pursuit};
-use crate::servo::{FreeDirections, Input, MotionMeter, Reason, State, Status};
+use crate::servo::{FreeDirections, Input, Reason, State, Status};
 use dq_kinematics::control::{AllowedRate, Map};
 use dq_limits::Joints;
+use dq_metrics::MotionMeter;
 use std::time::Duration;
 
 impl Servo {

@@ -4,10 +4,11 @@ use super::Servo;
 use crate::servo::escape_phase::Phase;
 use crate::servo::progress::{Progress, SHARE};
 use crate::servo::stream::MovingGoal;
-use crate::servo::{GoalError, MotionMeter, Reach, Settings, Stall, State, Tolerance};
+use crate::servo::{Reach, Settings, Stall, State};
 use dq_algebra::UnitDualQuaternion;
 use dq_kinematics::control::{Aim, SignMemory};
 use dq_link::Contact;
+use dq_metrics::{GoalError, MotionMeter, Tolerance};
 use nalgebra::Vector3;
 use std::time::Duration;
 

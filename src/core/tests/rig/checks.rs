@@ -131,7 +131,6 @@ impl Rig {
         let settings = self.servo.settings();
         let is_patient = settings.progress_timeout.is_none_or(|timeout| timeout > MOVES_WITHIN);
         let is_simple = self.check_moves
-            && !self.was_held()
             && settings.controller.aim == Aim::Pose
             && settings.scene.is_none()
             && is_patient;

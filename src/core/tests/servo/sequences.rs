@@ -288,20 +288,35 @@ fn attacks(arms: std::ops::Range<usize>, quick: u32) {
     let strategy = (arms, interface, random_attacks(), jerk());
     let config = ProptestConfig { failure_persistence: None, ..cases(quick) };
     let ended = TestRunner::new(config).run(&strategy, |(arm, interface, events, jerk)| {
-        let mut rig = attacked(arm, interface);
-        let place = rig.positions();
-        limit_jerk(&mut rig, jerk);
-        rig.check_positions = false;
-        rig.cycle();
-        for event in events {
-            apply(&mut rig, event);
-        }
-        if !rig.was_held() {
-            is_gone_to_at_last(rig, &place);
-        }
+        attack(attacked(arm, interface), events, jerk);
         Ok(())
     });
     ended.unwrap();
+}
+
+fn attack(mut rig: Rig, events: Vec<Event>, jerk: f64) {
+    let place = rig.positions();
+    limit_jerk(&mut rig, jerk);
+    rig.check_positions = false;
+    rig.cycle();
+    for event in events {
+        apply(&mut rig, event);
+    }
+    is_gone_to_at_last(rig, &place);
+}
+
+#[test]
+fn sequences_that_longer_runs_found_break_no_rule() {
+    use Event::*;
+    let found = [
+        // The hold of a pull ended, and what it had proven stopped the arm.
+        (0, vec![Pull(1.0, 0, 0.118), FrameAway(0, 172), Gap(500, false)]),
+        // A gap in the cycles was taken for a pull.
+        (0, vec![Pull(1.0, 0, 0.133), FrameAway(0, 157), Gap(148, false)]),
+    ];
+    for (arm, events) in found {
+        attack(attacked(arm, Interface::Velocity), events, f64::INFINITY);
+    }
 }
 
 #[test]

@@ -157,7 +157,7 @@ fn a_goal_that_comes_late_is_rejected_and_one_sent_before_a_stop_too() {
     let goal = |seconds| GoalReading { sent: sent(seconds), ..found(0.0) };
     let late = rig.take_single(&goal(5.9)).unwrap_err();
     assert!(
-        matches!(late, Rejection::Late(_)) && late.to_string().contains("sent 5.9 s before it came"),
+        matches!(late, Rejection::Late(_)) && late.to_string().contains("5.9 s after it was sent"),
         "{late}"
     );
     rig.stop();

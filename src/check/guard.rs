@@ -1,8 +1,8 @@
 //! The guard monitors the commands to an arm from outside the servo. If they end during a motion, it stops the arm. Most
 //! controllers have no timeout of their own, and continue at the last velocity forever.
 
-use crate::Interface;
 use dq_common::named;
+use dq_limits::Interface;
 use std::f64::consts::TAU;
 use std::time::Duration;
 

@@ -1,7 +1,7 @@
 //! Checks that an arm keeps clear of its scene.
 
-use crate::Violation;
 use dq_kinematics::arm::Chain;
+use dq_limits::Violation;
 use dq_space::space::{Placed, Scene};
 use std::sync::Arc;
 

@@ -3,8 +3,8 @@
 //! The servo keeps the limits without this check. It is an independent check of the result, for tests and recorded runs.
 
 use super::slowing::{Slowing, rounded};
-use crate::{Limits, STOP_TIME, Violation};
 use dq_kinematics::arm::ToolSpeed;
+use dq_limits::{Limits, STOP_TIME, Violation};
 use std::time::Duration;
 
 /// How far a joint may pass a position limit, because joint states are some cycles old \[rad\].
@@ -248,7 +248,7 @@ impl Invariants {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::PositionLimits;
+    use dq_limits::PositionLimits;
 
     const PERIOD: Duration = Duration::from_millis(2);
 
