@@ -107,7 +107,7 @@ impl SqliteFile {
             .collect()
     }
 
-    /// Returns its topics.
+    /// Returns the topics of the file.
     pub fn topics(&self) -> Vec<Topic> {
         let topic = |entry: &Entry| Topic {
             name: entry.name.to_string(),

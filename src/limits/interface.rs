@@ -10,7 +10,7 @@ named! {
         Velocity = "velocity",
         /// Joint positions \[rad, prismatic: m\], integrated from the velocities.
         Position = "position",
-        /// Joint positions, each one as a trajectory of one point. The joints reach it when the next one is due.
+        /// Joint positions. Each command is a trajectory of one point, which the joints reach when the next command is due.
         Trajectory = "trajectory",
     }
 }

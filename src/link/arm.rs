@@ -57,7 +57,7 @@ pub(crate) struct ArmLink {
     pub told_factor: Option<(f64, Duration)>,
     /// A robot that has just appeared, and may be moving.
     newcomer: Option<Newcomer>,
-    /// When the cycles went on after a gap; `None` once the arm's state after the gap is known.
+    /// When the cycles resumed after a gap; `None` once the arm's state after the gap is known.
     pub blind_since: Option<Duration>,
     /// Whether the speed of an arm that has just appeared became known in this cycle.
     came: bool,

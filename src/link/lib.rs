@@ -88,7 +88,7 @@ pub struct ArmFigures {
     pub contact: Contact,
     /// The fraction of the commanded speed at which the arm moves, at most 1.
     pub factor: f64,
-    /// Whether the robot appeared in this cycle, or the cycles went on after a gap. The next command then starts at the arm's
+    /// Whether the robot appeared in this cycle, or the cycles resumed after a gap. The next command then starts at the arm's
     /// present speed.
     pub came: bool,
 }

@@ -206,8 +206,7 @@ impl Link {
         &self.predicted
     }
 
-    /// Returns when the last joint state of the arm that has been silent longest arrived; `None` until the state of each arm is
-    /// known.
+    /// Returns the time at which the oldest of the arms' last joint states arrived; `None` until the state of each arm is known.
     pub fn received(&self) -> Option<Duration> {
         self.arms.iter().map(|arm| arm.received).min().flatten()
     }

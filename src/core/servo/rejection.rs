@@ -54,7 +54,7 @@ pub enum Rejection {
     /// The request to resume was sent before its goal was revoked.
     #[error("after it was sent {}: ask again if the arm may go on", .0.explain(|joint| format!("joint {joint}")))]
     Overtaken(Revocation),
-    /// The request to resume is for the goal of a stream that was revoked and still goes on. The arm would move to that goal while
+    /// The request to resume is for the goal of a stream that was revoked and still continues. The arm would move to that goal while
     /// the servo rejects later ones.
     #[error("goals are sent on since {}: let their publisher send nothing for 1.5 s, and then ask again", .0.explain(|joint| format!("joint {joint}")))]
     StreamsOn(Revocation),

@@ -30,7 +30,7 @@ impl Sent {
         &mut self.invariants
     }
 
-    /// Returns how long a robot of the tests goes on after its last command.
+    /// Returns how long a robot of the tests continues to move after its last command.
     pub fn timeout(&self) -> Duration {
         Duration::from_millis(100)
     }

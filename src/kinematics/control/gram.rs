@@ -177,7 +177,7 @@ impl Gram {
 
     /// Returns the smallest singular value of J if it is below `bound`.
     ///
-    /// This is fast because a single inverse is enough to find that it is not, which is the usual case.
+    /// This is fast in the usual case: a single inverse shows that the singular value is not below `bound`.
     pub fn singular_value_below(&self, bound: f64) -> Option<f64> {
         let lies_above =
             !self.is_singular() && self.inverse(f64x2::splat(-bound * bound)).second_is_positive();

@@ -35,7 +35,7 @@ fn stream(rig: &mut Rig, goal: &UnitDualQuaternion, by: u32, every: u32, seconds
     travelled
 }
 
-/// Checks that a publisher that went on after a revocation moves the arm only after it has paused.
+/// Checks that a publisher that continued after a revocation moves the arm only after it has paused.
 fn moves_after_a_pause_only(rig: &mut Rig, goal: &UnitDualQuaternion, every: u32) {
     assert!(stream(rig, goal, 1, every, 3.0) < 1e-9, "it streams on: {}", rig.state());
     assert_eq!(rig.state(), State::Holding);
@@ -191,7 +191,7 @@ fn the_measured_pose_fed_back_as_the_goal_moves_the_arm_no_faster_than_its_law_d
     }
 }
 
-/// Returns an arm in motion after its robot was stopped for `seconds`, while its joint states went on.
+/// Returns an arm in motion after its robot was stopped for `seconds`, while its joint states continued.
 fn stopped_for(interface: Interface, seconds: f64) -> Rig {
     let mut rig = Rig::with(|settings| settings.interface = interface);
     rig.goal("theta_desired");

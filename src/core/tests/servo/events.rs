@@ -30,7 +30,7 @@ pub enum Event {
     /// A goal that the arm reaches if its joints move by these fractions of a radian. Its publisher is one of two, or one that
     /// sends only this goal. Then, how long it was under way, and how long it has waited for its frame \[ms\].
     Near(Option<u32>, [f64; 4], u64, u64),
-    /// TF loses the frame of a stream of goals for this many cycles, while its publisher goes on.
+    /// TF loses the frame of a stream of goals for this many cycles, while its publisher continues.
     FrameAway(u32, usize),
     TwistTimeout(f64),
     GoalTimeout(Option<f64>),
@@ -59,7 +59,7 @@ pub enum Event {
     Stamps(u64),
     /// A parameter changes this many times, every 50 ms.
     Changes(u32),
-    /// The delays of commands and of joint states [ms].
+    /// The delays of commands and of joint states \[ms\].
     Delay(u64, u64),
     /// A limit of one joint, or of all joints.
     Limit(Limit, usize, f64),

@@ -218,7 +218,7 @@ fn a_second_publisher_of_joint_states_stops_an_arm_that_takes_positions_without_
                 assert!(change.abs() <= most * (1.0 + 1e-6), "{interface}: {change} at {cycle}");
             }
         }
-        // The other publisher has ended. The arm goes on from its position.
+        // The other publisher has ended. The arm continues from its position.
         rig.run(1.5);
         assert_eq!(
             rig.servo.status().reason,

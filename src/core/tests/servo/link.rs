@@ -207,7 +207,7 @@ fn rule_17_an_arm_that_ceases_to_follow_in_motion_is_noticed_and_goes_on_from_re
         rig.run_until(State::NotFollowing, 0.4);
         rig.run(0.2);
         assert_eq!(rig.speed(), 0.0, "{law}");
-        // If the robot follows again within rearm_timeout, the motion goes on.
+        // If the robot follows again within rearm_timeout, the motion continues.
         rig.following = true;
         let largest = largest_step_to_the_goal(&mut rig);
         assert!(largest <= 50.0 * PERIOD.as_secs_f64() * (1.0 + 1e-9), "{law}: {largest}");

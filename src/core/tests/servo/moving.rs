@@ -238,7 +238,7 @@ fn a_goal_moves_with_its_frame_and_the_arm_holds_where_the_frame_is_lost() {
         with_frame(&mut follow, 0.3, 99.0, &mut sent);
         assert_eq!((follow.rig.state() == State::Holding, held(&follow)), (rearms, rearms), "after {away} s");
     }
-    // The arm goes on when somebody requests it.
+    // The arm resumes when somebody requests it.
     follow.rig.pause(false);
     with_frame(&mut follow, 0.1, 99.0, &mut sent);
     assert_eq!(follow.rig.state(), State::Tracking);

@@ -1,4 +1,4 @@
-//! `~/pause` (false) requests the goal that was in force when the request was sent, unless a revoked stream of goals goes on.
+//! `~/pause` (false) requests the goal that was in force when the request was sent, unless a revoked stream of goals continues.
 
 use crate::reference::{parameters, pose, theta};
 use crate::rig::Rig;

@@ -1,4 +1,4 @@
-//! The reasons why the arm stands, and how it goes on: ~/pause, ~/stop, stalls (rule 9), the end (rule 10); all states.
+//! The reasons why the arm stands, and how it resumes: ~/pause, ~/stop, stalls (rule 9), the end (rule 10); all states.
 
 use crate::rig::Rig;
 use dq_core::servo::{Event, State};
