@@ -137,7 +137,7 @@ impl Link {
         self.figures().map(|figures| figures.factor).fold(1.0, f64::min)
     }
 
-    /// Returns whether the cycles had a gap, and the state of an arm after it is not known yet. Nothing may be sent then.
+    /// Returns whether the cycles had a gap after which the state of an arm is not known yet. Then nothing may be sent.
     pub fn is_blind(&self) -> bool {
         self.arms.iter().any(|arm| arm.blind_since.is_some())
     }

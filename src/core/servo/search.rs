@@ -93,7 +93,7 @@ impl Search {
         }
     }
 
-    /// Returns when the servo asked; `None` before the first question.
+    /// Returns the time at which the servo asked; `None` before the first question.
     pub fn asked(&self) -> Option<Duration> {
         self.asked
     }

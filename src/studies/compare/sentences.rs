@@ -134,7 +134,7 @@ impl Laws<'_> {
         }
     }
 
-    /// Returns a sentence about the good law with the smallest value, if the difference is significant.
+    /// Returns a sentence about the law in `good` with the smallest value, if the difference is significant.
     fn least(&self, quantity: Quantity, is: &str, unit: &str, of: fn(&Cell) -> Option<Interval>) -> String {
         let value =
             |law: Law| self.cell(law, true).and_then(of).map_or(f64::INFINITY, |interval| interval.value);
