@@ -15,8 +15,8 @@ macro_rules! figures {
                 [$(($name, Option::from(self.$field)),)*].into_iter()
             }
 
-            /// Builds the figures from the values that `value` returns for their names. A missing figure is `None`, or 0 if its type has no
-            /// `None`.
+            /// Builds the figures from the values that `value` returns for their names. A missing figure is `None`, or 0 if its
+            /// type is not an `Option`.
             pub fn from_named(value: impl Fn(&str) -> Option<f64>) -> Self {
                 Self { $($field: Named(value($name)).into(),)* }
             }
@@ -24,7 +24,7 @@ macro_rules! figures {
     };
 }
 
-/// The value under a figure's name.
+/// The value of a figure, for conversion to its type.
 struct Named(Option<f64>);
 
 impl From<Named> for Option<f64> {
@@ -42,17 +42,17 @@ impl From<Named> for f64 {
 figures! {
     /// Time since the goal was taken \[s\].
     elapsed: f64 = "elapsed_s",
-    /// When the angle to the goal entered 2 % of its initial value for good \[s\].
+    /// The time from which the angle to the goal stays below 2 % of its initial value \[s\].
     settling_time_rotation: Option<f64> = "settling_time_2_percent_rotation_s",
-    /// When the distance to the goal entered 2 % of its initial value for good \[s\].
+    /// The time from which the distance to the goal stays below 2 % of its initial value \[s\].
     settling_time_position: Option<f64> = "settling_time_2_percent_position_s",
-    /// When the goal tolerances were first met \[s\].
+    /// The time at which the goal tolerances were first met \[s\].
     arrival_time: Option<f64> = "arrival_time_s",
     /// Length of the tool's path so far \[m\].
     path_length: f64 = "path_length_m",
-    /// Distance from the start to the tool \[m\].
+    /// Distance of the tool from its start \[m\].
     straight_line: f64 = "straight_line_m",
-    /// The path's length divided by that distance; `None` if it is below a millimeter.
+    /// The path's length divided by the distance of the tool from its start; `None` if that distance is below a millimeter.
     path_ratio: Option<f64> = "path_ratio",
     /// Distance to the goal \[m\].
     position_error: f64 = "position_error_m",
@@ -60,8 +60,8 @@ figures! {
     rotation_error: f64 = "rotation_error_rad",
     /// Largest joint speed commanded [rad/s].
     peak_joint_speed: f64 = "peak_joint_speed_rad_s",
-    /// How far past the goal the tool went \[m\], along the line to the goal from the tool's position when the goal last moved, or at the
-    /// start.
+    /// How far the tool went past the goal \[m\]. It is measured along the line to the goal from the tool's position when the goal
+    /// last moved, or from the start.
     overshoot: f64 = "overshoot_m",
     /// Control effort `∫|θ̇|² dt` [rad²/s].
     effort: f64 = "effort_rad2_s",
@@ -72,7 +72,7 @@ figures! {
 }
 
 impl Figures {
-    /// Returns the longer of both settling times to 2 % \[s\].
+    /// Returns the later of the two settling times to 2 % \[s\].
     pub fn settling_time(&self) -> Option<f64> {
         Some(self.settling_time_rotation?.max(self.settling_time_position?))
     }

@@ -19,7 +19,7 @@ pub struct Tolerance {
     pub angular: f64,
 }
 
-/// The distance from the goal in the components of the aim; 0 for components that are free.
+/// The distance from the goal. Components that the [`Aim`] leaves free do not count.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct GoalError {
     /// Distance \[m\].
@@ -29,7 +29,8 @@ pub struct GoalError {
 }
 
 impl GoalError {
-    /// Returns the error of the tool of `arm` with respect to `base_from_goal`, whose sign is already chosen.
+    /// Returns the error of the tool of `arm` with respect to `base_from_goal`, whose sign is already chosen. Only the components
+    /// of `aim` count.
     pub fn of(aim: Aim, arm: &ArmState, base_from_goal: &UnitDualQuaternion) -> Self {
         let tool = arm.base_from_tool();
         Self {

@@ -9,27 +9,27 @@ use thiserror::Error;
 /// Invalid settings or joint names.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum SettingsError {
-    /// A list that does not have one entry per joint, of all arms together.
+    /// A list does not have one entry for each joint of all arms.
     #[error("{list} has {got} entries, expected {expected}: one a joint")]
     Length {
-        /// The list.
+        /// The name of the list.
         list: &'static str,
         /// The number of joints.
         expected: usize,
         /// The number of entries in the list.
         got: usize,
     },
-    /// An invalid number.
+    /// A number is invalid.
     #[error("{name} has {value}, expected {expected}")]
     Number {
-        /// Its name.
+        /// The name of the number.
         name: &'static str,
         /// The number.
         value: f64,
-        /// The valid numbers.
+        /// A description of the valid numbers.
         expected: &'static str,
     },
-    /// Commands of another kind than the servo was created for.
+    /// The settings are for another kind of commands than the servo was created for.
     #[error("interface is {got}, expected {expected}: it cannot change while the servo runs")]
     AnotherInterface {
         /// The kind that the servo was created for.
@@ -39,7 +39,7 @@ pub enum SettingsError {
     },
 }
 
-/// Checks that the list with this name has one entry per joint.
+/// Checks that the list `list` has one entry per joint.
 pub(super) fn check_length(list: &'static str, got: usize, expected: usize) -> Result<(), SettingsError> {
     if got == expected { Ok(()) } else { Err(SettingsError::Length { list, expected, got }) }
 }
@@ -52,7 +52,7 @@ pub(super) fn check_period(period: Duration) -> Result<(), SettingsError> {
     }
 }
 
-/// A check of a number, and the description of valid numbers.
+/// A check of a number, and a description of the valid numbers.
 type Taken = (fn(f64) -> bool, &'static str);
 
 const FINITE: Taken = (f64::is_finite, "a finite number");
@@ -68,11 +68,11 @@ fn check_each(name: &'static str, numbers: &[f64], (is_taken, expected): Taken) 
 }
 
 impl Settings {
-    /// Checks that these are valid settings for a servo with `joint_count` joints and commands of the kind `interface`. Such a servo
-    /// accepts valid settings at any time.
+    /// Checks that these settings are valid for a servo with `joint_count` joints and commands of the kind `interface`. The servo
+    /// then accepts them at any time.
     ///
     /// # Errors
-    /// [`SettingsError`] for the first fault.
+    /// [`SettingsError`] for the first invalid setting.
     pub fn check(&self, joint_count: usize, interface: Interface) -> Result<(), SettingsError> {
         self.check_lengths(joint_count)?;
         self.check_numbers()?;
