@@ -17,7 +17,8 @@ where
     let mut signals = Signals::new()?;
     let Some((session, prepared)) = described::<P>(&mut signals, ros_args).await? else { return Ok(()) };
     let node = ServoNode::start(&session, prepared.into())?;
-    let why = until(&mut signals, || node.failure().map_or(Ok(()), |why| Err(why.into()))).await;
+    let check = || node.failure().map_or(Ok(()), |why| Err(why.into()));
+    let why = until(&mut signals, || node.waits_for_robot(), check).await;
     tokio::select! {
         ended = node.shut_down() => Ok(why.and(ended.map_err(Into::into))?),
         // Dropping the node sends zeros.
@@ -37,7 +38,7 @@ async fn described<P: NodeParameters>(
         Some(prepared) => prepared,
         None => tokio::select! {
             described = Prepared::when_described(&session, ros_args) => described?,
-            () = signals.next() => return Ok(None),
+            ended = until(signals, || true, || Ok(())) => return ended.map(|()| None),
         },
     };
     Ok(Some((session, prepared)))
@@ -61,7 +62,7 @@ pub(super) async fn plant(ros_args: &RosArgs) -> anyhow::Result<()> {
     let session = session::<PlantParameters>(ros_args)?;
     let node = PlantNode::start(&session, prepared)?;
     let cycle = || if node.is_running() { Ok(()) } else { Err(anyhow::anyhow!("the cycle ended by itself")) };
-    until(&mut signals, cycle).await
+    until(&mut signals, || session.is_alone(), cycle).await
 }
 
 /// Runs the guard of one arm. A signal ends it once the arm is no longer commanded to move, a second signal at once.
@@ -72,7 +73,7 @@ pub(super) async fn guard(ros_args: &RosArgs) -> anyhow::Result<()> {
     };
     let node = GuardNode::start(&session, prepared)?;
     let cycle = || if node.is_running() { Ok(()) } else { Err(anyhow::anyhow!("the guard ended by itself")) };
-    until(&mut signals, cycle).await?;
+    until(&mut signals, || node.waits_for_robot(), cycle).await?;
     tokio::select! {
         stands = node.shut_down() => ensure!(stands, "ended while the arm is commanded to move: the arm no longer has a guard"),
         () = signals.next() => bail!("a second signal: ended before the arm was commanded to stand"),
@@ -80,9 +81,11 @@ pub(super) async fn guard(ros_args: &RosArgs) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Waits for a signal. Fails as soon as `check` fails or this process loses the network.
+/// Waits for a signal. Fails as soon as `check` fails, this process loses the network, or this host has an address that the process does not
+/// use while `waits` returns true.
 pub(super) async fn until(
     signals: &mut Signals,
+    waits: impl Fn() -> bool,
     check: impl Fn() -> anyhow::Result<()>,
 ) -> anyhow::Result<()> {
     let mut look = tokio::time::interval(Duration::from_millis(100));
@@ -91,6 +94,9 @@ pub(super) async fn until(
         loop {
             check()?;
             network.check().map_err(NetworkLost)?;
+            if waits() {
+                network.check_addresses().map_err(NetworkLost)?;
+            }
             look.tick().await;
         }
     };
