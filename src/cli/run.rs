@@ -1,15 +1,16 @@
-//! `dq_servo servo`, `dq_servo dual`, `dq_servo arm`, `dq_servo puma560` and `dq_servo guard`: one node each, until a signal.
+//! `dq_servo servo`, `dq_servo dual`, `dq_servo arm`, `dq_servo puma560` and `dq_servo guard`: each runs one node until a signal.
 
 use super::error::NetworkLost;
 use super::signals::Signals;
 use anyhow::{bail, ensure};
 use dq_config::{GuardParameters, NodeParameters, PlantParameters, ServoParameters};
-use dq_nodes::{GuardNode, PlantNode, Prepared, ServoNode};
+use dq_nodes::{Given, GuardNode, PlantNode, Prepared, ServoNode};
 use dq_ros::ros::{Environment, NetworkWatch, RosArgs, Session};
 use std::time::Duration;
 use tokio::runtime::Handle;
 
-/// Runs a servo, for one arm or two depending on its parameters. A signal ends it with the arm at rest, a second signal at once.
+/// Runs a servo, for one arm or two depending on its parameters. A signal ends the servo with the arm at rest. A second signal ends
+/// it at once.
 pub(super) async fn servo<P: NodeParameters>(ros_args: &RosArgs) -> anyhow::Result<()>
 where
     Prepared<ServoParameters>: From<Prepared<P>>,
@@ -26,46 +27,51 @@ where
     }
 }
 
-/// Opens the session of a node and prepares its parameters. Returns `None` if a signal arrives while it waits for a robot description.
+/// Opens the session of a node and prepares its parameters. Returns `None` if a signal arrives while the node waits for a robot
+/// description.
 async fn described<P: NodeParameters>(
     signals: &mut Signals,
     ros_args: &RosArgs,
 ) -> anyhow::Result<Option<(Session, Prepared<P>)>> {
     // Report invalid parameters before joining the network.
-    let ready = Prepared::unless_awaited(ros_args)?;
-    let session = session::<P>(ros_args)?;
-    let prepared = match ready {
-        Some(prepared) => prepared,
-        None => tokio::select! {
-            described = Prepared::when_described(&session, ros_args) => described?,
-            ended = until(signals, || true, || Ok(())) => return ended.map(|()| None),
-        },
-    };
-    Ok(Some((session, prepared)))
+    let given = Given::<P>::new(ros_args)?;
+    let priority = given.realtime_priority();
+    if !given.is_awaited() {
+        let prepared = given.prepare()?;
+        return Ok(Some((session(ros_args, priority)?, prepared)));
+    }
+    let session = session(ros_args, priority)?;
+    tokio::select! {
+        described = given.when_described(&session) => Ok(Some((session, described?))),
+        ended = until(signals, || true, || Ok(())) => ended.map(|()| None),
+    }
 }
 
-/// Opens the session of a node. If the cycle has a real-time priority, the threads of DDS have one too.
-fn session<P: NodeParameters>(ros_args: &RosArgs) -> anyhow::Result<Session> {
+/// Opens the session of a node. `priority` is the real-time priority of the node's cycle. If it is not 0, the threads of DDS get a
+/// real-time priority too.
+fn session(ros_args: &RosArgs, priority: u8) -> anyhow::Result<Session> {
     let environment = Environment::from_process(ros_args)?;
     let runtime = Handle::current();
     let open = || {
         let _inside = runtime.enter();
         Session::open(&environment)
     };
-    Ok(dq_nodes::below(Prepared::<P>::realtime_priority(ros_args)?, open)??)
+    Ok(dq_nodes::below(priority, open)??)
 }
 
 /// Runs a simulated arm.
 pub(super) async fn plant(ros_args: &RosArgs) -> anyhow::Result<()> {
     let mut signals = Signals::new()?;
-    let prepared = Prepared::<PlantParameters>::new(ros_args)?;
-    let session = session::<PlantParameters>(ros_args)?;
+    let given = Given::<PlantParameters>::new(ros_args)?;
+    let priority = given.realtime_priority();
+    let prepared = given.prepare()?;
+    let session = session(ros_args, priority)?;
     let node = PlantNode::start(&session, prepared)?;
     let cycle = || if node.is_running() { Ok(()) } else { Err(anyhow::anyhow!("the cycle ended by itself")) };
     until(&mut signals, || session.is_alone(), cycle).await
 }
 
-/// Runs the guard of one arm. A signal ends it once the arm is no longer commanded to move, a second signal at once.
+/// Runs the guard of one arm. A signal ends the guard once the arm is no longer commanded to move. A second signal ends it at once.
 pub(super) async fn guard(ros_args: &RosArgs) -> anyhow::Result<()> {
     let mut signals = Signals::new()?;
     let Some((session, prepared)) = described::<GuardParameters>(&mut signals, ros_args).await? else {
@@ -81,8 +87,8 @@ pub(super) async fn guard(ros_args: &RosArgs) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Waits for a signal. Fails as soon as `check` fails, this process loses the network, or this host has an address that the process does not
-/// use while `waits` returns true.
+/// Waits for a signal. Returns an error as soon as `check` fails or this process loses the network, and also if this host has an
+/// address that the process does not use while `waits` returns true.
 pub(super) async fn until(
     signals: &mut Signals,
     waits: impl Fn() -> bool,

@@ -1,31 +1,31 @@
-//! The robot description from a topic: the servo waits for it before it starts, and watches it while it runs.
+//! The robot description from a topic: the servo waits for the description before the start, and watches the topic while running.
 
-use super::{NodeError, Prepared};
+use super::{Given, NodeError, Prepared};
 use dq_config::NodeParameters;
 use dq_description::Description;
 use dq_messages::NodeContract;
 use dq_messages::messages::StringMessage;
 use dq_params::{ParameterStore, Value};
-use dq_ros::ros::{LogLevel, Logging, Node, Resolver, RosArgs, RosError, Session};
+use dq_ros::ros::{Node, RosError, Session};
 use dq_wire::Contract;
 use std::time::Duration;
 use tokio::task::spawn_blocking;
 use tokio::time::{Instant, interval};
 
-/// The topic.
+/// The name of the topic.
 const TOPIC: &str = "robot_description";
 
-/// How often to log that the description is awaited, or that another one arrived.
+/// The interval between two log lines that say that the description is awaited, or that a different one arrived.
 const REMINDER: Duration = Duration::from_secs(5);
 
-impl<P: NodeParameters> Prepared<P> {
+impl<P: NodeParameters> Given<P> {
     /// Waits for a robot description on `session`, and prepares the node from it and the command line.
     ///
     /// # Errors
-    /// [`NodeError`] if a name is invalid, if the description has no arm between the frames, or if the network fails.
-    pub async fn when_described(session: &Session, args: &RosArgs) -> Result<Self, NodeError> {
-        let names = Resolver::new(P::NODE_NAME, args).map_err(RosError::from)?;
-        let mut node = session.node(names, Logging::new(args, LogLevel::Info))?;
+    /// [`NodeError`] if the description has no arm between the frames, or if the network fails.
+    pub async fn when_described(self, session: &Session) -> Result<Prepared<P>, NodeError> {
+        let (names, logging) = self.node();
+        let mut node = session.node(names, logging)?;
         let descriptions = node.subscription::<StringMessage>(&Contract::builtin()?.servo, TOPIC)?;
         let mut reminder = interval(REMINDER);
         loop {
@@ -33,9 +33,8 @@ impl<P: NodeParameters> Prepared<P> {
                 description = descriptions.next() => {
                     let topic = descriptions.topic().to_owned();
                     let refused = |why| NodeError::Description { topic, why: Box::new(why) };
-                    let args = args.clone();
-                    // Signals are handled meanwhile.
-                    let read = spawn_blocking(move || Self::described(&args, description.data)).await;
+                    // The blocking task leaves this thread free to handle signals.
+                    let read = spawn_blocking(move || self.describe(description.data)).await;
                     return read.map_err(|why| NodeError::Thread(why.into()))?.map_err(refused);
                 }
                 _ = reminder.tick() => {
@@ -68,7 +67,7 @@ pub(super) fn watch(
         loop {
             let came = descriptions.next().await.data;
             let (from, to) = (base.clone(), tool.clone());
-            // The node's other tasks run meanwhile.
+            // The blocking task leaves this thread free for the node's other tasks.
             let why = match spawn_blocking(move || Description::read(&came, &from, &to)).await {
                 Ok(Ok(read)) if read.arm.urdf() == in_force => continue,
                 Ok(Ok(_)) => {

@@ -1,4 +1,4 @@
-//! A node before it joins the graph: its names and its parameters.
+//! A node before it joins the graph: the names and the parameters.
 
 use super::NodeError;
 use dq_common::text::cut;
@@ -6,8 +6,9 @@ use dq_config::{DualParameters, NodeParameters, ServoParameters};
 use dq_params::{FileParameters, ParameterError, ParameterOverride, ParameterStore, Value, is_misspelt};
 use dq_ros::ros::args::{Override, RosArgs};
 use dq_ros::ros::{LogLevel, Logging, Resolver, RosError};
+use std::marker::PhantomData;
 
-/// A node's names and checked parameters. From here on only the network can fail.
+/// A node's names and checked parameters. After this only the network can fail.
 pub struct Prepared<P> {
     pub(super) names: Resolver,
     pub(super) store: ParameterStore,
@@ -29,53 +30,7 @@ impl<P: NodeParameters> Prepared<P> {
     /// # Errors
     /// [`NodeError`] if a name or a parameter is invalid.
     pub fn new(args: &RosArgs) -> Result<Self, NodeError> {
-        Self::with(args, None)
-    }
-
-    /// Prepares the node from the command line and a `robot_description` that arrived on a topic.
-    ///
-    /// # Errors
-    /// [`NodeError`] if a name or a parameter is invalid, or if the description gives no arm.
-    pub(super) fn described(args: &RosArgs, text: String) -> Result<Self, NodeError> {
-        let name = "robot_description";
-        Self::with(args, Some(ParameterOverride::new(name, Value::String(text), name)))
-    }
-
-    /// Prepares the node from the command line. Returns `None` if the command line names the frames of an arm but leaves the description
-    /// between them to a topic.
-    ///
-    /// # Errors
-    /// [`NodeError`] if a name or a parameter is invalid.
-    pub fn unless_awaited(args: &RosArgs) -> Result<Option<Self>, NodeError> {
-        let names = Resolver::new(P::NODE_NAME, args).map_err(RosError::from)?;
-        let (given, _) = given::<P>(&names, &names.node().fully_qualified(), args)?;
-        if dq_config::is_awaited(&given) { Ok(None) } else { Self::new(args).map(Some) }
-    }
-
-    /// Returns the `realtime_priority` from the command line, before it is checked with the other parameters; 0 if there is none.
-    ///
-    /// # Errors
-    /// [`NodeError`] if a name or a parameter is invalid.
-    pub fn realtime_priority(args: &RosArgs) -> Result<u8, NodeError> {
-        let names = Resolver::new(P::NODE_NAME, args).map_err(RosError::from)?;
-        let (given, _) = given::<P>(&names, &names.node().fully_qualified(), args)?;
-        let priority =
-            given.iter().rfind(|given| given.name == "realtime_priority").map(|given| &given.value);
-        Ok(match priority {
-            Some(Value::Integer(priority)) => u8::try_from(*priority).unwrap_or(0),
-            _ => 0,
-        })
-    }
-
-    fn with(args: &RosArgs, description: Option<ParameterOverride>) -> Result<Self, NodeError> {
-        let names = Resolver::new(P::NODE_NAME, args).map_err(RosError::from)?;
-        let node = names.node().fully_qualified();
-        let (mut given, mut warnings) = given::<P>(&names, &node, args)?;
-        given.extend(description);
-        let (store, ignored) = P::start(&node, given)?;
-        warnings.extend(ignored);
-        let logging = Logging::new(args, LogLevel::Info);
-        Ok(Self { names, parameters: P::from_store(&store)?, store, logging, warnings })
+        Given::new(args)?.prepare()
     }
 
     /// Returns the parameters.
@@ -83,7 +38,7 @@ impl<P: NodeParameters> Prepared<P> {
         &self.parameters
     }
 
-    /// Returns the warnings about the command line, one line each. A node logs them when it starts.
+    /// Returns the warnings about the command line, one line each. A node logs them at its start.
     pub fn warnings(&self) -> &[String] {
         &self.warnings
     }
@@ -97,43 +52,103 @@ impl<P: NodeParameters> Prepared<P> {
 /// The reason why a node that is shutting down takes no parameters.
 pub(super) const CYCLE_ENDED: &str = "the node's cycle has ended";
 
-/// Returns the parameters from the command line in their order, and the warnings about them.
-fn given<P: NodeParameters>(
-    names: &Resolver,
-    node: &str,
-    args: &RosArgs,
-) -> Result<(Vec<ParameterOverride>, Vec<String>), ParameterError> {
-    let (mut values, mut warnings) = (Vec::new(), Vec::new());
-    for given in &args.overrides {
-        match given {
-            Override::File(path) => {
-                let file = path.display().to_string();
-                let found = FileParameters::open(path, node)?;
-                warnings.extend(passes_by::<P>(&found, &file, node));
-                values.extend(found.given);
-            }
-            Override::Builtin { name, text } => {
-                values.extend(FileParameters::read(text, name, node)?.given);
-            }
-            Override::Parameter { node: only, name, yaml } => {
-                if only.as_deref().is_none_or(|only| only == names.node().name()) {
-                    // A description such as `-p robot_description:="$(xacro robot.urdf.xacro)"` is passed unquoted and is not YAML.
-                    let is_xml = name == "robot_description" && yaml.trim_start().starts_with('<');
-                    values.push(ParameterOverride {
-                        name: name.clone(),
-                        value: if is_xml { Value::String(yaml.clone()) } else { Value::from_yaml(yaml)? },
-                        source: format!("-p {name}:={}", cut(yaml)),
-                        // A parameter meant for another node is not a misspelling of one of ours.
-                        by_name: only.is_some() || is_misspelt(name, dq_config::names()?),
-                    });
-                }
-            }
-        }
-    }
-    Ok((values, warnings))
+/// The names of a node and its parameters, as the command line gives them. The parameters are not checked yet. Each parameter file
+/// is read once.
+pub struct Given<P> {
+    names: Resolver,
+    values: Vec<ParameterOverride>,
+    logging: Logging,
+    warnings: Vec<String>,
+    kind: PhantomData<P>,
 }
 
-/// Returns a warning about a file that has parameters neither for this node nor for another kind of our nodes, with which it may be shared.
+impl<P: NodeParameters> Given<P> {
+    /// Reads the command line and its parameter files.
+    ///
+    /// # Errors
+    /// [`NodeError`] if a name is invalid, or if a parameter cannot be read.
+    pub fn new(args: &RosArgs) -> Result<Self, NodeError> {
+        let names = Resolver::new(P::NODE_NAME, args).map_err(RosError::from)?;
+        let (logging, kind) = (Logging::new(args, LogLevel::Info), PhantomData);
+        let mut given = Self { names, values: Vec::new(), logging, warnings: Vec::new(), kind };
+        args.overrides.iter().try_for_each(|from| given.take(from))?;
+        Ok(given)
+    }
+
+    fn take(&mut self, from: &Override) -> Result<(), ParameterError> {
+        let node = self.names.node();
+        let is_for = |only: Option<&str>| only.is_none_or(|only| only == node.name());
+        match from {
+            Override::File(path) => {
+                let (file, node) = (path.display().to_string(), node.fully_qualified());
+                let found = FileParameters::open(path, &node)?;
+                self.warnings.extend(passes_by::<P>(&found, &file, &node));
+                self.values.extend(found.given);
+            }
+            Override::Builtin { name, text } => {
+                self.values.extend(FileParameters::read(text, name, &node.fully_qualified())?.given);
+            }
+            Override::Value { node: only, name, value } if is_for(*only) => {
+                self.values.push(ParameterOverride::new(name, value.clone(), "this command"));
+            }
+            Override::Parameter { node: only, name, yaml } if is_for(only.as_deref()) => {
+                // A description such as `-p robot_description:="$(xacro robot.urdf.xacro)"` is passed unquoted and is not YAML.
+                let is_xml = name == "robot_description" && yaml.trim_start().starts_with('<');
+                self.values.push(ParameterOverride {
+                    name: name.clone(),
+                    value: if is_xml { Value::String(yaml.clone()) } else { Value::from_yaml(yaml)? },
+                    source: format!("-p {name}:={}", cut(yaml)),
+                    // A parameter meant for another node is not a misspelling of one of ours.
+                    by_name: only.is_some() || is_misspelt(name, dq_config::names()?),
+                });
+            }
+            Override::Value { .. } | Override::Parameter { .. } => {}
+        }
+        Ok(())
+    }
+
+    /// Returns whether the node must wait for a robot description on a topic: the frames of an arm are given without a description.
+    pub fn is_awaited(&self) -> bool {
+        dq_config::is_awaited(&self.values)
+    }
+
+    /// Returns the value of `realtime_priority`, which is needed before the other parameters are checked; 0 if there is none.
+    pub fn realtime_priority(&self) -> u8 {
+        match self.values.iter().rfind(|given| given.name == "realtime_priority").map(|given| &given.value) {
+            Some(Value::Integer(priority)) => u8::try_from(*priority).unwrap_or(0),
+            _ => 0,
+        }
+    }
+
+    /// Checks the parameters.
+    ///
+    /// # Errors
+    /// [`NodeError`] if a parameter is invalid.
+    pub fn prepare(self) -> Result<Prepared<P>, NodeError> {
+        let Self { names, values, logging, mut warnings, .. } = self;
+        let (store, ignored) = P::start(&names.node().fully_qualified(), values)?;
+        warnings.extend(ignored);
+        Ok(Prepared { parameters: P::from_store(&store)?, names, store, logging, warnings })
+    }
+
+    /// Checks the parameters together with a `robot_description` that arrived on a topic.
+    ///
+    /// # Errors
+    /// [`NodeError`] if a parameter is invalid, or if the description gives no arm.
+    pub(super) fn describe(mut self, text: String) -> Result<Prepared<P>, NodeError> {
+        let name = "robot_description";
+        self.values.push(ParameterOverride::new(name, Value::String(text), name));
+        self.prepare()
+    }
+
+    /// Returns the names and the logging of the node.
+    pub(super) fn node(&self) -> (Resolver, Logging) {
+        (self.names.clone(), self.logging)
+    }
+}
+
+/// Returns a warning about a file that has no parameters for this node. A file with parameters for other kinds of our nodes causes
+/// no warning, because nodes may share a file.
 fn passes_by<P: NodeParameters>(found: &FileParameters, file: &str, node: &str) -> Option<String> {
     let is_for = |name: &str| dq_config::NODE_NAMES.contains(&name) && name != P::NODE_NAME;
     let others = found.sections.iter().any(|section| section.rsplit('/').next().is_some_and(is_for));

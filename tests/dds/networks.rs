@@ -10,9 +10,15 @@ fn an_arm_behind_a_router_is_moved_if_both_sides_are_in_ros_static_peers() {
     let mut hosts = Routed::new();
     hosts.plant_side.start_with("plant", &["puma560"], &[("ROS_STATIC_PEERS", "10.77.1.2")]);
     let peers = [("ROS_STATIC_PEERS", "nobody.invalid; 10.77.2.2")];
-    let servo = hosts.servo_side.start_with("servo", &[&["servo"], &FAST[..]].concat(), &peers);
-    wait_for_line(servo, "waiting_for_state -> holding");
+    let servo = [&["servo"], &FAST[..]].concat();
+    wait_for_line(hosts.servo_side.start_with("servo", &servo, &peers), "waiting_for_state -> holding");
+    // The plant learns that the servo leaves, so that the next one is the only publisher of commands.
+    assert_eq!(hosts.servo_side.interrupt("servo").0, Some(0));
+    wait_for_line(hosts.servo_side.start_with("servo", &servo, &peers), "waiting_for_state -> holding");
     hosts.servo_side.output(&FAR);
+    assert_eq!(hosts.plant_side.interrupt("plant").0, Some(0));
+    let log = hosts.plant_side.errors("plant");
+    assert!(!log.contains("publishers on"), "{log}");
 }
 
 #[test]

@@ -31,6 +31,22 @@ def case_stale(spoil, reason=""):
     del goals
 
 
+def case_held():
+    """A joint that is pulled at 0.06 rad/s is held, with `integral`. Where joint states end, the hold ends too, within the limits."""
+    set_parameter("integral", type=3, double_value=5.0)
+    robot = Robot(SENT)
+    robot.pull[1] = 0.06
+    FOLLOWED.append(robot)
+    goals = send_goal()
+    settled()
+    run(0.5)
+    assert abs(SENT.newest()[1] - 0.06) < 0.01, SENT.newest()
+    robot.spoil = spoilt.silent
+    wait("stale_state", lambda: STATUS.is_("stale_state"), 1.0)
+    standing()
+    del goals
+
+
 def case_odd():
     """Joints and stamps in any order, a clock that was set back, and other joints in the message: nothing is rejected, and the arm
     arrives."""

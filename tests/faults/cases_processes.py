@@ -1,6 +1,8 @@
 """Servo and plant are killed, frozen, reset or stopped."""
 import os
 import signal
+import subprocess
+import sys
 
 from watch import *
 
@@ -85,6 +87,38 @@ def case_frozen_servo(servo):
     run(1.0)
     assert states.speed() == 0.0
     del goals
+
+
+def case_starved(servo):
+    """Another process takes the servo's core for 0.5 s, three times in a motion: the plant stops by its own timeout, and the first command
+    after that begins at rest. The motion goes on."""
+    states = States()
+    FOLLOWED.append(states)
+    [core, *others] = sorted(os.sched_getaffinity(0))
+    os.sched_setaffinity(0, others)
+    for thread in os.listdir(f"/proc/{servo}/task"):
+        os.sched_setaffinity(int(thread), [core])
+    goals = send_goal()
+    for _ in range(3):
+        wait("motion", lambda: states.speed() > 0.2)
+        busy = subprocess.Popen([sys.executable, "-c", BUSY, str(core)])
+        wait("a standstill", lambda: states.speed() == 0.0, 2.0)
+        sent = len(SENT.kept)
+        wait("commands", lambda: len(SENT.kept) > sent)
+        assert max(map(abs, SENT.kept[sent][1])) < 0.11, SENT.kept[sent]  # 50 rad/s² in a period of 2 ms
+        assert busy.wait() == 0
+    settled()
+    del goals
+
+
+# Takes a core from all processes without a higher real-time priority.
+BUSY = """
+import os, sys, time
+os.sched_setaffinity(0, [int(sys.argv[1])])
+os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(50))
+end = time.monotonic() + 0.5
+while time.monotonic() < end: pass
+"""
 
 
 def case_frozen_plant(plant):

@@ -1,4 +1,4 @@
-//! Tests joint states that are invalid, late, odd or missing. The peer plays the robot.
+//! Tests joint states that are invalid, late, odd or missing. The peer acts as the robot.
 
 use crate::host::Host;
 use crate::outcome::{cases, check_memory, run};
@@ -13,6 +13,7 @@ cases! {
     robot:
     joint_states_that_cease_stop_the_arm_until_they_come_again => "stale" ["silent"];
     joint_states_that_cannot_be_are_rejected_and_stop_the_arm => "stale" ["nan", "finite"];
+    joint_states_that_cease_end_the_hold_of_the_integral_within_the_limits => "held" [];
     joint_states_that_are_odd_are_followed => "odd" [];
     joint_states_that_never_change_are_an_arm_that_does_not_follow => "never_change" [];
     joint_states_of_a_million_joints_are_refused_before_they_are_decoded_to_the_end => "million" [];

@@ -48,6 +48,16 @@ fn a_servo_frozen_in_motion_lets_the_plant_stop_and_thawed_ends_with_the_reason(
 }
 
 #[test]
+fn a_servo_that_loses_its_core_for_half_a_second_begins_again_at_the_speed_of_the_robot() {
+    // Users other than root may take no core from others, and one core has no other for the plant.
+    let cores = std::thread::available_parallelism().unwrap().get();
+    let Some(mut host) = Host::of_root().filter(|_| cores > 1) else { return };
+    host.start("plant", &["puma560"]);
+    host.start("servo", &[&["servo"], &FAST[..]].concat());
+    run(&host, "starved", &[&host.pid("servo").to_string()]);
+}
+
+#[test]
 fn a_plant_frozen_in_motion_stops_the_servo_which_follows_the_next_plant() {
     let mut host = Host::with_both_nodes();
     run(&host, "frozen_plant", &[&host.pid("plant").to_string()]);
@@ -62,10 +72,10 @@ fn a_plant_reset_in_motion_is_followed_from_its_start() {
     run_with_both_nodes("reset_in_motion", &[]);
 }
 
-/// The capacity of a pipe (pipe(7)) [bytes].
+/// The capacity of a pipe (pipe(7)) \[bytes\].
 const PIPE: usize = 65_536;
 
-/// Runs a servo whose log goes into this pipe. It must work nevertheless, and end on request.
+/// Runs a servo whose log goes into this pipe. The servo must work nevertheless, and end on request.
 fn with_log(log: PipeWriter) {
     let mut host = Host::new();
     host.start("plant", &["puma560"]);
@@ -88,7 +98,8 @@ fn a_servo_whose_log_is_not_read_any_more_moves_stops_and_ends() {
     with_log(writer);
 }
 
-/// Starts a plant that continues at its last velocity for 10 s, like real controllers do forever, with a servo and these guards.
+/// Starts a plant that continues at its last velocity for 10 s, as real controllers do forever. Also starts a servo and these
+/// guards.
 fn guarded(guards: &[&str], interface: &str) -> Host {
     let mut host = Host::new();
     let interface = format!("interface:={interface}");
@@ -133,7 +144,7 @@ impl Drop for Busy {
 #[test]
 fn a_guard_that_gets_no_time_sends_nothing_while_the_servo_lives() {
     let host = guarded(&["guard"], "velocity");
-    // It gets only the time that nobody else needs on the first core.
+    // The guard gets only the time that nobody else needs on the first core.
     let guard = host.pid("guard");
     host.shell(&format!("taskset --all-tasks --cpu-list --pid 0 {guard}"));
     host.shell(&format!("chrt --all-tasks --idle --pid 0 {guard}"));

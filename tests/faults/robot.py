@@ -48,11 +48,11 @@ class Commands:
 
 
 class Robot:
-    """Follows the commands immediately, and publishes its joint states through `spoil`, which returns the state to send, or None."""
+    """Follows the commands immediately, but slower by `pull` [rad/s], and publishes its joint states through `spoil`, which returns the state to send, or None."""
 
     def __init__(self, commands):
         self.commands, self.states = commands, writer("joint_states", ros.JointState)
-        self.position, self.spoil = list(START), honest
+        self.position, self.spoil, self.pull = list(START), honest, [0.0] * 6
         self.next = self.before = time.monotonic()
         wait_matched(self.states)
 
@@ -61,7 +61,7 @@ class Robot:
         if now < self.next:
             return
         self.next = max(self.next + 1 / RATE, now - 1 / RATE)
-        velocity = self.commands.newest()
+        velocity = [command - pull for command, pull in zip(self.commands.newest(), self.pull)]
         self.position = [p + v * (now - self.before) for p, v in zip(self.position, velocity)]
         self.before = now
         stamp = time.time_ns()

@@ -59,9 +59,8 @@ def model(plant: Plant) -> mujoco.MjModel:
             motor.set_to_velocity(kv=kv)
     hand = spec.body("right_hand")
     hand.add_geom(type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[0.03, 0, 0], mass=1e-3)
-    if plant.payload:
-        load = hand.add_body(name="payload")
-        load.add_geom(type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[0.04, 0, 0], mass=plant.payload, contype=0, conaffinity=0)
+    load = hand.add_body(name="payload")
+    load.add_geom(type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[0.04, 0, 0], mass=max(plant.payload, 1e-6), contype=0, conaffinity=0)
     if plant.table is not None:
         spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_PLANE, size=[2, 2, 0.1], pos=[0, 0, plant.table])
     return spec.compile()
@@ -110,6 +109,14 @@ class Robot:
         """The goal with the given number. Its joints are up to 0.6 rad from the start."""
         rng = np.random.default_rng(1000 + number)
         return self.chain.forward_kinematics(self.start + rng.uniform(-0.6, 0.6, len(self.start)))
+
+    def load(self, payload):
+        """Changes the payload [kg] at once."""
+        body = self.model.body("payload").id
+        mass = max(payload, 1e-6)
+        self.model.body_inertia[body] *= mass / self.model.body_mass[body]
+        self.model.body_mass[body] = mass
+        mujoco.mj_setConst(self.model, mujoco.MjData(self.model))
 
     def go(self, goal):
         self.goal = goal

@@ -5,8 +5,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from robot import PERIOD, Plant, Robot
 
-# How long an arm that has settled is watched [s], and the longest time of a motion [s].
-WATCHED, LONGEST = 2.0, 20.0
+# How long an arm that has settled is watched [s], also if its payload changes, and the longest time of a motion [s].
+WATCHED, LOADED, LONGEST = 2.0, 4.0, 20.0
 
 
 @dataclass
@@ -18,6 +18,7 @@ class Row:
     parameters: dict = field(default_factory=dict)
     says: str | None = None
     push: float | None = None  # [N], for 0.1 s: at rest where it is below 0, else in motion
+    load: float | None = None  # the payload [kg] from 1 s after the arm has settled
 
 
 @dataclass
@@ -26,6 +27,7 @@ class Result:
 
     settled: float | None  # [s]
     stays: bool  # from then on
+    last: str  # the state at the end
     error: float  # at the end [m]
     overshoot: float  # [m]
     torque: float  # the largest part of a joint's limit
@@ -62,6 +64,9 @@ ROWS = [
     Row("gravity not compensated, integral", replace(UR5E, compensation=0.0), HELD),
     Row("0.9 of gravity compensated", replace(UR5E, compensation=0.9)),
     Row("0.9 of gravity compensated, integral", replace(UR5E, compensation=0.9), HELD),
+    Row("2 kg put down at rest, integral", replace(UR5E, payload=2.0), HELD, load=0.0),
+    Row("5 kg taken up at rest, integral", UR5E, HELD, load=5.0),
+    Row("5 kg taken up at rest", UR5E, says=SAGS, load=5.0),
     Row("panda, 2 kg", replace(PANDA, payload=2.0), says=SAGS),
     Row("panda, 2 kg, integral", replace(PANDA, payload=2.0), HELD),
 ]
@@ -81,6 +86,18 @@ def pushed(push, began):
     return push_now
 
 
+def loaded(load):
+    """Another payload from 1 s after the arm has settled."""
+    since = [None]
+
+    def load_now(robot):
+        since[0] = since[0] or (robot.now if robot.servo.state == "settled" else None)
+        if since[0] is not None and since[0] + 1.0 <= robot.now < since[0] + 1.0 + PERIOD:
+            robot.load(load)
+
+    return load_now
+
+
 def run(row, number, servo=None):
     """Runs the given row with the given goal. Returns the result and the recorded values."""
     robot = Robot(row.plant, row.parameters, servo)
@@ -88,7 +105,9 @@ def run(row, number, servo=None):
     robot.go(robot.random_goal(number))
     began = robot.now
     each = None if row.push is None else pushed(row.push, began)
-    seen = robot.run(LONGEST, until="settled", each=each, linger=WATCHED)
+    each = each if row.load is None else loaded(row.load)
+    watched = WATCHED if row.load is None else LOADED
+    seen = robot.run(LONGEST, until="settled", each=each, linger=watched)
     return result(robot, seen, began), seen
 
 
@@ -99,6 +118,7 @@ def result(robot, seen, began):
     return Result(
         settled=None if settled is None else settled - began - PERIOD,
         stays=bool(after) and set(after) == {"settled"},
+        last=seen.states[-1],
         error=seen.errors[-1],
         overshoot=float(status["overshoot_m"]),
         torque=float(np.max(torques / robot.model.actuator_forcerange[:, 1])),

@@ -3,7 +3,7 @@
 use crate::host::{PYTHON, assert_success};
 use std::process::Command;
 
-/// Finds what `ros2 run dq_servo dq_servo --version` and `ros2 launch dq_servo NAME` need, by ament's index.
+/// Finds what `ros2 run dq_servo dq_servo --version` and `ros2 launch dq_servo NAME` need, by the index of ament.
 const FIND: &str = r#"
 import json, os, pathlib, subprocess, sys, xml.etree.ElementTree as xml
 
@@ -39,7 +39,7 @@ fn install_and_find(build: &[&str]) {
     let workspace = tempfile::tempdir().unwrap();
     let built = Command::new(COLCON).arg("build").args(build).current_dir(workspace.path()).output();
     assert_success(&built.unwrap());
-    // Twice, because existing files are replaced.
+    // Install twice, because existing files are replaced.
     for _ in 0..2 {
         let script = concat!(env!("CARGO_MANIFEST_DIR"), "/launch_scripts/install_into_workspace.sh");
         let program = env!("CARGO_BIN_EXE_dq_servo");

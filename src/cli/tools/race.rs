@@ -1,10 +1,10 @@
-//! A race for the page: two servos with an arm each, in their own domain, move to the same goal under two laws.
+//! A race for the page: two servos with an arm each move to the same goal under two laws. They are in a domain of their own.
 
 use anyhow::ensure;
 use dq_config::{NodeParameters, PlantParameters, ServoParameters};
 use dq_messages::PoseNumbers;
 use dq_nodes::{PlantNode, Prepared, ServoNode};
-use dq_params::ParameterError;
+use dq_params::{ParameterError, Value};
 use dq_ros::ros::args::{Override, Remap};
 use dq_ros::ros::{Environment, LogLevel, Logging, OwnDomain, Resolver, RosArgs, Session};
 use dq_view::{Race, RaceWatch};
@@ -15,7 +15,7 @@ use tokio::sync::watch;
 /// The interval between the pictures of a race.
 const FRAME: Duration = Duration::from_millis(40);
 
-/// How long two servos and their arms may take to find each other.
+/// The longest time that two servos and their arms may take to find each other.
 const DISCOVERY: Duration = Duration::from_secs(10);
 
 /// The longest duration of a race.
@@ -27,7 +27,7 @@ pub(super) struct RaceNodes {
     servos: Vec<ServoNode>,
     _plants: Vec<PlantNode>,
     _sessions: Vec<Session>,
-    // Kept until the end, so that nobody else takes the domain.
+    // The domain is kept until the end, so that nobody else takes it.
     _domain: OwnDomain,
 }
 
@@ -56,7 +56,7 @@ impl RaceNodes {
         Ok(Self { watch, servos, _plants: plants, _sessions: sessions, _domain: domain })
     }
 
-    /// Runs race number `number` to its end, and shows it.
+    /// Runs race number `number` to its end, and shows it on the page.
     pub async fn run(mut self, goal: PoseNumbers, number: u64, show: watch::Sender<Arc<str>>) {
         let mut frames = tokio::time::interval(FRAME);
         let mut since = Instant::now();
@@ -90,13 +90,9 @@ fn in_namespace(namespace: &str) -> RosArgs {
     RosArgs { remaps, log_level: Some(LogLevel::Warn), ..RosArgs::default() }
 }
 
-/// Returns the command line of both nodes under a law: the parameters of the watched servo, with this law.
+/// Returns the command line of both nodes under a law: the parameters of the watched servo, but with this law.
 fn arguments(namespace: &str, law: &str, race: &Race) -> Result<RosArgs, ParameterError> {
-    let give = |node: &'static str, name: &str, yaml: String| Override::Parameter {
-        node: Some(node.to_owned()),
-        name: name.to_owned(),
-        yaml,
-    };
+    let give = |node, name: &str, value| Override::Value { node: Some(node), name: name.to_owned(), value };
     let mut args = in_namespace(namespace);
     let nodes = [
         (ServoParameters::NODE_NAME, ServoParameters::declarations()?),
@@ -106,10 +102,10 @@ fn arguments(namespace: &str, law: &str, race: &Race) -> Result<RosArgs, Paramet
         let known = race.parameters.iter().filter(|(name, _)| declared.iter().any(|one| one.name == *name));
         // Nobody publishes a simulated time in this domain.
         let known = known.filter(|(name, _)| name != "use_sim_time");
-        args.overrides.extend(known.map(|(name, value)| give(node, name, value.to_string())));
+        args.overrides.extend(known.map(|(name, value)| give(node, name, value.clone())));
     }
-    let start = dq_params::Value::DoubleArray(race.start.clone());
-    args.overrides.push(give(PlantParameters::NODE_NAME, "initial_positions", start.to_string()));
-    args.overrides.push(give(ServoParameters::NODE_NAME, "controller", law.to_owned()));
+    let start = Value::DoubleArray(race.start.clone());
+    args.overrides.push(give(PlantParameters::NODE_NAME, "initial_positions", start));
+    args.overrides.push(give(ServoParameters::NODE_NAME, "controller", Value::String(law.to_owned())));
     Ok(args)
 }

@@ -70,7 +70,7 @@ impl StaticPeers {
         Ok(Self { names, domain, discovery: discovery?, data: data?, datagrams: OwnDatagrams::new(false)? })
     }
 
-    /// Sends to the peers what `participant` multicasts, until it ends.
+    /// Sends to the peers what `participant` multicasts, forever.
     pub async fn serve(self, participant: Weak<DomainParticipant>, own: Prefix, warn: impl Fn(String)) {
         let (mut discovery, mut data) = (vec![0; LARGEST], vec![0; LARGEST]);
         let mut known = Known::default();
@@ -92,8 +92,8 @@ impl StaticPeers {
                 }
                 _ = look_up.tick() => known.hosts.extend(self.hosts(&mut warned, &warn).await),
                 _ = look.tick() => {
-                    let Some(participant) = participant.upgrade() else { return };
-                    known.look(&participant);
+                    // The last messages of a participant that has ended are sent too.
+                    participant.upgrade().iter().for_each(|participant| known.look(participant));
                 }
                 _ = announce.tick() => {
                     self.announce(&known);

@@ -26,7 +26,8 @@ use tokio::sync::Mutex;
 use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
 use tokio::task::JoinHandle;
 
-/// A DDS participant, and what it knows about others. Requires a tokio runtime. It leaves the graph when it and its nodes are dropped.
+/// A DDS participant, and its knowledge about others. Requires a tokio runtime. The participant leaves the graph when this value
+/// and its nodes are dropped.
 pub struct Session {
     tasks: Vec<JoinHandle<()>>,
     context: Context,
@@ -34,6 +35,8 @@ pub struct Session {
     /// Warnings that no node has logged yet.
     warnings: Arc<Mutex<UnboundedReceiver<String>>>,
     _participating: Participating,
+    /// Dropped after the participant.
+    _static_peers: Option<ServedPeers>,
 }
 
 impl Session {
@@ -76,7 +79,7 @@ impl Session {
         let lost = Lost::new(domain_id, on_loopback, is_secured, static_peers.is_some());
         let own = prefix(dds.guid().prefix);
         let serve = |peers: StaticPeers| tokio::spawn(peers.serve(Arc::downgrade(&dds), own, warn.clone()));
-        let serve = static_peers.map(serve);
+        let static_peers = static_peers.map(serve).map(ServedPeers);
         let release_warn = warn.clone();
         let of_other_release =
             move |theirs| release_warn(release::warning_of_announcements(theirs, domain_id));
@@ -84,13 +87,13 @@ impl Session {
             tokio::spawn(names.clone().follow(announcements(&dds)?, of_other_release)),
             tokio::spawn(matches.clone().follow(dds.status_listener(), request, lost)),
         ];
-        tasks.extend(serve);
         tasks.extend(used_addresses.map(|addresses| tokio::spawn(addresses.watch(warn.clone()))));
         let context = Context::from_domain_participant((*dds).clone());
         let context = context.map_err(|why| RosError::create(what.as_str())(&why))?;
         let domain = Domain { dds, matches, names, datagrams };
         let warnings = Arc::new(Mutex::new(warnings));
-        Ok(Self { tasks, context, domain, warnings, _participating: Participating::new() })
+        let (_participating, _static_peers) = (Participating::new(), static_peers);
+        Ok(Self { tasks, context, domain, warnings, _participating, _static_peers })
     }
 
     /// Returns whether none of its endpoints is matched with one of another participant.
@@ -120,8 +123,8 @@ impl Session {
     }
 }
 
-/// Creates a participant, called `what` in errors, with the keys and permissions in the folder `enclave`, whose files have sros2's names.
-/// Also returns a warning about the governance, if any.
+/// Creates a participant with the keys and permissions in the folder `enclave`. The files there have the names that sros2 gives
+/// them. Errors call the participant `what`. Also returns a warning about the governance, if any.
 ///
 /// # Errors
 /// [`RosError::Security`] for the first file that is missing, invalid or out of date; [`RosError::Create`].
@@ -146,7 +149,7 @@ fn secured_participant(
     Ok((participant, payload_protection::warning(&enclave.join("governance.p7s"), domain)))
 }
 
-/// Fails without the feature. [`Environment`] has refused security before.
+/// Returns an error, because this build lacks the feature `security`. [`Environment`] refuses security before this is called.
 #[cfg(not(feature = "security"))]
 fn secured_participant(
     _: DomainParticipantBuilder,
@@ -175,13 +178,26 @@ fn refused(why: &CreateError, domain: u16, what: &str) -> RosError {
     }
 }
 
+/// The task that sends to the static peers. It ends a moment after the participant, so that the peers learn that it has left.
+struct ServedPeers(JoinHandle<()>);
+
+/// How long the task takes to send the last messages.
+const LAST_MESSAGES: Duration = Duration::from_millis(50);
+
+impl Drop for ServedPeers {
+    fn drop(&mut self) {
+        std::thread::sleep(LAST_MESSAGES);
+        self.0.abort();
+    }
+}
+
 /// How long the tasks may take to end.
 const LAST_STEPS: Duration = Duration::from_millis(200);
 
 impl Drop for Session {
     fn drop(&mut self) {
         self.tasks.iter().for_each(JoinHandle::abort);
-        // The tasks hold the participant, and its last holder removes it from the graph. The process must not end before.
+        // The tasks hold the participant, which leaves the graph when the last task ends. The process must not end before.
         let end = Instant::now() + LAST_STEPS;
         while !self.tasks.iter().all(JoinHandle::is_finished) && Instant::now() < end {
             std::thread::sleep(Duration::from_millis(1));
