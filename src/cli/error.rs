@@ -24,5 +24,11 @@ pub(super) struct NetworkLost(pub NetworkEnd);
 
 /// Returns whether the cause of the error is a request of the user.
 pub(super) fn is_ros_usage(error: &RosError) -> bool {
-    matches!(error, RosError::Environment { .. } | RosError::Name(_) | RosError::Security { .. })
+    matches!(
+        error,
+        RosError::Environment { .. }
+            | RosError::Name(_)
+            | RosError::NoFreePort { .. }
+            | RosError::Security { .. }
+    )
 }
