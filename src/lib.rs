@@ -1,14 +1,14 @@
 //! Dual-quaternion control of serial arms: a ROS 2 servo and a simulated arm as nodes, and their parts as a library.
 //!
-//! Each part is a crate of its own, which this one re-exports under its own name. [`dq_config`] and what it stands on need no ROS; they do no
-//! I/O but to read parameter files, robot descriptions and the meshes that these name. [`dq_kinematics`], [`dq_core`] and [`dq_space`] begin
-//! with an example each; [`dq_config`] has the way from an arm of your own, as DH rows or a robot description, to its chain, its settings and
-//! its servo. The README and `src/guide` are for who uses the program.
+//! Each part is a crate, re-exported here under its own name. [`dq_config`] and the crates that it imports need no ROS. They do no
+//! I/O, except to read parameter files, robot descriptions and the meshes that these name. The pages of [`dq_kinematics`],
+//! [`dq_core`] and [`dq_space`] begin with an example. [`dq_config`] shows how to make chain, settings and servo from your own arm,
+//! given as DH rows or as a robot description. To use the program, read the README and `src/guide`.
 #![warn(clippy::unwrap_used, clippy::expect_used)]
-// Both panic where nobody reads: results go through cli::print, all else through stderr.
+// These macros panic if nobody reads the output. Results go through `cli::print`, everything else through `stderr`.
 #![warn(clippy::print_stdout, clippy::print_stderr)]
 
-// Every line of Rust on these pages is run.
+// The Rust examples on these pages are run as tests.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 mod readme {}
@@ -20,6 +20,7 @@ pub mod cli;
 
 pub use dq_algebra;
 pub use dq_bags;
+pub use dq_check;
 pub use dq_common;
 pub use dq_config;
 pub use dq_core;
@@ -29,6 +30,7 @@ pub use dq_kinematics;
 pub use dq_limits;
 pub use dq_link;
 pub use dq_messages;
+pub use dq_metrics;
 pub use dq_nodes;
 pub use dq_params;
 pub use dq_plant;

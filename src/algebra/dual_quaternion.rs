@@ -5,7 +5,7 @@ use nalgebra::{Quaternion, Vector6};
 use std::fmt::{self, Display, Formatter};
 use std::ops::{Mul, MulAssign};
 
-/// `real + ε dual` with `ε² = 0`; any eight numbers.
+/// A dual quaternion `real + ε dual` with `ε² = 0`. Its eight numbers are arbitrary.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DualQuaternion {
     /// The real part.
@@ -22,7 +22,8 @@ impl DualQuaternion {
         Self { real: quaternion(0), dual: quaternion(4) }
     }
 
-    /// Creates the pure dual quaternion `(0, a) + ε (0, b)` of a 6-vector `(a, b)`: a logarithm or a twist (the paper's `R62dual`).
+    /// Creates the pure dual quaternion `(0, a) + ε (0, b)` from the vector `(a, b)` of six numbers, such as a logarithm or a twist
+    /// (the paper's `R62dual`).
     #[doc(alias = "R62dual")]
     pub fn from_vector6(vector: &Vector6<f64>) -> Self {
         let pure = |i: usize| Quaternion::new(0.0, vector[i], vector[i + 1], vector[i + 2]);
@@ -42,7 +43,7 @@ impl DualQuaternion {
     }
 }
 
-/// The Hamilton product (the paper's `dqmult`): `(a + εb)(c + εd) = ac + ε(ad + bc)`.
+/// The Hamilton product `(a + εb)(c + εd) = ac + ε(ad + bc)` (the paper's `dqmult`).
 impl Mul for DualQuaternion {
     type Output = Self;
     fn mul(self, right: Self) -> Self {
@@ -56,7 +57,7 @@ impl MulAssign for DualQuaternion {
     }
 }
 
-/// Writes `w + xi + yj + zk + ε(w + xi + yj + zk)`. A precision applies to each number: `{:.3}`.
+/// Writes `w + xi + yj + zk + ε(w + xi + yj + zk)`. A precision such as `{:.3}` applies to each number.
 impl Display for DualQuaternion {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         let quaternion = |f: &mut Formatter<'_>, q: &Quaternion<f64>| {

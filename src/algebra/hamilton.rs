@@ -39,7 +39,7 @@ pub fn dual_hamilton_minus(b: &DualQuaternion) -> Matrix8 {
     blocks(hamilton_minus(&b.real), hamilton_minus(&b.dual))
 }
 
-/// Returns `[real 0; dual real]`, the form that follows from `ε² = 0`.
+/// Returns `[real 0; dual real]`. This form follows from `ε² = 0`.
 fn blocks(real: Matrix4<f64>, dual: Matrix4<f64>) -> Matrix8 {
     let mut matrix = Matrix8::zeros();
     matrix.fixed_view_mut::<4, 4>(0, 0).copy_from(&real);

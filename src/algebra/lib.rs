@@ -48,7 +48,7 @@
 //! The tests check all of this: properties of random poses, a grid from 0 past π, and comparisons with nalgebra, the matrix
 //! exponential and the paper's printed numbers.
 #![warn(clippy::unwrap_used, clippy::expect_used)]
-// Both macros panic if nobody reads the stream. Results go through `cli::print`, everything else through stderr.
+// Both macros panic if nobody reads the stream. Results go through `cli::print`, everything else through `stderr`.
 #![warn(clippy::print_stdout, clippy::print_stderr)]
 
 mod dual_quaternion;
@@ -68,15 +68,15 @@ pub use unit_dual_quaternion::UnitDualQuaternion;
 
 use thiserror::Error;
 
-/// The eight numbers of a dual quaternion: real part then dual part, scalar first in each.
+/// The eight numbers of a dual quaternion: the real part, then the dual part, each with its scalar first.
 pub type Vector8 = nalgebra::SVector<f64, 8>;
-/// An 8×8 matrix on [`Vector8`].
+/// An 8×8 matrix that acts on a [`Vector8`].
 pub type Matrix8 = nalgebra::SMatrix<f64, 8, 8>;
 
-/// Why a dual quaternion cannot be normalized to a pose.
+/// The reason why a dual quaternion cannot be normalized to a pose.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 pub enum DqError {
-    /// The real part is zero, so it has no direction.
+    /// The real part is zero, so that it has no direction.
     #[error("a dual quaternion whose real part is 0 is not a pose: expected a norm above 0")]
     ZeroRealPart,
     /// A number is infinite or NaN.

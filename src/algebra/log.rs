@@ -5,21 +5,21 @@ use super::quaternion::{angle_by_sine, from_rotation_vector, rotation_vector, si
 use super::{DualQuaternion, UnitDualQuaternion};
 use nalgebra::{Quaternion, Vector3, Vector6};
 
-/// Below this angle \[rad\] quotients by θ² and θ³ are computed as series, whose first omitted term is below 1e-16.
+/// Below this angle \[rad\], quotients by θ² and θ³ are computed as series. The first omitted term is below 1e-16.
 const SERIES_ANGLE: f64 = 1e-2;
 
 impl UnitDualQuaternion {
     /// Returns the paper's logarithm (eq. 32, `logdq`): half the rotation vector \[rad\], then half the translation \[m\].
     ///
-    /// Rotation and translation are decoupled: this is not the logarithm of SE(3), which is
-    /// [`screw_log`](Self::screw_log). The rotation's angle is that of the signed quaternion, in `[0, 2π)`.
+    /// Rotation and translation are decoupled. This is not the logarithm of SE(3), which is [`screw_log`](Self::screw_log). The
+    /// angle of rotation is that of the quaternion with its sign, in `[0, 2π)`.
     #[doc(alias = "logdq")]
     pub fn half_log(&self) -> Vector6<f64> {
         stack(0.5 * rotation_vector(&self.real()), 0.5 * self.translation())
     }
 
-    /// Returns the pose of eq. 13, the inverse of [`half_log`](Self::half_log) (`explogdq`). The paper names eq. 31 for it, but the product
-    /// of eq. 31 rotates the translation too, which gives another pose.
+    /// Returns the pose of eq. 13 (the paper's `explogdq`). This is the inverse of [`half_log`](Self::half_log). The paper refers
+    /// to eq. 31 for it, but the product of eq. 31 rotates the translation, too, which gives another pose.
     #[doc(alias = "explogdq")]
     pub fn half_exp(half_log: &Vector6<f64>) -> Self {
         let (half_rotation, half_translation) = split(half_log);
@@ -27,23 +27,23 @@ impl UnitDualQuaternion {
         Self::new_unchecked(DualQuaternion { real, dual: Quaternion::from_imag(half_translation) * real })
     }
 
-    /// Returns the logarithm of SE(3): the twist `(ω, v)` [rad, m] of the screw that reaches this pose in unit time.
+    /// Returns the logarithm of SE(3): the twist `(ω, v)` \[rad, m\] of the screw that reaches this pose in unit time.
     ///
-    /// With `p` the translation: `ω` is the rotation vector and `v = α p − ½ ω×p + β ω(ω·p)`, `α = ½θ cot ½θ`, `β = (1−α)/θ²` (Bullo &
-    /// Murray 1995). The sign of the dual quaternion counts: a negative scalar part means an angle in (π, 2π), so that a law that keeps the
-    /// sign passes π without a jump.
+    /// Let `p` be the translation. Then `ω` is the rotation vector and `v = α p − ½ ω×p + β ω(ω·p)` with `α = ½θ cot ½θ` and `β =
+    /// (1−α)/θ²` (Bullo & Murray 1995). The sign of the dual quaternion counts: a negative scalar part means an angle in (π, 2π).
+    /// So a law that keeps the sign passes π without a jump.
     ///
-    /// The result is exact to rounding, except near 2π. There α grows as `2π/(θ − 2π)` and amplifies the rounding of `p`: the error of the
-    /// linear part is of the order of `1e-15/(2π − θ)`, about 1e-7 at 2π − 1e-8. At 2π the axis is undefined.
+    /// The result is accurate to rounding, except near 2π. There α grows as `2π/(θ − 2π)` and amplifies the rounding error of `p`.
+    /// The error of the linear part is of the order of `1e-15/(2π − θ)`, about 1e-7 at 2π − 1e-8. At 2π the axis is undefined.
     pub fn screw_log(&self) -> Vector6<f64> {
         let (omega, linear) = screw_log(&self.real(), &self.translation());
         stack(omega, linear)
     }
 
-    /// Returns the exponential of SE(3): the pose that the twist `(ω, v)` [rad, m] reaches in unit time. This is the inverse of
+    /// Returns the exponential of SE(3): the pose that the twist `(ω, v)` \[rad, m\] reaches in unit time. This is the inverse of
     /// [`screw_log`](Self::screw_log).
     ///
-    /// `t = v + a ω×v + b ω×(ω×v)` with `a = (1−cos θ)/θ²`, `b = (θ−sin θ)/θ³`.
+    /// The translation is `t = v + a ω×v + b ω×(ω×v)` with `a = (1−cos θ)/θ²` and `b = (θ−sin θ)/θ³`.
     pub fn screw_exp(twist: &Vector6<f64>) -> Self {
         let (omega, linear) = split(twist);
         let angle = omega.norm();
@@ -60,11 +60,11 @@ impl UnitDualQuaternion {
         Self::new_unchecked(DualQuaternion { real, dual: Quaternion::from_imag(0.5 * translation) * real })
     }
 
-    /// Returns the pose at the fraction `t` of the screw from this pose (`t` = 0) to `other` (`t` = 1): screw linear
-    /// interpolation (Kavan et al. 2006), `q exp(t log(q* other))`.
+    /// Returns the pose at the fraction `t` of the screw from this pose (`t` = 0) to `other` (`t` = 1). This is screw linear
+    /// interpolation (Kavan et al. 2006): `q exp(t log(q* other))`.
     ///
-    /// Takes the shorter of the two screws, whatever signs the poses have. At a half turn both are equally long: then the signs decide, or
-    /// if the scalar part is 0, the rounded product. A `t` outside \[0, 1\] continues on the screw.
+    /// Takes the shorter of the two screws, whatever the signs of the poses are. At a half turn both are equally long. Then the
+    /// signs decide or, if the scalar part is 0, the rounding of the product. A `t` outside \[0, 1\] continues on the screw.
     #[must_use]
     pub fn sclerp(&self, other: &Self, t: f64) -> Self {
         let relative = self.inverse() * *other;
@@ -96,7 +96,7 @@ fn beyond_pi(rotation: &Quaternion<f64>) -> (f64, f64, f64) {
     (0.5 * angle_by_sine, alpha, beta)
 }
 
-/// Returns `α = ½θ cot ½θ` and `β = (1−α)/θ²` of an angle θ \[rad\] and `cot ½θ`, which is not used near θ = 0.
+/// Returns `α = ½θ cot ½θ` and `β = (1−α)/θ²` of an angle θ \[rad\] and `cot ½θ`. Near θ = 0 the cotangent is not used.
 pub fn log_coefficients(angle: f64, half_cotangent: f64) -> (f64, f64) {
     let square = angle * angle;
     if angle < SERIES_ANGLE {

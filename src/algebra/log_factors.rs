@@ -2,10 +2,11 @@
 
 use wide::f64x2;
 
-/// Returns `½θ / sin ½θ` and `β = (1 − ½θ cot ½θ)/θ²` of an angle θ in `[0, π]` with this `cos ½θ`, exact to rounding.
+/// Returns `½θ / sin ½θ` and `β = (1 − ½θ cot ½θ)/θ²` of an angle θ in `[0, π]` with this `cos ½θ`, accurate to rounding.
 ///
-/// This is fast because both are polynomials in `1 − cos ½θ`, which are evaluated in parallel, in four independent sums. The formulas would
-/// need a root, an arc tangent and three quotients, one after the other. Near 0 no series is needed, because nothing is divided by θ.
+/// This is fast because both are polynomials in `1 − cos ½θ`, which are evaluated in parallel, in four independent sums. The
+/// formulas would need a root, an arc tangent and three quotients, one after the other. Near 0 no series is needed, because nothing
+/// is divided by θ.
 #[inline(always)]
 pub(super) fn log_factors(half_cosine: f64) -> [f64; 2] {
     let x = f64x2::splat(1.0 - half_cosine);
@@ -23,8 +24,8 @@ pub(super) fn log_factors(half_cosine: f64) -> [f64; 2] {
     ((one + two * x) + (three + four * x) * square).to_array()
 }
 
-/// The coefficients of both polynomials by the powers of `1 − cos ½θ`, constants first. The polynomials equal the functions at the 21
-/// Chebyshev points of [0, 1], computed with 60 digits. Between these points the relative error is 4e-17.
+/// The coefficients of both polynomials, by the powers of `1 − cos ½θ`, the constants first. The polynomials equal the functions at
+/// the 21 Chebyshev points of [0, 1], computed with 60 digits. Between these points the relative error is 4e-17.
 const COEFFICIENTS: [[f64; 2]; 21] = [
     [1.0, 0.083_333_333_333_333_33],
     [0.333_333_333_333_309_45, 0.011_111_111_111_110_497],
@@ -54,7 +55,8 @@ mod tests {
     use super::*;
     use std::f64::consts::PI;
 
-    /// Returns `½θ / sin ½θ` and β at an angle [rad]. If the formula of β would lose digits, uses its series with Bernoulli numbers.
+    /// Returns `½θ / sin ½θ` and β of an angle \[rad\]. Where the formula of β would lose digits, uses its series with Bernoulli
+    /// numbers.
     fn formulas(angle: f64) -> [f64; 2] {
         let (half, square) = (0.5 * angle, angle * angle);
         let (sin, cos) = half.sin_cos();

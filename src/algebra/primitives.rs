@@ -1,9 +1,9 @@
-//! Planes and lines as dual quaternions (Adorno 2017; Marinho et al., T-RO 2019, §IV), and their distances to points.
+//! Planes and lines as dual quaternions (Adorno 2017; Marinho et al., T-RO 2019, §IV), and the distances of points from them.
 
 use super::{DualQuaternion, UnitDualQuaternion};
 use nalgebra::{Quaternion, Unit, Vector3};
 
-/// A plane `n + ε d`: the points p with `n·p = d`. The distance of a point is positive on the side to which n points.
+/// A plane `n + ε d`: all points p with `n·p = d`. The distance of a point is positive on the side to which n points.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plane(DualQuaternion);
 
@@ -19,7 +19,7 @@ impl Plane {
         self.0.real.imag()
     }
 
-    /// Returns its signed distance from the origin \[m\], along the normal.
+    /// Returns the signed distance of the plane from the origin along the normal \[m\].
     pub fn offset(&self) -> f64 {
         self.0.dual.w
     }
@@ -37,7 +37,7 @@ impl Plane {
     }
 }
 
-/// A line `l + ε m` in Plücker coordinates: the direction l, and the moment `m = p × l` of any of its points p.
+/// A line `l + ε m` in Plücker coordinates. Its direction is l, and its moment is `m = p × l` for any of its points p.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Line(DualQuaternion);
 
@@ -53,7 +53,7 @@ impl Line {
         self.0.real.imag()
     }
 
-    /// Returns the moment \[m\].
+    /// Returns the moment of the line \[m\].
     pub fn moment(&self) -> Vector3<f64> {
         self.0.dual.imag()
     }
@@ -64,8 +64,8 @@ impl Line {
         Self(q * self.0 * q.conjugate())
     }
 
-    /// Returns the vector from the line to `point` \[m\], perpendicular to the line: `l × (p × l − m)`. Its length is the distance, and its
-    /// direction is the gradient of the distance.
+    /// Returns the vector from the line to `point` \[m\], perpendicular to the line: `l × (p × l − m)`. Its length is the distance,
+    /// and its direction is the gradient of the distance.
     pub fn offset(&self, point: &Vector3<f64>) -> Vector3<f64> {
         let direction = self.direction();
         direction.cross(&(point.cross(&direction) - self.moment()))

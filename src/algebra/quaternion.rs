@@ -3,7 +3,7 @@
 use nalgebra::{Quaternion, Unit, UnitQuaternion, Vector3};
 use thiserror::Error;
 
-/// The tolerance of tf2: a quaternion whose squared norm differs from 1 by more than this is invalid. Three decimals suffice.
+/// The tolerance of tf2: a quaternion is invalid if its squared norm differs from 1 by more than this. Three decimals are enough.
 const UNIT_TOLERANCE: f64 = 10e-3;
 
 /// The error for a quaternion that is not an orientation.
@@ -48,10 +48,10 @@ pub fn quaternion_from_angle_axis(angle: f64, axis: &Unit<Vector3<f64>>) -> Unit
     UnitQuaternion::new_unchecked(Quaternion::from_parts(cos, axis.into_inner() * sin))
 }
 
-/// Returns the angle \[rad\] in `[0, 2π]` and the axis of a unit quaternion (the paper's `decq`).
+/// Returns the angle in `[0, 2π]` \[rad\] and the axis of a unit quaternion (the paper's `decq`).
 ///
-/// The sign of the quaternion counts: a negative scalar part means an angle above π. If the vector part is zero, the axis is undefined, and
-/// z is returned.
+/// The sign of the quaternion counts: a negative scalar part means an angle above π. If the vector part is zero, the axis is
+/// undefined, and z is returned.
 #[doc(alias = "decq")]
 pub fn angle_axis(rotation: &UnitQuaternion<f64>) -> (f64, Unit<Vector3<f64>>) {
     let (vector, scalar) = (rotation.imag(), rotation.scalar());
@@ -59,10 +59,10 @@ pub fn angle_axis(rotation: &UnitQuaternion<f64>) -> (f64, Unit<Vector3<f64>>) {
     (angle, Unit::try_new(vector, 0.0).unwrap_or(Vector3::z_axis()))
 }
 
-/// Returns `θ l` \[rad\] of a quaternion with scalar part `cos ½θ` and vector part `l sin ½θ`, for θ in `[0, 2π)`.
+/// Returns `θ l` \[rad\] of a quaternion with the scalar part `cos ½θ` and the vector part `l sin ½θ`, for θ in `[0, 2π)`.
 ///
-/// `atan2` keeps full relative precision at every angle, and the quotient tends to 2 as the vector part vanishes. At
-/// exactly 2π, where no axis is defined, the vector is zero.
+/// `atan2` keeps full relative precision at every angle. The quotient tends to 2 as the vector part vanishes. At exactly 2π the
+/// axis is undefined, and the vector is zero.
 #[inline(always)]
 pub fn rotation_vector(rotation: &Quaternion<f64>) -> Vector3<f64> {
     rotation.imag() * angle_by_sine(rotation.imag().norm(), rotation.w)
@@ -74,13 +74,13 @@ pub(super) fn angle_by_sine(half_sine: f64, half_cosine: f64) -> f64 {
     if half_sine > 0.0 { 2.0 * half_sine.atan2(half_cosine) / half_sine } else { 2.0 }
 }
 
-/// Returns `(cos ½θ, ω sin(½θ)/θ)`, the inverse of [`rotation_vector`].
+/// Returns `(cos ½θ, ω sin(½θ)/θ)`. This is the inverse of [`rotation_vector`].
 pub(super) fn from_rotation_vector(rotation_vector: &Vector3<f64>) -> Quaternion<f64> {
     let half_angle = 0.5 * rotation_vector.norm();
     Quaternion::from_parts(half_angle.cos(), rotation_vector * (0.5 * sinc(half_angle)))
 }
 
-/// Returns `sin(x)/x`, 1 at 0.
+/// Returns `sin(x)/x`; 1 at 0.
 pub(super) fn sinc(x: f64) -> f64 {
     if x == 0.0 { 1.0 } else { x.sin() / x }
 }

@@ -38,7 +38,7 @@ impl UnitDualQuaternion {
         Self::from_parts(UnitQuaternion::identity(), Vector3::zeros())
     }
 
-    /// Creates a pose from the rotation and the translation \[m\], both in the base frame (eq. 13).
+    /// Creates a pose from its rotation and its translation \[m\], both in the base frame (eq. 13).
     #[inline]
     pub fn from_parts(rotation: UnitQuaternion<f64>, translation: Vector3<f64>) -> Self {
         let (real, half) = (rotation.into_inner(), 0.5 * translation);
@@ -57,11 +57,12 @@ impl UnitDualQuaternion {
         Self::from_parts(quaternion_from_angle_axis(angle, axis), translation)
     }
 
-    /// Returns the unit dual quaternion nearest to `q`: scales the real part to norm 1, and removes the component of the dual part along
-    /// the real part. A `q` that is unit up to rounding is returned unchanged, to the last bit.
+    /// Returns the unit dual quaternion nearest to `q`: scales the real part to norm 1, and removes the component of the dual part
+    /// along the real part. If `q` is unit up to rounding, returns it unchanged, to the last bit.
     ///
     /// # Errors
-    /// [`DqError::NonFinite`], also for a pose so far away that its numbers overflow; [`DqError::ZeroRealPart`] if the real part is zero.
+    /// [`DqError::ZeroRealPart`] if the real part is zero. [`DqError::NonFinite`] if a number is not finite, or if the pose is so
+    /// far away that its numbers overflow.
     pub fn try_normalize(q: &DualQuaternion) -> Result<Self, DqError> {
         check_finite(q)?;
         let rounding = 16.0 * f64::EPSILON;
@@ -74,7 +75,7 @@ impl UnitDualQuaternion {
         if largest == 0.0 {
             return Err(DqError::ZeroRealPart);
         }
-        // Scaling by a power of two is exact, and keeps the squares from overflow and underflow.
+        // Scaling by a power of two is exact. It keeps the squares from overflow and underflow.
         let scale = largest.log2().floor().exp2();
         let real = q.real / scale;
         let norm = real.norm();
@@ -89,7 +90,7 @@ impl UnitDualQuaternion {
         Self { inner }
     }
 
-    /// Returns the general dual quaternion.
+    /// Returns the pose as a dual quaternion of any norm.
     pub fn as_dual_quaternion(&self) -> &DualQuaternion {
         &self.inner
     }
@@ -119,13 +120,13 @@ impl UnitDualQuaternion {
         self.inner.to_vector8()
     }
 
-    /// Returns the distance \[m\] and the angle \[rad\] between this pose and the other. q and −q are the same pose.
+    /// Returns the distance \[m\] and the angle \[rad\] between this pose and `other`. q and −q are the same pose.
     pub fn distances(&self, other: &Self) -> [f64; 2] {
         let way: Vector3<f64> = self.translation() - other.translation();
         [way.norm(), self.rotation().angle_to(&other.rotation())]
     }
 
-    /// Returns the inverse pose, which is the conjugate `q*` (the paper's `cdualq`), because `q q* = 1`.
+    /// Returns the inverse pose. Because `q q* = 1`, it is the conjugate `q*` (the paper's `cdualq`).
     #[doc(alias = "cdualq")]
     #[doc(alias = "conjugate")]
     #[must_use]
@@ -133,18 +134,18 @@ impl UnitDualQuaternion {
         Self { inner: self.inner.conjugate() }
     }
 
-    /// Maps a point \[m\] from the coordinates of this frame to those of the base: `r p r* + t`.
+    /// Converts a point from the coordinates of this frame to those of the base frame \[m\]: `r p r* + t`.
     pub fn transform_point(&self, point: &Point3<f64>) -> Point3<f64> {
         self.rotation() * point + self.translation()
     }
 
-    /// Returns the frame that `frameplotter` draws: the rotation (its axes are the columns) and the origin \[m\].
+    /// Returns the frame that `frameplotter` draws: the rotation, whose columns are the axes, and the origin \[m\].
     #[doc(alias = "frameplotter")]
     pub fn frame(&self) -> Isometry3<f64> {
         Isometry3::from_parts(self.translation().into(), self.rotation())
     }
 
-    /// Returns the 6×6 matrix that maps twists `(ω, v)` of the body to twists in the base frame: `[R 0; [t]×R R]`.
+    /// Returns the 6×6 matrix that converts twists `(ω, v)` of the body to twists in the base frame: `[R 0; [t]×R R]`.
     pub fn adjoint(&self) -> Matrix6<f64> {
         let rotation = self.rotation().to_rotation_matrix().into_inner();
         let mut adjoint = Matrix6::zeros();
@@ -154,8 +155,8 @@ impl UnitDualQuaternion {
         adjoint
     }
 
-    /// Makes one Newton step back to norm 1, and the dual part orthogonal to the real part. The remaining error is of second order, so that
-    /// rounding does not accumulate over a chain of products.
+    /// Makes one Newton step back to norm 1, and makes the dual part orthogonal to the real part. The remaining error is of second
+    /// order, so rounding does not accumulate over a chain of products.
     fn renormalize(q: DualQuaternion) -> Self {
         let scale = 0.5 * (3.0 - q.real.norm_squared());
         let (real, dual) = (q.real * scale, q.dual * scale);
@@ -163,14 +164,14 @@ impl UnitDualQuaternion {
     }
 }
 
-/// Returns the pose of a frame, with the sign of its rotation; [`frame`](UnitDualQuaternion::frame) is the inverse.
+/// Converts a frame to a pose, with the sign of its rotation. [`frame`](UnitDualQuaternion::frame) is the inverse.
 impl From<Isometry3<f64>> for UnitDualQuaternion {
     fn from(frame: Isometry3<f64>) -> Self {
         Self::from_parts(frame.rotation, frame.translation.vector)
     }
 }
 
-/// Returns the pose as a frame, like [`frame`](UnitDualQuaternion::frame).
+/// Converts a pose to a frame, like [`frame`](UnitDualQuaternion::frame).
 impl From<UnitDualQuaternion> for Isometry3<f64> {
     fn from(pose: UnitDualQuaternion) -> Self {
         pose.frame()
@@ -192,7 +193,7 @@ impl From<UnitDualQuaternion> for [f64; 8] {
     }
 }
 
-/// Returns a pure rotation; [`rotation`](UnitDualQuaternion::rotation) is the inverse.
+/// Creates a pure rotation. [`rotation`](UnitDualQuaternion::rotation) is the inverse.
 impl From<UnitQuaternion<f64>> for UnitDualQuaternion {
     fn from(rotation: UnitQuaternion<f64>) -> Self {
         Self::from_parts(rotation, Vector3::zeros())

@@ -1,4 +1,4 @@
-//! Reads a rosbag2 bag once, from the first message to the last: a directory, an MCAP file or a SQLite file.
+//! Reads a rosbag2 bag once, from the first message to the last. The bag is a directory, an MCAP file or a SQLite file.
 
 use super::block::{Block, Limit, Types};
 use super::error::BagError;
@@ -10,42 +10,42 @@ use std::cmp::Reverse;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// An upper bound of a number of bytes, for a bag of a given size: `least` plus `ratio` for each byte of the bag.
+/// An upper bound for a number of bytes: `least`, plus `ratio` for each byte of the bag.
 struct Bound {
     least: u64,
     ratio: u64,
 }
 
-/// The bound for the returned messages. No recording has a larger ratio: zstd compresses even the messages of an arm at rest only to about
-/// a twentieth.
+/// The bound for the messages that are returned. No recording has a larger ratio: even the messages of an arm at rest are
+/// compressed by zstd only to about a twentieth.
 const ROOM: Bound = Bound { least: 64 << 20, ratio: 100 };
 
-/// The bound for the unpacked chunks. They may contain images and maps of one color, which take time but no memory.
+/// The bound for the chunks that are unpacked. They may contain images and maps of one color, which take time but no memory.
 const WORK: Bound = Bound { least: 1 << 30, ratio: 2000 };
 
-/// Blocks that overlap in time are unpacked together while their messages have fewer bytes than this.
+/// Blocks that overlap in time are unpacked together as long as their messages have fewer bytes than this.
 const OVERLAP: usize = 64 << 20;
 
-/// A bag, and an iterator over its messages in order of log time. Messages with equal times keep their stored order.
+/// A bag, and an iterator over its messages in the order of log time. Messages with equal times keep their stored order.
 ///
-/// Each block of a file is unpacked once, when its time has come. So memory depends on how much the blocks overlap, not on the size of the
-/// bag. [`Bag::losses`] lists what could not be read.
+/// Each block of a file is unpacked once, when its time has come. So memory depends on how much the blocks overlap, not on the size
+/// of the bag. [`Bag::losses`] lists the parts that could not be read.
 #[derive(Debug)]
 pub struct Bag {
     files: Vec<Storage>,
-    /// The file and the block; the next one is last.
+    /// The index of the file, and the block. The next block is the last one.
     blocks: Vec<(usize, Block)>,
-    /// The messages that are unpacked but not yet returned.
+    /// The messages that are unpacked but not returned yet.
     waiting: BTreeMap<Turn, BagMessage>,
     /// The size of the waiting messages \[bytes\].
     held: usize,
-    /// The bytes of messages that may still be returned.
+    /// Number of bytes of messages that may still be returned.
     room: u64,
     types: Types,
     losses: UnreadableParts,
 }
 
-/// The order in which messages are returned: by log time, then by position in the bag.
+/// The place of a message in the order of returned messages: by log time, then by position in the bag.
 #[derive(Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Turn {
     log_time: i64,
@@ -58,7 +58,7 @@ impl Bag {
     /// Opens a bag's directory, with or without `metadata.yaml`, or one of its files. Does not unpack messages yet.
     ///
     /// # Errors
-    /// [`BagError::Read`], [`BagError::NotABag`]; [`BagError::Damaged`] if none of its files can be read.
+    /// [`BagError::Read`], [`BagError::NotABag`]; [`BagError::Damaged`] if none of the files can be read.
     pub fn open(path: &Path) -> Result<Self, BagError> {
         let mut losses = UnreadableParts::default();
         let paths = if path.is_dir() { files_of(path, &mut losses)? } else { vec![path.to_owned()] };
@@ -87,19 +87,19 @@ impl Bag {
         Ok(Self { files, blocks, waiting: BTreeMap::new(), held: 0, room, types: None, losses })
     }
 
-    /// Returns only the messages of these types (`package/msg/Name`).
+    /// Returns this bag, limited to messages of these types (`package/msg/Name`).
     #[must_use]
     pub fn only(mut self, types: &[impl AsRef<str>]) -> Self {
         self.give_only(types);
         self
     }
 
-    /// Returns from now on only the messages of these types.
+    /// Limits the messages that are read from now on to these types (`package/msg/Name`).
     pub fn give_only(&mut self, types: &[impl AsRef<str>]) {
         self.types = Some(types.iter().map(|name| name.as_ref().to_owned()).collect());
     }
 
-    /// Returns the topics that were found so far, by name. They are complete after the last message.
+    /// Returns the topics that were found so far, sorted by name. They are complete after the last message.
     pub fn topics(&self) -> Vec<Topic> {
         let mut counts = BTreeMap::new();
         for topic in self.files.iter().flat_map(Storage::topics) {
@@ -108,7 +108,7 @@ impl Bag {
         counts.into_iter().map(|((name, message), count)| Topic { name, message, count }).collect()
     }
 
-    /// Returns what could not be read so far.
+    /// Returns the parts that could not be read so far.
     pub fn losses(&self) -> &UnreadableParts {
         &self.losses
     }
@@ -143,7 +143,7 @@ impl Iterator for Bag {
 
     fn next(&mut self) -> Option<BagMessage> {
         while let Some((file, block)) = self.blocks.last().copied() {
-            // Beyond this size, messages are returned block by block.
+            // If they exceed this size, messages are returned block by block.
             let first = self.waiting.first_key_value();
             if first.is_some_and(|(first, _)| block.start > first.log_time || self.held >= OVERLAP) {
                 break;

@@ -6,35 +6,35 @@ use dq_common::text::{NAME, shown};
 /// Messages of a file that are unpacked together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Block {
-    /// The log time of its first message \[ns\], if the file has it.
+    /// The log time of the block's first message \[ns\], if the file has it.
     pub start: i64,
     /// The index of the block in its file.
     pub number: usize,
 }
 
-/// The content of a block.
+/// The unpacked content of a block.
 #[derive(Debug, Default)]
 pub(super) struct Unpacked {
     pub messages: Vec<BagMessage>,
-    /// The size of these messages.
+    /// The size of the unpacked messages \[bytes\].
     pub bytes: u64,
-    /// The losses, one line each.
+    /// The parts that were lost, one line each.
     pub lost: Vec<String>,
 }
 
 /// The largest number of bytes to unpack.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Limit {
-    /// For the requested messages.
+    /// The largest size of the requested messages, unpacked \[bytes\].
     pub room: u64,
-    /// For the chunks of a file.
+    /// The largest size of the chunks of one file, unpacked \[bytes\].
     pub work: u64,
 }
 
-/// The requested types; `None` for all.
+/// The requested types; `None` for all types.
 pub(super) type Types = Option<Vec<String>>;
 
-/// Returns the line about messages with another encoding.
+/// Returns the line about messages that have another encoding.
 pub(super) fn of_other_encoding(topic: &str, count: u64) -> String {
     format!("{count} messages of {} are skipped, because they are not encoded in CDR", shown(topic, NAME))
 }

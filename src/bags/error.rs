@@ -1,4 +1,4 @@
-//! Errors of reading and writing bags.
+//! Errors in reading and writing bags.
 
 use dq_common::text::{REASON, shown};
 use mcap::McapError;
@@ -13,29 +13,29 @@ pub enum BagError {
     /// The directory of a new bag exists already.
     #[error("{0:?} exists already: a recording never overwrites, give it a new directory")]
     Exists(PathBuf),
-    /// A file could not be written: no permission, no space, no such directory.
+    /// A file could not be written, for example because of permissions or lack of space.
     #[error("cannot write {path:?}: {why}")]
     Write {
-        /// The file.
+        /// The path of the file.
         path: PathBuf,
         /// The message of the operating system or the MCAP library.
         why: String,
     },
-    /// The type has no definition in `msg_config/interfaces`, and the `TopicRecord` gives none.
+    /// The type has no definition, neither in `msg_config/interfaces` nor in the `TopicRecord`.
     #[error("{topic}: type {message} has no definition in msg_config/interfaces, so it cannot be recorded")]
     UnknownType {
-        /// The topic.
+        /// The name of the topic.
         topic: String,
-        /// `package/msg/Name`.
+        /// The name of the type: `package/msg/Name`.
         message: String,
     },
-    /// A topic id was issued by the writer of another bag.
+    /// A topic id is from the writer of another bag.
     #[error("cannot write to {0:?}: the topic belongs to another bag, add it to this one")]
     ForeignTopic(PathBuf),
     /// A file could not be read.
     #[error("cannot read {path:?}: {why}")]
     Read {
-        /// The file.
+        /// The path of the file.
         path: PathBuf,
         /// The error of the operating system.
         why: std::io::Error,
@@ -43,7 +43,7 @@ pub enum BagError {
     /// The file or directory is not a bag.
     #[error("{path:?} is not a rosbag2 bag: {why}")]
     NotABag {
-        /// The file or directory.
+        /// The path of the file or directory.
         path: PathBuf,
         /// The reason.
         why: String,
@@ -51,9 +51,9 @@ pub enum BagError {
     /// The content of a bag is inconsistent.
     #[error("{path:?} is damaged: {why}")]
     Damaged {
-        /// The file.
+        /// The path of the file.
         path: PathBuf,
-        /// Where and how.
+        /// Where the damage is, and what it is.
         why: String,
     },
 }
@@ -64,7 +64,7 @@ impl BagError {
     }
 
     pub(super) fn write_mcap(path: &Path) -> impl FnOnce(McapError) -> Self {
-        // Prefer the operating system's message, if it is the cause.
+        // The operating system's message is preferred if it is the cause.
         let words = |why: McapError| why.source().map_or_else(|| why.to_string(), ToString::to_string);
         move |why| Self::Write { path: path.to_owned(), why: words(why) }
     }

@@ -6,7 +6,8 @@ use super::unreadable::UnreadableParts;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-/// Returns the files of a bag's directory in order, each once: those in its metadata, or else all with a bag's file endings.
+/// Returns the files in a bag's directory in order, each once. These are the files in its metadata; without metadata, all files
+/// with a bag's endings.
 pub(super) fn files_of(directory: &Path, losses: &mut UnreadableParts) -> Result<Vec<PathBuf>, BagError> {
     let files = match metadata::read(directory) {
         Ok(Some(metadata)) if metadata.is_packed_otherwise() => {
@@ -21,7 +22,7 @@ pub(super) fn files_of(directory: &Path, losses: &mut UnreadableParts) -> Result
         }
     };
     let mut seen = BTreeSet::new();
-    // Old versions put the directory's name before the file's. A bag's files are in its directory.
+    // Old versions put the name of the directory before that of the file. The files are in this directory in any case.
     let in_directory = |path: &String| Some(directory.join(Path::new(path).file_name()?));
     let files: Vec<_> =
         files.iter().filter_map(in_directory).filter(|path| seen.insert(path.clone())).collect();
@@ -57,7 +58,7 @@ fn number(path: &Path) -> Option<u64> {
     }
 }
 
-/// The format of rosbag2's local times in names; each 0 is a digit.
+/// The format of rosbag2's local times in names. Each 0 stands for a digit.
 const TIME: &str = "0000_00_00-00_00_00";
 
 /// Returns whether the text has this format.
@@ -66,8 +67,8 @@ fn is_time(text: &str) -> bool {
     text.len() == TIME.len() && TIME.chars().zip(text.chars()).all(alike)
 }
 
-/// Returns the name of the file with this number in a bag's directory, as in the ROS release `distro`: the directory's name with the
-/// number, or from Lyrical on the number, the directory's name without a time at its end, and the time.
+/// Returns the name that the ROS release `distro` gives to the file `number` in a bag's directory. It is the directory's name and
+/// the number. From Lyrical on it is the number, the directory's name without a time at its end, and the time.
 pub(super) fn file_name(directory: &Path, number: usize, distro: &str) -> String {
     let name = directory.file_name().unwrap_or_else(|| "bag".as_ref()).to_string_lossy();
     if distro != LYRICAL {

@@ -1,5 +1,5 @@
-//! The fields of MCAP records, read with checked lengths. The crate's own parser allocates as much memory as a length field says, before it
-//! checks that there are that many bytes.
+//! Reads the fields of MCAP records with checked lengths. The crate's own parser allocates as much memory as a length field says,
+//! before it checks that there are this many bytes.
 
 /// A channel record.
 #[derive(Debug, PartialEq)]
@@ -34,7 +34,7 @@ pub(super) fn message(data: &[u8]) -> Option<(u16, u64, &[u8])> {
     Some((channel, u64::from_le_bytes(*log_time), payload))
 }
 
-/// Returns the unpacked size that a chunk record states; `None` if its length is inconsistent with the record.
+/// Returns the unpacked size that a chunk record states; `None` if its length contradicts the record.
 pub(super) fn chunk_size(data: &[u8]) -> Option<u64> {
     let (_times, rest) = data.split_first_chunk::<16>()?;
     let (size, rest) = rest.split_first_chunk()?;

@@ -1,7 +1,7 @@
-//! Reads one MCAP file chunk by chunk, up to its end or the first damage.
+//! Reads one MCAP file chunk by chunk, up to its end or to the first damage.
 //!
-//! Opening reads the whole file once, because a recording that was killed has no index. So all parts of an open file are complete and have
-//! valid checksums.
+//! Opening reads the whole file once, because a recording that was killed has no index. So all parts of an open file are complete
+//! and have valid checksums.
 
 use super::block::{Block, Limit, Types, Unpacked, of_other_encoding};
 use super::mcap_fields as fields;
@@ -15,19 +15,19 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Consecutive messages outside of chunks are read together up to this many bytes.
+/// Consecutive messages outside of chunks are read together, up to this number of bytes.
 const TOGETHER: u64 = 1 << 20;
 
-/// The number of bytes read at once, whatever length a record states.
+/// Number of bytes that are read at once, whatever length a record states.
 const READ_STEP: usize = 1 << 16;
 
-/// The largest record that is read, and the largest chunk that is unpacked \[bytes\].
+/// The size of the largest record that is read, and of the largest chunk that is unpacked \[bytes\].
 const RECORD_LIMIT: u64 = 1 << 27;
 
-/// The size of opcode and length before every record \[bytes\].
+/// The size of the opcode and the length before each record \[bytes\].
 const HEAD: u64 = 9;
 
-/// An MCAP file that was read once.
+/// An MCAP file that has been read once.
 #[derive(Debug)]
 pub(super) struct McapFile {
     path: PathBuf,
@@ -39,11 +39,11 @@ pub(super) struct McapFile {
 /// A chunk, or consecutive messages outside of chunks.
 #[derive(Clone, Debug)]
 struct Piece {
-    /// Its range in the file.
+    /// The range of the piece in the file.
     place: Range<u64>,
     /// The earliest log time of a message \[ns\].
     start: i64,
-    /// The unpacked size \[bytes\].
+    /// The unpacked size of the piece \[bytes\].
     size: u64,
 }
 
@@ -51,14 +51,14 @@ struct Piece {
 struct Channel {
     topic: Arc<str>,
     message: Arc<str>,
-    /// Whether the encoding is CDR; others belong to other middleware.
+    /// Whether the encoding is CDR. Other middleware has other encodings.
     is_cdr: bool,
-    /// The number of its messages that were loaded.
+    /// The number of the channel's messages that were loaded.
     count: u64,
 }
 
 impl McapFile {
-    /// Reads the file and unpacks its chunks, within the limit. `lost` is called with the position and the reason of the first damage.
+    /// Reads the file and unpacks its chunks, within the limit. Calls `lost` with the position of the first damage and the reason.
     ///
     /// # Errors
     /// The operating system's error if the file cannot be opened.
@@ -92,8 +92,8 @@ impl McapFile {
         Ok(this)
     }
 
-    /// Checks each record of a chunk, which may unpack to at most `work` bytes. Returns the chunk and its number of messages. If the chunk
-    /// is damaged, its definitions are discarded.
+    /// Checks each record of a chunk, which may unpack to at most `work` bytes. Returns the chunk and the number of its messages.
+    /// If the chunk is damaged, discards its definitions.
     fn scan_chunk(&mut self, place: Range<u64>, data: &[u8], work: u64) -> Result<(Piece, u64), String> {
         let size = fields::chunk_size(data).ok_or("a chunk that is not as long as it says")?;
         if size > work.min(RECORD_LIMIT) {
@@ -125,14 +125,14 @@ impl McapFile {
         }
     }
 
-    /// Stores the definition in a record. For a message, returns the time \[ns\].
+    /// Stores the definition in a record. Returns the time of a message \[ns\]; `None` for other records.
     fn define(&mut self, opcode: u8, data: &[u8]) -> Result<Option<i64>, String> {
         match opcode {
             op::SCHEMA => {
                 let (id, name) = fields::schema(data).ok_or("a schema without a name")?;
                 self.schemas.entry(id).or_insert_with(|| name.into());
             }
-            // The first definition counts. Channels are repeated at the end of the file, without a checksum.
+            // The first definition counts. Channels are repeated at the end of the file without a checksum.
             op::CHANNEL => {
                 let channel = fields::channel(data).ok_or("a channel without a topic")?;
                 let message = self.schemas.get(&channel.schema).cloned().unwrap_or_default();
@@ -157,7 +157,7 @@ impl McapFile {
         self.pieces.iter().enumerate().map(|(number, piece)| Block { start: piece.start, number }).collect()
     }
 
-    /// Returns the topics with the numbers of messages loaded.
+    /// Returns the topics, with the numbers of messages that were loaded.
     pub fn topics(&self) -> Vec<Topic> {
         let channels = self.channels.values().filter(|channel| channel.is_cdr);
         channels
@@ -169,7 +169,7 @@ impl McapFile {
             .collect()
     }
 
-    /// Returns what was skipped after all blocks were loaded, one line each.
+    /// Returns the parts that were skipped, one line each. Call it after all blocks were loaded.
     pub fn missing(&self) -> Vec<String> {
         let other = self.channels.values().filter(|channel| !channel.is_cdr && channel.count > 0);
         other.map(|channel| of_other_encoding(&channel.topic, channel.count)).collect()
@@ -218,7 +218,7 @@ fn part_of_a_file() -> LinearReaderOptions {
     LinearReaderOptions::default().with_skip_start_magic(true).with_skip_end_magic(true)
 }
 
-/// Visits all records, including those of chunks, which may unpack to at most `limit` bytes.
+/// Visits all records, including those in chunks. A chunk may unpack to at most `limit` bytes.
 fn records(
     mut input: impl Read,
     options: LinearReaderOptions,
@@ -240,7 +240,7 @@ fn records(
     Ok(())
 }
 
-/// Converts MCAP's unsigned times; those after the year 2262 saturate.
+/// Converts MCAP's unsigned times. A time after the year 2262 saturates.
 fn nanoseconds(time: u64) -> i64 {
     i64::try_from(time).unwrap_or(i64::MAX)
 }

@@ -10,19 +10,19 @@ use std::io::{self, Seek, Write};
 use std::os::unix::fs::MetadataExt;
 use std::path::PathBuf;
 
-/// The size at which a chunk is compressed and written: that of rosbag2.
+/// The size at which a chunk is compressed and written, as in rosbag2.
 const CHUNK_SIZE: usize = 768 * 1024;
 
-/// The end of a file without an index: data end, footer, magic. It follows the last chunk until the next chunk overwrites it. So the file
-/// is valid at every moment, even if this process is killed.
+/// The end of a file without an index: data end, footer, magic. It follows the last chunk until the next chunk overwrites it. So
+/// the file is always valid, even if this process is killed.
 const END: [u8; 50] = *b"\x0f\x04\0\0\0\0\0\0\0\0\0\0\0\x02\x14\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\x89MCAP0\r\n";
 
 /// An MCAP file that is being written.
 pub(super) struct McapOutput {
     path: PathBuf,
-    /// Unbuffered: the MCAP writer writes whole chunks, and errors are reported at once.
+    /// The writer of the file. It has no buffer: it writes whole chunks, and so reports errors at once.
     writer: Writer<File>,
-    /// The same file; both share the position of the next write.
+    /// A second handle of the same file. Both share the position of the next write.
     handle: File,
     /// The length of the file after the last write \[bytes\].
     size: u64,
@@ -38,7 +38,7 @@ impl McapOutput {
         let options = WriteOptions::new()
             .profile("ros2")
             .library(concat!("dq_servo ", env!("CARGO_PKG_VERSION")))
-            // This writer ends chunks itself and writes them whole, so that a kill loses at most one chunk.
+            // This program ends chunks itself and writes them whole, so that a kill loses at most one chunk.
             .chunk_size(None)
             .disable_seeking(true)
             .compression_threads(0);
@@ -49,7 +49,7 @@ impl McapOutput {
         Ok(open)
     }
 
-    /// Adds a channel for a topic, with the type's definition and the offered QoS in YAML.
+    /// Adds a channel for a topic, with the type's definition and with the offered QoS as YAML.
     pub fn add(&mut self, topic: &TopicMetadata, definition: &str, qos: &str) -> Result<u16, BagError> {
         let metadata = BTreeMap::from([
             ("offered_qos_profiles".to_owned(), qos.to_owned()),
@@ -93,7 +93,7 @@ impl McapOutput {
         Ok(())
     }
 
-    /// Writes the end after the last chunk, and moves the position before it. Returns the length of the file.
+    /// Writes the end after the last chunk, and moves the position back before it. Returns the length of the file.
     fn end(&mut self) -> io::Result<u64> {
         self.handle.write_all(&END)?;
         self.handle.seek_relative(-(END.len() as i64))?;
@@ -110,7 +110,7 @@ impl McapOutput {
         self.handle.sync_all().map_err(BagError::write(&self.path))
     }
 
-    /// Checks that the file still exists and has the expected length, so that changes by others are detected.
+    /// Checks that the file still exists and has the expected length. So this detects changes by others.
     fn check(&self) -> Result<(), BagError> {
         let wrong = |why: &str| Err(BagError::Write { path: self.path.clone(), why: why.to_owned() });
         let ours = self.handle.metadata().map_err(BagError::write(&self.path))?;

@@ -9,24 +9,24 @@ use std::sync::Arc;
 /// One topic of a bag.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Topic {
-    /// The fully qualified name.
+    /// The fully qualified name of the topic.
     pub name: String,
-    /// `package/msg/Name`.
+    /// The type of the messages: `package/msg/Name`.
     pub message: String,
-    /// The number of its messages in the bag.
+    /// The number of the topic's messages in the bag.
     pub count: u64,
 }
 
 /// One message of a bag.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BagMessage {
-    /// The topic's fully qualified name.
+    /// The fully qualified name of the topic.
     pub topic: Arc<str>,
-    /// `package/msg/Name`.
+    /// The type of the message: `package/msg/Name`.
     pub message: Arc<str>,
-    /// When it was recorded \[ns since 1970\].
+    /// When the message was recorded \[ns since 1970\].
     pub log_time: i64,
-    /// The CDR bytes, with their encapsulation header of four bytes.
+    /// The CDR bytes of the message, with the encapsulation header of four bytes.
     pub cdr: Vec<u8>,
 }
 
@@ -34,7 +34,7 @@ impl BagMessage {
     /// Decodes the message.
     ///
     /// # Errors
-    /// [`WireError::Decode`] if it is of another type, or its bytes are not a complete message.
+    /// [`WireError::Decode`] if the message has another type, or its bytes are incomplete.
     pub fn decode<M: Message>(&self) -> Result<M, WireError> {
         if *self.message != *M::TYPE {
             let why = format!("they are a {} of {}", shown(&self.message, NAME), shown(&self.topic, NAME));

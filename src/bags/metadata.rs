@@ -1,4 +1,4 @@
-//! `metadata.yaml`, which describes a bag without opening its files.
+//! The file `metadata.yaml`, which describes a bag, so that readers need not open its files.
 
 use super::error::BagError;
 use super::qos::Profile;
@@ -8,13 +8,13 @@ use std::fs::File;
 use std::io::{ErrorKind, Write};
 use std::path::Path;
 
-/// The file's name in the bag's directory.
+/// The name of the file in the bag's directory.
 pub(super) const FILE_NAME: &str = "metadata.yaml";
 
-/// The longest file that is read \[bytes\], ten times that of a bag with thousands of files and topics.
+/// The size of the longest file that is read \[bytes\]. It is ten times that of a bag with thousands of files and topics.
 const LIMIT: u64 = 16 << 20;
 
-/// The number of messages, and the time that they span.
+/// The number of messages, and the first and last of their times.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Span {
     pub messages: u64,
@@ -32,7 +32,7 @@ impl Span {
         });
     }
 
-    /// Returns the first log time; without messages 2⁶³−1, like rosbag2.
+    /// Returns the first log time; 2⁶³−1 without messages, as in rosbag2.
     pub fn start(&self) -> i64 {
         self.bounds.map_or(i64::MAX, |(first, _)| first)
     }
@@ -43,7 +43,7 @@ impl Span {
     }
 }
 
-/// rosbag2's metadata, version 9 (Jazzy).
+/// The metadata of rosbag2, version 9 (Jazzy).
 #[derive(Debug, Serialize)]
 pub(super) struct Metadata {
     version: u32,
@@ -95,7 +95,7 @@ struct FileSpan {
 }
 
 impl Metadata {
-    /// Creates the metadata of a bag of MCAP files, from their names and spans, and from the topics with their counts.
+    /// Creates the metadata of a bag of MCAP files from the names and spans of the files, and from the topics with their counts.
     pub fn new(
         total: &Span,
         topics: impl Iterator<Item = (TopicMetadata, u64)>,
@@ -128,7 +128,7 @@ impl Metadata {
         }
     }
 
-    /// Replaces the bag's `metadata.yaml` atomically: there is a complete file at every moment, even after a loss of power.
+    /// Replaces the bag's `metadata.yaml` atomically. So there is always a complete file, even after a loss of power.
     ///
     /// # Errors
     /// [`BagError::Write`].
@@ -151,7 +151,7 @@ pub(super) fn yaml(value: &impl Serialize) -> Result<String, serde_saphyr::ser::
     serde_saphyr::to_string(value)
 }
 
-/// The metadata that are needed to read a bag, of any version.
+/// The parts of the metadata, of any version, that are needed to read a bag.
 #[derive(Debug, Default, Deserialize)]
 pub(super) struct Contents {
     #[serde(default)]
@@ -165,7 +165,7 @@ struct Document<T> {
 }
 
 impl Contents {
-    /// Returns whether the bag has an unsupported compression.
+    /// Returns whether the bag has a compression that is not supported.
     pub fn is_packed_otherwise(&self) -> bool {
         !["", "zstd"].contains(&self.compression_format.as_str())
     }
@@ -210,7 +210,7 @@ mod tests {
         }
     }
 
-    /// The publishers' history is excepted, because DDS does not announce it.
+    /// The history of publishers is an exception, because DDS does not announce it.
     #[test]
     fn written_bytes_equal_those_of_a_real_ros_2() {
         let theirs = include_str!("../../tests/data/bag_jazzy_mcap/metadata.yaml");

@@ -8,15 +8,15 @@ use std::io::{Read, copy};
 use std::path::Path;
 use tempfile::NamedTempFile;
 
-/// The beginning of every zstd frame. CDR begins with a zero; MCAP and SQLite have other beginnings.
+/// The beginning of every zstd frame. CDR begins with a zero, and MCAP and SQLite have other beginnings.
 const MAGIC: [u8; 4] = [0x28, 0xb5, 0x2f, 0xfd];
 
-/// Returns whether the bytes begin a zstd frame.
+/// Returns whether a zstd frame begins with these bytes.
 pub(super) fn is_packed(bytes: &[u8]) -> bool {
     bytes.starts_with(&MAGIC)
 }
 
-/// Unpacks a file into a temporary file, as far as it is undamaged, and up to `limit` bytes.
+/// Unpacks a file into a temporary file, up to the first damage and up to `limit` bytes.
 ///
 /// # Errors
 /// [`BagError::Read`], [`BagError::Write`].
@@ -27,7 +27,7 @@ pub(super) fn unpack_file(
 ) -> Result<NamedTempFile, BagError> {
     let input = File::open(path).and_then(zstd::Decoder::new).map_err(BagError::read(path))?;
     let mut output = NamedTempFile::new().map_err(BagError::write(&std::env::temp_dir()))?;
-    // One byte more than the limit shows that there are more.
+    // If there is one byte more than the limit, the file is too long.
     match copy(&mut input.take(limit + 1), &mut output) {
         Ok(bytes) if bytes > limit => {
             losses.add(path, format!("it unpacks to more than {limit} bytes: the rest is skipped"))

@@ -4,7 +4,7 @@ use dq_messages::OfferedQos;
 use serde::Serialize;
 use std::time::Duration;
 
-/// rosbag2's infinite duration: 2⁶³−1 ns.
+/// The duration that rosbag2 takes for infinity: 2⁶³−1 ns.
 const INFINITE: Duration = Duration::new(9_223_372_036, 854_775_807);
 
 /// The QoS that one publisher offers.
@@ -35,7 +35,7 @@ impl From<Option<Duration>> for Time {
 }
 
 impl From<&OfferedQos> for Profile {
-    /// DDS does not announce history and depth, which rosbag2 calls unknown.
+    /// DDS does not announce history and depth. rosbag2 writes them as unknown.
     fn from(offered: &OfferedQos) -> Self {
         Self {
             history: "unknown",

@@ -17,10 +17,10 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use tempfile::TempDir;
 
-/// The number of rows per block.
+/// Number of rows per block.
 const PAGE: usize = 500;
 
-/// The longest message \[bytes\].
+/// The size of the longest message \[bytes\].
 const MESSAGE_LIMIT: i32 = 128 * 1024 * 1024;
 
 /// An open SQLite file.
@@ -28,9 +28,9 @@ const MESSAGE_LIMIT: i32 = 128 * 1024 * 1024;
 pub(super) struct SqliteFile {
     connection: Connection,
     topics: Topics,
-    /// The rows of all messages, in order of time.
+    /// The rows of all messages, in the order of time.
     order: Vec<MessageRow>,
-    /// The folder of a copy of the database, if one was needed; deleted when this is dropped.
+    /// The folder with a copy of the database, if a copy was necessary. It is deleted when this is dropped.
     _copy: Option<TempDir>,
 }
 
@@ -50,13 +50,13 @@ struct Topics(BTreeMap<i64, Entry>);
 struct Entry {
     name: Arc<str>,
     message: Arc<str>,
-    /// Whether the encoding is CDR; others belong to other middleware.
+    /// Whether the encoding is CDR. Other middleware has other encodings.
     is_cdr: bool,
     count: u64,
 }
 
 impl SqliteFile {
-    /// Opens the database at `data` without changing it. In messages it is called `path`. `lost` is called with what is incomplete.
+    /// Opens the database at `data` without changing it. Messages call it `path`. Calls `lost` with each incomplete part.
     ///
     /// # Errors
     /// [`BagError::NotABag`], [`BagError::Damaged`].
@@ -89,7 +89,7 @@ impl SqliteFile {
         if let Some(log) = log.filter(|_| copy.is_some()) {
             lost(format!("its recorder has not ended it: it is read up to the last commit in {log:?}"));
         }
-        // A recorder that ended the bag properly has written metadata, and has removed its write-ahead log.
+        // A recorder that has ended the bag properly has written metadata, and has removed its write-ahead log.
         if is_missing && !path.with_file_name(metadata::FILE_NAME).exists() {
             lost(LOG_IS_MISSING.to_owned());
         }
@@ -107,7 +107,7 @@ impl SqliteFile {
             .collect()
     }
 
-    /// Returns its topics.
+    /// Returns the topics of the file.
     pub fn topics(&self) -> Vec<Topic> {
         let topic = |entry: &Entry| Topic {
             name: entry.name.to_string(),
@@ -117,7 +117,7 @@ impl SqliteFile {
         self.topics.0.values().filter(|entry| entry.is_cdr).map(topic).collect()
     }
 
-    /// Returns what was not read, one line each.
+    /// Returns the parts that were not read, one line each.
     pub fn missing(&self) -> Vec<String> {
         let others = self.topics.0.values().filter(|entry| !entry.is_cdr && entry.count > 0);
         others.map(|entry| of_other_encoding(&entry.name, entry.count)).collect()
@@ -180,8 +180,8 @@ impl Topics {
     }
 }
 
-/// Returns why the database is not one of rosbag2's; `None` if it is. Virtual tables and generated columns are refused, because their
-/// values could be of any size.
+/// Returns the reason why the database is not one of rosbag2's; `None` if it is. Virtual tables and generated columns are reasons,
+/// because their values could have any size.
 fn why_foreign(connection: &Connection) -> rusqlite::Result<Option<&'static str>> {
     let count = |query: &str| connection.query_row(query, [], |row| row.get::<_, i64>(0));
     let tables = "SELECT count(*) FROM sqlite_schema WHERE type = 'table' AND name IN ('topics', 'messages') AND rootpage > 0";
@@ -203,14 +203,14 @@ fn read_topics(connection: &Connection) -> rusqlite::Result<Topics> {
     Ok(Topics(statement.query_map([], entry)?.collect::<rusqlite::Result<_>>()?))
 }
 
-/// Reads the rows of all messages in order of time and id. After damage it continues from the other end.
+/// Reads the rows of all messages in the order of time and id. After damage, continues from the other end.
 fn read_order(connection: &Connection, lost: &mut impl FnMut(String)) -> rusqlite::Result<Vec<MessageRow>> {
     let mut order = Vec::new();
     let up = "SELECT id, timestamp FROM messages NOT INDEXED ORDER BY id";
     if let Err(why) = read_rows(connection, up, None, &mut order) {
         let last = order.last().map(|row: &MessageRow| row.id);
         let down = "SELECT id, timestamp FROM messages NOT INDEXED ORDER BY id DESC";
-        // This stops at the same damage, or at another.
+        // This stops at the same damage, or at another one.
         let _ = read_rows(connection, down, last, &mut order);
         lost(format!("{why}: messages among those after number {} are lost", last.unwrap_or_default()));
     }
@@ -218,7 +218,7 @@ fn read_order(connection: &Connection, lost: &mut impl FnMut(String)) -> rusqlit
     Ok(order)
 }
 
-/// Adds the rows of the query until the id `end`. Stops if the ids are not monotonic, because a damaged tree could be circular.
+/// Adds the rows of the query up to the id `end`. Stops if the ids are not monotonic, because a damaged tree could be circular.
 fn read_rows(
     connection: &Connection,
     query: &str,
@@ -237,7 +237,7 @@ fn read_rows(
             return Ok(());
         }
         before = Some((id, way.unwrap_or(std::cmp::Ordering::Equal)));
-        // A row whose time is not a number is not a message.
+        // A row is not a message if its time is not a number.
         order.extend(row.get(1).ok().map(|log_time| MessageRow { log_time, id }));
     }
     Ok(())
@@ -257,7 +257,7 @@ fn beside(path: &Path, ending: &str) -> PathBuf {
     beside.into()
 }
 
-/// Copies the database and its write-ahead log to a temporary folder, because opening the two together changes them.
+/// Copies the database and its write-ahead log to a temporary folder. Opening the two changes them.
 fn copied(data: &Path, log: &Path) -> std::io::Result<TempDir> {
     let folder = TempDir::new()?;
     let copy = folder.path().join(COPY);
@@ -266,14 +266,14 @@ fn copied(data: &Path, log: &Path) -> std::io::Result<TempDir> {
     Ok(folder)
 }
 
-/// Returns whether the database's header says that it uses a write-ahead log (SQLite's file format, 1.3.3).
+/// Returns whether, by its header, the database uses a write-ahead log (SQLite's file format, 1.3.3).
 fn has_log(data: &Path) -> bool {
     let mut head = [0; 20];
     let read = File::open(data).and_then(|mut file| file.read_exact(&mut head));
     read.is_ok() && head[18..] == [2, 2]
 }
 
-/// Opens the file without trusting its schema. If `is_in_place` is true, opens it read-only, without locks or journal files.
+/// Opens the file without trusting its schema. If `is_in_place`, opens it read-only, without locks or journal files.
 fn connect(path: &Path, is_in_place: bool) -> rusqlite::Result<Connection> {
     let connection = match is_in_place {
         true => {
@@ -291,7 +291,7 @@ fn connect(path: &Path, is_in_place: bool) -> rusqlite::Result<Connection> {
     Ok(connection)
 }
 
-/// Returns the file's URI with which SQLite neither writes nor waits.
+/// Returns a URI of the file with which SQLite neither writes nor waits.
 fn immutable(path: &Path) -> OsString {
     let plain = |byte: &u8| byte.is_ascii_alphanumeric() || b"/._-".contains(byte);
     let escape = |byte: u8| if plain(&byte) { char::from(byte).to_string() } else { format!("%{byte:02x}") };
@@ -308,7 +308,7 @@ mod tests {
 
     const KILLED: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/data/cases/bags/wal_killed");
 
-    /// Returns the files in a folder and their contents.
+    /// Returns the files in a folder, with their contents.
     fn files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
         let files = folder.read_dir().unwrap().map(|entry| entry.unwrap().path());
         files.map(|file| (file.clone(), std::fs::read(file).unwrap())).collect()
@@ -342,7 +342,7 @@ mod tests {
         assert!(losses.len() == 1 && losses[0].contains("its recorder has not ended it"), "{losses:?}");
         assert_eq!(files(folder.path()), before);
         assert_eq!(read(&folder.path().join("run_0.db3")).0, COUNT, "the file alone");
-        // A torn end of the log does no harm.
+        // If the log has an incomplete end, nothing is lost.
         let log = folder.path().join("run_0.db3-wal");
         let torn = [std::fs::read(&log).unwrap(), vec![7; 5000]].concat();
         std::fs::write(&log, torn).unwrap();
@@ -354,7 +354,7 @@ mod tests {
         let folder = copy("-wal");
         let why = Bag::open(folder.path()).unwrap_err().to_string();
         assert!(why.contains("write-ahead log") && why.contains("-wal"), "{why}");
-        // Everything is in the database itself.
+        // All messages are in the database itself.
         let folder = copy("-shm");
         let file = folder.path().join("run_0.db3");
         let connection = Connection::open(&file).unwrap();

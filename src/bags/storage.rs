@@ -1,4 +1,4 @@
-//! One file of a bag in any format: blocks of messages, which are unpacked one at a time.
+//! One file of a bag, in any format. It consists of blocks of messages, which are unpacked one at a time.
 
 use super::block::{Block, Limit, Types, Unpacked};
 use super::error::BagError;
@@ -17,7 +17,7 @@ use tempfile::NamedTempFile;
 pub(super) struct Storage {
     path: PathBuf,
     format: Format,
-    /// The unpacked file, if rosbag2 has compressed the whole file; deleted when this is dropped.
+    /// The unpacked file, if rosbag2 has compressed the whole file. It is deleted when this is dropped.
     _unpacked: Option<NamedTempFile>,
 }
 
@@ -58,7 +58,7 @@ impl Storage {
         &self.path
     }
 
-    /// Returns its blocks.
+    /// Returns the blocks of the file.
     pub fn blocks(&self) -> Vec<Block> {
         match &self.format {
             Format::Mcap(file) => file.blocks(),
@@ -66,7 +66,7 @@ impl Storage {
         }
     }
 
-    /// Unpacks a block, with at most `room` bytes of requested messages.
+    /// Unpacks a block. It may have at most `room` bytes of requested messages.
     pub fn load(&mut self, number: usize, types: &Types, room: u64) -> Unpacked {
         let mut unpacked = match &mut self.format {
             Format::Mcap(file) => file.load(number, types, room),
@@ -76,7 +76,7 @@ impl Storage {
         unpacked
     }
 
-    /// Returns the topics of the blocks unpacked so far.
+    /// Returns the topics of all blocks that were unpacked so far.
     pub fn topics(&self) -> Vec<Topic> {
         match &self.format {
             Format::Mcap(file) => file.topics(),
@@ -84,7 +84,7 @@ impl Storage {
         }
     }
 
-    /// Returns what is missing after all blocks were unpacked, one line each.
+    /// Returns the parts that are missing, one line each. Call it after all blocks were unpacked.
     pub fn missing(&self) -> Vec<String> {
         match &self.format {
             Format::Mcap(file) => file.missing(),
@@ -93,7 +93,7 @@ impl Storage {
     }
 }
 
-/// Returns the file's first bytes, at most sixteen. Opens only regular files, because others may block forever.
+/// Returns the first bytes of a file, at most sixteen. Opens only regular files, because others may block forever.
 fn read_magic(path: &Path) -> Result<Vec<u8>, BagError> {
     if !std::fs::metadata(path).map_err(BagError::read(path))?.is_file() {
         return Err(BagError::not_a_bag(path, "it is not a regular file"));

@@ -4,7 +4,7 @@ use dq_common::text::{REASON, shown};
 use std::fmt::Display;
 use std::path::Path;
 
-/// The largest number of lines; further losses are only counted.
+/// The largest number of lines. Further losses are only counted.
 const LINES: usize = 20;
 
 /// The parts of a bag that could not be read, one line each.
@@ -15,9 +15,9 @@ pub struct UnreadableParts {
 }
 
 impl UnreadableParts {
-    /// Adds a loss in this file.
+    /// Adds a loss in the file `path`.
     pub(super) fn add(&mut self, path: &Path, what: impl Display) {
-        // The text may quote the file's content.
+        // The text may quote the content of the file.
         self.add_line(format!("{path:?}: {}", shown(&what.to_string(), REASON)));
     }
 
@@ -35,7 +35,7 @@ impl UnreadableParts {
         self.lines.is_empty()
     }
 
-    /// Returns the lines. The last one counts further losses.
+    /// Returns the lines. The last line has the number of further losses.
     pub fn lines(&self) -> impl Iterator<Item = String> + '_ {
         let more = (self.more > 0).then(|| format!("{} more losses", self.more));
         self.lines.iter().cloned().chain(more)

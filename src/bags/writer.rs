@@ -12,40 +12,42 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-/// When to begin a new file; by default never.
+/// When the writer begins a new file. By default it never does.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct WriterOptions {
-    /// When the file has at least this many bytes. It grows by whole chunks.
+    /// The number of bytes from which a file is full. A file grows by whole chunks.
     pub max_size: Option<u64>,
-    /// When the file spans this log time.
+    /// The span of log time from which a file is full.
     pub max_duration: Option<Duration>,
 }
 
-/// A topic in the description of the bag.
+/// A topic, as the bag describes it.
 #[derive(Clone, Debug)]
 pub struct TopicRecord {
-    /// The fully qualified name.
+    /// The fully qualified name of the topic.
     pub name: String,
-    /// `package/msg/Name`.
+    /// The type of the messages: `package/msg/Name`.
     pub message: String,
-    /// The QoS that its publishers offer.
+    /// The QoS that the topic's publishers offer.
     pub offered: Vec<OfferedQos>,
-    /// The definition of the type, which readers decode the messages by: the text of its `.msg` file, followed by the text of every type
-    /// in it, each after a line of 80 `=` and a line `MSG: package/Name`. `None` for the types of `msg_config/interfaces`.
+    /// The definition by which readers decode the messages; `None` for the types of `msg_config/interfaces`. It is the text of the
+    /// type's `.msg` file, followed by the texts of all types that it uses. Each of these follows a line of 80 `=` and a line `MSG:
+    /// package/Name`.
     pub definition: Option<String>,
-    /// The RIHS01 hash of the type. If it is `None`, the bag has the hash of the known type, or an empty one, as rosbag2 writes it.
+    /// The RIHS01 hash of the type. `None`: the bag has the hash of a known type, and an empty one for an unknown type, as in
+    /// rosbag2.
     pub hash: Option<String>,
 }
 
 impl TopicRecord {
-    /// Creates a topic with a type of `msg_config/interfaces`, without QoS of publishers.
+    /// Creates a topic whose type is in `msg_config/interfaces`. No QoS of publishers is known.
     pub fn new(name: impl Into<String>, message: impl Into<String>) -> Self {
         let (name, message) = (name.into(), message.into());
         Self { name, message, offered: Vec::new(), definition: None, hash: None }
     }
 }
 
-/// A topic of one [`BagWriter`]. Other writers refuse it.
+/// A topic of one [`BagWriter`]. Other writers reject it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TopicId {
     writer: u64,
@@ -55,20 +57,21 @@ pub struct TopicId {
 /// The number of writers in this process so far.
 static WRITERS: AtomicU64 = AtomicU64::new(0);
 
-/// The content of a finished bag.
+/// The counts of a finished bag.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct WrittenBag {
     /// The number of messages written.
     pub messages: u64,
     /// The number of topics, including those without messages.
     pub topics: usize,
-    /// The number of messages for which the queue before the writer had no room.
+    /// The number of messages that were dropped because the queue before the writer was full.
     pub dropped: u64,
     /// The number of files, without `metadata.yaml`.
     pub files: usize,
 }
 
-/// A bag that is being written. If it is dropped without [`BagWriter::finish`], the bag is still valid, but errors are not reported.
+/// A bag that is being written. If it is dropped without a call of [`BagWriter::finish`], the bag is still valid, but errors are
+/// not reported.
 pub struct BagWriter {
     number: u64,
     directory: PathBuf,
@@ -81,7 +84,7 @@ pub struct BagWriter {
     distro: &'static str,
 }
 
-/// The state of the bag in its metadata.
+/// The state of the bag that the metadata describe.
 struct MetadataState {
     topics: usize,
     messages: u64,
@@ -95,7 +98,7 @@ struct Entry {
     metadata: TopicMetadata,
     qos_yaml: String,
     definition: String,
-    /// The topic's channel in the open file.
+    /// The channel of the topic in the open file.
     channel: u16,
     count: u64,
 }
@@ -125,7 +128,7 @@ impl Entry {
 }
 
 impl BagWriter {
-    /// Begins a bag in a new directory. Its files are named as in the ROS release in `ROS_DISTRO`.
+    /// Begins a bag in a new directory. The names of its files are those of the ROS release in `ROS_DISTRO`.
     ///
     /// # Errors
     /// [`BagError::Exists`], [`BagError::Write`].
@@ -166,8 +169,8 @@ impl BagWriter {
         Ok(TopicId { writer: self.number, number: self.topics.len() - 1 })
     }
 
-    /// Writes a message: `cdr` with its encapsulation header, and times in \[ns\] since the Unix epoch. It is on disk once its chunk is, at
-    /// the latest after [`BagWriter::flush`].
+    /// Writes a message. `cdr` includes the encapsulation header; times are in \[ns\] since the Unix epoch. The message is on disk
+    /// when its chunk is, at the latest after [`BagWriter::flush`].
     ///
     /// # Errors
     /// [`BagError::ForeignTopic`], [`BagError::Write`].
@@ -194,8 +197,8 @@ impl BagWriter {
         Ok(())
     }
 
-    /// Passes everything written to the operating system. Then any reader finds a valid bag even if this process is killed, with all
-    /// topics, and with counts that are at most some seconds old.
+    /// Passes all that was written to the operating system. From then on, readers find a valid bag with all topics even if this
+    /// process is killed. Its counts are at most some seconds old.
     ///
     /// # Errors
     /// [`BagError::Write`], also if someone has removed the file or changed its length.
@@ -221,7 +224,7 @@ impl BagWriter {
         })
     }
 
-    /// Returns whether a message with this time belongs into a new file.
+    /// Returns whether a message with this time belongs in a new file.
     fn is_full(&self, log_time: i64) -> bool {
         let Some((_, span)) = self.files.last().filter(|(_, span)| span.messages > 0) else { return false };
         let too_long = self.options.max_duration.is_some_and(|limit| {
@@ -248,7 +251,7 @@ impl BagWriter {
     }
 }
 
-/// Returns the ROS release whose format is written: that of the environment, if it is Lyrical, otherwise Jazzy.
+/// Returns the ROS release whose format is written: that of the environment if it is Lyrical, otherwise Jazzy.
 fn distro() -> &'static str {
     let is_lyrical = std::env::var("ROS_DISTRO").is_ok_and(|name| name == LYRICAL);
     if is_lyrical { LYRICAL } else { "jazzy" }

@@ -20,7 +20,7 @@ impl ArmChoice {
         self.arm.is_some()
     }
 
-    /// Returns these ROS arguments after the arm's own parameters.
+    /// Returns the parameters of the arm followed by these ROS arguments.
     pub fn and(&self, ros_args: &RosArgs) -> RosArgs {
         let mut all = ros_args.clone();
         if let Some((name, text)) = self.arm.as_deref().and_then(arm_file) {
@@ -46,7 +46,7 @@ fn description(text: &str) -> Result<String, &'static str> {
 }
 
 impl RobotChoice {
-    /// Returns these ROS arguments after the arm's own parameters.
+    /// Returns the parameters of the arm followed by these ROS arguments.
     pub fn and(&self, ros_args: &RosArgs) -> RosArgs {
         let mut all = self.arm.and(ros_args);
         if let Some(file) = &self.robot {
@@ -61,7 +61,7 @@ impl RobotChoice {
         self.arm.is_some() || self.robot.is_some()
     }
 
-    /// Returns the arguments of a plant, whose default name is `arm`.
+    /// Returns the arguments of a plant. The plant is called `arm` unless `ros_args` rename it.
     pub fn of_plant(&self, ros_args: &RosArgs) -> RosArgs {
         let mut all = self.and(ros_args);
         all.remaps.push(Remap { node: None, from: "__node".to_owned(), to: PLANT_NAMES[1].to_owned() });

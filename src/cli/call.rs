@@ -17,10 +17,10 @@ pub(super) enum ServiceCall {
     Reset,
 }
 
-/// Calls the service of each of the `targets` as soon as it is found.
+/// Calls the service of each of the `targets` as soon as the target is found.
 ///
 /// # Errors
-/// An error if no target is found, or if one of them failed.
+/// An error if no target is found, or if a call failed.
 pub(super) async fn call(ask: ServiceCall, targets: &Targets, ros_args: &RosArgs) -> anyhow::Result<()> {
     let kind = if matches!(ask, ServiceCall::Reset) { Kind::Plant } else { Kind::Servo };
     let mut search = Search::begin("dq_servo_call", kind, targets, ros_args)?;
@@ -47,7 +47,7 @@ pub(super) async fn call(ask: ServiceCall, targets: &Targets, ros_args: &RosArgs
     }
 }
 
-/// Returns whether the node is a simulated arm. Other programs serve `~/reset` too, with other meanings.
+/// Returns whether the node is a simulated arm. Other programs also serve `~/reset`, with other meanings.
 async fn is_simulated(node: &mut Node, name: &str) -> Result<bool, RosError> {
     Ok(ParameterClient::new(node, name, PATIENCE).get("initial_positions").await?.is_some())
 }

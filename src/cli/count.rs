@@ -2,7 +2,7 @@
 
 use std::ops::RangeInclusive;
 
-/// Returns a parser for a whole number in this range. Its error names the range.
+/// Returns a parser for a whole number in this range. Errors of the parser name the range.
 pub(super) fn count<T: TryFrom<u64>>(
     range: RangeInclusive<u64>,
 ) -> impl Fn(&str) -> Result<T, String> + Clone {

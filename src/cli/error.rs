@@ -22,7 +22,7 @@ pub(super) struct Incomplete {
 #[error("{0}: start this program again")]
 pub(super) struct NetworkLost(pub NetworkEnd);
 
-/// Returns whether the error is in what the user asked of the network.
+/// Returns whether the cause of the error is a request of the user.
 pub(super) fn is_ros_usage(error: &RosError) -> bool {
     matches!(error, RosError::Environment { .. } | RosError::Name(_) | RosError::Security { .. })
 }

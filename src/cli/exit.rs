@@ -1,5 +1,5 @@
-//! Exit codes: 0 success; 1 failure, including a panic; 2 invalid arguments; 3 success, but a recording lacks messages; 4 the network was
-//! lost, so that a restart helps. All but the first come with one line on stderr.
+//! Exit codes: 0 success; 1 failure, including a panic; 2 invalid arguments; 3 success, but a recording lacks messages; 4 the
+//! network was lost, so that a restart helps. With each code except 0, a line on stderr says why.
 
 use super::error::{Incomplete, NetworkLost, Usage, is_ros_usage};
 use super::print::StdoutError;
@@ -26,7 +26,7 @@ pub(super) fn code(result: anyhow::Result<()>) -> ExitCode {
     }
 }
 
-/// Runs `program`. A panic in it or in one of its threads is printed like an error.
+/// Runs `program`. A panic in the program or in one of its threads is printed like an error.
 pub(super) fn catch(program: impl FnOnce() -> ExitCode) -> ExitCode {
     std::panic::set_hook(Box::new(|panic| {
         let message = panic.payload();
@@ -36,14 +36,14 @@ pub(super) fn catch(program: impl FnOnce() -> ExitCode) -> ExitCode {
         let place = panic.location().map(|at| format!(" ({at})")).unwrap_or_default();
         stderr::line(format!("error: {}{place}", one_line(why)));
     }));
-    // The hook has printed it.
+    // The panic hook has printed it.
     let code = std::panic::catch_unwind(AssertUnwindSafe(program)).unwrap_or(ExitCode::FAILURE);
     log_file::flush(LAST_LINES);
     stderr::flush(LAST_LINES);
     code
 }
 
-/// How long to wait for the last lines. A stopped terminal must not keep the program alive.
+/// The time to wait for the last lines. A stopped terminal must not keep the program alive.
 const LAST_LINES: Duration = Duration::from_millis(500);
 
 fn one_line(text: &str) -> String {
@@ -60,7 +60,7 @@ fn number(error: &anyhow::Error) -> u8 {
     if is_usage(error) { 2 } else { 1 }
 }
 
-/// Returns whether the error is in the request, not in its execution.
+/// Returns whether the cause of the error is the user's request, not its execution.
 fn is_usage(error: &anyhow::Error) -> bool {
     let node = |error: &NodeError| match error {
         NodeError::Config(_) | NodeError::Arm(_) | NodeError::Settings(_) => true,

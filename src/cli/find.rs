@@ -7,10 +7,10 @@ use dq_ros::ros::{Environment, LogLevel, Logging, Node, Resolver, RosArgs, Sessi
 use std::collections::BTreeSet;
 use std::time::{Duration, Instant};
 
-/// How long to wait for the first node, and for each answer.
+/// The time to wait for the first node, and for each answer.
 pub(super) const PATIENCE: Duration = Duration::from_secs(5);
 
-/// How long to search for further nodes after one was found.
+/// The time to search for further nodes after one was found.
 const MORE: Duration = Duration::from_secs(1);
 
 /// Which nodes a command is for.
@@ -70,7 +70,7 @@ pub(super) struct Search {
     _session: Session,
     kind: Kind,
     namespace: String,
-    /// The only node to search for, if one was named.
+    /// The name of the only node to search for; `None` if no name was given.
     only: Option<String>,
     all: bool,
     domain_id: u16,
@@ -105,7 +105,7 @@ impl Search {
         })
     }
 
-    /// Returns the next node that is found; `None` once no more are expected.
+    /// Returns the next node that is found; `None` once no further nodes are expected.
     ///
     /// # Errors
     /// An error if no node is found.
@@ -130,7 +130,8 @@ impl Search {
         }
     }
 
-    /// Returns whether the node is a target. Two simulated arms are in the namespaces left and right below their servo.
+    /// Returns whether the node is a target. If there are two simulated arms, their namespaces are left and right in the namespace
+    /// of the servo.
     fn is_meant(&self, name: &str) -> bool {
         let namespace = name.rsplit_once('/').map_or("", |(namespace, _)| namespace);
         let ours = self.namespace.trim_end_matches('/');
@@ -162,7 +163,7 @@ impl Search {
     }
 }
 
-/// Rejects the name of a parameter in the place of a node.
+/// Rejects `name` if it is the name of a parameter, because a node is expected there.
 pub(super) fn check_is_node(name: &str, parameters: &[&str], usage: &str) -> Result<(), Usage> {
     match parameters.contains(&name) {
         true => Err(Usage(format!(

@@ -50,17 +50,17 @@ pub(super) struct Goal {
     record: Option<std::path::PathBuf>,
 }
 
-/// The quaternion of no rotation.
+/// The quaternion without rotation.
 const UPRIGHT: [f64; 4] = [0.0, 0.0, 0.0, 1.0];
 
-/// How long a servo may take to withdraw a goal.
+/// The time that a servo may take to withdraw a goal.
 const WITHDRAWAL: Duration = Duration::from_secs(2);
 
 impl Goal {
     pub(super) async fn run(&self, ros_args: &RosArgs) -> anyhow::Result<()> {
         let kind = if self.dual { ServoKind::TwoArms } else { ServoKind::OneArm };
         let (position, orientation) = self.place()?;
-        // The servo would reject it too, but only if one is running.
+        // The servo would reject the goal too, but only if a servo is running.
         servo::Goal::new(position, orientation.unwrap_or(UPRIGHT), &self.frame, &self.frame)?;
         let timeout = Duration::try_from_secs_f64(self.timeout).map_err(|_| {
             super::Usage(format!("--timeout {:?}: expected seconds, 0 or more", self.timeout))
@@ -82,7 +82,7 @@ impl Goal {
             if orientation.is_none() || !self.frame.is_empty() {
                 watch.find(timeout).await?;
                 let tool = tool_pose(&mut node, kind, &servo, &watch).await?;
-                // The servo's time, which may be that of a simulator.
+                // Use the servo's time, which may be that of a simulator.
                 stamp = tool.header.stamp;
                 let Quaternion { x, y, z, w } = tool.pose.orientation;
                 orientation = orientation.or(Some([x, y, z, w]));
@@ -106,7 +106,7 @@ impl Goal {
         recorded
     }
 
-    /// Returns the position, and the orientation as a quaternion; `None` for that which the tool has.
+    /// Returns the position and the orientation as a quaternion. The orientation is `None` if the tool keeps the present one.
     fn place(&self) -> anyhow::Result<([f64; 3], Option<[f64; 4]>)> {
         let orientation = match (&self.pose[3..], self.rpy.as_deref(), self.keep_orientation) {
             (&[qx, qy, qz, qw], None, false) => Some([qx, qy, qz, qw]),
@@ -123,7 +123,7 @@ impl Goal {
         Ok(([self.pose[0], self.pose[1], self.pose[2]], orientation))
     }
 
-    /// Returns the names of this command's node, which is in the servo's namespace, and the servo's name there.
+    /// Returns the names of this command's node, which is in the servo's namespace, and the name of the servo there.
     fn names(&self, kind: ServoKind, ros_args: &RosArgs) -> anyhow::Result<(Resolver, String)> {
         const NAME: &str = "dq_servo_goal";
         let names = Resolver::new(NAME, ros_args)?;
@@ -135,7 +135,7 @@ impl Goal {
         Ok((Resolver::new(NAME, &there)?, servo.name().to_owned()))
     }
 
-    /// Withdraws the goal if it is still in force, or prints that the arm goes on.
+    /// Withdraws the goal if it is still in force, or prints that the arm continues.
     async fn give_up(&self, node: &mut Node, watch: &Watch, servo: &str) {
         match watch.has_own_goal().await {
             Some(true) => {}
@@ -158,7 +158,7 @@ impl Goal {
         }
     }
 
-    /// Names the running servo if the requested one is not running.
+    /// Returns the error `why`. If the requested servo is not running, the error names those that are running.
     fn explain(&self, why: anyhow::Error, node: &Node, names: &Resolver) -> anyhow::Error {
         if !matches!(why.downcast_ref(), Some(NotArrived::NoServo(_))) {
             return why;

@@ -19,14 +19,14 @@ ROS 2 arguments, after --ros-args:
   --enclave /name               with the keys of this enclave, if ROS_SECURITY_ENABLE=true
 The domain is ROS_DOMAIN_ID.";
 
-/// The interfaces of `goal`.
+/// The help on the interfaces of `goal`.
 pub(super) const GOAL: &str = "\
 The goal is a geometry_msgs/msg/PoseStamped on goal_pose (--dual: relative_goal); its outcome is read from
 dq_servo/status (dq_dual_servo/status). For a servo in another namespace: --ros-args -r __ns:=/left.
 Exit code 0: arrived. 1: not arrived, with the reason; dq_servo/stop then withdraws the goal, unless --keep-going.
 Gains, limits and tolerances are the servo's parameters: dq_servo param list.";
 
-/// Returns the explanation of a table of motions, with the command's own last columns.
+/// Returns the explanation of a table of motions. `own` explains the last columns, which only this command has.
 pub(super) fn figures(own: &str) -> String {
     format!("{FIGURES}\n{own}")
 }
@@ -42,18 +42,18 @@ The table has a row for each motion to a goal:
   effort     the integral of the sum of the squares of all commanded joint speeds, rad and m alike
   error      the errors of position and rotation at the end";
 
-/// The last columns of `demo`.
+/// The explanation of the last columns of `demo`.
 pub(super) const OF_DEMO: &str = "\
   at goal    when the tolerances were first met
 Below the table: how late the servo's cycles woke (the bound of 99 % of them, and the maximum) in the worse motion";
 
-/// The last column of `plot`, and its behavior with incomplete bags.
+/// The explanation of the last column of `plot`, and of its behavior with incomplete bags.
 pub(super) const OF_PLOT: &str = "\
   at goal    when the tolerances were first met
 Peak and effort are those of the commands, or of the measured speeds if the bag has no commands; - if it has neither.
 A star at a motion's number: the motion began before the bag, and a line below the table tells how long before.";
 
-/// The names and values of parameters.
+/// The help on the names and values of parameters.
 pub(super) const PARAM: &str = "\
 Examples:
   dq_servo param list                              every parameter of /dq_servo with its value
@@ -66,7 +66,7 @@ Examples:
 A NODE without a slash is in the namespace that --ros-args -r __ns:=/left gives. Values are YAML. An integer
 is accepted for a double (rclcpp refuses it), and [] for an empty list of any type.";
 
-/// Returns the topics, services and parameters of a node, and how to change their names and values.
+/// Returns the help on a node: topics, services and parameters, and how to change their names and values.
 pub(super) fn node<P: NodeParameters>(
     contract: impl Fn(Contract) -> NodeContract,
     services: &[(&str, &str)],
@@ -100,8 +100,8 @@ fn parameter(declared: &Declaration) -> String {
 const ROS_SWITCHES: [&str; 8] =
     ["-p", "--param", "-r", "--remap", "-e", "--enclave", "--params-file", "--log-level"];
 
-/// Describes a mistake in one line: the error, a suggestion, and where the help is. `path` is the program with the recognized subcommands;
-/// `arguments` are its arguments.
+/// Describes an error in the command line in one line: the error, a suggestion, and where the help is. `path` is the program with
+/// the recognized subcommands; `arguments` are its arguments.
 pub(super) fn usage(mistake: &clap::Error, path: &str, arguments: &[String]) -> Usage {
     if let Some(switch) = arguments.iter().find(|argument| ROS_SWITCHES.contains(&argument.as_str())) {
         return Usage(format!("ROS arguments come after --ros-args: {path} ... --ros-args {switch} ..."));

@@ -71,7 +71,7 @@ enum Command {
     Stop(find::Targets),
     /// Bring the arm to rest and keep the goal
     Pause(find::Targets),
-    /// Let a paused servo go on
+    /// Let a paused servo continue
     Resume(find::Targets),
     /// Let a stalled arm go to the other configuration that was found, from which it can reach the goal
     Reconfigure(find::Targets),
@@ -128,7 +128,7 @@ fn run(arguments: impl Iterator<Item = OsString>) -> anyhow::Result<()> {
     let ours: Vec<_> = ours.into_iter().map(plain_number).collect();
     match Cli::try_parse_from(std::iter::once("dq_servo".to_owned()).chain(ours.iter().cloned())) {
         Ok(Cli { command: Some(command) }) => execute(command, &ros_args),
-        // At a terminal a user sees at once that the arm moves. A script that lacks the subcommand must not move anything.
+        // A user at a terminal sees at once that the arm moves. If a script lacks the subcommand, nothing must move.
         Ok(Cli { command: None }) if std::io::stdout().is_terminal() => {
             execute(Command::Tools(tools::Command::default()), &ros_args)
         }
@@ -139,8 +139,8 @@ fn run(arguments: impl Iterator<Item = OsString>) -> anyhow::Result<()> {
     }
 }
 
-/// Rewrites negative numbers that clap would take for options, such as `-6.1e-17` and `-.5`: without an exponent and with a leading digit.
-/// Other arguments are unchanged.
+/// Rewrites negative numbers that clap would take for options, such as `-6.1e-17` and `-.5`. The result has no exponent, and a
+/// digit before the point. Other arguments are unchanged.
 fn plain_number(argument: String) -> String {
     let is_misread =
         argument.starts_with("-.") || ["e-", "e+", "E-", "E+"].iter().any(|sign| argument.contains(sign));
@@ -152,8 +152,8 @@ fn plain_number(argument: String) -> String {
     }
 }
 
-/// Prepares parameters from ROS arguments for a command that is not a node, and prints warnings. All parameters are assigned to this
-/// command, since there is only one node.
+/// Prepares parameters from ROS arguments for a command that is not a node, and prints warnings. Parameters that are given without
+/// a node are assigned to this command.
 fn offline(mut ros_args: RosArgs) -> anyhow::Result<Prepared<ServoParameters>> {
     let name = Resolver::new(ServoParameters::NODE_NAME, &ros_args)?.node().name().to_owned();
     for given in &mut ros_args.overrides {
@@ -166,7 +166,7 @@ fn offline(mut ros_args: RosArgs) -> anyhow::Result<Prepared<ServoParameters>> {
     Ok(prepared)
 }
 
-/// Prints warnings of a command without a log.
+/// Prints the warnings of a command that has no log.
 fn warn(warnings: &[String]) {
     warnings.iter().for_each(|warning| dq_ros::stderr::line(format!("warning: {warning}")));
 }
@@ -180,7 +180,7 @@ fn execute(command: Command, ros_args: &RosArgs) -> anyhow::Result<()> {
         Command::Tools(tools::Command::Offline(tool)) => return tool.run(ros_args),
         online => online,
     };
-    // One worker for everything except the cycles, which have their own threads.
+    // One worker thread is enough for everything except the cycles, which have their own threads.
     let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build()?;
     let result = runtime.block_on(async {
         match command {

@@ -1,8 +1,8 @@
-//! Why an arm did not arrive: in the words of its motion, or of the servo's status if the motion has not ended.
+//! The reason why an arm did not arrive: in the words of its motion, or in those of the servo's status if the motion has not ended.
 
 use thiserror::Error;
 
-/// Why the arm did not arrive.
+/// The reason why the arm did not arrive.
 #[derive(Debug, Error)]
 pub(super) enum NotArrived {
     #[error(
@@ -13,7 +13,7 @@ pub(super) enum NotArrived {
     Silent(f64),
     #[error("the servo has not taken the goal within {0} s")]
     NotTaken(f64),
-    /// What the servo reports about the motion or about a rejected goal.
+    /// The servo's report about the motion or about a rejected goal.
     #[error("{0}")]
     Ended(String),
     #[error("{0}: somebody else publishes goals too")]

@@ -1,4 +1,4 @@
-//! Tracks a goal that this process has sent, by the servo's `~/motions`.
+//! Tracks a goal that this process has sent, by the reports on the servo's `~/motions`.
 
 use super::not_arrived::NotArrived;
 use dq_core::servo::{Input, State};
@@ -6,26 +6,26 @@ use dq_messages::messages::Time;
 use dq_wire::{MotionReport, Outcome, StatusReport};
 use std::time::{Duration, Instant};
 
-/// If the servo does not drive the arm for this time, it will not do so on its own.
+/// If the servo does not drive the arm for this time, it will not drive the arm without a further request.
 const PATIENCE: Duration = Duration::from_secs(5);
 
-/// Within this time a goal message is taken, rejected, or lost. No servo lets a goal wait for its frame for more than 2 s.
+/// The time within which a goal message is taken, rejected, or lost. No servo lets a goal wait for its frame for more than 2 s.
 const TO_BE_TAKEN: Duration = Duration::from_millis(2500);
 
-/// Without any response, the same goal message is sent again after this time, because messages can be lost.
+/// The time after which a goal message without any response is sent again, because messages can be lost.
 const REPEAT: Duration = Duration::from_millis(500);
 
-/// A goal that was sent. Its stamp identifies it until the servo gives it the number of a motion.
+/// A goal that was sent. The stamp identifies the goal until the servo gives it the number of a motion.
 pub(super) struct OwnGoal {
     stamp: String,
     sent: Instant,
     last_sent: Instant,
     in_frame: bool,
-    /// The number of its motion.
+    /// The number of the motion to the goal; `None` until the servo reports it.
     number: Option<u64>,
-    /// When the servo last drove the arm.
+    /// The time at which the servo last drove the arm.
     driven: Instant,
-    /// When the servo last reported this goal.
+    /// The time at which the servo last reported this goal.
     had: Option<Instant>,
 }
 
@@ -44,13 +44,13 @@ impl OwnGoal {
         }
     }
 
-    /// Returns after which time to send the goal again. Each message of a goal in another frame waits for the frame on its own, so another
-    /// one is sent only after the previous one has expired.
+    /// Returns the time after which to send the goal again. Each message of a goal in another frame waits for the frame
+    /// independently, so the next message is sent only after the previous one has expired.
     fn repeat(&self) -> Duration {
         if self.in_frame { TO_BE_TAKEN } else { REPEAT }
     }
 
-    /// Returns whether to send it again now; the caller then does so.
+    /// Returns whether the goal must be sent again now. The caller then sends it.
     pub fn send_again(&mut self) -> bool {
         let is_due = self.had.is_none() && self.last_sent.elapsed() > self.repeat();
         if is_due {
@@ -59,8 +59,8 @@ impl OwnGoal {
         is_due
     }
 
-    /// Returns whether the servo, according to `report`, has this goal, or could only be kept from taking it by a stop. Returns `None` if
-    /// that is not known yet.
+    /// Returns whether the servo, according to `report`, has this goal, or may still take it unless it is stopped. Returns `None`
+    /// if this is not known yet.
     pub fn is_left(&self, report: &StatusReport) -> Option<bool> {
         if report.goal_stamp.as_ref() == Some(&self.stamp) {
             return Some(true);
@@ -68,17 +68,17 @@ impl OwnGoal {
         if self.had.is_some() || self.last_sent.elapsed() > TO_BE_TAKEN {
             return Some(false);
         }
-        // If no other input is active, a stop withdraws the goal that waits for its frame, and nothing of others.
+        // If no other input is active, a stop withdraws the goal that waits for its frame, and no goal of other senders.
         let is_free = report.goal.is_none() && report.input != Some(Input::Twist);
         (self.in_frame && is_free).then_some(true)
     }
 
-    /// Returns how long the outcome may still be unknown.
+    /// Returns the longest time for which the outcome may still be unknown.
     pub fn open_for(&self) -> Duration {
         TO_BE_TAKEN.saturating_sub(self.last_sent.elapsed())
     }
 
-    /// Returns whether the motion goes to this goal, as far as known.
+    /// Returns whether `motion` is known to be the motion to this goal.
     pub fn is_of(&self, motion: &MotionReport) -> bool {
         motion.goal_stamp == self.stamp || self.number == Some(motion.number)
     }
@@ -93,7 +93,7 @@ impl OwnGoal {
         }
         match motion.outcome {
             Outcome::Underway => Ok(None),
-            // Someone may let it go on before the timeout.
+            // Someone may let the arm continue before the timeout.
             Outcome::Stalled if motion.may_be_reconfigured() => Ok(None),
             Outcome::Arrived => Ok(Some(motion)),
             Outcome::Replaced => Err(NotArrived::Replaced(motion.sentence())),
@@ -103,7 +103,7 @@ impl OwnGoal {
         }
     }
 
-    /// Returns an error if waiting is pointless according to this report.
+    /// Returns an error if, according to this report, the arm will not arrive.
     pub fn watch(&mut self, report: &StatusReport, timeout: Duration) -> Result<(), NotArrived> {
         if report.goal_stamp.as_ref() == Some(&self.stamp) {
             self.had = Some(Instant::now());
@@ -113,7 +113,7 @@ impl OwnGoal {
             return match (self.sent.elapsed() > timeout || lost, report.state) {
                 (false, _) => Ok(()),
                 (true, State::WaitingForState | State::StaleState) => {
-                    // The distances refer to another goal.
+                    // The distances in the report refer to another goal.
                     let report = StatusReport { figures: None, ..report.clone() };
                     Err(NotArrived::NoRobot(report.sentence()))
                 }
@@ -148,7 +148,7 @@ impl OwnGoal {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use dq_core::servo::Figures;
+    use dq_metrics::Figures;
 
     const TIMEOUT: Duration = Duration::from_secs(60);
 
@@ -188,7 +188,7 @@ mod tests {
         assert_eq!(hear(1, 1, Outcome::Arrived), None, "one before it");
         assert_eq!(hear(0, 7, Outcome::Rejected), None, "another's");
         assert_eq!(hear(2, 2, Outcome::Underway), None);
-        // The same goal from someone else does not make it another motion.
+        // Another sender of the same goal does not start another motion.
         assert_eq!(hear(2, 3, Outcome::Arrived).map(|motion| motion.number), Some(2));
     }
 

@@ -19,7 +19,7 @@ fn read(folder: &Path, extension: &str, into: &mut String) {
     }
 }
 
-/// Returns the command lines of this program in the pages' shell blocks, without the ROS arguments.
+/// Returns the command lines of this program in the shell blocks of the pages, without the ROS arguments.
 fn command_lines(pages: &str) -> impl Iterator<Item = Vec<&str>> {
     let blocks = pages.split("```sh\n").skip(1);
     let lines = blocks.flat_map(|block| block.split("```").next().unwrap_or_default().lines());
@@ -33,7 +33,7 @@ fn command_lines(pages: &str) -> impl Iterator<Item = Vec<&str>> {
 #[test]
 fn every_command_and_switch_of_the_pages_is_one_of_the_program() {
     let mut program = Cli::command();
-    // `help` exists only after this.
+    // The subcommand `help` exists only after this call.
     program.build();
     let mut pages = include_str!("../../README.md").to_owned();
     read(&root().join("src/guide"), "md", &mut pages);
@@ -54,7 +54,7 @@ fn every_command_and_switch_of_the_pages_is_one_of_the_program() {
 fn every_test_that_the_safety_page_names_is_there() {
     let mut code = String::new();
     ["src", "tests"].iter().for_each(|folder| read(&root().join(folder), "rs", &mut code));
-    // A test is a function, or a row of a table of cases.
+    // The name of a test is that of a function, or the first text in a row of a table of cases.
     let of_functions = code.split("fn ").skip(1).filter_map(|rest| rest.split('(').next());
     let of_rows =
         code.lines().filter_map(|line| line.trim_start().split_once(" => \"")).map(|(name, _)| name);
@@ -70,7 +70,7 @@ fn every_test_that_the_safety_page_names_is_there() {
     assert!(seen > 40, "{seen}");
 }
 
-/// Collects every text in a JSON document.
+/// Appends every text in a JSON document to `into`.
 fn texts<'a>(of: &'a serde_json::Value, into: &mut Vec<&'a str>) {
     match of {
         serde_json::Value::String(text) => into.push(text),

@@ -68,7 +68,7 @@ enum Action {
 }
 
 impl Action {
-    /// Returns the words, how many of them follow the node, and the usage.
+    /// Returns the words, the number of words that follow the node, and the usage.
     fn words(&self) -> (&[String], usize, &'static str) {
         match self {
             Self::Docs => (&[], 0, "param docs"),
@@ -140,7 +140,7 @@ impl Param {
                 None => return Err(unknown(client(node, target), target, asked).await),
             },
             (Action::Get { .. }, _) => match client(node, target).get(asked).await? {
-                // Print a text unquoted, so that a robot description can be redirected to a file.
+                // Print a text without quotes, so that a robot description can be redirected to a file.
                 Some(Value::String(text)) => print_line!("{}", text::shown_lines(&text))?,
                 Some(value) => print_line!("{value}")?,
                 None => return Err(unknown(client(node, target), target, asked).await),
@@ -155,7 +155,7 @@ impl Param {
     }
 }
 
-/// Names our running nodes if the target is not among them.
+/// Returns the error `why`. If the target is not running, the error names our running nodes.
 fn explain(why: anyhow::Error, node: &Node, target: &str) -> anyhow::Error {
     let is_there = node.services().contains(&format!("{target}/list_parameters"));
     if is_there || !matches!(why.downcast_ref(), Some(RosError::Service { .. })) {

@@ -1,5 +1,5 @@
-//! `dq_servo permissions`: prints what each enclave of a secured graph may publish and subscribe to, according to the wire contract.
-//! `launch_scripts/dq_servo_keystore.sh` signs it.
+//! `dq_servo permissions`: prints the topics and services that each enclave of a secured graph may use, according to the wire
+//! contract. `launch_scripts/dq_servo_keystore.sh` signs these permissions.
 
 use super::print::print_line;
 use super::{OF_PLANTS, OF_SERVOS, Usage};
@@ -22,7 +22,7 @@ const OF_EVERY_NODE: [&str; 7] = [
     "~/get_type_description",
 ];
 
-/// The names of the nodes that `ros2` creates.
+/// The pattern of the names of the nodes that `ros2` creates.
 const ROS2_COMMAND_LINE: &str = "_ros2cli_*";
 
 #[derive(clap::Args)]
@@ -55,7 +55,7 @@ struct Enclave {
 }
 
 impl Enclave {
-    /// Creates an enclave with the permissions of every node: discovery, logging, and announcing parameters.
+    /// Creates an enclave with the permissions that every node needs: discovery, logging, and announcing parameters.
     fn new(name: String) -> Self {
         let mut enclave = Self { name, writes: BTreeSet::new(), reads: BTreeSet::new() };
         enclave.writes.extend(["ros_discovery_info", "rt/rosout", "rt/parameter_events"].map(str::to_owned));
@@ -81,7 +81,7 @@ impl Enclave {
         self.reads.insert(format!("rr{service}Reply"));
     }
 
-    /// Adds what this node does.
+    /// Adds the permissions of this node itself.
     fn is(&mut self, node: &OurNode) -> anyhow::Result<()> {
         for (name, topic) in node.contract.topics() {
             let name = node.names.topic(name)?;
@@ -101,7 +101,7 @@ impl Enclave {
         Ok(())
     }
 
-    /// Adds subscriptions to every topic of this node and requests for its message types, as by `ros2 bag record`.
+    /// Adds the permissions to subscribe to every topic of this node and to request its message types, as `ros2 bag record` does.
     fn watches(&mut self, node: &OurNode) -> anyhow::Result<()> {
         for (name, _) in node.contract.topics() {
             self.subscribes(&node.names.topic(name)?);
@@ -110,7 +110,7 @@ impl Enclave {
         Ok(())
     }
 
-    /// Adds calls of the node's services that move or stop the arm.
+    /// Adds the permission to call the services of the node that move or stop the arm.
     fn commands(&mut self, node: &OurNode) -> anyhow::Result<()> {
         for service in &node.services {
             self.calls(&node.names.service(service)?);
@@ -121,7 +121,7 @@ impl Enclave {
         Ok(())
     }
 
-    /// Adds getting and setting the node's parameters. Values that are too long for a reply are on a topic.
+    /// Adds the permissions to get and set the parameters of the node. Values that are too long for a reply are on a topic.
     fn sets_parameters(&mut self, node: &OurNode) -> anyhow::Result<()> {
         for service in OF_EVERY_NODE {
             self.calls(&node.names.service(service)?);
@@ -130,7 +130,7 @@ impl Enclave {
         Ok(())
     }
 
-    /// Adds publishing the node's goals and twists.
+    /// Adds the permission to publish the goals and twists of the node.
     fn sends_goals(&mut self, node: &OurNode) -> anyhow::Result<()> {
         for name in &node.goals {
             self.publishes(&node.names.topic(name)?);
@@ -138,7 +138,7 @@ impl Enclave {
         Ok(())
     }
 
-    /// Returns the permissions for DDS Security. Their validity exceeds that of the certificate, which limits it.
+    /// Returns the permissions document of DDS Security. Its validity is longer than that of the certificate, which is the limit.
     fn xml(&self) -> String {
         let topics = |names: &BTreeSet<String>| {
             names.iter().map(|name| format!("            <topic>{name}</topic>\n")).collect::<String>()
@@ -179,11 +179,11 @@ struct OurNode {
     names: Resolver,
     contract: NodeContract,
     services: Vec<&'static str>,
-    /// Topics that it both publishes and subscribes to.
+    /// The topics that the node both publishes and subscribes to.
     both_ways: Vec<&'static str>,
-    /// The topics of its goals and twists.
+    /// The topics of the node's goals and twists.
     goals: Vec<&'static str>,
-    /// The topic of its status.
+    /// The topic of the node's status.
     status: Option<&'static str>,
 }
 
@@ -198,7 +198,7 @@ struct Graph {
     args: RosArgs,
     contract: Contract,
     servos: Vec<OurNode>,
-    /// The simulated arms and guards: of one arm, and of two in the namespaces left and right.
+    /// The simulated arms and guards: those of one arm, and those of two arms in the namespaces left and right.
     of_arms: Vec<OurNode>,
 }
 
@@ -255,7 +255,7 @@ impl Graph {
             names: self.names(place, GuardParameters::NODE_NAME)?,
             contract: self.contract.guard.clone(),
             services: vec![],
-            // It listens to the servo's commands, and continues them.
+            // The guard subscribes to the servo's commands, and publishes commands when these cease.
             both_ways: interfaces.map(command_topic).to_vec(),
             goals: vec![],
             status: None,
@@ -290,7 +290,7 @@ impl Graph {
         Ok(enclaves)
     }
 
-    /// Returns the enclave of the command `name`, which ROS 2's command line can use too.
+    /// Returns the enclave of the command `name`, which the command line of ROS 2 can use too.
     fn operator(&self, name: &str) -> anyhow::Result<Enclave> {
         let names = Resolver::new(name, &self.args)?;
         let mut enclave = Enclave::new(names.node().fully_qualified());
@@ -318,7 +318,8 @@ impl Graph {
         self.servos.iter().try_for_each(|node| enclave.sends_goals(node))
     }
 
-    /// Adds what commands to nodes need: they find their targets by discovery, and by their parameter services.
+    /// Adds the permissions of commands that call nodes. These commands find their targets by discovery, and by the parameter
+    /// services of the targets.
     fn calls(&self, enclave: &mut Enclave) -> anyhow::Result<()> {
         self.commands_all(enclave)?;
         self.of_arms.iter().try_for_each(|node| enclave.sets_parameters(node))
@@ -339,7 +340,7 @@ impl Graph {
         self.sets_all_parameters(enclave)
     }
 
-    /// Adds what the demo needs: servo, simulated arms, operator and view in one process.
+    /// Adds the permissions of the demo: servo, simulated arms, operator and view in one process.
     fn demo(&self, enclave: &mut Enclave) -> anyhow::Result<()> {
         self.view(enclave)?;
         self.nodes().try_for_each(|node| enclave.is(node))

@@ -12,7 +12,7 @@ use thiserror::Error;
 pub(super) struct StdoutError(#[from] std::io::Error);
 
 impl StdoutError {
-    /// Returns whether the reader has closed stdout, for example `| head -1`. This is not a failure.
+    /// Returns whether the reader has closed stdout, as `| head -1` does. This is not a failure.
     pub fn is_closed(&self) -> bool {
         self.0.kind() == ErrorKind::BrokenPipe
     }
@@ -31,7 +31,7 @@ pub(super) fn line(text: Arguments<'_>) -> Result<(), StdoutError> {
 /// Prints the results of a command that handles signals. If stdout blocks, another signal ends the command.
 ///
 /// # Errors
-/// [`StdoutError`], or that a signal arrived.
+/// [`StdoutError`], or an error if a signal arrived.
 pub(super) async fn results(text: String, signals: &mut Signals) -> anyhow::Result<()> {
     let written = tokio::task::spawn_blocking(move || line(format_args!("{text}")));
     tokio::select! {
@@ -46,7 +46,7 @@ macro_rules! print_line {
 }
 pub(super) use print_line;
 
-/// Rounds a number \[m, or of a quaternion\] for display, and replaces -0 by 0.
+/// Rounds a number for display, either in m or a component of a quaternion, and replaces -0 by 0.
 pub(super) fn short(number: f64) -> f64 {
     const DIGITS: f64 = 1e12;
     (number * DIGITS).round() / DIGITS + 0.0

@@ -1,4 +1,4 @@
-//! `dq_servo servo`, `dq_servo dual`, `dq_servo arm`, `dq_servo puma560` and `dq_servo guard`: one node each, until a signal.
+//! `dq_servo servo`, `dq_servo dual`, `dq_servo arm`, `dq_servo puma560` and `dq_servo guard`: each runs one node until a signal.
 
 use super::error::NetworkLost;
 use super::signals::Signals;
@@ -9,7 +9,8 @@ use dq_ros::ros::{Environment, NetworkWatch, RosArgs, Session};
 use std::time::Duration;
 use tokio::runtime::Handle;
 
-/// Runs a servo, for one arm or two depending on its parameters. A signal ends it with the arm at rest, a second signal at once.
+/// Runs a servo, for one arm or two depending on its parameters. A signal ends the servo with the arm at rest. A second signal ends
+/// it at once.
 pub(super) async fn servo<P: NodeParameters>(ros_args: &RosArgs) -> anyhow::Result<()>
 where
     Prepared<ServoParameters>: From<Prepared<P>>,
@@ -25,7 +26,8 @@ where
     }
 }
 
-/// Opens the session of a node and prepares its parameters. Returns `None` if a signal arrives while it waits for a robot description.
+/// Opens the session of a node and prepares its parameters. Returns `None` if a signal arrives while the node waits for a robot
+/// description.
 async fn described<P: NodeParameters>(
     signals: &mut Signals,
     ros_args: &RosArgs,
@@ -44,7 +46,8 @@ async fn described<P: NodeParameters>(
     }
 }
 
-/// Opens the session of a node whose cycle has this real-time `priority`; if it is not 0, the threads of DDS have one too.
+/// Opens the session of a node. `priority` is the real-time priority of the node's cycle. If it is not 0, the threads of DDS get a
+/// real-time priority too.
 fn session(ros_args: &RosArgs, priority: u8) -> anyhow::Result<Session> {
     let environment = Environment::from_process(ros_args)?;
     let runtime = Handle::current();
@@ -67,7 +70,7 @@ pub(super) async fn plant(ros_args: &RosArgs) -> anyhow::Result<()> {
     until(&mut signals, cycle).await
 }
 
-/// Runs the guard of one arm. A signal ends it once the arm is no longer commanded to move, a second signal at once.
+/// Runs the guard of one arm. A signal ends the guard once the arm is no longer commanded to move. A second signal ends it at once.
 pub(super) async fn guard(ros_args: &RosArgs) -> anyhow::Result<()> {
     let mut signals = Signals::new()?;
     let Some((session, prepared)) = described::<GuardParameters>(&mut signals, ros_args).await? else {
@@ -83,7 +86,7 @@ pub(super) async fn guard(ros_args: &RosArgs) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Waits for a signal. Fails as soon as `check` fails or this process loses the network.
+/// Waits for a signal. Returns an error as soon as `check` fails or this process loses the network.
 pub(super) async fn until(
     signals: &mut Signals,
     check: impl Fn() -> anyhow::Result<()>,

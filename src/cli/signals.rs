@@ -1,4 +1,4 @@
-//! Signals that end a command, and signals that are ignored.
+//! The signals that end a command, and the signals that are ignored.
 
 use futures::future::select_all;
 use rustix::process;
@@ -7,15 +7,15 @@ use std::ops::RangeInclusive;
 use std::time::{Duration, Instant};
 use tokio::signal::unix::{Signal, SignalKind, signal};
 
-/// The signals that end a command: SIGINT, SIGTERM, SIGQUIT, SIGXCPU (a limit of `ulimit -t`), SIGPWR, and SIGHUP (a closed terminal, a
-/// lost connection) unless it was ignored when the program started, as by `nohup`.
+/// The signals that end a command: SIGINT, SIGTERM, SIGQUIT, SIGXCPU (a limit of `ulimit -t`), SIGPWR, and SIGHUP (a closed
+/// terminal, a lost connection). SIGHUP is left out if it was ignored when the program started, as by `nohup`.
 pub(super) struct Signals {
     ends: Vec<Signal>,
     last: Option<Instant>,
 }
 
-/// Signals that are not meant to end a process, but by default would end it silently, even a servo in motion. With SIGXFSZ ignored, a write
-/// beyond a limit of `ulimit -f` fails like one to a full disk.
+/// Signals that are not meant to end a process, but by default would end it silently, even a servo in motion. If SIGXFSZ is
+/// ignored, a write beyond a limit of `ulimit -f` fails like a write to a full disk.
 const IGNORED: [process::Signal; 8] = [
     process::Signal::USR1,
     process::Signal::USR2,
@@ -30,7 +30,7 @@ const IGNORED: [process::Signal; 8] = [
 /// The real-time signals, whose meaning is agreed between programs.
 const REAL_TIME: RangeInclusive<i32> = 34..=64;
 
-/// Ignores the signals that would end a command only by default.
+/// Ignores the signals that would end a command although they are not meant to.
 ///
 /// # Errors
 /// The operating system's error.
@@ -38,15 +38,15 @@ pub(super) fn ignore_others() -> io::Result<()> {
     let runtime = tokio::runtime::Builder::new_current_thread().enable_io().build()?;
     let _inside = runtime.enter();
     let mut kinds = IGNORED.map(process::Signal::as_raw).into_iter().chain(REAL_TIME);
-    // The handler of a signal stays installed.
+    // The handler of a signal stays installed after it is dropped.
     kinds.try_for_each(|kind| signal(SignalKind::from_raw(kind)).map(drop))
 }
 
-/// Signals within this time count as one: `timeout` signals its child, and then the child's group.
+/// Signals that arrive within this time count as one: `timeout` signals its child, and then the child's group.
 const TOGETHER: Duration = Duration::from_millis(20);
 
 impl Signals {
-    /// Catches the signals, so that they do not end the process any more; [`next`](Self::next) returns when one arrives.
+    /// Catches the signals, so that they do not end the process any more. [`next`](Self::next) returns when one arrives.
     ///
     /// # Errors
     /// The operating system's error.
@@ -74,7 +74,7 @@ impl Signals {
     }
 }
 
-/// Returns whether SIGHUP is ignored, as the operating system shows it before a handler is installed.
+/// Returns whether SIGHUP is ignored, as the operating system reports it before a handler is installed.
 fn hangup_is_ignored() -> bool {
     std::fs::read_to_string("/proc/self/status").is_ok_and(|status| ignores_hangup(&status))
 }

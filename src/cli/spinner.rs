@@ -1,14 +1,14 @@
-//! A progress line on the terminal, drawn by its own thread, so that a terminal stopped by ctrl-S does not block the command.
+//! A progress line on the terminal. Its own thread draws the line, so that a terminal stopped by ctrl-S does not block the command.
 
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::IsTerminal;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::time::Duration;
 
-/// How long to wait for the line to be cleared at the end.
+/// The time to wait at the end until the line is cleared.
 const LAST_DRAWING: Duration = Duration::from_millis(200);
 
-/// The line. It is cleared when this is dropped.
+/// A progress line. It is cleared when this value is dropped.
 pub(super) struct Spinner {
     texts: Option<SyncSender<String>>,
     gone: Receiver<()>,
@@ -19,7 +19,7 @@ impl Spinner {
     pub fn on_terminal() -> Option<Self> {
         std::io::stderr().is_terminal().then(|| {
             let bar = ProgressBar::new_spinner();
-            // The template is a constant; if it were invalid, the default would do.
+            // The template is constant. If it were invalid, the default template would be used.
             if let Ok(style) = ProgressStyle::with_template("{spinner} {msg}") {
                 bar.set_style(style);
             }
@@ -40,7 +40,7 @@ impl Spinner {
             clear();
             let _ = report_gone.send(());
         };
-        // Without a thread nothing is drawn.
+        // If the thread cannot be created, nothing is drawn.
         let _ = std::thread::Builder::new().name("spinner".to_owned()).spawn(run);
         Self { texts: Some(texts), gone }
     }

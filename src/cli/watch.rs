@@ -11,13 +11,13 @@ use dq_wire::distance;
 use dq_wire::{Contract, MotionReport, ServoKind, StatusReport};
 use std::time::{Duration, Instant};
 
-/// How long to wait for the servo.
+/// The time to wait for the servo.
 pub(super) const DISCOVERY: Duration = Duration::from_secs(10);
 
-/// After this time a message says that the servo is awaited.
+/// The time after which a message says that the servo is awaited.
 const UNUSUAL_DISCOVERY: Duration = Duration::from_millis(2500);
 
-/// How long to wait for the servo at least, if the timeout of the motion is shorter.
+/// The shortest time to wait for the servo, if the timeout of the motion is shorter.
 const SHORTEST_DISCOVERY: Duration = Duration::from_secs(2);
 
 /// The time between two reports, with a margin: the servo reports ten times per second.
@@ -49,7 +49,8 @@ impl Watch {
         })
     }
 
-    /// Waits for the servo's first report, for this long or as long as discovery may take.
+    /// Waits for the servo's first report. The longest wait is `timeout`, but at least `SHORTEST_DISCOVERY` and at most
+    /// `DISCOVERY`.
     pub async fn find(&self, timeout: Duration) -> Result<(), NotArrived> {
         let patience = DISCOVERY.min(timeout.max(SHORTEST_DISCOVERY));
         let first = async {
@@ -65,7 +66,8 @@ impl Watch {
         tokio::time::timeout(patience, first).await.map_err(silent)
     }
 
-    /// Sends `goal` with this time stamp and waits until the arm has arrived, or it is certain that it will not. Returns the motion.
+    /// Sends `goal` with this time stamp and waits until the arm has arrived, or it is certain that the arm will not arrive.
+    /// Returns the motion.
     pub async fn go(
         &mut self,
         goal: PoseNumbers,
@@ -105,7 +107,7 @@ impl Watch {
         }
     }
 
-    /// Returns whether the servo has the last goal that was sent, or may still take it; `None` if it does not report.
+    /// Returns whether the servo has the last goal that was sent, or may still take it; `None` if the servo does not report.
     pub async fn has_own_goal(&self) -> Option<bool> {
         let Some(own) = &self.own else { return Some(false) };
         let is_left = async {
@@ -135,7 +137,7 @@ async fn next_report(statuses: &Subscription<DiagnosticStatus>) -> StatusReport 
     }
 }
 
-/// Shows the progress on stderr: an updated line on a terminal, otherwise a line per second.
+/// Shows the progress on stderr: on a terminal a line that is updated, otherwise a line per second.
 struct ProgressLines {
     spinner: Option<Spinner>,
     logged: Option<Instant>,

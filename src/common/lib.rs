@@ -1,6 +1,6 @@
-//! Code that all members share: handling of text from outside, and enums whose variants have names.
+//! Code that all crates share: handling of text from outside, and enums whose variants have names.
 #![warn(clippy::unwrap_used, clippy::expect_used)]
-// These macros panic if nobody reads the output: results go through cli::print, everything else through stderr.
+// These macros panic if nobody reads the output. Results go through `cli::print`, everything else through `stderr`.
 #![warn(clippy::print_stdout, clippy::print_stderr)]
 
 mod names;

@@ -6,9 +6,9 @@ use thiserror::Error;
 #[derive(Clone, Debug, Error, PartialEq)]
 #[error("unknown {kind} {name:?}: expected one of {expected}")]
 pub struct UnknownName {
-    /// The kind of thing that the name should denote.
+    /// The kind of thing that the text should name.
     pub kind: &'static str,
-    /// The unknown name.
+    /// The unknown text.
     pub name: String,
     /// The known names.
     pub expected: String,

@@ -1,4 +1,4 @@
-//! Handling of text and lists from outside: they are shortened or refused before they are kept, logged or repeated.
+//! Handling of text and lists from outside. They are shortened or refused before they are stored, logged or repeated.
 
 use serde::de::{Error, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer};
@@ -6,16 +6,17 @@ use std::borrow::Cow;
 use std::fmt;
 use std::marker::PhantomData;
 
-/// Length of the longest text from outside that is kept whole \[bytes\]. Every ROS 2 name is shorter.
+/// The length of the longest text from outside that is kept whole \[bytes\]. Every ROS 2 name is shorter.
 pub const LONGEST: usize = 250;
 
-/// Length of the longest list from outside that is accepted. No robot has as many joints, and processing a longer list would take longer
-/// than a cycle.
+/// The length of the longest list from outside that is accepted. No robot has as many joints, and processing a longer list would
+/// take longer than a cycle.
 pub const MOST: usize = 100_000;
 
 const ELLIPSIS: char = '…';
 
-/// Returns the text if it has at most [`LONGEST`] bytes. A longer text is shortened to that length, including an ellipsis at its end.
+/// Returns the text if it has at most [`LONGEST`] bytes. Otherwise returns the beginning of the text with an ellipsis, [`LONGEST`]
+/// bytes in all.
 pub fn cut(text: &str) -> Cow<'_, str> {
     if text.len() <= LONGEST {
         return Cow::Borrowed(text);
@@ -24,13 +25,13 @@ pub fn cut(text: &str) -> Cow<'_, str> {
     Cow::Owned(format!("{}{ELLIPSIS}", &text[..end]))
 }
 
-/// Number of characters of a name from outside that are shown.
+/// The number of characters of a name from outside that are shown.
 pub const NAME: usize = 80;
-/// Number of characters of an error message about a file from outside that are shown.
+/// The number of characters of an error message about a file from outside that are shown.
 pub const REASON: usize = 400;
 
-/// Returns a text from outside in a form that fits into a figure, a table or a line: without control characters, and with at most `longest`
-/// characters before an ellipsis.
+/// Returns a text from outside in a form that fits into a figure, a table or a line: without control characters, and shortened to
+/// `longest` characters and an ellipsis if longer.
 pub fn shown(text: &str, longest: usize) -> String {
     let clean = |c: char| if c.is_control() { char::REPLACEMENT_CHARACTER } else { c };
     let mut shown: String = text.chars().take(longest).map(clean).collect();

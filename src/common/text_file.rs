@@ -4,8 +4,8 @@ use std::fs::File;
 use std::io::{self, Read};
 use std::path::Path;
 
-/// Returns the content of a regular file of at most `most` bytes. Other kinds of files are not opened: reading a FIFO may block forever,
-/// and a device may never end.
+/// Returns the content of a regular file of at most `most` bytes. Other kinds of files are not opened: reading a FIFO may block
+/// forever, and a device may never end.
 ///
 /// # Errors
 /// Returns the operating system's error, or an error that says what is wrong with the file.

@@ -6,7 +6,7 @@ macro_rules! arm {
     };
 }
 
-/// The parameter files by the names of their arms.
+/// The parameter file of each built-in arm, by its name.
 pub const ARMS: [(&str, &str); 9] = [
     ("puma560", super::BUILTIN_FILE),
     arm!("ur3e"),
@@ -19,7 +19,7 @@ pub const ARMS: [(&str, &str); 9] = [
     arm!("iiwa14"),
 ];
 
-/// Returns the parameter file of the built-in arm with this name.
+/// Returns the name and the parameter file of the built-in arm `name`.
 pub fn arm_file(name: &str) -> Option<(&'static str, &'static str)> {
     ARMS.into_iter().find(|(known, _)| *known == name)
 }

@@ -9,16 +9,16 @@ use dq_params::{Declarer, ParameterError, Parameters, exactly};
 use std::f64::consts::TAU;
 use std::time::Duration;
 
-/// The arm described by parameters.
+/// An arm that parameters describe.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ArmParameters {
-    /// Its kinematics.
+    /// The kinematics of the arm.
     pub chain: Chain,
-    /// Joint names, base first.
+    /// The joint names, base first.
     pub joints: Vec<String>,
-    /// Frame of the base.
+    /// The name of the base's frame.
     pub base_frame: String,
-    /// Frame of the tool.
+    /// The name of the tool's frame.
     pub tool_frame: String,
     /// The control period of the node.
     pub period: Duration,
@@ -31,7 +31,7 @@ pub struct ArmParameters {
 }
 
 impl ArmParameters {
-    /// Returns the names of the joints that move each link, base first; mimic joints are among them.
+    /// Returns the name of the joint that moves each link, base first. Mimic joints are among these.
     pub(super) fn link_joints(&self) -> Vec<String> {
         match &self.description {
             None => self.joints.clone(),
@@ -40,17 +40,17 @@ impl ArmParameters {
     }
 }
 
-/// The parameters of the cycle. The guard declares them too, so that one file can set all nodes.
+/// The parameters of the cycle. The guard declares them, too, so that one file can set the parameters of all nodes.
 #[derive(Parameters)]
 pub(super) struct CycleParameters {
     /// stamps follow /clock; timeouts and the cycle always follow the system's monotonic clock
     #[parameter(fixed)]
     use_sim_time: bool,
-    /// rate of the cycle of servo and simulated arm \[Hz\]
+    /// rate of the cycle of the servo and of the simulated arm \[Hz\]
     #[parameter(default = 500, range = 1..=2000, fixed)]
     update_rate: i64,
-    /// SCHED_FIFO priority of the cycle's thread (the DDS threads have one less), with the node's memory locked; the system must allow
-    /// both; 0: normal threads
+    /// SCHED_FIFO priority of the cycle's thread, with the node's memory locked; the DDS threads have one less. The system must
+    /// allow both. 0: normal threads
     #[parameter(range = 0..=99, fixed)]
     realtime_priority: i64,
 }
@@ -67,16 +67,16 @@ impl CycleParameters {
     }
 }
 
-/// The rate of trajectories, declared by servo and guard.
+/// The rate of trajectories. Servo and guard declare it.
 #[derive(Parameters)]
 pub(super) struct TrajectoryParameters {
-    /// rate of the servo's cycle, and of its points, if interface is trajectory \[Hz\]
+    /// rate of the servo's cycle and of the points that it sends, if interface is trajectory \[Hz\]
     #[parameter(default = 100, range = 1..=500, fixed)]
     trajectory_rate: i64,
 }
 
 impl TrajectoryParameters {
-    /// Returns the control period of a servo with this `interface`; `other` is that for other interfaces.
+    /// Returns the control period of a servo with this `interface`. `other` is the period of interfaces other than trajectories.
     pub fn period(&self, interface: Interface, other: Duration) -> Duration {
         if interface == Interface::Trajectory { period(self.trajectory_rate) } else { other }
     }
@@ -86,7 +86,7 @@ fn period(rate: i64) -> Duration {
     Duration::from_secs_f64(1.0 / rate.max(1) as f64)
 }
 
-/// The joints, declared by every node.
+/// The joint names. Every node declares them.
 #[derive(Parameters)]
 pub(super) struct JointParameters {
     /// joint names, base first
@@ -114,26 +114,26 @@ impl JointParameters {
     }
 }
 
-/// The arm's frames and description. They have no defaults, which would name a robot that does not exist: a file names them, at least the
-/// built-in one.
+/// The frames and the description of the arm. They have no defaults, because a default would name a robot that does not exist. A
+/// file names them, at least the built-in one.
 #[derive(Parameters)]
 struct FrameParameters {
-    /// frame of the arm's base
+    /// name of the frame of the arm's base
     #[parameter(fixed)]
     base_frame: String,
-    /// frame of the arm's tool
+    /// name of the frame of the arm's tool
     #[parameter(fixed)]
     tool_frame: String,
-    /// URDF of the robot: the arm is its part between base_frame and tool_frame, in place of arm.*
+    /// URDF of the robot. The arm is the part of it between base_frame and tool_frame, and replaces arm.*
     #[parameter(fixed)]
     robot_description: String,
-    /// file with the robot_description
+    /// file that contains the robot_description
     // It is read at the start; then its arm is in robot_description.
     #[parameter(name = "robot_file", fixed)]
     _robot_file: String,
 }
 
-/// Denavit-Hartenberg rows.
+/// The rows of Denavit-Hartenberg parameters.
 #[derive(Parameters)]
 #[parameters(prefix = "arm.")]
 struct RowParameters {
@@ -155,7 +155,7 @@ struct RowParameters {
 }
 
 impl RowParameters {
-    /// Returns the kinematics of these rows, one for each of `count` joints.
+    /// Returns the kinematics of these rows. There must be one row for each of `count` joints.
     fn chain(&self, count: usize) -> Result<Chain, ParameterError> {
         for (name, list) in [("arm.alpha", &self.alpha), ("arm.a", &self.a), ("arm.d", &self.d)] {
             exactly(name, list, count)?;
@@ -198,7 +198,7 @@ impl Parameters for ArmParameters {
     }
 }
 
-/// Checks that a list has `count` items or none.
+/// Checks that a list has `count` items or is empty.
 ///
 /// # Errors
 /// [`ParameterError::Invalid`] for any other length.
@@ -206,7 +206,7 @@ pub(super) fn exactly_or_none(name: &'static str, list: &[f64], count: usize) ->
     if list.is_empty() { Ok(()) } else { exactly(name, list, count) }
 }
 
-/// Checks that no angle is larger than a turn; such a table is in degrees.
+/// Checks that no angle is larger than a turn. Otherwise the table is in degrees.
 fn check_radians(name: &'static str, angles: &[f64]) -> Result<(), ParameterError> {
     let expected = "radians, -2π to 2π (are these degrees?)";
     let large = angles.iter().find(|angle| angle.abs() > TAU);
@@ -216,7 +216,7 @@ fn check_radians(name: &'static str, angles: &[f64]) -> Result<(), ParameterErro
 /// The numbers of a pose: x y z \[m\], then qx qy qz qw.
 pub(super) type PoseNumbers = [f64; 7];
 
-/// The identity.
+/// The numbers of the identity.
 pub(super) const NO_POSE: PoseNumbers = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0];
 
 /// Returns the numbers of `pose`.

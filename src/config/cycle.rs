@@ -10,13 +10,14 @@ use dq_params::{ParameterError, Parameters};
 use std::time::Duration;
 
 named! {
-    /// The reliability with which joint states are subscribed.
+    /// The QoS reliability with which the servo subscribes to joint states.
     "reliability" StatesReliability {
-        /// Reliable, until a publisher only offers best effort; then best effort, which also receives from reliable ones.
+        /// Reliable, until a publisher offers only best effort; from then on best effort, which receives from reliable publishers,
+        /// too.
         Auto = "auto",
-        /// Lost states are sent again. Publishers that only offer best effort are not received.
+        /// Lost joint states are sent again. Publishers that offer only best effort are not received.
         Reliable = "reliable",
-        /// Lost states stay lost.
+        /// Lost joint states stay lost.
         BestEffort = "best_effort",
     }
 }
@@ -24,19 +25,19 @@ named! {
 /// The parameters of a servo node, typed and checked as a whole.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ServoParameters {
-    /// The arm, or the two arms.
+    /// The single arm, or the two arms.
     pub arms: Arms,
     /// The joint names of each arm.
     pub joints: Vec<JointOrder>,
-    /// The frame of goals.
+    /// The name of the frame of goals.
     pub goal_frame: String,
-    /// The tool's frame, in which twists may also be given.
+    /// The name of the tool's frame, in which twists may also be given.
     pub tool_frame: String,
     /// The settings that may change while the servo runs.
     pub settings: Settings,
-    /// The number of keep-outs and keep-ins that have no effect because constraints are off.
+    /// Number of keep-outs and keep-ins that have no effect, because constraints are off.
     pub idle_keep_outs: usize,
-    /// The reliability with which joint states are subscribed.
+    /// The QoS reliability with which the servo subscribes to joint states.
     pub joint_states: StatesReliability,
     /// The control period of the node.
     pub period: Duration,
@@ -46,16 +47,16 @@ pub struct ServoParameters {
     pub simulated_time: bool,
 }
 
-/// The parameters that all servos share, whatever their law.
+/// The parameters that all servos share, whatever their law is.
 #[derive(Parameters)]
 pub(super) struct CommonParameters {
-    /// QoS with which joint states are subscribed; auto: reliable until a publisher only offers best effort
+    /// QoS reliability of the subscription to joint states; auto: reliable, until a publisher offers only best effort
     #[parameter(one_of = StatesReliability::NAMES, default = StatesReliability::Auto, fixed)]
     reliability: StatesReliability,
     #[parameter(group)]
     pub settings: Settings,
-    /// the tool that goes to the goal, in tool_frame: x y z \[m\], then qx qy qz qw; after a change the arm stands until it is asked to
-    /// move again
+    /// pose of the tool that moves to the goal, in tool_frame: x y z \[m\], then qx qy qz qw. After a change the arm stands until
+    /// there is a new request
     #[parameter(default = NO_POSE)]
     tool_offset: PoseNumbers,
     #[parameter(group)]
@@ -68,7 +69,7 @@ pub(super) struct CommonParameters {
 #[derive(Parameters)]
 #[parameters(prefix = "damping.")]
 pub(super) struct DampingParameters {
-    /// lambda of the damped inverse at a singularity; rad and m weigh alike, both of the tool and of the joints
+    /// lambda of the damped inverse at a singularity; rad and m weigh alike, for the tool and for the joints
     #[parameter(default = 0.05, range = 0.0..=1.0)]
     max: f64,
     /// smallest singular value below which damping begins
@@ -83,10 +84,10 @@ impl From<DampingParameters> for Damping {
 }
 
 impl CommonParameters {
-    /// Builds the servo parameters for `arms`, each of which is like `arm`.
+    /// Builds the servo's parameters for `arms`. Each of them is like `arm`.
     ///
     /// # Errors
-    /// [`ParameterError`] if values do not match each other.
+    /// [`ParameterError`] if values contradict each other.
     pub fn build(
         self,
         arm: &ArmParameters,
@@ -118,13 +119,13 @@ impl CommonParameters {
 
 /// The frames of goals and twists.
 pub(super) struct Frames {
-    /// The frame of goals.
+    /// The name of the frame of goals.
     pub goal: String,
-    /// The tool's frame, in which twists may also be given.
+    /// The name of the tool's frame, in which twists may also be given.
     pub tool: String,
 }
 
-/// Converts the error of settings that a running servo would reject.
+/// Converts the error of settings that a running servo would reject, too.
 fn invalid(why: SettingsError) -> ParameterError {
     ParameterError::invalid("settings", "as given", format!("settings that a servo takes: {why}"))
 }

@@ -1,4 +1,4 @@
-//! An arm from a robot description, whose values replace parameters that are not set.
+//! An arm from a robot description. The description's values replace parameters that the user has not set.
 
 use dq_common::text::cut;
 use dq_common::text_file;
@@ -15,32 +15,33 @@ use std::io;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
-/// What a robot description provides to a node.
+/// The values that a node takes from a robot description.
 pub(super) struct Described {
-    /// The whole text.
+    /// The whole text of the description.
     pub text: String,
-    /// Its source.
+    /// Where the description comes from: `robot_description`, or the name of the file.
     source: String,
-    /// The file, if it is one.
+    /// The path of the file, if the description comes from one.
     file: Option<PathBuf>,
-    /// Description of an irregularity in it that did not prevent reading.
+    /// A message about an irregularity in the description that did not prevent reading.
     pub odd: Option<String>,
-    /// The arm between the frames.
+    /// The arm between the two frames.
     pub arm: DescribedArm,
-    /// The names of the base and the tool frame.
+    /// The names of the base frame and of the tool frame.
     frames: [String; 2],
     /// Other links that could be the tool frame; `None` if both frames were given.
     alternatives: Option<Vec<String>>,
 }
 
-/// Time from rest to the velocity limit \[s\], which determines the acceleration of joints whose description has none.
+/// The time from rest to the velocity limit \[s\]. It determines the acceleration of joints for which the description has none.
 const TIME_TO_FULL_SPEED: f64 = 0.5;
 
 impl Described {
-    /// Reads the description among the given values; `None` if there is none.
+    /// Reads the robot description among the `given` values; `None` if there is none.
     ///
     /// # Errors
-    /// [`ParameterError::Missing`] if frames are given without a description; [`ParameterError::File`] for a description without an arm.
+    /// [`ParameterError::Missing`] if frames are given without a description, [`ParameterError::File`] if the description has no
+    /// arm.
     pub fn find(given: &[ParameterOverride]) -> Result<Option<Self>, ParameterError> {
         let (text, source, file) = match (
             self::text(given, "robot_description"),
@@ -68,7 +69,7 @@ impl Described {
         Ok(Some(Self { source: source.to_owned(), file, text, odd, arm, frames, alternatives }))
     }
 
-    /// Returns a message about the guessed frames, if any.
+    /// Returns a message about the guessed frames; `None` if no frame was guessed.
     pub fn guess(&self) -> Option<String> {
         /// Largest number of alternatives in the message.
         const LISTED: usize = 4;
@@ -85,7 +86,8 @@ impl Described {
         ))
     }
 
-    /// Returns values for parameters that are not set. Limits that are set take precedence over the description's.
+    /// Returns values for parameters that the user has not set. Limits that the user has set take precedence over those of the
+    /// description.
     pub fn defaults(&self, given: &GivenLimits) -> Vec<(String, Value)> {
         let limits: Vec<_> = self.arm.moving().map(|joint| joint.limits).collect();
         let described: Option<Vec<f64>> = limits.iter().map(speed).collect();
@@ -103,7 +105,7 @@ impl Described {
             };
             let dynamics: Vec<_> = limits.iter().enumerate().zip(&velocity).map(of).collect();
             let each = |of: fn(&Dynamics) -> f64| Value::DoubleArray(dynamics.iter().map(of).collect());
-            // The velocity comes first, so that an invalid one is reported instead of its consequences.
+            // The velocity comes first, so that an invalid velocity is reported, not its consequences.
             values.push(("limits.joint_velocity", Value::DoubleArray(velocity)));
             values.push(("limits.joint_acceleration", each(|one| one.acceleration)));
             if limits.iter().any(|limits| limits.deceleration.is_some()) {
@@ -114,7 +116,7 @@ impl Described {
             }
         }
         if limits.iter().any(|limits| limits.range().is_some()) {
-            // No position beyond this is accepted, so it does not restrict the joint.
+            // No position beyond this is accepted, so this range does not restrict the joint.
             let free = (-bounds::JOINT_ANGLE, bounds::JOINT_ANGLE);
             let (lower, upper) = limits.iter().map(|limits| limits.range().unwrap_or(free)).unzip();
             values.push(("limits.joint_position_lower", Value::DoubleArray(lower)));
@@ -123,7 +125,7 @@ impl Described {
         values.into_iter().map(|(name, value)| (name.to_owned(), value)).collect()
     }
 
-    /// Returns a warning if the description lets a joint stop more slowly than a servo requires.
+    /// Returns a warning if, by the description, a joint stops more slowly than a servo requires.
     pub fn slow_stop(&self, given: &GivenLimits) -> Option<String> {
         let is_less =
             |described: Option<f64>, taken: f64| described.is_some_and(|described| described < taken);
@@ -131,7 +133,7 @@ impl Described {
             let in_force = given.of(*joint, limits);
             let taken = speed(&in_force).map(|velocity| Dynamics::of(&in_force, velocity));
             taken.is_some_and(|taken| {
-                // A given deceleration is checked when it is taken.
+                // A deceleration that the user has set is checked when the store takes it.
                 let is_given = given.deceleration.is_some();
                 is_less(limits.deceleration.filter(|_| !is_given), taken.deceleration)
                     || is_less(limits.jerk, taken.jerk)
@@ -144,11 +146,11 @@ impl Described {
         ))
     }
 
-    /// Returns a warning if limits of the description look like degrees.
+    /// Returns a warning if limits in the description seem to be in degrees.
     pub fn degrees(&self, given: &GivenLimits) -> Option<String> {
-        /// Position limits of an arm's joint, in degrees; in radians more than two turns \[rad\].
+        /// Usual position limits of joints in degrees. In radians they would be more than two turns.
         const POSITIONS: RangeInclusive<f64> = 15.0..=1e3;
-        /// Speed limits of an arm's joint, in degrees per second; in radians faster than any arm \[rad/s\].
+        /// Usual speed limits of joints in degrees per second. In radians per second they would be faster than any arm.
         const SPEEDS: RangeInclusive<f64> = 30.0..=1e3;
         let turning = self.arm.moving().filter(|joint| joint.motion != Motion::Prismatic);
         turning.into_iter().find_map(|DescribedJoint { name, limits, .. }| {
@@ -176,10 +178,10 @@ impl Described {
         fitted(&self.text, &self.frames, self.file.as_deref()).map_err(|why| error(&self.source, &why))
     }
 
-    /// Checks that each joint has valid limits, in the description or given.
+    /// Checks that each joint has valid limits, in the description or among the `given` ones.
     ///
     /// # Errors
-    /// [`ParameterError::File`] with the first joint that has not.
+    /// [`ParameterError::File`] with the first joint that has none.
     pub fn check_limits(&self, given: &GivenLimits) -> Result<(), ParameterError> {
         let why = |joint: &DescribedJoint| {
             let JointLimits { lower, upper, velocity, .. } = joint.limits;
@@ -220,7 +222,7 @@ fn read_file(file: &str) -> Result<Vec<u8>, ParameterError> {
     text_file::bytes(Path::new(file), LONGEST_DESCRIPTION as u64).map_err(error)
 }
 
-/// Returns the text, with a message if it is not UTF-8. It is then read as Latin-1, in which every byte is a character.
+/// Returns the text, and a message if it is not UTF-8. It is then read as Latin-1, in which every byte is a character.
 fn decoded(bytes: Cow<[u8]>) -> (String, Option<String>) {
     match str::from_utf8(&bytes) {
         Ok(text) => (text.to_owned(), None),
@@ -232,7 +234,7 @@ fn decoded(bytes: Cow<[u8]>) -> (String, Option<String>) {
     }
 }
 
-/// Returns the error of a description without any element.
+/// Returns the error for a description that has no element.
 fn no_description(text: &str) -> ParameterError {
     let why = match text.contains('/') || text.contains(".urdf") {
         true => "is a path, not a URDF: give a file as robot_file",
@@ -242,7 +244,7 @@ fn no_description(text: &str) -> ParameterError {
     ParameterError::File { file: "robot_description".to_owned(), why }
 }
 
-/// The limits of a joint besides its speed.
+/// The limits of a joint apart from its speed.
 struct Dynamics {
     acceleration: f64,
     deceleration: f64,
@@ -250,8 +252,9 @@ struct Dynamics {
 }
 
 impl Dynamics {
-    /// Computes the limits of a joint with these described `limits` and the speed limit `velocity`. As in URDF, a missing deceleration
-    /// equals the acceleration, and a missing jerk is unlimited. None of them is less than what stops the joint in time.
+    /// Computes the limits of a joint from the `limits` in its description and its speed limit `velocity`. As in URDF, a missing
+    /// deceleration equals the acceleration, and a missing jerk is unlimited. Each limit is at least large enough to stop the joint
+    /// in time.
     fn of(limits: &JointLimits, velocity: f64) -> Self {
         let given =
             |limit: Option<f64>, range: RangeInclusive<f64>| limit.filter(|limit| range.contains(limit));
@@ -266,12 +269,12 @@ impl Dynamics {
     }
 }
 
-/// Returns the speed limit of a joint, if it is valid.
+/// Returns the speed limit of a joint if it is valid.
 fn speed(limits: &JointLimits) -> Option<f64> {
     limits.velocity.filter(|limit| JOINT_SPEEDS.contains(limit))
 }
 
-/// The joint limits that are set as parameters.
+/// The joint limits that the user has set as parameters.
 pub(super) struct GivenLimits {
     velocity: Option<Vec<f64>>,
     acceleration: Option<Vec<f64>>,
@@ -281,13 +284,13 @@ pub(super) struct GivenLimits {
 }
 
 impl GivenLimits {
-    /// Collects the limits among these values.
+    /// Collects the joint limits among these values.
     pub fn find(given: &[ParameterOverride]) -> Self {
         let list = |name: &str| {
             let last = given.iter().rev().find(|value| value.name == name)?;
             match last.value.clone().convert_like(&Value::DoubleArray(Vec::new())) {
                 Ok(Value::DoubleArray(list)) => Some(list),
-                // A value of another type is rejected when it is taken.
+                // A value of another type is rejected when the store takes it.
                 _ => Some(Vec::new()),
             }
         };
@@ -304,7 +307,7 @@ impl GivenLimits {
         self.lower.is_some() && self.upper.is_some()
     }
 
-    /// Returns the effective limits of the joint with this index, whose described limits are `limits`.
+    /// Returns the effective limits of the joint with the index `joint`. `limits` are those of the description.
     fn of(&self, joint: usize, limits: &JointLimits) -> JointLimits {
         let given = |list: &Option<Vec<f64>>| list.as_ref().and_then(|list| list.get(joint).copied());
         let (lower, upper) = limits.range().unzip();
@@ -319,7 +322,7 @@ impl GivenLimits {
     }
 }
 
-/// Returns whether these values name the frames of an arm, but nothing that describes it.
+/// Returns whether these values name the frames of an arm but do not describe the arm.
 pub fn is_awaited(given: &[ParameterOverride]) -> bool {
     let is_given = |name: &str| text(given, name).is_some();
     (is_given("base_frame") || is_given("tool_frame"))
@@ -328,12 +331,12 @@ pub fn is_awaited(given: &[ParameterOverride]) -> bool {
         && !given.iter().any(|value| value.name == "joints" || value.name.starts_with("arm."))
 }
 
-/// Reads a description; `source` is its name in errors.
+/// Reads a description. `source` is its name in errors.
 pub(super) fn read(text: &str, source: &str, base: &str, tool: &str) -> Result<Description, ParameterError> {
     Description::read(text, base, tool).map_err(|why| error(source, &why))
 }
 
-/// Returns the kinematics of a described arm, after checking its joint names.
+/// Returns the kinematics of a described arm, after a check of its joint names.
 pub(super) fn chain(described: &Description, joints: &[String]) -> Result<Chain, ParameterError> {
     let names = names(&described.arm);
     if joints != names {
@@ -352,7 +355,7 @@ fn error(source: &str, why: &DescriptionError) -> ParameterError {
     ParameterError::File { file: source.to_owned(), why: why.to_string() }
 }
 
-/// Returns the text of the last of these values with this name; `None` for an empty text, which is the default.
+/// Returns the last of these values with the name `name`; `None` if its text is empty, which is the default.
 fn text<'a>(given: &'a [ParameterOverride], name: &str) -> Option<&'a str> {
     let values = given.iter().rev().filter(|value| value.name == name);
     let mut texts =

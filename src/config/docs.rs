@@ -8,10 +8,10 @@ const HEAD: &str = "\
 |---|---|---|---|---|---|---|
 ";
 
-/// Returns all parameters of all nodes as a Markdown table, from their declarations. A parameter that several nodes declare identically has
-/// one row.
+/// Returns all parameters of all nodes as a Markdown table, from their declarations. A parameter has one row if several nodes
+/// declare it identically.
 ///
-/// The default is that of a node without any settings; "the arm's" for a value of the built-in arm that belongs to this arm.
+/// The default in the table is that of a node without any settings. It is "the arm's" for a value that belongs to the built-in arm.
 ///
 /// # Errors
 /// The errors of [`nodes`].

@@ -14,19 +14,19 @@ pub struct DualParameters(pub ServoParameters);
 /// The parameters that only the servo of two arms has.
 #[derive(Parameters)]
 struct TwoArmParameters {
-    /// the right arm's base in the left arm's base frame: x y z \[m\], then qx qy qz qw
+    /// pose of the right arm's base in the left arm's base frame: x y z \[m\], then qx qy qz qw
     #[parameter(default = NO_POSE, fixed)]
     right_base: PoseNumbers,
-    /// the form of the two-arm law: J^T K e (the paper) or J^+ K e
+    /// form of the law of two arms: J^T K e (as in the paper) or J^+ K e
     #[parameter(one_of = Map::NAMES, default = Map::DampedInverse)]
     controller: Map,
-    /// the component of the right tool's pose, relative to the left tool, that is controlled
+    /// component of the right tool's pose relative to the left tool that the law controls
     #[parameter(one_of = Aim::RELATIVE_NAMES, default = Aim::Position.relative_name())]
     primitive: String,
-    /// K of the transposed form
+    /// gain K of the transposed form
     #[parameter(name = "gains.transpose", default = 10.0, range = POSITIVE..=1e4)]
     transpose: f64,
-    /// K of the inverse form [1/s]
+    /// gain K of the inverse form [1/s]
     #[parameter(name = "gains.damped_inverse", default = 1.0, range = POSITIVE..=100.0)]
     inverse: f64,
     #[parameter(group)]
@@ -46,7 +46,7 @@ impl Parameters for DualParameters {
         let gain = if two.controller == Map::Transpose { two.transpose } else { two.inverse };
         common.settings.controller = Controller::of_two_arms(two.controller, aim, gain, two.damping.into());
         let right = arm.chain.clone().standing_at(&pose("right_base", two.right_base)?);
-        // The plants' frames differ by a prefix, which is their namespace.
+        // The plants' frames differ by a prefix, which is the plant's namespace.
         let [goal, tool] = ["left", "right"].map(|side| format!("{side}/{}", arm.tool_frame));
         common.build(&arm, Arms::two(arm.chain.clone(), right), Frames { goal, tool }).map(Self)
     }

@@ -2,8 +2,8 @@
 
 use super::NodeParameters;
 use super::common::{CycleParameters, JointParameters, TrajectoryParameters};
+use dq_check::GUARDED_PERIODS as PERIODS;
 use dq_core::servo::{Interface, JointOrder};
-use dq_limits::check::GUARDED_PERIODS as PERIODS;
 use dq_params::{Declarer, ParameterError, Parameters};
 use std::time::Duration;
 
@@ -14,16 +14,16 @@ pub struct GuardParameters {
     pub joints: JointOrder,
     /// The kind of commands that the arm takes.
     pub interface: Interface,
-    /// The time without commands after which they count as ended.
+    /// The time without a command after which commands count as ended.
     pub command_timeout: Duration,
     /// The SCHED_FIFO priority of the guard's thread; 0 for none.
     pub realtime_priority: u8,
 }
 
-/// The parameters as declared.
+/// The parameters as the guard declares them.
 #[derive(Parameters)]
 struct DeclaredGuard {
-    // The guard stamps nothing, but every ROS 2 node has use_sim_time.
+    // The guard does not use stamps, but every ROS 2 node has use_sim_time.
     #[parameter(group)]
     cycle: CycleParameters,
     #[parameter(group)]
@@ -32,7 +32,7 @@ struct DeclaredGuard {
     interface: Interface,
     #[parameter(group)]
     trajectory: TrajectoryParameters,
-    /// time without a command after which an arm in motion is stopped; at least three of the servo's periods \[s\]
+    /// time without a command after which the guard stops a moving arm; at least three of the servo's periods \[s\]
     #[parameter(default = 0.1, range = 0.02..=10.0)]
     command_timeout: Duration,
 }

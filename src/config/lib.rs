@@ -48,10 +48,10 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 #![warn(clippy::unwrap_used, clippy::expect_used)]
-// These macros panic if nobody reads the output: results go through cli::print, everything else through stderr.
+// These macros panic if nobody reads the output. Results go through `cli::print`, everything else through `stderr`.
 #![warn(clippy::print_stdout, clippy::print_stderr)]
 
-// Runs the example of the README as a doctest.
+// Runs the example in the README as a doctest.
 #[cfg(doctest)]
 #[doc = include_str!("README.md")]
 mod readme {}
@@ -98,14 +98,14 @@ pub trait NodeParameters: Parameters + Send + 'static {
     /// Returns the declarations of all parameters.
     ///
     /// # Errors
-    /// [`ParameterError`] if the built-in arm fails a check, because later declarations would be missing.
+    /// [`ParameterError`] if the built-in arm is invalid, because later declarations would then be missing.
     fn declarations() -> Result<Vec<Declaration>, ParameterError> {
         let mut declarer = Declarer::new(builtin()?.iter().cloned());
         Self::declare(&mut declarer)?;
         Ok(declarer.into_declarations())
     }
 
-    /// Creates a store with all parameters at their defaults.
+    /// Creates a store in which all parameters have their defaults.
     ///
     /// # Errors
     /// The errors of [`declarations`](Self::declarations).
@@ -116,36 +116,37 @@ pub trait NodeParameters: Parameters + Send + 'static {
     /// Reads the typed parameters from `store`.
     ///
     /// # Errors
-    /// [`ParameterError`] if values do not match each other.
+    /// [`ParameterError`] if values contradict each other.
     fn from_store(store: &ParameterStore) -> Result<Self, ParameterError> {
         store.read()
     }
 
-    /// Returns the typed parameters of a node that starts with these `values` from `source`. Values for other nodes are ignored.
+    /// Returns the typed parameters of a node that starts with these `values` from `source`. Ignores values for other nodes.
     ///
     /// # Errors
-    /// The errors of [`start`](Self::start), and [`ParameterError`] if values do not match each other.
+    /// The errors of [`start`](Self::start), and [`ParameterError`] if values contradict each other.
     fn from_values(values: Vec<(String, Value)>, source: &str) -> Result<Self, ParameterError> {
         let given = values.into_iter().map(|(name, value)| ParameterOverride::new(name, value, source));
         let (store, _ignored) = Self::start(&format!("/{}", Self::NODE_NAME), given.collect())?;
         Self::from_store(&store)
     }
 
-    /// Returns the `robot_description` parameter of a node with this description `text`: only the arm, which is the part in use.
+    /// Returns the parameter `robot_description` of a node that was started with the description `text`. It has only the part in
+    /// use, which is the arm.
     fn description_in_force(_text: String, arm: &DescribedArm) -> String {
         arm.urdf()
     }
 
-    /// Creates the store with which `node` (fully qualified) starts if these values are given; later values override earlier ones. Returns
-    /// the store and warnings.
+    /// Creates the store with which the node with the full name `node` starts if these values are given. Later values override
+    /// earlier ones. Returns the store and warnings.
     ///
-    /// If nothing describes an arm, the built-in one is used. Once `joints` or any `arm.*` is given, nothing of the built-in arm remains,
-    /// because a mixture of two arms would move wrongly. A robot description replaces both, and provides what is not set: joint names,
-    /// limits, and the initial positions of the plant.
+    /// If nothing describes an arm, the built-in arm is used. As soon as `joints` or any `arm.*` is given, nothing of the built-in
+    /// arm remains, because a mixture of two arms would move wrongly. A robot description replaces both. It provides what is not
+    /// set: joint names, limits, and the initial positions of the plant.
     ///
     /// # Errors
-    /// [`ParameterError::Missing`] for an incomplete arm, [`ParameterError::File`] for a robot description without an arm, and the errors
-    /// of [`ParameterStore::take`].
+    /// [`ParameterError::Missing`] for an incomplete arm, [`ParameterError::File`] for a robot description without an arm, and the
+    /// errors of [`ParameterStore::take`].
     fn start(
         node: &str,
         given: Vec<ParameterOverride>,
@@ -200,7 +201,7 @@ pub const NODE_NAMES: [&str; 4] = [
     GuardParameters::NODE_NAME,
 ];
 
-/// Returns the default names of the nodes, and their declarations.
+/// Returns the default name of each node, and its declarations.
 ///
 /// # Errors
 /// The errors of [`NodeParameters::declarations`].
@@ -222,7 +223,7 @@ pub fn names() -> Result<Vec<&'static str>, ParameterError> {
     Ok(nodes()?.iter().flat_map(|(_, declared)| declared).map(|declared| declared.name).collect())
 }
 
-/// Returns the values of the built-in file that apply to every node.
+/// Returns the values in the built-in file that apply to every node.
 fn builtin() -> Result<&'static [(String, Value)], ParameterError> {
     static VALUES: LazyLock<Result<Vec<(String, Value)>, ParameterError>> =
         LazyLock::new(|| parameters_for(BUILTIN_FILE, "msg_config/puma560.yaml", "/"));

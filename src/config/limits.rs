@@ -1,4 +1,4 @@
-//! Completes the limits of one arm's joints, as parameters set them, into those of a servo.
+//! Completes the limits that parameters set for the joints of one arm to the limits of a servo.
 
 use super::common::exactly_or_none;
 use dq_core::servo::{Limits, RAMP_TIME, STOP_TIME};
@@ -8,7 +8,7 @@ use dq_params::{ParameterError, exactly};
 /// Completes each list to one number per joint of `arms` equal arms.
 ///
 /// # Errors
-/// [`ParameterError::Invalid`] for a list of another length, and for limits that do not let a joint move, or stop in time.
+/// [`ParameterError::Invalid`] for a list of another length, and for limits by which a joint cannot move or stop in time.
 pub(super) fn complete(limits: &mut Limits, joints: &[JointKind], arms: usize) -> Result<(), ParameterError> {
     let count = joints.len();
     exactly("limits.joint_velocity", &limits.joint_velocity, count)?;
@@ -39,7 +39,7 @@ pub(super) fn complete(limits: &mut Limits, joints: &[JointKind], arms: usize) -
     Ok(())
 }
 
-/// Fills an empty list with `none`, and checks its length.
+/// Fills an empty list with `none`, and checks the length of the list.
 fn fill(name: &'static str, list: &mut Vec<f64>, none: f64, count: usize) -> Result<(), ParameterError> {
     if list.is_empty() {
         list.resize(count, none);
@@ -47,7 +47,7 @@ fn fill(name: &'static str, list: &mut Vec<f64>, none: f64, count: usize) -> Res
     exactly(name, list, count)
 }
 
-/// Checks that given jerks let the joints reach their accelerations in time.
+/// Checks that the joints reach their accelerations in time by the given jerks.
 fn check_ramps(limits: &Limits, joints: &[JointKind]) -> Result<(), ParameterError> {
     check("limits.jerk", &limits.joint_jerk, |joint| {
         let least = limits.jerk(joint);
@@ -58,7 +58,7 @@ fn check_ramps(limits: &Limits, joints: &[JointKind]) -> Result<(), ParameterErr
     })
 }
 
-/// Checks that given decelerations stop the joints in time.
+/// Checks that the joints stop in time by the given decelerations.
 fn check_stops(limits: &Limits, joints: &[JointKind]) -> Result<(), ParameterError> {
     let given = &limits.joint_deceleration;
     check("limits.joint_deceleration", given, |joint| {
@@ -70,7 +70,7 @@ fn check_stops(limits: &Limits, joints: &[JointKind]) -> Result<(), ParameterErr
     })
 }
 
-/// Checks that the position limits of each joint leave it a range.
+/// Checks that the position limits of each joint form a range.
 pub(super) fn check_ranges(
     ranges: impl Iterator<Item = (f64, f64)>,
     joints: &[JointKind],
@@ -83,7 +83,8 @@ pub(super) fn check_ranges(
     })
 }
 
-/// Checks the numbers in `list`: `expected` returns what is expected of a joint (counted from 0) if its number is invalid.
+/// Checks the numbers in `list`, one per joint. `expected` returns a description of the valid numbers if the number of a joint
+/// (counted from 0) is invalid.
 fn check(
     name: &'static str,
     list: &[f64],

@@ -10,29 +10,29 @@ use dq_params::{Declarer, ParameterError, Parameters, exactly};
 use dq_plant::Realism;
 use std::time::Duration;
 
-/// The default names of a simulated arm: of the built-in one, and of any other.
+/// The default names of a simulated arm: that of the built-in arm, and that of any other arm.
 pub const PLANT_NAMES: [&str; 2] = ["puma560", "arm"];
 
 /// The plant's parameters, typed and checked as a whole.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlantParameters {
-    /// The arm.
+    /// The simulated arm.
     pub arm: ArmParameters,
-    /// Joint positions at the start and after a reset \[rad, prismatic: m\].
+    /// The joint positions at the start and after a reset \[rad, prismatic: m\].
     pub initial_positions: Vec<f64>,
-    /// The limits in its robot_description if it has Denavit-Hartenberg rows; the plant itself ignores them.
+    /// The limits in the robot_description that the plant makes from Denavit-Hartenberg rows. The plant itself ignores them.
     pub limits: Vec<JointLimits>,
-    /// Age at which a command counts as zero.
+    /// The age from which a command counts as zero.
     pub command_timeout: Duration,
     /// The simulated imperfections of the robot.
     pub realism: Realism,
-    /// The kind of commands that it takes.
+    /// The kind of commands that the plant takes.
     pub interface: Interface,
     /// The prefix of every frame name on `/tf`.
     pub frame_prefix: String,
 }
 
-/// The parameters that the plant has besides those of the arm.
+/// The parameters of the plant in addition to those of the arm.
 #[derive(Parameters)]
 struct DeclaredPlant {
     /// joint positions at the start and after ~/reset, one per joint \[rad, m\]
@@ -42,16 +42,16 @@ struct DeclaredPlant {
     limits: LimitParameters,
     #[parameter(group)]
     interface: Interface,
-    // These can change while the plant runs, to show how a law copes with a robot that gets worse.
+    // These can change while the plant runs, to show how a law copes with a robot that becomes worse.
     #[parameter(group)]
     realism: Realism,
     /// rate of the joint states, at most update_rate; 0: update_rate \[Hz\]
     #[parameter(range = 0.0..=2000.0)]
     state_rate: f64,
-    /// prefix of every frame name on /tf, so that two arms can be distinguished
+    /// prefix of every frame name on /tf, by which two arms can be told apart
     #[parameter(fixed)]
     frame_prefix: String,
-    /// age at which a command counts as zero, so that the arm stops \[s\]
+    /// age from which a command counts as zero, so that the arm stops \[s\]
     #[parameter(default = 0.1, range = 0.001..=10.0)]
     command_timeout: Duration,
 }
@@ -60,13 +60,16 @@ struct DeclaredPlant {
 #[derive(Parameters)]
 #[parameters(prefix = "limits.joint_")]
 struct LimitParameters {
-    /// smallest joint positions in the robot_description of DH rows, one per joint; empty: none \[rad, m\]
+    /// smallest joint positions to write into the robot_description that the plant makes from DH rows, one per joint; empty: none
+    /// \[rad, m\]
     #[parameter(range = -bounds::JOINT_ANGLE..=bounds::JOINT_ANGLE, fixed)]
     position_lower: Vec<f64>,
-    /// largest joint positions in the robot_description of DH rows, one per joint; empty: none \[rad, m\]
+    /// largest joint positions to write into the robot_description that the plant makes from DH rows, one per joint; empty: none
+    /// \[rad, m\]
     #[parameter(range = -bounds::JOINT_ANGLE..=bounds::JOINT_ANGLE, fixed)]
     position_upper: Vec<f64>,
-    /// largest joint speeds in the robot_description of DH rows, one per joint; empty: none [rad/s, m/s]
+    /// largest joint speeds to write into the robot_description that the plant makes from DH rows, one per joint; empty: none
+    /// [rad/s, m/s]
     #[parameter(range = JOINT_SPEEDS, fixed)]
     velocity: Vec<f64>,
 }
@@ -93,7 +96,7 @@ impl LimitParameters {
 impl NodeParameters for PlantParameters {
     const NODE_NAME: &'static str = PLANT_NAMES[0];
 
-    /// Returns the whole text, because it is published.
+    /// Returns the whole text, because the plant publishes it.
     fn description_in_force(text: String, _arm: &DescribedArm) -> String {
         text
     }
@@ -121,8 +124,8 @@ impl Parameters for PlantParameters {
 }
 
 impl PlantParameters {
-    /// Returns a message about joints that start beyond their position limits; `None` if there are none. The arm starts there nevertheless,
-    /// like a real one that somebody has pushed there.
+    /// Returns a message about joints that start beyond their position limits; `None` if there are none. The arm starts there
+    /// nevertheless, as a real arm does that somebody has pushed there.
     pub fn beyond_limits(&self) -> Option<String> {
         let joints = self.arm.joints.iter().zip(self.arm.chain.kinds());
         let beyond = joints.zip(self.initial_positions.iter().zip(&self.limits)).filter_map(

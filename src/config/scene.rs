@@ -13,35 +13,36 @@ use std::sync::Arc;
 /// The keep-outs of the arm, the keep-ins of its tool, and its body.
 #[derive(Parameters)]
 pub(super) struct SceneParameters {
-    /// no link comes nearer than 1 cm to a keep_out, or to another link that it need not touch, and other joints compensate for those at
-    /// their limits; false: the arm ignores its surroundings
+    /// keeps each link at least 1 cm away from keep-outs and from other links, except links that always touch; other joints
+    /// compensate for those at their limits. false: the arm ignores its surroundings
     #[parameter()]
     constraints: bool,
-    /// keep-outs of the arm, in base_frame \[m\], each a name, a shape and its numbers: half_space nx ny nz offset, sphere x y z radius,
-    /// box x y z lx ly lz, cylinder or capsule x y z radius length along z; after the last three qx qy qz qw or nothing; or hull and x y z
-    /// of 4 to 100 points
+    /// keep-outs of the arm, in base_frame \[m\]. Each text is a name, a shape and its numbers. half_space: nx ny nz offset;
+    /// sphere: x y z radius; box: x y z lx ly lz; cylinder, capsule: x y z radius length; hull: x y z of each of 4 to 100 points.
+    /// An orientation qx qy qz qw may follow a box, cylinder or capsule
     #[parameter()]
     keep_out: Vec<String>,
-    /// keep-ins of the tool (of both tools, if there are two arms), in all of which it must stay: written as in keep_out
+    /// keep-ins: the tool must stay inside all of them (both tools, if there are two arms). Written as in keep_out
     #[parameter()]
     keep_in: Vec<String>,
-    /// capsules around the links, each a joint or base, two points x y z in the frame that moves with it, z along the joint's axis, and a
-    /// radius \[m\]; one number alone: the radius of one along each link; empty: 0.05; if not set: around the collision shapes of the robot
-    /// description, if it has any
+    /// capsules around the links \[m\]. Each text is a joint's name or base, two points x y z in the frame that moves with that
+    /// joint (z along its axis), and a radius. A single number instead: the radius of a capsule along each link. Empty: 0.05. Not
+    /// set: capsules around the collision shapes of the robot description, if it has any
     #[parameter()]
     body: Vec<String>,
 }
 
-/// The scene from parameters.
+/// The scene that parameters describe.
 pub(super) struct GivenScene {
     /// The scene; `None` if constraints are off.
     pub in_force: Option<Arc<Scene>>,
-    /// The number of keep-outs and keep-ins without effect, because constraints are off.
+    /// Number of keep-outs and keep-ins that have no effect, because constraints are off.
     pub idle: usize,
 }
 
 impl SceneParameters {
-    /// Builds the scene of these arms, the links of each of which move by joints with these names. Invalid texts are rejected even if constraints are off.
+    /// Builds the scene of these arms. `joints` are the names of the joints that move the links of each arm. Invalid texts are
+    /// rejected even if constraints are off.
     ///
     /// # Errors
     /// [`ParameterError::Invalid`] for the first invalid text.
@@ -89,7 +90,7 @@ impl SceneParameters {
     }
 }
 
-/// Parses the keep-outs in the texts of a parameter.
+/// Parses the texts of a parameter as keep-outs.
 fn solids(parameter: &'static str, texts: &[String]) -> Result<Vec<KeepOut>, ParameterError> {
     let mut all: Vec<KeepOut> = Vec::new();
     for text in texts {

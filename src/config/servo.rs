@@ -7,15 +7,15 @@ use dq_core::servo::{Arms, GoalFrames, Posture};
 use dq_kinematics::control::{Aim, Controller, Law, LawGains};
 use dq_params::{Constraint, Declaration, Declarer, ParameterError, Parameters, Value};
 
-/// The parameters that only the servo of one arm has. A goal of two arms is a pose relative to the left tool, and cannot be in another
-/// frame.
+/// The parameters that only the servo of one arm has. The goal of two arms is a pose relative to the left tool, which cannot be in
+/// another frame.
 #[derive(Parameters)]
 struct OneArmParameters {
-    /// the present control law; a switch takes effect in the next cycle, without a step in the command
+    /// control law; a switch takes effect in the next cycle, without a step in the command
     #[parameter(one_of = Law::names(), default = Law::Logc)]
     controller: Law,
-    /// the component of the pose that the goal determines, the rest is free: all of it, the position, the position and the direction of the
-    /// z axis, the orientation, or the distance from the base
+    /// components of the pose that the goal determines: the whole pose, the position, the position and the direction of the z axis,
+    /// the orientation, or the distance from the base. The others are free
     #[parameter(one_of = Aim::NAMES, default = Aim::Pose)]
     task: Aim,
     #[parameter(group)]

@@ -9,7 +9,7 @@ use dq_params::{ParameterError, Value, parameters_for};
 use std::time::Duration;
 use thiserror::Error;
 
-/// Why an arm is unknown, or has no servo.
+/// The reason why an arm is unknown, or has no servo.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum SetupError {
     /// The name is not that of a built-in arm.
@@ -23,9 +23,9 @@ pub enum SetupError {
     Settings(#[from] SettingsError),
 }
 
-/// Types that can be created for a built-in arm, by its name in [`ARMS`].
+/// A type that can be created for a built-in arm, by the arm's name in [`ARMS`].
 pub trait ForArm: Sized {
-    /// Creates the value for the arm with this name, with the settings of its parameter file.
+    /// Creates the value for the arm `name`, with the settings of its parameter file.
     ///
     /// # Errors
     /// [`SetupError::UnknownArm`] for an unknown name.
@@ -51,8 +51,8 @@ impl ForArm for Servo {
 }
 
 impl ServoParameters {
-    /// Creates the parameters for two built-in arms with this name, with the right arm's base in the left arm's base frame. The right tool
-    /// is controlled relative to the left one.
+    /// Creates the parameters for two built-in arms `name`, with the right arm's base at `left_base_from_right_base`. The right tool is
+    /// controlled relative to the left one.
     ///
     /// # Errors
     /// [`SetupError::UnknownArm`] for an unknown name.
@@ -66,20 +66,20 @@ impl ServoParameters {
         Ok(DualParameters::from_values(values, name)?.0)
     }
 
-    /// Creates the parameters for the arm in a robot description between the links `base_frame` and `tool_frame`, with its limits. Missing
-    /// accelerations are those that take the joints to their velocity limits in half a second.
+    /// Creates the parameters for the arm between the links `base_frame` and `tool_frame` in a robot description, with its limits.
+    /// A joint without an acceleration limit gets one with which it reaches its velocity limit in half a second.
     ///
     /// # Errors
-    /// [`SetupError::Parameters`] for a text that is not a robot description, has no arm between these links, or has no velocity limit for
-    /// a joint.
+    /// [`SetupError::Parameters`] for a text that is not a robot description, has no arm between these links, or has no velocity
+    /// limit for a joint.
     pub fn from_urdf(text: &str, base_frame: &str, tool_frame: &str) -> Result<Self, SetupError> {
         let values = [("robot_description", text), ("base_frame", base_frame), ("tool_frame", tool_frame)];
         let values = values.map(|(name, text)| (name.to_owned(), Value::String(text.to_owned())));
         Ok(Self::from_values(values.into(), "robot_description")?)
     }
 
-    /// Creates the parameters for your own arm, with the limits `velocity` [rad/s, prismatic: m/s] and `acceleration` [rad/s², prismatic:
-    /// m/s²], one number per joint, and without position limits. The joints are called joint1, joint2 and so on.
+    /// Creates the parameters for your own arm without position limits. `velocity` [rad/s, prismatic: m/s] and `acceleration`
+    /// [rad/s², prismatic: m/s²] are its limits, one number per joint. The joints are called joint1, joint2 and so on.
     ///
     /// # Errors
     /// [`SettingsError`] if the number of limits differs from the number of joints, or a limit is invalid.
@@ -102,7 +102,7 @@ impl ServoParameters {
         Ok(parameters)
     }
 
-    /// Changes the settings: limits, law and gains, tolerances, or the kind of commands that the robot takes.
+    /// Changes the settings, such as limits, law and gains, tolerances, or the kind of commands that the robot takes.
     pub fn with(mut self, change: impl FnOnce(&mut Settings)) -> Self {
         change(&mut self.settings);
         self
@@ -124,7 +124,7 @@ impl ServoParameters {
     }
 }
 
-/// Returns the values of a built-in arm's parameter file for a node.
+/// Returns the values for a node from the parameter file of the built-in arm `name`.
 fn values<P: NodeParameters>(name: &str) -> Result<Vec<(String, Value)>, SetupError> {
     let (_, text) = arm_file(name).ok_or_else(|| SetupError::UnknownArm(name.to_owned()))?;
     Ok(parameters_for(text, name, &format!("/{}", P::NODE_NAME))?)

@@ -1,4 +1,4 @@
-//! A robot as described by its URDF, and the arm between two of its links.
+//! A robot as its URDF describes it, and the arm between two of its links.
 
 use dq_algebra::UnitDualQuaternion;
 use dq_kinematics::arm::bounds::JOINT_ANGLE;
@@ -6,13 +6,13 @@ use dq_kinematics::arm::{ArmError, Chain, Coupling, Joint, JointKind};
 use nalgebra::{Isometry3, Unit, UnitQuaternion, Vector3};
 use thiserror::Error;
 
-/// Why a robot description has no arm. Each error names the element; text of the description is shortened.
+/// The reason why a robot description has no arm. Each error names the element. Text from the description is shortened.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum DescriptionError {
     /// The text is longer than any robot needs.
     #[error("{size} bytes of robot description: expected {most} at most")]
     TooLong {
-        /// The size \[bytes\].
+        /// The size of the text \[bytes\].
         size: usize,
         /// The largest allowed size \[bytes\].
         most: usize,
@@ -23,14 +23,14 @@ pub enum DescriptionError {
     /// The XML is not URDF.
     #[error("the robot description begins with <{0}>: expected URDF, a <robot>")]
     NotUrdf(String),
-    /// A macro has not been expanded.
+    /// The description has a macro that is not expanded.
     #[error(
         "<{element}> in line {line} of the robot description: expand it first, `xacro robot.urdf.xacro > robot.urdf`"
     )]
     Xacro {
-        /// The macro.
+        /// The name of the macro.
         element: String,
-        /// Its line, counted from 1.
+        /// The line of the macro, counted from 1.
         line: u32,
     },
     /// The robot has no links.
@@ -41,47 +41,47 @@ pub enum DescriptionError {
     Element {
         /// The kind of element.
         kind: &'static str,
-        /// Its name.
+        /// The name of the element.
         name: String,
-        /// The fault.
+        /// What is missing or invalid.
         why: String,
     },
-    /// Two links are not the child of any joint, although a robot has one such link.
+    /// Two links are not the child of any joint. A robot has exactly one such link.
     #[error(
         "the robot description has the roots {0:?} and {1:?}: expected one link that is no joint's child"
     )]
     TwoRoots(String, String),
-    /// The name is not that of a link.
+    /// There is no link with this name.
     #[error("{frame} is {name:?}, no link of the robot description, which has {known}")]
     NoSuchLink {
         /// The parameter that names the link.
         frame: &'static str,
-        /// The name.
+        /// The name that was given.
         name: String,
-        /// Some of the existing links.
+        /// Some of the names of links.
         known: String,
     },
-    /// No chain leads from the base to the tool.
+    /// No chain of joints leads from the base to the tool.
     #[error(
         "no joints lead from base_frame {base:?} to tool_frame {tool:?}: {tool:?} hangs from {root:?} without it"
     )]
     NotConnected {
-        /// The base frame.
+        /// The name of the base frame.
         base: String,
-        /// The tool frame.
+        /// The name of the tool frame.
         tool: String,
-        /// The root of the tool's own chain.
+        /// The root of the chain on which the tool is.
         root: String,
     },
-    /// Several chains have equal claims to be the arm.
+    /// Several chains could equally well be the arm.
     #[error("the robot description has several arms: give tool_frame, for example {}", .0.join(" or "))]
     SeveralArms(Vec<String>),
-    /// The links do not move relative to each other.
+    /// No joint moves one link relative to the other.
     #[error("no joint that moves is between base_frame {base:?} and tool_frame {tool:?}")]
     NoJoint {
-        /// The base frame.
+        /// The name of the base frame.
         base: String,
-        /// The tool frame.
+        /// The name of the tool frame.
         tool: String,
     },
     /// The joints are not a valid chain.
@@ -92,18 +92,18 @@ pub enum DescriptionError {
 /// How a joint of a description moves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Motion {
-    /// It does not move.
+    /// The joint does not move.
     Fixed,
-    /// It turns between limits.
+    /// The joint turns within limits.
     Revolute,
-    /// It turns without limits.
+    /// The joint turns without limits.
     Continuous,
-    /// It slides between limits.
+    /// The joint slides within limits.
     Prismatic,
 }
 
 impl Motion {
-    /// Returns its kind in a chain; `None` if it does not move.
+    /// Returns the kind of the joint in a chain; `None` if the joint does not move.
     pub fn kind(self) -> Option<JointKind> {
         match self {
             Self::Fixed => None,
@@ -122,22 +122,23 @@ pub struct JointLimits {
     pub upper: Option<f64>,
     /// The largest speed; `None` for a continuous joint without limits.
     pub velocity: Option<f64>,
-    /// The largest acceleration, if given (URDF 1.2).
+    /// The largest acceleration; `None` if the description has none (URDF 1.2).
     pub acceleration: Option<f64>,
-    /// The largest deceleration, if given (URDF 1.2).
+    /// The largest deceleration; `None` if the description has none (URDF 1.2).
     pub deceleration: Option<f64>,
-    /// The largest jerk \[rad/s³, m/s³\], if given (URDF 1.2).
+    /// The largest jerk [rad/s³, m/s³]; `None` if the description has none (URDF 1.2).
     pub jerk: Option<f64>,
 }
 
 impl JointLimits {
-    /// Returns its position limits, if they form a range. They are bounded by [`JOINT_ANGLE`], because more does not restrict the joint.
+    /// Returns the position limits if they form a range. They are at most [`JOINT_ANGLE`] in size, because larger limits do not
+    /// restrict the joint.
     pub fn range(&self) -> Option<(f64, f64)> {
         let bound = |limit: f64| limit.clamp(-JOINT_ANGLE, JOINT_ANGLE);
         self.lower.map(bound).zip(self.upper.map(bound)).filter(|(lower, upper)| lower < upper)
     }
 
-    /// Returns the default start position: 0, or the middle of the range if 0 is not inside.
+    /// Returns the default start position: 0, or the middle of the range if 0 is outside the range.
     pub fn start(&self) -> f64 {
         match self.range() {
             Some((lower, upper)) if lower >= 0.0 || upper <= 0.0 => 0.5 * (lower + upper),
@@ -149,34 +150,34 @@ impl JointLimits {
 /// A joint of a description.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DescribedJoint {
-    /// Its name.
+    /// The name of the joint.
     pub name: String,
-    /// How it moves.
+    /// How the joint moves.
     pub motion: Motion,
-    /// The parent link.
+    /// The name of the parent link.
     pub parent: String,
-    /// The child link.
+    /// The name of the child link.
     pub child: String,
-    /// The position of its frame in the parent's, at joint position 0: x, y, z \[m\].
+    /// The position of the joint's frame in the parent's frame, at joint position 0: x, y, z \[m\].
     pub xyz: [f64; 3],
-    /// The orientation of its frame: roll, pitch, yaw \[rad\], `Rz(yaw) Ry(pitch) Rx(roll)`.
+    /// The orientation of the joint's frame: roll, pitch, yaw \[rad\], `Rz(yaw) Ry(pitch) Rx(roll)`.
     pub rpy: [f64; 3],
-    /// Its axis, in its own frame, of any length above 0.
+    /// The joint's axis in its own frame. Its length is above 0 and does not matter.
     pub axis: [f64; 3],
-    /// Its limits.
+    /// The limits of the joint.
     pub limits: JointLimits,
-    /// The joint that it mimics, if any.
+    /// The joint that this joint mimics, if any.
     pub mimic: Option<Mimic>,
 }
 
-/// How a joint follows another one: its position is `multiplier · position + offset`.
+/// How a joint follows its driver: its position is `multiplier · position + offset`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mimic {
-    /// The joint that drives it, which mimics no other.
+    /// The name of the driver. It mimics no other joint.
     pub driver: String,
-    /// Its speed per speed of the driver.
+    /// The joint's speed divided by the driver's speed.
     pub multiplier: f64,
-    /// Its position with the driver at 0 \[rad, prismatic: m\].
+    /// The joint's position when the driver is at 0 \[rad, prismatic: m\].
     pub offset: f64,
 }
 
@@ -185,8 +186,8 @@ pub(crate) fn pose([x, y, z]: [f64; 3], [roll, pitch, yaw]: [f64; 3]) -> UnitDua
     UnitDualQuaternion::from_parts(UnitQuaternion::from_euler_angles(roll, pitch, yaw), Vector3::new(x, y, z))
 }
 
-/// Returns the roll, pitch and yaw of a rotation \[rad\]. They are exact even for a pitch of 90°, because roll is computed from yaw, after
-/// Herter and Lott, *Algorithms for decomposing 3-D orthogonal matrices into primitive rotations* (1993).
+/// Returns the roll, pitch and yaw of a rotation \[rad\]. They are accurate even for a pitch of 90°, because roll is computed from
+/// yaw, after Herter and Lott, *Algorithms for decomposing 3-D orthogonal matrices into primitive rotations* (1993).
 pub(crate) fn angles(rotation: &UnitQuaternion<f64>) -> [f64; 3] {
     let r = rotation.to_rotation_matrix();
     let yaw = r[(1, 0)].atan2(r[(0, 0)]);
@@ -197,12 +198,12 @@ pub(crate) fn angles(rotation: &UnitQuaternion<f64>) -> [f64; 3] {
 }
 
 impl DescribedJoint {
-    /// Returns its frame at position 0, relative to the parent's.
+    /// Returns the joint's frame at position 0, in the parent's frame.
     pub fn parent_from_joint(&self) -> UnitDualQuaternion {
         pose(self.xyz, self.rpy)
     }
 
-    /// Returns the child's frame relative to the parent's, with the joint at `position` \[rad, prismatic: m\].
+    /// Returns the child's frame in the parent's frame, with the joint at `position` \[rad, prismatic: m\].
     pub fn parent_from_child(&self, position: f64) -> UnitDualQuaternion {
         let axis = self.unit_axis();
         let moved = match self.motion.kind() {
@@ -219,7 +220,7 @@ impl DescribedJoint {
         frame.into()
     }
 
-    /// Narrows its limits so that `joint`, which mimics it, keeps within its own.
+    /// Narrows the limits of this joint so that `joint`, which mimics it, stays within its own limits.
     pub(crate) fn bind(&mut self, joint: &Self, Mimic { multiplier, offset, .. }: &Mimic) {
         let limits = &mut self.limits;
         if let Some((lower, upper)) = joint.limits.range() {
@@ -231,7 +232,7 @@ impl DescribedJoint {
                 self.motion = Motion::Revolute;
             }
         }
-        // Many descriptions have no speed, or 0, for joints without a motor.
+        // Many descriptions have no speed, or a speed of 0, for joints without a motor.
         if let Some(speed) = joint.limits.velocity.filter(|speed| *speed > 0.0) {
             limits.velocity = limits.velocity.map(|own| own.min(speed / multiplier.abs()));
         }
@@ -245,17 +246,18 @@ impl DescribedJoint {
 /// The arm in a description between two links.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DescribedArm {
-    /// The robot's name.
+    /// The name of the robot.
     pub robot: String,
     /// All joints from the base to the tool, including fixed ones.
     pub joints: Vec<DescribedJoint>,
-    /// Joints elsewhere that some of these mimic, as if they were at the base.
+    /// The drivers that are not between base and tool. Their frames do not matter.
     pub drivers: Vec<DescribedJoint>,
 }
 
 impl DescribedArm {
-    /// Yields the joints that move on their own, base first: those from the base to the tool that mimic no other, and before the first that
-    /// mimics one elsewhere, that one. Their limits keep the joints that mimic them within their own.
+    /// Yields the joints that move on their own, base first. These are the joints between base and tool that mimic no other joint.
+    /// A driver that is not between base and tool comes in place of the first joint that mimics it. The limits of a driver keep its
+    /// mimic joints within their limits.
     pub fn moving(&self) -> impl Iterator<Item = &DescribedJoint> {
         let mut elsewhere: Vec<_> = self.drivers.iter().collect();
         self.links().filter_map(move |joint| match &joint.mimic {
@@ -267,12 +269,12 @@ impl DescribedArm {
         })
     }
 
-    /// Yields the joints from the base to the tool that move, base first: one for each link of the [`chain`](Self::chain).
+    /// Yields the joints between base and tool that are not fixed, base first: one for each link of the [`chain`](Self::chain).
     pub fn links(&self) -> impl Iterator<Item = &DescribedJoint> {
         self.joints.iter().filter(|joint| joint.motion.kind().is_some())
     }
 
-    /// Returns how the joints of the arm drive `joint`; `None` if they do not.
+    /// Returns how a joint of the arm drives `joint`; `None` if none does.
     pub fn coupling(&self, joint: &DescribedJoint) -> Option<Coupling> {
         let (name, ratio, offset) = match &joint.mimic {
             None => (&joint.name, 1.0, 0.0),
@@ -282,8 +284,8 @@ impl DescribedArm {
         Some(Coupling { driver, ratio, offset })
     }
 
-    /// Sets the limits of the joints that move, base first; a continuous joint with position limits becomes revolute. Limits without a
-    /// speed are ignored, because URDF requires a speed.
+    /// Sets the limits of the joints that are not fixed, base first. A continuous joint that gets position limits becomes revolute.
+    /// Limits without a speed are ignored, because URDF requires a speed.
     #[must_use]
     pub fn with_limits(mut self, limits: impl IntoIterator<Item = JointLimits>) -> Self {
         let moving = self.joints.iter_mut().filter(|joint| joint.motion.kind().is_some());
@@ -298,7 +300,7 @@ impl DescribedArm {
         self
     }
 
-    /// Returns its kinematics.
+    /// Returns the kinematics of the arm.
     ///
     /// # Errors
     /// [`DescriptionError::Arm`] if no joint moves, or if lengths exceed [`LENGTH`](dq_kinematics::arm::bounds::LENGTH).

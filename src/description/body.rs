@@ -12,30 +12,31 @@ use std::path::Path;
 /// The radius of the default capsule along a link \[m\].
 pub const LIMB_RADIUS: f64 = 0.05;
 
-/// Largest number of capsules of one arm, unless it has more links: a cycle's time grows with the pairs of capsules.
+/// Largest number of capsules of an arm, unless the arm has more links. The time of a cycle grows with the number of pairs.
 const MOST: usize = 16;
 
-/// Largest distance of a part of an arm from its joint \[m\]; a larger one is probably in millimeters.
+/// Largest distance of a part of an arm from its joint \[m\]. A larger distance is probably in millimeters.
 const FARTHEST: f64 = 10.0;
 
 /// Least thickness of a part of an arm \[m\].
 const THINNEST: f64 = 1e-6;
 
-/// The resolution of the numbers in the text \[1/m\].
+/// The resolution of the numbers in the texts [1/m].
 const STEPS: f64 = 1e4;
 
-/// The capsules as texts of the parameter `body`, and a warning.
+/// The capsules of an arm as texts of the parameter `body`.
 #[derive(Debug, PartialEq)]
 pub struct FittedBody {
     /// The texts; empty if the description has no usable shapes.
     pub texts: Vec<String>,
-    /// A message about shapes that could not be read.
+    /// A message about shapes that could not be read; `None` if all could.
     pub warning: Option<String>,
 }
 
-/// Fits capsules around the shapes of the arm's links between these frames, and of the parts that it carries: by fixed joints, and beyond
-/// the last joint also by moving ones, for example a hand with its fingers at their start positions. A link without shapes, or with one
-/// that cannot be read, gets the capsule along it from [`Body::along`]. `file` is the description's own file, if it has one.
+/// Fits capsules around the shapes of the arm between these frames, and of the parts that it carries. Carried parts are connected
+/// by fixed joints; beyond the arm's last joint also by moving ones, such as a hand with its fingers, at their start positions. A
+/// link gets the capsule along it from [`Body::along`] if it has no shapes, or a shape that cannot be read. `file` is the
+/// description's own file, if it has one.
 ///
 /// # Errors
 /// [`DescriptionError`] if the description has no arm between the frames.
@@ -80,7 +81,7 @@ pub fn fitted(
     Ok(FittedBody { texts: texts.collect(), warning })
 }
 
-/// Returns a capsule around a shape, in the frame that moves with its carrier joint.
+/// Returns a capsule around a shape, in the frame that moves with the joint that carries the shape.
 fn around(collision: &Collision, place: &Place, file: Option<&Path>) -> Result<Fitted, String> {
     let (link_from_shape, shape) =
         collision.shape.as_ref().ok_or("expected a box, a cylinder, a capsule, a sphere or a mesh")?;
@@ -109,12 +110,12 @@ fn around(collision: &Collision, place: &Place, file: Option<&Path>) -> Result<F
     match () {
         () if fitted.radius < THINNEST => Err("it has no size".to_owned()),
         () if reach < FARTHEST => Ok(fitted),
-        // NaN fails both comparisons.
+        // Both comparisons are false for NaN.
         () => Err(format!("it reaches farther than {FARTHEST} m")),
     }
 }
 
-/// Formats a capsule for the parameter, in tenths of a millimeter. Its radius includes the rounding of its ends.
+/// Writes a capsule as a text of the parameter, in tenths of a millimeter. The radius makes up for the rounding of the ends.
 fn written(joint: &str, Fitted { core, radius }: &Fitted) -> String {
     let rounded = |number: f64| (number * STEPS).round() / STEPS + 0.0;
     let ends: String = core.ends.iter().flatten().map(|number| format!(" {}", rounded(*number))).collect();

@@ -1,7 +1,7 @@
 //! Reads Collada files with mesh-loader (0.1), and places each geometry as the scene does, in meters.
 //!
-//! mesh-loader itself does not scale the nodes' translations by the file's unit, multiplies the nodes' transforms in the wrong order,
-//! ignores translations below 1 cm, and shows each geometry once.
+//! mesh-loader itself does not scale the translations of nodes by the file's unit. It also multiplies the transforms of nodes in
+//! the wrong order, ignores translations below 1 cm, and shows each geometry only once.
 
 use dq_common::text::cut;
 use mesh_loader::{Loader, Mesh, Scene};
@@ -9,7 +9,7 @@ use nalgebra::{Matrix4, Point3, Rotation3, Unit, Vector3};
 use roxmltree::{Document, Node, ParsingOptions};
 use std::path::Path;
 
-/// Largest depth of elements, because mesh-loader recurses into nested nodes, and largest number of placed geometries.
+/// Largest depth of elements, because mesh-loader recurses into nested nodes; and largest number of placed geometries.
 const DEEPEST: usize = 100;
 const MOST_PLACES: usize = 10_000;
 
@@ -22,7 +22,7 @@ const TRANSFORMS: [&str; 6] = ["matrix", "translate", "rotate", "scale", "lookat
 /// Reads the scene of a Collada file.
 ///
 /// # Errors
-/// Why it cannot be read.
+/// The reason why it cannot be read.
 pub(crate) fn read(bytes: &[u8], path: &Path) -> Result<Scene, String> {
     let text = String::from_utf8_lossy(bytes);
     let options = ParsingOptions { nodes_limit: MOST_NODES, ..ParsingOptions::default() };
@@ -58,7 +58,7 @@ fn check_depth(root: Node) -> Result<(), String> {
     Ok(())
 }
 
-/// Returns the text without its unit and without the transforms of its nodes.
+/// Returns the text without its unit, and without the transforms of its nodes.
 fn without_places(text: &str, document: &Document) -> String {
     let places = |node: &Node| {
         let parent = node.parent_element().map_or("", |parent| parent.tag_name().name());
@@ -73,10 +73,10 @@ fn without_places(text: &str, document: &Document) -> String {
     kept + &text[from..]
 }
 
-/// The name of a geometry (`None` for all), and its transform \[m\].
+/// The name of a geometry (`None`: all geometries), and its transform \[m\].
 type Placed<'a> = (Option<&'a str>, Matrix4<f64>);
 
-/// Returns the placed geometries \[m\]; without a scene, all geometries, scaled by the unit.
+/// Returns the placed geometries \[m\]. In a file without a scene, these are all geometries, scaled by the unit.
 fn places<'a>(document: &'a Document) -> Result<Vec<Placed<'a>>, String> {
     let root = document.root_element();
     let child = |name: &'static str| root.children().filter(move |node| node.has_tag_name(name));
@@ -123,12 +123,12 @@ fn places<'a>(document: &'a Document) -> Result<Vec<Placed<'a>>, String> {
     Ok(found)
 }
 
-/// Returns the id that an element with this name refers to in the same file.
+/// Returns the id to which an element with this name refers, in the same file.
 fn target<'a>(node: Node<'a, '_>, name: &str) -> Option<&'a str> {
     Some(node).filter(|node| node.has_tag_name(name))?.attribute("url")?.strip_prefix('#')
 }
 
-/// Returns the transform of a node: the product of its transforms, of which the last is applied first.
+/// Returns the transform of a node: the product of its transforms. The last one is applied first.
 fn transform(node: Node) -> Result<Matrix4<f64>, String> {
     let each =
         node.children().filter(|child| child.is_element() && TRANSFORMS.contains(&child.tag_name().name()));

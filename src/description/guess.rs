@@ -1,4 +1,4 @@
-//! Guesses the frames of the arm in a robot description, if nobody names them.
+//! Guesses the frames of the arm in a robot description if the user does not name them.
 
 use super::arm::DescriptionError;
 use super::urdf_tree::{Tree, child_of, is_moving, linked, name_of, with_document};
@@ -7,29 +7,29 @@ use roxmltree::Node;
 use std::collections::{HashMap, HashSet};
 use std::f64::consts::PI;
 
-/// Frames to which tools are mounted, in the order of preference.
+/// Names of frames at which tools are mounted, in the order of preference.
 const TOOL_FRAMES: [&str; 2] = ["tool0", "flange"];
 
-/// The frames of an arm.
+/// The two frames of an arm.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Guess {
-    /// The base frame.
+    /// The name of the base frame.
     pub base: String,
-    /// The tool frame.
+    /// The name of the tool frame.
     pub tool: String,
-    /// Other links that could be the tool frame, if it was guessed.
+    /// Other links that could be the tool frame, if the tool frame was guessed.
     pub alternatives: Vec<String>,
 }
 
-/// Returns the frames of the arm in the URDF document `text`. A given frame is kept, a missing one is guessed.
+/// Returns the frames of the arm in the URDF document `text`. Keeps a given frame, and guesses a missing one.
 ///
-/// The tool frame is `tool0`, otherwise `flange`, also with a prefix. Without them it is the end of the chain with most joints, up to a
-/// gripper, and over fixed joints. A gripper is a jaw, or it begins at a link that carries several moving parts, none of them with more
-/// joints than the arm before it.
-/// The base frame is `base_link`, if it is on the way to the tool, otherwise the root.
+/// The tool frame is `tool0`, otherwise `flange`, each also with a prefix. If there is neither, it is the end of the chain with the
+/// most joints, before its gripper and after its fixed joints. A gripper is a jaw, or it begins at a link that carries several
+/// moving parts, each with at most as many joints as the arm before it. The base frame is `base_link` if that is on the path to the
+/// tool, otherwise the root.
 ///
 /// # Errors
-/// [`DescriptionError::SeveralArms`] if several chains have equal claims; others if the document is invalid.
+/// [`DescriptionError::SeveralArms`] if several chains could equally well be the arm; others if the document is invalid.
 pub fn guess_frames(text: &str, [base, tool]: [Option<&str>; 2]) -> Result<Guess, DescriptionError> {
     if let (Some(base), Some(tool)) = (base, tool) {
         let [base, tool] = [base, tool].map(str::to_owned);
@@ -54,17 +54,17 @@ pub fn guess_frames(text: &str, [base, tool]: [Option<&str>; 2]) -> Result<Guess
     })
 }
 
-/// A joint and the link that it carries.
+/// A joint, and the link that it carries.
 #[derive(Clone, Copy)]
 struct Branch<'a> {
     joint: Node<'a, 'a>,
     child: &'a str,
-    /// Whether it moves as joints before it do: a mimic joint of a linkage.
+    /// Whether the joint moves as earlier joints do, as a mimic joint of a linkage does.
     follows: bool,
 }
 
 impl Branch<'_> {
-    /// Returns whether the joint can be one of the arm's own: it moves, and does not mimic.
+    /// Returns whether the joint can be one of the arm's own joints: it moves, and does not mimic.
     fn is_driven(&self) -> bool {
         is_moving(self.joint) && child_of(self.joint, "mimic").is_none()
     }
@@ -74,9 +74,9 @@ impl Branch<'_> {
         self.follows || self.joint.attribute("type") == Some("fixed")
     }
 
-    /// Returns whether the joint opens to one side only, by at most half a turn: as a jaw, not as a wrist.
+    /// Returns whether the joint opens to one side only, by at most half a turn. A jaw does, a wrist does not.
     fn is_one_sided(&self) -> bool {
-        /// The largest part of the range that a jaw has on the other side of zero.
+        /// The largest part of a jaw's range on the other side of zero.
         const OTHER_SIDE: f64 = 0.25;
         let limit = |name| child_of(self.joint, "limit")?.attribute(name)?.trim().parse::<f64>().ok();
         let (lower, upper) = (limit("lower").unwrap_or(0.0), limit("upper").unwrap_or(0.0));
@@ -85,21 +85,21 @@ impl Branch<'_> {
     }
 }
 
-/// The links from one link on.
+/// The links that follow a link.
 struct Branches<'a> {
     by_parent: HashMap<&'a str, Vec<Branch<'a>>>,
-    /// For each link, what is beyond it.
+    /// For each link, a summary of all that is beyond it.
     beyond: HashMap<&'a str, Beyond>,
-    /// All links, each after its parent.
+    /// All links, each one after its parent.
     order: Vec<&'a str>,
 }
 
-/// What is beyond a link.
+/// A summary of all that is beyond a link.
 #[derive(Clone, Copy, Default)]
 struct Beyond {
     /// The largest number of driven joints on a chain.
     joints: usize,
-    /// Whether anything moves that does not follow the joints before it.
+    /// Whether a part moves independently of the joints before it.
     moves: bool,
 }
 
@@ -112,7 +112,7 @@ impl<'a> Branches<'a> {
             }
         }
         let mut all = Self { by_parent, beyond: HashMap::new(), order: Vec::new() };
-        // Depth first, with the joints that lead to each link. A link is met again after all links beyond it.
+        // A depth-first search, with the joints that lead to each link. It visits a link again after all links beyond it.
         let (mut stack, mut before) = (vec![(from, None, false)], HashSet::new());
         while let Some((link, joint, is_done)) = stack.pop() {
             if is_done {
@@ -141,13 +141,13 @@ impl<'a> Branches<'a> {
         self.by_parent.get(link).map(Vec::as_slice).unwrap_or_default()
     }
 
-    /// Returns what is beyond the start of a branch, including the branch's own joint.
+    /// Returns the summary of all that a branch carries, including the branch's own joint.
     fn carried(&self, branch: &Branch) -> Beyond {
         let Beyond { joints, moves } = self.beyond.get(branch.child).copied().unwrap_or_default();
         Beyond { joints: joints + usize::from(branch.is_driven()), moves: moves || !branch.is_rigid() }
     }
 
-    /// Returns the tool frame of the arm from `from` on, and alternatives.
+    /// Returns the tool frame of the arm that begins at `from`, and alternatives.
     fn tool(&self, from: &'a str) -> Result<(&'a str, Vec<&'a str>), DescriptionError> {
         for name in TOOL_FRAMES {
             if let Some(tool) = self.named(from, name)? {
@@ -158,8 +158,8 @@ impl<'a> Branches<'a> {
         Ok((tool, self.fixed_to(from, tool)))
     }
 
-    /// Returns the first frame from `from` on that has this name, with or without a prefix. A frame with more joints beyond it than before
-    /// it does not count.
+    /// Returns the first frame after `from` with this name, with or without a prefix. A frame does not count if it has more joints
+    /// beyond it than before it.
     fn named(&self, from: &'a str, name: &str) -> Result<Option<&'a str>, DescriptionError> {
         let (mut before, mut found) = (HashMap::from([(from, 0)]), Vec::new());
         for &link in &self.order {
@@ -183,9 +183,10 @@ impl<'a> Branches<'a> {
         }
     }
 
-    /// Returns the link at which the arm ends and its gripper begins, from the link `from` on. The arm has `joints` joints before `from`.
+    /// Returns the link after `from` at which the arm ends and its gripper begins. The arm has `joints` joints before `from`.
     fn end(&self, from: &'a str, mut joints: usize) -> Result<&'a str, DescriptionError> {
-        /// The fewest joints of an arm with a jaw. With fewer, a one-sided joint is the arm's: the vertical axis of a gantry.
+        /// The smallest number of joints of an arm with a jaw. In an arm with fewer joints, a one-sided joint is the arm's own,
+        /// such as the vertical axis of a gantry.
         const FEWEST: usize = 4;
         let (mut link, mut last) = (from, None);
         loop {
@@ -216,8 +217,8 @@ impl<'a> Branches<'a> {
         })
     }
 
-    /// Follows the fixed joints from `link` on, as long as a link carries only one, and returns the last link. A tool's center point does
-    /// not count, because it depends on the tool.
+    /// Returns the last link after `link` that is connected by fixed joints, as long as each link carries only one other. A tool
+    /// center point does not count, because it depends on the tool.
     fn over_fixed(&self, mut link: &'a str) -> &'a str {
         let is_next = |branch: &&Branch| branch.is_rigid() && !branch.child.ends_with("tcp");
         loop {
@@ -229,7 +230,7 @@ impl<'a> Branches<'a> {
         }
     }
 
-    /// Returns the other links that the joint before `tool` carries rigidly, and those that the next joints carry.
+    /// Returns the other links that the joint before `tool` carries rigidly, and the links that the next joints carry.
     fn fixed_to(&self, from: &'a str, tool: &'a str) -> Vec<&'a str> {
         let parents = self
             .by_parent
@@ -244,7 +245,7 @@ impl<'a> Branches<'a> {
         }
         let (mut links, mut next) = (vec![first], 0);
         while let Some(link) = links.get(next) {
-            // Links beyond the next joint's own do not count.
+            // Links beyond the next joint's own link do not count.
             let is_moved = next > 0 && parents.get(link).is_some_and(|(_, branch)| !branch.is_rigid());
             links.extend(self.of(link).iter().filter(|_| !is_moved).map(|branch| branch.child));
             next += 1;

@@ -7,7 +7,7 @@ use mesh_loader::{Loader, Scene};
 use std::panic::catch_unwind;
 use std::path::{Component, Path, PathBuf};
 
-/// The largest mesh file that is read \[bytes\].
+/// The size of the largest mesh file that is read \[bytes\].
 const LARGEST: u64 = 64 << 20;
 
 /// The file types that are read.
@@ -16,7 +16,7 @@ const KINDS: [&str; 3] = ["stl", "dae", "obj"];
 /// Loads the mesh `file`, in meters. `description` is the robot description's own file, if it has one.
 ///
 /// # Errors
-/// Why it cannot be read.
+/// The reason why the mesh cannot be read.
 pub fn load(file: &str, description: Option<&Path>) -> Result<Scene, String> {
     let of_ros = |variable: &str| std::env::var(variable).unwrap_or_default();
     let folders = ["AMENT_PREFIX_PATH", "ROS_PACKAGE_PATH"].map(of_ros);
@@ -33,7 +33,7 @@ pub fn load(file: &str, description: Option<&Path>) -> Result<Scene, String> {
             }
         }
     };
-    // A fault in a file must not end the program.
+    // An error in a file must not end the program.
     let scene = catch_unwind(load).map_err(|_| format!("{} is no mesh", path.display()))?;
     let scene: Scene = scene.map_err(|why| format!("{}: {why}", path.display()))?;
     let is_number = |corner: &[f32; 3]| corner.iter().all(|number| number.is_finite());
@@ -58,8 +58,8 @@ fn kind(file: &str) -> Option<String> {
 }
 
 /// Returns the path of the file. A `package://` is searched in installed prefixes, in folders of packages, and in folders above the
-/// description's own file. Any other name must be in one of these packages, in the folder of the description's own file, or in a folder
-/// next to that. A description without a file, which came over the network, cannot refer to other files.
+/// description's own file. A file with any other name must be in one of these packages, in the folder of the description's own
+/// file, or in a folder next to that folder. A description from the network has no file, and cannot refer to such files.
 fn find(file: &str, description: Option<&Path>, folders: &[String; 2]) -> Option<PathBuf> {
     kind(file).filter(|kind| KINDS.contains(&kind.as_str()))?;
     let above = description.into_iter().flat_map(Path::ancestors).skip(1).map(Path::to_path_buf);
@@ -81,7 +81,7 @@ fn find(file: &str, description: Option<&Path>, folders: &[String; 2]) -> Option
         (true, Some(beside)) => path.strip_prefix(beside).is_ok_and(|rest| inside_of(rest).is_some()),
         (false, Some(_)) => inside_of(named.strip_prefix("..").unwrap_or(named)).is_some(),
     };
-    // A package is a subfolder of these folders: a file in the folder itself belongs to no package.
+    // A package is a subfolder of these folders. A file in the folder itself belongs to no package.
     let is_packaged = || {
         packages(folders).any(|folder| {
             path.strip_prefix(&folder)
@@ -91,7 +91,7 @@ fn find(file: &str, description: Option<&Path>, folders: &[String; 2]) -> Option
     Some(&path).filter(|path| (is_beside() || is_packaged()) && path.is_file()).cloned()
 }
 
-/// Yields ROS's folders of packages: `share` in each prefix of the first list, and those of the second.
+/// Yields ROS's folders of packages: `share` in each folder of the first list, and each folder of the second list.
 fn packages([prefixes, packages]: &[String; 2]) -> impl Iterator<Item = PathBuf> {
     let each = |list: &'_ str| {
         list.split(':').filter(|part| !part.is_empty()).map(PathBuf::from).collect::<Vec<_>>()
@@ -100,7 +100,7 @@ fn packages([prefixes, packages]: &[String; 2]) -> impl Iterator<Item = PathBuf>
     shares.chain(each(packages))
 }
 
-/// Returns the path if it only leads downwards.
+/// Returns the path if it leads only downward.
 fn inside_of(path: &Path) -> Option<PathBuf> {
     let only_down = path.components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir));
     only_down.then(|| path.to_path_buf())
@@ -170,7 +170,7 @@ mod tests {
                 assert_eq!(find(&name, from, &folders), None, "{name}");
             }
         }
-        // Neighboring files are only available to a description with a file.
+        // Only a description with a file can refer to neighboring files.
         for name in ["meshes/link.stl".to_owned()].into_iter().chain(absolute(&beside)) {
             assert_eq!(find(&name, Some(&own), &folders), Some(beside.clone()), "{name}");
             assert_eq!(find(&name, None, &folders), None, "{name}");

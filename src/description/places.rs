@@ -1,4 +1,4 @@
-//! The poses of a robot description's links, and the joint of the arm that carries each.
+//! The poses of a robot description's links, and the joint of the arm that carries each link.
 
 use super::urdf_reader::Description;
 use dq_algebra::UnitDualQuaternion;
@@ -8,18 +8,19 @@ use std::collections::HashMap;
 /// The place of a link.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Place {
-    /// The moving joint between base and tool that carries it, counted from 1; 0 for a link fixed to the base.
+    /// The moving joint between base and tool that carries the link, counted from 1; 0 for a link fixed to the base.
     pub carrier: usize,
-    /// Its pose in the frame that moves with this joint, with z along the joint's axis; for a link fixed to the base, in the base frame.
+    /// The pose of the link in the frame that moves with this joint, whose z axis is the joint's axis. For a link fixed to the
+    /// base, the pose in the base frame.
     pub carrier_from_link: UnitDualQuaternion,
-    /// Whether it is a link between the arm's base and its tool.
+    /// Whether the link is between the arm's base and its tool.
     pub is_of_arm: bool,
-    /// Whether it is such a link, or is attached to one by fixed joints only.
+    /// Whether the link is between the arm's base and its tool, or is attached to such a link by fixed joints only.
     pub is_rigid: bool,
 }
 
 impl Description {
-    /// Returns the places of all links connected with the arm, whose kinematics are `chain`. Joints that are not of the arm are at their
+    /// Returns the places of all links that are connected with the arm. `chain` is the arm's kinematics. Other joints are at their
     /// start positions.
     ///
     /// # Errors
@@ -35,7 +36,7 @@ impl Description {
         Ok(places)
     }
 
-    /// Returns the places with poses in the base frame, with the arm's joints at zero.
+    /// Returns the places with their poses in the base frame. The arm's joints are at zero.
     fn places_in_base(&self) -> HashMap<&str, Place> {
         let mut carrier = 0;
         let mut place = Place {
@@ -54,7 +55,7 @@ impl Description {
             places.insert(&joint.child, place);
         }
         let mut joints: Vec<_> = self.beside.iter().collect();
-        // Each round reaches the neighbors of the links reached so far, both away from the base and towards the root.
+        // Each round adds the neighbors of the links found so far, both away from the base and toward the root.
         loop {
             let count = joints.len();
             joints.retain(|joint| {

@@ -1,20 +1,20 @@
-//! Reads the triangles of STL files as programs write them, including some that mesh-loader (0.1) rejects: binary files that begin with
-//! "solid", binary files with trailing data, and text files without a name.
+//! Reads the triangles of STL files. Also reads files that mesh-loader (0.1) rejects although programs write them: binary files
+//! that begin with "solid", binary files with trailing data, and text files without a name.
 
 use mesh_loader::{Material, Mesh, Scene};
 
-/// The sizes in a binary file \[bytes\]: of the header, of the number of triangles, and of each triangle.
+/// The sizes of parts of a binary file \[bytes\]: the header, the number of triangles, and each triangle.
 const HEAD: usize = 80;
 const COUNT: usize = 4;
 const TRIANGLE: usize = 50;
 
-/// The size of a triangle's normal, three numbers of four bytes, before its corners.
+/// The size of a triangle's normal, which precedes its corners: three numbers of four bytes.
 const NORMAL: usize = 12;
 
 /// Reads the triangles of an STL file.
 ///
 /// # Errors
-/// Why they cannot be read.
+/// The reason why they cannot be read.
 pub(crate) fn read(bytes: &[u8]) -> Result<Scene, String> {
     let corners = match binary(bytes) {
         Some(triangles) => triangles.flat_map(corners_of).collect(),
@@ -40,7 +40,7 @@ fn binary(bytes: &[u8]) -> Option<std::slice::ChunksExact<'_, u8>> {
     let begins_as_text =
         head.trim_ascii_start().get(..5).is_some_and(|word| word.eq_ignore_ascii_case(b"solid"));
     let is_binary = size == triangles.len() || !begins_as_text || bytes.contains(&0);
-    // Some programs write a missing or wrong number of triangles: then all data counts.
+    // Some programs write no number of triangles or a wrong one. All data counts then.
     let known = triangles.get(..size).filter(|_| count > 0).unwrap_or(triangles);
     is_binary.then(|| known.chunks_exact(TRIANGLE))
 }

@@ -7,16 +7,16 @@ use dq_kinematics::arm::{ArmError, Chain, JointKind};
 use nalgebra::{UnitQuaternion, Vector3};
 use std::fmt::Write;
 
-/// Frames within this distance \[m\] coincide.
+/// Two frames within this distance coincide \[m\].
 const SHORTEST_LINK: f64 = 1e-6;
 
-/// The radius of the first limb as a fraction of the arm's reach, and the radius at the tool relative to it.
+/// The radius of the first limb as a fraction of the arm's reach, and the radius at the tool as a fraction of that radius.
 const STOUTNESS: f64 = 0.04;
 const TAPER: f64 = 0.45;
 
 impl DescribedArm {
-    /// Converts a chain into a description with the links `base`, `links` (one per joint) and `tool`. A chain has no limits: its joints are
-    /// continuous or prismatic until [`with_limits`](Self::with_limits) sets limits.
+    /// Converts a chain to a description with the links `base`, `links` (one per joint) and `tool`. A chain has no limits: its
+    /// joints are continuous or prismatic until [`with_limits`](Self::with_limits) sets limits.
     ///
     /// # Errors
     /// [`ArmError::OnePerJoint`] if the number of joint names or link names differs from the number of joints.
@@ -52,7 +52,7 @@ impl DescribedArm {
         Ok(Self { robot: robot.to_owned(), joints, drivers: Vec::new() })
     }
 
-    /// Returns the URDF document of these joints and the links between them only. It is read back as exactly the same arm.
+    /// Returns the URDF document of these joints and the links between them. Reading the document gives exactly the same arm.
     pub fn urdf(&self) -> String {
         let mut text = format!("<robot name=\"{}\">\n", escaped(&self.robot));
         self.joints.iter().take(1).for_each(|joint| push_bare_link(&mut text, &joint.parent));
@@ -62,8 +62,8 @@ impl DescribedArm {
         text + "</robot>\n"
     }
 
-    /// Returns the same document with visuals: each link has the housing of its joint, a drum about the joint's axis, and a limb to the
-    /// next joint.
+    /// Returns the document of [`urdf`](Self::urdf) with visuals. Each link has the housing of its joint, which is a drum about the
+    /// joint's axis, and a limb to the next joint.
     pub fn drawn_urdf(&self) -> String {
         let mut text =
             format!("<?xml version=\"1.0\"?>\n<robot name=\"{}\">\n{MATERIALS}", escaped(&self.robot));
@@ -97,7 +97,7 @@ fn described(
         child: child.to_owned(),
         xyz: origin.translation().into(),
         rpy: angles(&origin.rotation()),
-        // URDF's default axis, for a fixed joint.
+        // This is URDF's default axis, for a fixed joint.
         axis: if motion == Motion::Fixed { [1.0, 0.0, 0.0] } else { [0.0, 0.0, 1.0] },
         limits: JointLimits::default(),
         mimic: None,
@@ -159,7 +159,8 @@ fn push_bare_link(text: &mut String, link: &str) {
     let _ = writeln!(text, "  <link name=\"{}\"/>", escaped(link));
 }
 
-/// Writes a link with the housing of its joint, and a limb of this radius \[m\] from its frame to `end`, unless the two coincide.
+/// Writes a link with the housing of its joint. Adds a limb of this radius \[m\] from the link's frame to `end`, unless the two
+/// coincide.
 fn push_link(text: &mut String, link: &str, end: &Vector3<f64>, radius: f64) {
     let link = escaped(link);
     let housing = visual(&UnitDualQuaternion::identity(), 1.3 * radius, 2.8 * radius, "joint");
@@ -167,19 +168,19 @@ fn push_link(text: &mut String, link: &str, end: &Vector3<f64>, radius: f64) {
     let _ = writeln!(text, "  <link name=\"{link}\">\n{housing}{limb}  </link>");
 }
 
-/// Returns a cylinder from the frame to `end`.
+/// Returns a cylinder from the origin to `end`.
 fn limb(end: &Vector3<f64>, radius: f64) -> Option<String> {
     let length = end.norm();
     if length < SHORTEST_LINK {
         return None;
     }
-    // The rotation is `None` for opposite vectors: any half turn about a horizontal axis takes z to -z.
+    // The rotation is `None` for opposite vectors. Any half turn about a horizontal axis moves z to −z.
     let turn = UnitQuaternion::rotation_between(&Vector3::z(), end)
         .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI));
     Some(visual(&UnitDualQuaternion::from_parts(turn, 0.5 * end), radius, length, "limb"))
 }
 
-/// Returns a cylinder about z, with its middle at `origin`.
+/// Returns a cylinder along z whose middle is at `origin`.
 fn visual(origin: &UnitDualQuaternion, radius: f64, length: f64, material: &str) -> String {
     format!(
         "    <visual>\n      {}\n      <geometry><cylinder radius=\"{radius}\" length=\"{length}\"/></geometry>\n      \
@@ -194,7 +195,7 @@ mod tests {
     use dq_kinematics::arm::{Convention, DhRow};
     use nalgebra::Rotation3;
 
-    /// Returns the limbs of the document: the length, and both ends in the link's frame.
+    /// Returns the limbs in the document: the length, and both ends in the link's frame.
     fn limbs(document: &str) -> Vec<(f64, [Vector3<f64>; 2])> {
         let numbers = |text: &str, key: &str| -> Vec<f64> {
             let (_, rest) = text.split_once(&format!("{key}=\"")).unwrap();
@@ -232,7 +233,7 @@ mod tests {
             assert!((length - expected_length).abs() < 1e-12);
             assert!(from.norm() < 1e-12 && (to - end).norm() < 1e-12, "{from} {to} {end}");
         }
-        // One for each link including the base, and the flange.
+        // There is one for each link including the base, and one for the flange.
         assert_eq!(document.matches("<material name=\"joint\"/>").count(), 6, "{document}");
     }
 

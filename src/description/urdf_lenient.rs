@@ -1,26 +1,26 @@
-//! Reads robot descriptions that are not XML, but that ROS 2's own parser accepts (urdfdom with tinyxml2). They are converted to XML, line
-//! by line, for the strict parser.
+//! Reads robot descriptions that are not XML, but that ROS 2's own parser (urdfdom with tinyxml2) accepts. Converts them to XML,
+//! line by line, for the strict parser.
 //!
-//! The grammar is that of tinyxml2 (11.0). quick-xml (0.42) rejects a tenth of what tinyxml2 accepts: blanks after `<`, and other `<!…>`
-//! than DOCTYPE.
+//! The grammar is that of tinyxml2 (11.0). quick-xml (0.42) rejects a tenth of the documents that tinyxml2 accepts: those with
+//! blanks after `<`, and with a `<!…>` other than DOCTYPE.
 
 use super::arm::DescriptionError;
 use dq_common::text::cut;
 
-/// The delimiters of markup that is not an element. A longer beginning comes before a shorter one.
+/// The delimiters of markup that is not an element. A longer delimiter comes before a shorter one with the same beginning.
 const MARKS: [(&str, &str); 4] = [("?", "?>"), ("!--", "-->"), (CDATA, "]]>"), ("!", ">")];
 const CDATA: &str = "![CDATA[";
 
-/// Returns the first `<robot>` of `text` as XML, with each element in its original line.
+/// Returns the first `<robot>` of `text` as XML. Each element stays in its line.
 ///
 /// # Errors
-/// [`DescriptionError::NotXml`] for a text that tinyxml2 rejects too, [`DescriptionError::Xacro`] for a macro.
+/// [`DescriptionError::NotXml`] for a text that tinyxml2 rejects, too, [`DescriptionError::Xacro`] for a macro.
 pub(crate) fn as_xml(text: &str) -> Result<String, DescriptionError> {
     // A C string ends at the first NUL.
     let all = text.split('\0').next().unwrap_or_default();
     let (mut rest, mut xml) = (all, Xml::default());
     while let Some((before, from)) = rest.split_once('<') {
-        // The line is counted only for an error: counting it for each element would take quadratic time.
+        // The line is computed only for an error: for each element it would take quadratic time.
         let line = || line(all, all.len() - from.len());
         let missing = |what: &str| DescriptionError::NotXml(format!("expected {what} in line {}", line()));
         xml.put(before, &escaped(before));
@@ -48,7 +48,7 @@ pub(crate) fn as_xml(text: &str) -> Result<String, DescriptionError> {
     Ok(xml.out)
 }
 
-/// Returns the line number at this byte offset, counted from 1.
+/// Returns the number of the line at the byte offset `at`, counted from 1.
 pub(crate) fn line(text: &str, at: usize) -> u32 {
     let before = text.as_bytes().iter().take(at).filter(|byte| **byte == b'\n').count();
     u32::try_from(before + 1).unwrap_or(u32::MAX)
@@ -65,10 +65,10 @@ struct Tag<'a> {
 }
 
 impl<'a> Tag<'a> {
-    /// Reads the tag after a `<`; returns it with the rest of the text.
+    /// Reads the tag after a `<`. Returns it with the rest of the text.
     ///
     /// # Errors
-    /// Returns a description of the missing part.
+    /// A description of the missing part.
     fn read(text: &'a str) -> Result<(Self, &'a str), &'static str> {
         let text = text.trim_ascii_start();
         let (is_end, text) = text.strip_prefix('/').map_or((false, text), |text| (true, text));
@@ -92,31 +92,31 @@ impl<'a> Tag<'a> {
     }
 }
 
-/// Reads the end of a tag: returns whether the tag is an empty element, and the rest of the text.
+/// Reads the end of a tag. Returns whether the tag is an empty element, and the rest of the text.
 fn ending(text: &str) -> Option<(bool, &str)> {
     let whole = text.strip_prefix("/>").map(|after| (true, after));
     whole.or_else(|| text.strip_prefix('>').map(|after| (false, after)))
 }
 
-/// Reads a name; returns it with the rest of the text.
+/// Reads a name. Returns it with the rest of the text.
 fn name(text: &str) -> Option<(&str, &str)> {
     let is_first = |c: char| c.is_ascii_alphabetic() || !c.is_ascii() || [':', '_'].contains(&c);
     let is_more = |c: char| is_first(c) || c.is_ascii_digit() || ['.', '-'].contains(&c);
     text.starts_with(is_first).then(|| text.split_at(text.find(|c| !is_more(c)).unwrap_or(text.len())))
 }
 
-/// The output.
+/// The XML document that is written.
 #[derive(Default)]
 struct Xml {
     out: String,
     depth: usize,
-    /// Whether the output is inside of the robot element, and whether that has ended.
+    /// Whether the output is inside the robot element, and whether that element has ended.
     is_robot: bool,
     is_after: bool,
 }
 
 impl Xml {
-    /// Writes `text` for what was `read` inside of the robot element; outside, writes its line ends only.
+    /// Writes `text` in place of the text `read`, inside the robot element. Outside of it, writes only the line ends of `read`.
     fn put(&mut self, read: &str, text: &str) {
         let text = if self.is_robot { text } else { "" };
         let lines = [read, text].map(|text| text.matches('\n').count());
@@ -150,12 +150,12 @@ impl Xml {
     }
 }
 
-/// Returns a name without namespace prefixes, which tinyxml2 does not support: `a:b` is not `b`.
+/// Returns a name without namespace prefixes. tinyxml2 does not support them: there, `a:b` is not `b`.
 fn plain(name: &str) -> String {
     name.replace(':', "_")
 }
 
-/// Escapes everything that is not allowed in XML text, except entities.
+/// Escapes all that is not allowed in XML text, except entities.
 fn escaped(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for (at, character) in text.char_indices() {
@@ -172,10 +172,10 @@ fn escaped(text: &str) -> String {
     out
 }
 
-/// Longest name of an entity \[bytes\]. A longer search for its end would take quadratic time.
+/// The longest name of an entity \[bytes\]. A longer search for its end would take quadratic time.
 const LONGEST_ENTITY: usize = 16;
 
-/// Returns whether the text after an ampersand makes it an XML entity.
+/// Returns whether `rest`, the text after an ampersand, completes an XML entity.
 fn is_entity(rest: &str) -> bool {
     let end = rest.bytes().take(LONGEST_ENTITY + 1).position(|byte| byte == b';');
     let Some(name) = end.map(|end| &rest[..end]) else { return false };
@@ -199,7 +199,7 @@ mod tests {
         assert_eq!(as_xml(text).unwrap(), expected);
     }
 
-    /// Quadratic time would be minutes for each of these.
+    /// In quadratic time, each of these would take minutes.
     #[test]
     fn the_time_is_proportional_to_the_length_of_the_text() {
         let began = std::time::Instant::now();

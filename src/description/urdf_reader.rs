@@ -8,20 +8,19 @@ use nalgebra::{Quaternion, UnitQuaternion};
 use roxmltree::{Document, Node};
 use std::ops::RangeInclusive;
 
-/// The arm and the other joints of a description.
+/// The arm and the other joints of a robot description.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Description {
     /// The arm between the two links.
     pub arm: DescribedArm,
-    /// The robot's other joints that can be read: fingers, sensors, other arms.
+    /// The robot's other joints that can be read, such as those of fingers, sensors and other arms.
     pub beside: Vec<DescribedJoint>,
 }
 
 impl Description {
-    /// Reads the arm from the link `base` to the link `tool` of the URDF document `text`, and the other joints.
+    /// Reads the arm from the link `base` to the link `tool` in the URDF document `text`, and the other joints.
     ///
-    /// The chain must be complete and valid in every number that moves the tool. Of everything else, only the names of links and joints
-    /// must be valid.
+    /// Each number that moves the tool must be present and valid. Elsewhere, only the names of links and joints must be valid.
     ///
     /// # Errors
     /// [`DescriptionError`] if the document has no such arm.
@@ -48,7 +47,7 @@ impl Description {
     }
 }
 
-/// Reads the joints beside the chain that some of its `joints` mimic.
+/// Reads the drivers of the chain's `joints` that are not on the chain.
 fn drivers_elsewhere(
     tree: &Tree,
     base: &str,
@@ -66,7 +65,7 @@ fn drivers_elsewhere(
     Ok(drivers)
 }
 
-/// Narrows the limits of the joints that others mimic to what these allow.
+/// Narrows the limits of each driver so that its mimic joints stay within their own limits.
 fn with_bound_drivers(mut arm: DescribedArm) -> DescribedArm {
     let links: Vec<_> = arm.links().cloned().collect();
     for link in &links {
@@ -95,9 +94,10 @@ fn read_joint(tree: &Tree, joint: Node) -> Result<DescribedJoint, DescriptionErr
     Ok(DescribedJoint { mimic: mimic(tree, joint)?, ..read_as(joint, motion)? })
 }
 
-/// Returns which joint drives `joint`, and how, through all mimic joints between them. A fixed joint mimics nothing, whatever is written.
+/// Returns which joint drives `joint`, and how, through all mimic joints in between. A fixed joint mimics nothing, whatever the
+/// document says.
 fn mimic(tree: &Tree, joint: Node) -> Result<Option<Mimic>, DescriptionError> {
-    /// The ratios of speeds of any mechanism.
+    /// The possible ratios of speeds.
     const RATIOS: RangeInclusive<f64> = 1.0 / JOINT_ANGLE..=JOINT_ANGLE;
     let (mut driver, mut multiplier, mut offset) = (joint, 1.0_f64, 0.0_f64);
     for _ in 0..MOST_JOINTS {
@@ -130,7 +130,7 @@ fn mimic(tree: &Tree, joint: Node) -> Result<Option<Mimic>, DescriptionError> {
     Err(wrong(joint, "it mimics itself, or by too many others: expected a joint that moves on its own"))
 }
 
-/// Reads a joint outside of the chain. A moving one keeps its start position, so its limits matter if they can be read.
+/// Reads a joint that is not on the chain. It stays at its start position, so its limits matter if they can be read.
 fn read_beside(tree: &Tree, joint: Node) -> Option<DescribedJoint> {
     let motion = match joint.attribute("type")? {
         "fixed" => Motion::Fixed,
@@ -170,11 +170,11 @@ fn read_as(joint: Node, motion: Motion) -> Result<DescribedJoint, DescriptionErr
 /// Returns the quaternion of an origin (URDF 1.1 and later), if it has one.
 ///
 /// # Errors
-/// Returns a description of the error, as text to follow the attribute's name.
+/// A description of the error, as text to follow the name of the attribute.
 pub(crate) fn quaternion(origin: Node) -> Option<Result<UnitQuaternion<f64>, String>> {
     let text = origin.attribute("quat_xyzw")?;
     let version = origin.document().root_element().attribute("version").unwrap_or("1.0");
-    // In URDF 1.0, ROS 2's own parser ignores the quaternion, which would be another robot.
+    // In URDF 1.0, ROS 2's own parser ignores the quaternion. Using it would give another robot.
     if version.trim() == "1.0" {
         return Some(Err("needs <robot version=\"1.2\">".to_owned()));
     }
@@ -189,7 +189,7 @@ pub(crate) fn quaternion(origin: Node) -> Option<Result<UnitQuaternion<f64>, Str
     Some(rotation.ok_or_else(|| format!("is {:?}: expected a quaternion x y z w", cut(text))))
 }
 
-/// An axis with all components below this has no direction.
+/// An axis with no component above this has no direction.
 const SHORTEST_AXIS: f64 = 1e-6;
 
 /// Reads three numbers of an attribute.
@@ -204,13 +204,13 @@ fn three(joint: Node, of: Option<Node>, name: &str, default: [f64; 3]) -> Result
     })
 }
 
-/// Parses a number within the bounds of a robot.
+/// Parses a number that is within the bounds of a robot.
 fn number(text: &str) -> Option<f64> {
     text.trim().parse().ok().filter(|number: &f64| number.abs() <= JOINT_ANGLE)
 }
 
-/// Reads the limits of a joint as described, even if they form no range, because parameters may override them. Of a hard limit and the soft
-/// limit of `safety_controller`, the tighter one counts, because a controller should keep within both.
+/// Reads the limits of a joint as they are, even if they form no range, because parameters may override them. Of a hard limit and
+/// the soft limit of `safety_controller`, the tighter one counts, because a controller should keep within both.
 fn limits(joint: Node, motion: Motion) -> Result<JointLimits, DescriptionError> {
     let read = |element: &'static str, name: &str| {
         let Some(text) = child_of(joint, element).and_then(|element| element.attribute(name)) else {
@@ -228,7 +228,7 @@ fn limits(joint: Node, motion: Motion) -> Result<JointLimits, DescriptionError> 
         if !between {
             return Ok(None);
         }
-        // In URDF a missing limit is 0; a missing soft limit does not count.
+        // In URDF a missing limit is 0. A missing soft limit does not count.
         let (hard, soft) = (read("limit", name)?.unwrap_or(0.0), read("safety_controller", soft)?);
         Ok(Some(soft.map_or(hard, |soft: f64| tighter(hard, soft))))
     };

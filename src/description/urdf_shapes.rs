@@ -1,4 +1,4 @@
-//! Reads the shapes of the links of a URDF document: visuals and collision shapes.
+//! Reads the shapes of the links in a URDF document: visuals and collision shapes.
 
 use super::arm::{DescriptionError, pose};
 use super::urdf_reader::quaternion;
@@ -8,32 +8,32 @@ use nalgebra::Vector3;
 use roxmltree::Node;
 use std::collections::HashMap;
 
-/// Red, green and blue, from 0 to 1.
+/// A color as red, green and blue, from 0 to 1.
 pub type Rgb = [f32; 3];
 
 /// A visual shape of a link.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Visual {
-    /// The link's name.
+    /// The name of the link.
     pub link: String,
     /// The pose of the shape in the link's frame.
     pub link_from_shape: UnitDualQuaternion,
-    /// The shape.
+    /// The shape in its own frame.
     pub shape: Shape,
-    /// Its color, if given.
+    /// The color of the shape, if the document has one.
     pub color: Option<Rgb>,
 }
 
 /// A collision shape of a link.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Collision {
-    /// The link's name.
+    /// The name of the link.
     pub link: String,
-    /// The pose in the link's frame, and the shape; `None` if it cannot be read.
+    /// The pose in the link's frame, and the shape; `None` if the shape cannot be read.
     pub shape: Option<(UnitDualQuaternion, Shape)>,
 }
 
-/// A shape about its own origin, with lengths along z \[m\].
+/// A shape about its own origin \[m\]. Cylinders and capsules are along z.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Shape {
     /// A mesh file.
@@ -43,27 +43,28 @@ pub enum Shape {
         /// The scale along each axis.
         scale: Vector3<f64>,
     },
-    /// A box with these edges.
+    /// A box with edges of these lengths.
     Box(Vector3<f64>),
     /// A cylinder along z.
     Cylinder {
-        /// Its radius.
+        /// The radius of the cylinder.
         radius: f64,
-        /// Its length.
+        /// The length of the cylinder.
         length: f64,
     },
     /// A capsule along z (URDF 1.1 and later).
     Capsule {
-        /// Its radius.
+        /// The radius of the capsule.
         radius: f64,
-        /// The length of its cylinder, without the round ends.
+        /// The length of the capsule without its round ends.
         length: f64,
     },
     /// A ball with this radius.
     Sphere(f64),
 }
 
-/// Returns all visual shapes of the URDF document `text` that can be read. Others are left out, because motion does not depend on them.
+/// Returns all visual shapes in the URDF document `text` that can be read. Others are left out, because motion does not depend on
+/// them.
 ///
 /// # Errors
 /// [`DescriptionError`] for a text that is not a URDF document.
@@ -82,7 +83,7 @@ pub fn visuals(text: &str) -> Result<Vec<Visual>, DescriptionError> {
     })
 }
 
-/// Returns all collision shapes of the URDF document `text`, including those that cannot be read.
+/// Returns all collision shapes in the URDF document `text`, including those that cannot be read.
 ///
 /// # Errors
 /// [`DescriptionError`] for a text that is not a URDF document.
@@ -94,7 +95,7 @@ pub fn collisions(text: &str) -> Result<Vec<Collision>, DescriptionError> {
     })
 }
 
-/// Yields each link with each of its elements of this kind.
+/// Yields each element of the kind `kind`, together with its link.
 fn shapes<'a>(robot: Node<'a, 'a>, kind: &'static str) -> impl Iterator<Item = (Node<'a, 'a>, Node<'a, 'a>)> {
     let links = robot.children().filter(|node| node.has_tag_name("link"));
     links.flat_map(move |link| {
@@ -103,7 +104,7 @@ fn shapes<'a>(robot: Node<'a, 'a>, kind: &'static str) -> impl Iterator<Item = (
     })
 }
 
-/// Returns the visual, and the name of its material.
+/// Returns a visual shape, and the name of its material.
 fn visual(link: Node, node: Node) -> Option<(Visual, Option<String>)> {
     let (link_from_shape, shape) = placed(node)?;
     let material = child_of(node, "material");
@@ -112,7 +113,7 @@ fn visual(link: Node, node: Node) -> Option<(Visual, Option<String>)> {
     Some((visual, material.map(|material| name_of(material).to_owned())))
 }
 
-/// Returns the shape of a `<visual>` or a `<collision>`, with its pose in the link's frame.
+/// Returns the shape of a `<visual>` or a `<collision>`, and its pose in the link's frame.
 fn placed(node: Node) -> Option<(UnitDualQuaternion, Shape)> {
     let origin = child_of(node, "origin");
     let three = |name: &str| match origin.and_then(|origin| origin.attribute(name)) {

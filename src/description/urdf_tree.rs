@@ -1,8 +1,8 @@
 //! The links and joints of a URDF document, and their tree.
 //!
-//! It uses roxmltree instead of urdf-rs (0.10). urdf-rs reads every element of the robot instead of one chain, overflows the stack on
-//! deeply nested text, does not name the element with a wrong number, and reads a missing limit as zeros. A text that is not XML is first
-//! converted by [`as_xml`].
+//! This module uses roxmltree instead of urdf-rs (0.10). urdf-rs reads every element of the robot instead of one chain, overflows
+//! the stack on deeply nested text, does not name the element with an invalid number, and reads a missing limit as zeros. A text
+//! that is not XML is first converted by [`as_xml`].
 
 use super::arm::DescriptionError;
 use super::urdf_lenient::{as_xml, line};
@@ -10,7 +10,7 @@ use dq_common::text::{self, cut};
 use roxmltree::{Document, Node, ParsingOptions};
 use std::collections::{HashMap, HashSet};
 
-/// Longest description that is read \[bytes\]. A humanoid's has 0.2 MB.
+/// The size of the longest description that is read \[bytes\]. That of a humanoid has 0.2 MB.
 pub const LONGEST_DESCRIPTION: usize = 4 << 20;
 
 /// Largest number of joints in a chain.
@@ -19,7 +19,7 @@ pub(crate) const MOST_JOINTS: usize = 64;
 /// Largest number of XML nodes in a description.
 const MOST_NODES: u32 = 200_000;
 
-/// Calls `read` with the robot's document. A text that is not XML is read like ROS 2's own parser reads it, if that accepts it.
+/// Calls `read` with the document of the robot. A text that is not XML is converted first, if ROS 2's own parser accepts it.
 pub(crate) fn with_document<T>(
     text: &str,
     read: impl FnOnce(&Document) -> Result<T, DescriptionError>,
@@ -45,7 +45,7 @@ pub fn oddity(text: &str) -> Option<String> {
     }
 }
 
-/// Why the strict parser rejects a text.
+/// The reason why the strict parser rejects a text.
 enum NotStrict {
     /// The text cannot be read.
     Refused(DescriptionError),
@@ -87,7 +87,7 @@ fn strict(text: &str) -> Result<Document<'_>, NotStrict> {
     match of_xacro(&document) {
         None => Ok(document),
         Some((element, line)) if element.contains(':') => refused(DescriptionError::Xacro { element, line }),
-        // A missing prefix: no element is a macro.
+        // A namespace prefix is missing: no element is a macro.
         Some((element, line)) => {
             let why = DescriptionError::NotXml(format!("<{element}> is in xacro's namespace"));
             Err(NotStrict::Odd { why, line })
@@ -95,7 +95,7 @@ fn strict(text: &str) -> Result<Document<'_>, NotStrict> {
     }
 }
 
-/// Returns the first element in xacro's namespace, as written, and its line.
+/// Returns the first element in xacro's namespace, as it is written, and its line.
 fn of_xacro(document: &Document) -> Option<(String, u32)> {
     let is_macro = |node: &Node| node.tag_name().namespace().is_some_and(|uri| uri.contains("xacro"));
     let mut of_xacro = document.descendants().filter(is_macro);
@@ -160,7 +160,7 @@ impl<'a> Tree<'a> {
         for link in &self.links {
             let (mut link, mut way) = (*link, Vec::new());
             while let Some((parent, joint)) = self.by_child.get(link).filter(|_| !ends.contains(link)) {
-                // A path with as many steps as there are joints has reached a ring.
+                // A path with more steps than there are joints is in a ring.
                 if way.len() == self.joints.len() {
                     let why = format!("its child {:?} carries its parent {:?} too", cut(link), cut(parent));
                     return Err(wrong(*joint, format!("{why}: expected links that form a tree, no ring")));
@@ -188,7 +188,7 @@ impl<'a> Tree<'a> {
         Err(DescriptionError::NoSuchLink { frame, name: cut(name).into_owned(), known })
     }
 
-    /// Returns the joints from one link to another, which are found from the tool back to the base.
+    /// Returns the joints from one link to another. They are found from the tool back to the base.
     pub fn between(&self, base: &str, tool: &str) -> Result<Vec<Node<'a, 'a>>, DescriptionError> {
         let (mut link, mut found) = (tool, Vec::new());
         while link != base {
@@ -225,7 +225,7 @@ impl<'a> Tree<'a> {
     }
 }
 
-/// Returns the names of these elements, after checking that each is unique.
+/// Returns these elements by their names, after a check that each name is unique.
 fn named<'a>(
     kind: &'static str,
     nodes: impl Iterator<Item = Node<'a, 'a>>,
@@ -251,7 +251,7 @@ fn named<'a>(
     Ok(names)
 }
 
-/// Returns whether the joint moves in a way that arms can have.
+/// Returns whether the joint is revolute, continuous or prismatic: the types of moving joints that an arm may have.
 pub(crate) fn is_moving(joint: Node) -> bool {
     matches!(joint.attribute("type"), Some("revolute" | "continuous" | "prismatic"))
 }
@@ -268,7 +268,7 @@ pub(crate) fn child_of<'a>(node: Node<'a, 'a>, kind: &'static str) -> Option<Nod
     node.children().find(|child| child.has_tag_name(kind))
 }
 
-/// Returns the link that the joint names as its parent or child.
+/// Returns the name of the link that is the joint's parent or child.
 pub(crate) fn linked<'a>(joint: Node<'a, 'a>, role: &'static str) -> Result<&'a str, DescriptionError> {
     child_of(joint, role)
         .and_then(|node| node.attribute("link"))

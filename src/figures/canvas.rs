@@ -1,19 +1,19 @@
-//! A sheet for drawing in pixels, written as SVG.
+//! A sheet for drawing in pixels, which is written as SVG.
 
 use super::colors::Color;
 use super::style::INK;
 use dq_common::text::escaped;
 use std::fmt::Write;
 
-/// A point on the sheet: distances from the left and from the top \[px\].
+/// A point on the sheet: its distances from the left and the top edge \[px\].
 pub type Point = (f64, f64);
 
 /// The style of a line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Line {
-    /// A solid line.
+    /// A solid line through the points.
     Solid,
-    /// A dashed line.
+    /// A dashed line through the points.
     Dashed,
     /// Dots at the points, without a line.
     Dots,
@@ -28,7 +28,7 @@ pub enum Anchor {
     Center,
     /// The text ends at the point.
     Right,
-    /// The text is centered at the point and reads upwards.
+    /// The text is centered at the point and reads upward.
     Upwards,
 }
 
@@ -39,51 +39,51 @@ pub struct Rectangle {
     pub left: f64,
     /// The distance from the sheet's top edge.
     pub top: f64,
-    /// The extent to the right.
+    /// The width.
     pub width: f64,
-    /// The extent downwards.
+    /// The height.
     pub height: f64,
 }
 
 impl Rectangle {
-    /// Creates a rectangle around its center.
+    /// Creates a rectangle around the center `(x, y)`.
     pub fn around((x, y): Point, width: f64, height: f64) -> Self {
         Self { left: x - 0.5 * width, top: y - 0.5 * height, width, height }
     }
 
-    /// Returns the position of its right edge.
+    /// Returns the distance of the right edge from the sheet's left edge.
     pub fn right(&self) -> f64 {
         self.left + self.width
     }
 
-    /// Returns the position of its lower edge.
+    /// Returns the distance of the lower edge from the sheet's top edge.
     pub fn bottom(&self) -> f64 {
         self.top + self.height
     }
 
-    /// Returns whether a point is inside.
+    /// Returns whether a point is inside the rectangle.
     pub fn contains(&self, (x, y): Point) -> bool {
         (self.left..=self.right()).contains(&x) && (self.top..=self.bottom()).contains(&y)
     }
 
-    /// Returns whether another rectangle is completely inside.
+    /// Returns whether `other` is completely inside this rectangle.
     pub fn encloses(&self, other: &Self) -> bool {
         self.contains((other.left, other.top)) && self.contains((other.right(), other.bottom()))
     }
 
-    /// Returns whether the two overlap.
+    /// Returns whether the two rectangles overlap.
     pub fn overlaps(&self, other: &Self) -> bool {
         let apart = |a: &Self, b: &Self| a.right() < b.left || a.bottom() < b.top;
         !apart(self, other) && !apart(other, self)
     }
 }
 
-/// A drawing as SVG elements.
+/// A drawing, as SVG elements.
 #[derive(Default)]
 pub struct Canvas(String);
 
 impl Canvas {
-    /// Returns the complete SVG of `width` × `height` pixels; `inches` is its width on paper.
+    /// Returns the complete SVG of `width` × `height` pixels. `inches` is its width on paper.
     pub fn finish(self, width: f64, height: f64, inches: Option<f64>) -> String {
         let (width, height) = (width.floor(), height.floor());
         let size = |pixels: f64| match inches {
@@ -109,7 +109,8 @@ impl Canvas {
 
     /// Draws a line through `points`, `width` pixels wide.
     pub fn line(&mut self, points: &[Point], color: Color, width: f64, line: Line) {
-        /// A longer line fills its panel, so that dashes are invisible \[px\]: it is drawn solid.
+        /// A dashed line that is longer than this is drawn solid \[px\]. Such a line fills its panel, so that dashes would be
+        /// invisible.
         const LONGEST_DASHED: f64 = 20_000.0;
         /// The radius of the dots of a dotted line \[px\].
         const DOT: f64 = 2.1;
@@ -131,15 +132,15 @@ impl Canvas {
         self.put(format_args!(r#"<circle cx="{x}" cy="{y}" r="{radius}" fill="{color}"/>"#));
     }
 
-    /// Draws a filled area.
+    /// Fills the area inside `outline`.
     pub fn fill(&mut self, outline: &[Point], color: Color) {
         let (points, color) = (coordinates(outline), hex(color));
         self.put(format_args!(r#"<polygon fill="{color}" points="{points}"/>"#));
     }
 
-    /// Draws text of `size` pixels at `point`, with a white outline that keeps it legible on lines.
+    /// Draws text of `size` pixels at `point`. A white outline keeps it legible on lines.
     pub fn text(&mut self, text: &str, (x, y): Point, size: f64, anchor: Anchor) {
-        /// The distance from the middle of letters and digits to the baseline, in sizes of the text.
+        /// The distance from the middle of letters and digits to the baseline, as a multiple of the text's size.
         const TO_BASELINE: f64 = 0.32;
         let side = match anchor {
             Anchor::Left => "start",
@@ -159,7 +160,7 @@ impl Canvas {
     }
 }
 
-/// Returns the distance of two points \[px\].
+/// Returns the distance between two points \[px\].
 pub fn distance(a: Point, b: Point) -> f64 {
     (b.0 - a.0).hypot(b.1 - a.1)
 }
@@ -173,7 +174,8 @@ fn coordinates(points: &[Point]) -> String {
     points.iter().map(pair).collect::<Vec<_>>().join(" ")
 }
 
-/// Rounds a coordinate to a tenth of a pixel. Values far off the sheet, or not finite, are replaced by ones that renderers accept.
+/// Rounds a coordinate to a tenth of a pixel. Replaces values that are far off the sheet, or not finite, by values that renderers
+/// accept.
 fn number(value: f64) -> f64 {
     const FAR: f64 = 1e6;
     if value.is_nan() { 0.0 } else { (10.0 * value.clamp(-FAR, FAR)).round() / 10.0 + 0.0 }

@@ -11,18 +11,18 @@ use std::ops::Range;
 /// A curve over two axes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Series {
-    /// The curve's name in the legend. Curves with the same name and style share an entry.
+    /// The name of the curve in the legend. Curves with the same name and style share an entry.
     pub name: String,
-    /// The curve's color.
+    /// The color of the curve.
     pub color: Color,
-    /// The line's style.
+    /// The style of the line.
     pub line: Line,
-    /// The curve's points in the units of the axes.
+    /// The points of the curve, in the units of the axes.
     pub points: Vec<(f64, f64)>,
 }
 
 impl Series {
-    /// Creates a solid curve.
+    /// Creates a curve with a solid line.
     pub fn solid(
         name: impl Into<String>,
         color: Color,
@@ -31,7 +31,7 @@ impl Series {
         Self { name: name.into(), color, line: Line::Solid, points: points.into_iter().collect() }
     }
 
-    /// Makes the curve dashed.
+    /// Makes the line dashed.
     #[must_use]
     pub fn dashed(self) -> Self {
         Self { line: Line::Dashed, ..self }
@@ -45,7 +45,7 @@ pub struct Axis {
     pub label: String,
     /// The range of values that is shown.
     pub range: Range<f64>,
-    /// Whether the scale is logarithmic. Then the range must be above 0.
+    /// Whether the scale is logarithmic. The range must then be above 0.
     pub logarithmic: bool,
 }
 
@@ -60,7 +60,7 @@ impl Axis {
         Self { logarithmic: true, ..Self::new(label, range) }
     }
 
-    /// Returns the position of a value: 0 at the start of the axis, 1 at its end.
+    /// Returns the place of a value on the axis: 0 at the start, 1 at the end.
     fn part(&self, value: f64) -> f64 {
         let Range { start, end } = self.range;
         match self.logarithmic {
@@ -69,14 +69,14 @@ impl Axis {
         }
     }
 
-    /// Returns about `count` ticks, at least two. A logarithmic axis may have up to three times `count`, because its ticks are not evenly
-    /// spaced.
+    /// Returns about `count` ticks, at least two. A logarithmic axis may have up to three times as many, because its ticks are not
+    /// evenly spaced.
     fn ticks(&self, count: f64) -> Vec<(f64, String)> {
         if self.logarithmic { decades(&self.range, 3.0 * count) } else { ticks(&self.range, count.max(5.0)) }
     }
 }
 
-/// Two axes with curves, which are clipped.
+/// Two axes with curves. The curves are clipped to the axes' ranges.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Panel {
     /// The text above the panel.
@@ -85,20 +85,20 @@ pub struct Panel {
     pub x: Axis,
     /// The vertical axis.
     pub y: Axis,
-    /// The curves, later ones over earlier ones.
+    /// The curves. Later curves are drawn over earlier ones.
     pub series: Vec<Series>,
-    /// The marked changes.
+    /// The changes that are marked by vertical lines.
     pub marks: Vec<Mark>,
 }
 
-/// Creates a panel of curves over time, with the vertical range that shows all of them in that time.
+/// Creates a panel of curves over time. Its vertical range shows all of each curve in that time.
 pub fn over_time(title: &str, time: Axis, label: &str, series: Vec<Series>) -> Panel {
     let points = series.iter().flat_map(|series| &series.points);
     let range = range_of(points.filter(|point| time.range.contains(&point.0)).map(|point| point.1));
     Panel { title: title.to_owned(), x: time, y: Axis::new(label, range), series, marks: Vec::new() }
 }
 
-/// The margins beside the curves: for numbers and labels at the left, and for half a number at the right \[px\].
+/// The margins beside the curves \[px\]. There are numbers and labels in the left one, and half a number in the right one.
 const LEFT: f64 = 76.0;
 const RIGHT: f64 = 16.0;
 
@@ -114,7 +114,7 @@ impl Panel {
         json!({ "title": self.title, "x": self.x.label, "y": self.y.label, "series": series })
     }
 
-    /// Returns its marks, with places for their names in a panel of this width \[px\].
+    /// Returns the panel's marks, with places for their names in a panel of this width \[px\].
     pub(super) fn named_marks(&self, width: f64) -> NamedMarks<'_> {
         let shown =
             self.marks.iter().filter(|mark| (self.x.range.start..=self.x.range.end).contains(&mark.x));
@@ -122,15 +122,15 @@ impl Panel {
         NamedMarks::new(shown.map(|mark| (mark, width * self.x.part(mark.x))), width)
     }
 
-    /// Returns the points that can be distinguished in the panel.
+    /// Returns the points that can be told apart in the panel.
     fn visible(&self, points: &[(f64, f64)]) -> Vec<(f64, f64)> {
         let apart = |axis: &Axis, a: f64, b: f64| axis.part(a) - axis.part(b);
         spaced(points, |a, b| (400.0 * apart(&self.x, a.0, b.0)).hypot(250.0 * apart(&self.y, a.1, b.1)))
     }
 
-    /// Draws the panel into a rectangle. The upper `band` pixels, below the title, are for the names of marks.
+    /// Draws the panel into the rectangle `frame`. The upper `band` pixels, below the title, are for the names of marks.
     pub(super) fn draw(&self, canvas: &mut Canvas, frame: Rectangle, band: f64) {
-        /// The approximate distance of ticks \[px\].
+        /// The approximate distances between ticks, on the horizontal and the vertical axis \[px\].
         const APART: (f64, f64) = (56.0, 36.0);
         let plot = Rectangle {
             left: frame.left + LEFT,
@@ -150,7 +150,7 @@ impl Panel {
             canvas.line(&[(plot.left, up(y)), (right, up(y))], FAINT, 0.8, Line::Solid);
             canvas.text(&text, (plot.left - 6.0, up(y)), TICK, Anchor::Right);
         }
-        // Below the curves, so that a curve along an axis is visible.
+        // The axes are below the curves, so that a curve along an axis is visible.
         let corners = [(plot.left, plot.top), (plot.left, bottom), (right, bottom)];
         canvas.line(&corners, INK, 1.0, Line::Solid);
         self.named_marks(frame.width).draw(canvas, &plot, band);

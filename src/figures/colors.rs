@@ -1,12 +1,12 @@
-//! The colors of laws, components and axes, used in figures, in RViz and in the browser.
+//! The colors of laws, components and axes in figures, in RViz and in the browser.
 
 use dq_kinematics::control::Law;
 
-/// Red, green and blue, from 0 to 255.
+/// A color as red, green and blue, from 0 to 255.
 pub type Color = [u8; 3];
 
-/// The colors of the built-in laws, in their order. The hue depends on the feedback (Okabe & Ito; distinguishable for color-blind readers).
-/// Laws with a term that the reference work does not have are paler.
+/// The colors of the built-in laws, in their order. The hue depends on the feedback (Okabe & Ito; color-blind readers can tell them
+/// apart). Laws with a term that the reference work does not have are paler.
 const LAWS: [Color; Law::ALL.len()] = [
     [0, 114, 178],
     [110, 175, 220],
@@ -22,7 +22,7 @@ const LAWS: [Color; Law::ALL.len()] = [
     [170, 20, 60],
 ];
 
-/// The colors of laws that a program has registered, in order.
+/// The colors of laws that a program has registered, in the order of registration.
 const OTHERS: [Color; 5] = [[204, 60, 140], [150, 150, 0], [0, 150, 170], [90, 60, 40], [230, 159, 0]];
 
 /// Returns the color of a law.
@@ -31,8 +31,8 @@ pub fn law_color(law: Law) -> Color {
     LAWS.get(number).copied().unwrap_or_else(|| OTHERS[(number - LAWS.len()) % OTHERS.len()])
 }
 
-/// The colors of components, which differ from those of the laws.
+/// The colors of components. They differ from the colors of the laws.
 pub const COMPONENTS: [Color; 4] = [[34, 34, 34], [170, 51, 119], [230, 159, 0], [86, 180, 233]];
 
-/// The colors of the axes x, y, z of a frame, as usual in robotics.
+/// The colors of a frame's axes x, y and z, as usual in robotics.
 pub const AXES: [Color; 3] = [[214, 39, 40], [44, 140, 44], [40, 60, 200]];

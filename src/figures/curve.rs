@@ -1,4 +1,4 @@
-//! The drawn part of a curve (its range, clipping and density), and the ticks of its axes.
+//! The part of a curve that is drawn: its range, clipping and density; and the ticks of its axes.
 
 use std::ops::Range;
 
@@ -13,7 +13,7 @@ pub(super) fn spaced<P: Copy>(points: &[P], distance: impl Fn(&P, &P) -> f64) ->
     kept
 }
 
-/// Returns the parts of a curve within the ranges, clipped at their borders.
+/// Returns the parts of a curve that are within the ranges, clipped at their borders.
 pub fn clip(points: &[(f64, f64)], x: &Range<f64>, y: &Range<f64>) -> Vec<Vec<(f64, f64)>> {
     let mut parts: Vec<Vec<(f64, f64)>> = Vec::new();
     for pair in points.windows(2) {
@@ -26,7 +26,7 @@ pub fn clip(points: &[(f64, f64)], x: &Range<f64>, y: &Range<f64>) -> Vec<Vec<(f
     parts
 }
 
-/// Returns the part of a segment within the ranges (Liang & Barsky 1984).
+/// Returns the part of a segment that is within the ranges (Liang & Barsky 1984).
 fn clip_segment(
     from: (f64, f64),
     to: (f64, f64),
@@ -65,7 +65,8 @@ pub fn ticks(range: &Range<f64>, count: f64) -> Vec<(f64, String)> {
     (first..=last).map(|i| i as f64 * step).map(|value| (value, text(value + 0.0))).collect()
 }
 
-/// Returns the values 1, 2 and 5 of each decade within a range above 0, with their texts; only the values 1 if there were more than `most`.
+/// Returns the values 1, 2 and 5 of each decade within a range above 0, with their texts. If these are more than `most`, returns
+/// only the values 1.
 pub fn decades(range: &Range<f64>, most: f64) -> Vec<(f64, String)> {
     let powers = range.start.log10().floor() as i32..=range.end.log10().floor() as i32;
     let all = |digits: &[f64]| {

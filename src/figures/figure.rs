@@ -15,17 +15,17 @@ use std::sync::Arc;
 named! {
     /// The width of a figure.
     "width" Width {
-        /// As wide as its panels, for a screen.
+        /// As wide as the figure's panels, for a screen.
         Screen = "screen",
-        /// 3.5 in, a column of an IEEE paper, with text of 8 pt and without a title.
+        /// The width of a column of an IEEE paper, 3.5 in. Text has 8 pt, and there is no title.
         OneColumn = "one-column",
-        /// 7.16 in, both columns of an IEEE paper, with text of 8 pt and without a title.
+        /// The width of both columns of an IEEE paper, 7.16 in. Text has 8 pt, and there is no title.
         TwoColumns = "two-columns",
     }
 }
 
 impl Width {
-    /// Returns the width on paper in inches, and the number of panels in a row.
+    /// Returns the width on paper in inches, and the number of panels in a row; `None` for a screen.
     fn paper(self) -> Option<(f64, usize)> {
         match self {
             Self::Screen => None,
@@ -35,18 +35,18 @@ impl Width {
     }
 }
 
-/// The figure's pixels per inch of paper: labels have 8 pt, and an inch has 72 pt.
+/// Number of a figure's pixels per inch of paper. Labels have 8 pt, and an inch has 72 pt.
 const PAPER: f64 = 72.0 * LABEL / 8.0;
 
-/// The largest height of a figure on paper \[px\]: the height of a page's text, minus the caption.
+/// The largest height of a figure on paper \[px\]: the height of a page's text without the caption.
 const PAGE: f64 = 9.0 * PAPER;
 
 /// A figure.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Figure {
-    /// The figure's file name without extension.
+    /// The file name of the figure without its extension.
     pub name: String,
-    /// The data that it shows.
+    /// The data that the figure shows.
     pub data: Value,
     title: String,
     rows: Vec<Vec<View>>,
@@ -58,14 +58,14 @@ enum View {
     Scene(Scene),
 }
 
-/// Creates a figure with rows of panels under a title, and a common legend at the right.
+/// Creates a figure of rows of panels under a title. One legend at the right is for all panels.
 pub fn chart(name: &str, title: &str, rows: &[Vec<Panel>]) -> Figure {
     let data =
         json!({ "title": title, "panels": rows.iter().flatten().map(Panel::data).collect::<Vec<_>>() });
     Figure::new(name, title, data, rows, View::Panel)
 }
 
-/// Creates a figure with rows of scenes under a title, and a common legend below the title.
+/// Creates a figure of rows of scenes under a title. One legend below the title is for all scenes.
 pub fn scenes(name: &str, title: &str, rows: &[Vec<Scene>]) -> Figure {
     let data =
         json!({ "title": title, "scenes": rows.iter().flatten().map(Scene::data).collect::<Vec<_>>() });
@@ -80,7 +80,7 @@ impl View {
         }
     }
 
-    /// Returns the additional height for the names of marks, in a view of this width \[px\].
+    /// Returns the height that the names of marks need, in a view of this width \[px\].
     fn band(&self, width: f64) -> f64 {
         match self {
             Self::Panel(panel) => panel.named_marks(width).height(),
@@ -102,8 +102,8 @@ impl Figure {
         Self { name: name.to_owned(), data, title: title.to_owned(), rows }
     }
 
-    /// Returns the drawing as SVG. On a screen, the legend of panels is at the right. Otherwise the legend is at the top, and on paper
-    /// the title is omitted.
+    /// Returns the drawing as SVG. On a screen, panels have their legend at the right; otherwise the legend is at the top. On paper
+    /// there is no title.
     pub fn svg(&self, width: Width) -> String {
         let (mut canvas, paper) = (Canvas::default(), width.paper());
         let is_of_scenes = matches!(self.rows.iter().flatten().next(), Some(View::Scene(_)));
@@ -127,7 +127,7 @@ impl Figure {
         let bands: Vec<_> =
             rows.iter().map(|row| row.iter().map(|view| view.band(wide)).fold(0.0, f64::max)).collect();
         if paper.is_some() {
-            // At most as high as all rows have room for on a page.
+            // At most so high that all rows fit on a page.
             high = (if is_of_scenes { 0.75 } else { 0.55 } * wide)
                 .min((PAGE - top - bands.iter().sum::<f64>()) / rows.len() as f64);
         } else {
@@ -144,7 +144,8 @@ impl Figure {
         canvas.finish(width, top, paper.map(|(inches, _)| inches))
     }
 
-    /// Returns the entries of the legend in lines from `start` to `right`, each name and style once, and where the lines end \[px\].
+    /// Returns the entries of the legend with their places, and the height at which the lines end \[px\]. The lines go from `start`
+    /// to `right`. Each pair of name and style has one entry.
     fn legend(&self, start: Point, right: f64) -> (Vec<(Series, Point)>, f64) {
         let (mut placed, mut at): (Vec<(Series, Point)>, _) = (Vec::new(), start);
         for series in self.rows.iter().flatten().flat_map(View::legend) {
@@ -174,7 +175,7 @@ impl Figure {
     }
 }
 
-/// Writes every figure into `folder`, which is created if necessary.
+/// Writes every figure into `folder`. Creates the folder if necessary.
 ///
 /// # Errors
 /// [`DrawError`] if a file cannot be drawn or written.
@@ -194,7 +195,7 @@ fn entry_width(series: &Series) -> f64 {
     48.0 + text_width(&series.name, LABEL)
 }
 
-/// Returns a drawing as PNG with the built-in font: at twice the figure's pixels for a screen, at 600 per inch for paper.
+/// Returns a drawing as PNG with the built-in font. For a screen it has twice the figure's pixels; for paper, 600 per inch.
 ///
 /// # Errors
 /// [`DrawError::Drawing`].

@@ -1,23 +1,23 @@
-//! Places names beside points, where they cover least of the drawing.
+//! Places names beside points, where the names cover as little of the drawing as possible.
 
 use super::canvas::{Anchor, Canvas, Line, Point, Rectangle};
 use super::style::{INK, LABEL, text_width};
 
-/// The occupied parts of the drawing, and where further names may be placed.
+/// The occupied parts of the drawing, and the rectangle for names.
 pub(super) struct Labels {
     within: Rectangle,
     obstacles: Vec<Point>,
     taken: Vec<Rectangle>,
 }
 
-/// The distances of a name from its point that are tried [px]. Distant names get a line to their point.
+/// The distances from its point at which a name is tried \[px\]. A distant name gets a line to its point.
 const RADII: [f64; 4] = [9.0, 26.0, 46.0, 70.0];
 
-/// The number of directions that are tried at each radius.
+/// Number of directions that are tried at each distance.
 const DIRECTIONS: u32 = 12;
 
 impl Labels {
-    /// Creates the state for names within a rectangle, with these drawn points and occupied areas.
+    /// Creates the state for names within a rectangle. `obstacles` are points of the drawing, and `taken` are occupied areas.
     pub fn new(within: Rectangle, obstacles: Vec<Point>, taken: Vec<Rectangle>) -> Self {
         Self { within, obstacles, taken }
     }
@@ -34,7 +34,7 @@ impl Labels {
         canvas.text(name, middle, LABEL, Anchor::Center);
     }
 
-    /// Returns the place with the least cost: the radius, and the name's rectangle.
+    /// Returns the place with the lowest cost: its distance from the point, and the rectangle of the name.
     fn place(&self, name: &str, point: Point) -> (f64, Rectangle) {
         let (width, height) = (text_width(name, LABEL), LABEL + 2.0);
         let around = |radius: f64| {
@@ -51,7 +51,7 @@ impl Labels {
         best.map_or((0.0, Rectangle { left: point.0, top: point.1, width, height }), |best| (best.1, best.2))
     }
 
-    /// Returns the cost of a place: illegible names are worst, then covered parts of the drawing, then the distance.
+    /// Returns the cost of a place. Illegible names cost the most, then covered parts of the drawing, then the distance.
     fn cost(&self, radius: f64, place: &Rectangle) -> f64 {
         let covered = self.obstacles.iter().filter(|point| place.contains(**point)).count();
         let overlaps = self.taken.iter().filter(|taken| taken.overlaps(place)).count();
@@ -70,7 +70,7 @@ mod tests {
     fn a_name_stands_beside_its_point_and_not_on_what_is_drawn() {
         let free = Labels::new(SHEET, Vec::new(), Vec::new()).place("goal", (150.0, 100.0));
         assert_eq!(free.0, RADII[0]);
-        // Everything around the point is occupied; farther away nothing is.
+        // All places around the point are occupied, and those farther away are free.
         let crowd: Vec<_> =
             (0..4000).map(|k| (130.0 + f64::from(k % 60), 80.0 + 0.6 * f64::from(k / 60))).collect();
         let (radius, place) = Labels::new(SHEET, crowd.clone(), Vec::new()).place("goal", (160.0, 100.0));

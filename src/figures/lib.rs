@@ -1,6 +1,6 @@
 #![doc = include_str!("README.md")]
 #![warn(clippy::unwrap_used, clippy::expect_used)]
-// Both macros panic if nobody reads the stream. Results go through `cli::print`, everything else through stderr.
+// Both macros panic if nobody reads the stream. Results go through `cli::print`, everything else through `stderr`.
 #![warn(clippy::print_stdout, clippy::print_stderr)]
 
 mod canvas;
@@ -27,7 +27,7 @@ pub use style::{INK, LIMIT};
 
 use thiserror::Error;
 
-/// Why a figure could not be created.
+/// The reason why a figure could not be created.
 #[derive(Debug, Error)]
 pub enum DrawError {
     /// The figure could not be converted to pixels.
@@ -36,7 +36,7 @@ pub enum DrawError {
     /// The file could not be written.
     #[error("{file} cannot be written: {why}")]
     Output {
-        /// The file's path.
+        /// The path of the file.
         file: String,
         /// The error of the operating system.
         why: String,

@@ -10,35 +10,35 @@ use std::ops::Range;
 pub struct Mark {
     /// The position of the change on the horizontal axis.
     pub x: f64,
-    /// What changed, written above the curves if there is room; empty for no text.
+    /// The name of the change, which is written above the curves if there is room; empty for no text.
     pub text: String,
-    /// The line's color.
+    /// The color of the line.
     pub color: Color,
-    /// The line's style.
+    /// The style of the line.
     pub line: Line,
 }
 
-/// The marks of a panel, each with the place of its name.
+/// The marks of a panel, with the place of each name.
 pub(super) struct NamedMarks<'a> {
     marks: Vec<(&'a Mark, f64, Option<Place>)>,
     lines: usize,
 }
 
-/// The place of a name: its line, counted from the top, and its side of the mark.
+/// The place of a name: its line of text, counted from the top, and its side of the mark.
 type Place = (usize, Anchor);
 
-/// The largest number of lines of names, and the distance of the lines [px].
+/// The largest number of lines of names, and the distance between the lines \[px\].
 const MOST_LINES: usize = 4;
 const LINE: f64 = 12.0;
 
-/// How far a name may extend beyond the curves, and its distance from its mark and from the next name [px].
+/// How far a name may extend beyond the curves, and its least distance from its mark and from the next name \[px\].
 const BEYOND: f64 = 14.0;
 const GAP: f64 = 3.0;
 
 impl<'a> NamedMarks<'a> {
-    /// Finds places for the names at which they overlap neither each other nor a mark. If the space is too small for the names of all
-    /// solid marks, only solid marks are named. Each mark comes with its distance from the left edge of the curves, which are `width`
-    /// wide [px].
+    /// Finds places for the names at which they overlap neither each other nor a mark. If there is too little room for the names of
+    /// all solid marks, only solid marks get names. Each mark comes with its distance from the left edge of the curves. The curves
+    /// are `width` wide \[px\].
     pub fn new(marks: impl Iterator<Item = (&'a Mark, f64)>, width: f64) -> Self {
         let mut marks: Vec<_> = marks.collect();
         marks.sort_by(|(_, a), (_, b)| a.total_cmp(b));
@@ -60,12 +60,12 @@ impl<'a> NamedMarks<'a> {
         if all.marks.iter().any(misses) { placed(&is_solid) } else { all }
     }
 
-    /// Returns the height of the names above the curves [px].
+    /// Returns the height of all names, which are above the curves \[px\].
     pub fn height(&self) -> f64 {
         if self.lines > 0 { self.lines as f64 * LINE + 4.0 } else { 0.0 }
     }
 
-    /// Draws lines over the whole height of the curves, and their names in the `band` above [px].
+    /// Draws the lines over the whole height of the curves. Draws their names in the `band` above the curves \[px\].
     pub fn draw(&self, canvas: &mut Canvas, curves: &Rectangle, band: f64) {
         for (mark, x, place) in &self.marks {
             let x = curves.left + x;
@@ -80,7 +80,8 @@ impl<'a> NamedMarks<'a> {
     }
 }
 
-/// Returns the first line with room for a name of this width, right of its mark or, at the end, left of it. Adds a line if necessary.
+/// Returns the first line of text that has room for a name of this width: to the right of its mark or, at the end, to the left.
+/// Adds a line if necessary.
 fn find_place(lines: &mut Vec<Vec<Range<f64>>>, x: f64, width: f64, right: f64) -> Option<Place> {
     let room = width + 2.0 * GAP;
     let (name, anchor) =

@@ -15,7 +15,7 @@ pub struct Viewpoint {
     pub elevation: f64,
 }
 
-/// A parallel projection of the box onto the sheet, with one scale for all axes.
+/// A parallel projection of the box onto the sheet. All axes have the same scale.
 pub(super) struct Projection {
     bounds: [Range<f64>; 3],
     sheet_from_space: Matrix3<f64>,
@@ -25,10 +25,10 @@ pub(super) struct Projection {
 }
 
 impl Projection {
-    /// Creates the projection of the box from this viewpoint, in the middle of a rectangle.
+    /// Creates the projection of the box from this viewpoint, in the middle of the rectangle `frame`.
     pub fn new(bounds: [Range<f64>; 3], viewpoint: Viewpoint, frame: Rectangle) -> Self {
         let (azimuth, elevation) = (viewpoint.azimuth.to_radians(), viewpoint.elevation.to_radians());
-        // The rows point to the right, upwards, and towards the viewer.
+        // The rows are the directions to the right, upward, and toward the viewer.
         let right = Vector3::new(-azimuth.sin(), azimuth.cos(), 0.0);
         let towards =
             Vector3::new(azimuth.cos() * elevation.cos(), azimuth.sin() * elevation.cos(), elevation.sin());
@@ -39,24 +39,24 @@ impl Projection {
         let mut projection = Self { bounds, sheet_from_space, center, scale: 1.0, middle };
         let seen = projection.corners().map(|corner| sheet_from_space * (corner - center));
         let extent = |row: usize| seen.iter().map(|corner| corner[row].abs()).fold(0.0, f64::max);
-        // Leave room for the numbers and names at the edges.
+        // This leaves room for the numbers and names at the edges.
         let (width, height) = (frame.width - 150.0, frame.height - 120.0);
         projection.scale = (0.5 * width / extent(0)).min(0.5 * height / extent(1));
         projection
     }
 
-    /// Returns the position of a point of space on the sheet.
+    /// Returns the place of a point of space on the sheet.
     pub fn point(&self, point: &Vector3<f64>) -> Point {
         let seen = self.scale * self.sheet_from_space * (point - self.center);
         (self.middle.0 + seen.x, self.middle.1 - seen.y)
     }
 
-    /// Returns the distance towards the viewer; nearer points have larger values.
+    /// Returns how near a point is to the viewer. A nearer point has a larger value.
     pub fn depth(&self, point: &Vector3<f64>) -> f64 {
         (self.sheet_from_space * (point - self.center)).z
     }
 
-    /// Returns the corners; each bit of the index selects the upper end of an axis.
+    /// Returns the corners of the box. Each bit of the index stands for the upper end of an axis.
     fn corners(&self) -> [Vector3<f64>; 8] {
         std::array::from_fn(|i| {
             let end = |axis: usize| match i & (1 << axis) {
@@ -67,7 +67,7 @@ impl Projection {
         })
     }
 
-    /// Draws the box's edges, and numbers along three edges of its outline. Returns the areas of the numbers.
+    /// Draws the edges of the box, and numbers along three edges of its outline. Returns the areas of the numbers.
     pub fn draw_box(&self, canvas: &mut Canvas) -> Vec<Rectangle> {
         let corners = self.corners().map(|corner| self.point(&corner));
         for (i, from) in corners.iter().enumerate() {
@@ -90,7 +90,7 @@ impl Projection {
         };
         let (start, end) = (along(self.bounds[axis].start), along(self.bounds[axis].end));
         canvas.line(&[start, end], INK, 1.0, Line::Solid);
-        // Place numbers beside the edge, away from the box.
+        // The numbers are beside the edge, away from the box.
         let middle = along(self.center[axis]);
         let size = distance(start, end).max(1.0);
         let (nx, ny) = ((start.1 - end.1) / size, (end.0 - start.0) / size);
@@ -100,7 +100,7 @@ impl Projection {
         for (value, text) in ticks(&self.bounds[axis], 4.0) {
             let at = along(value);
             canvas.line(&[at, off(at, 4.0)], INK, 1.0, Line::Solid);
-            // Where two axes meet, there may be room for one number only.
+            // Near a corner there may be room for one number only.
             let place = Rectangle::around(off(at, 16.0), text_width(&text, TICK), TICK);
             if !numbers.iter().any(|number| number.overlaps(&place)) {
                 canvas.text(&text, off(at, 16.0), TICK, Anchor::Center);
@@ -110,7 +110,7 @@ impl Projection {
         canvas.text(NAMES[axis], off(middle, if axis == 2 { 54.0 } else { 42.0 }), LABEL, Anchor::Center);
     }
 
-    /// Returns the middle of the edge with the numbers: for x and y the lower edge of the floor, for z the leftmost edge.
+    /// Returns the middle of the edge with the numbers. For x and y it is the lower edge of the floor, for z the leftmost edge.
     fn edge(&self, axis: usize) -> Vector3<f64> {
         let middles = self.corners().map(|mut corner| {
             corner[axis] = self.center[axis];

@@ -15,20 +15,20 @@ use std::ops::Range;
 /// A path of the tool.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Path {
-    /// The path's name in the legend; empty for no entry.
+    /// The name of the path in the legend; empty for no entry.
     pub name: String,
-    /// The path's color.
+    /// The color of the path.
     pub color: Color,
-    /// The line's style.
+    /// The style of the line.
     pub line: Line,
-    /// The path's points in the base frame \[m\].
+    /// The points of the path in the base frame \[m\].
     pub points: Vec<Vector3<f64>>,
 }
 
 /// A point with a name.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Place {
-    /// The name, written beside the point.
+    /// The name, which is written beside the point.
     pub name: String,
     /// The point in the base frame \[m\].
     pub point: Vector3<f64>,
@@ -39,9 +39,9 @@ pub struct Place {
 pub struct Scene {
     /// The text above the scene.
     pub title: String,
-    /// The paths, later ones over earlier ones.
+    /// The paths. Later paths are drawn over earlier ones.
     pub paths: Vec<Path>,
-    /// The frames, drawn as by the paper's `frameplotter`.
+    /// The frames, which are drawn as by the paper's `frameplotter`.
     pub frames: Vec<Isometry3<f64>>,
     /// The length of the axes of the frames \[m\].
     pub axis_length: f64,
@@ -51,16 +51,16 @@ pub struct Scene {
     pub viewpoint: Viewpoint,
 }
 
-/// The views from the front and from behind.
+/// The viewpoints in front and behind.
 pub const BOTH_SIDES: [Viewpoint; 2] =
     [Viewpoint { azimuth: -60.0, elevation: 20.0 }, Viewpoint { azimuth: 165.0, elevation: 15.0 }];
 
-/// Returns the frame of the paper's `frameplotter`, given by the paper's logarithm of a pose (eq. 32).
+/// Returns the frame that the paper's `frameplotter` draws for the paper's logarithm of a pose (eq. 32).
 pub fn frameplotter(half_log: &Vector6<f64>) -> Isometry3<f64> {
     UnitDualQuaternion::half_exp(half_log).frame()
 }
 
-/// An axis of a frame, in its color.
+/// An axis of a frame, with its color.
 struct Arrow {
     origin: Vector3<f64>,
     tip: Vector3<f64>,
@@ -72,7 +72,7 @@ impl Scene {
     pub(super) fn data(&self) -> Value {
         let xyz = |point: &Vector3<f64>| [point.x, point.y, point.z];
         let path = |path: &Path| {
-            // To half a millimeter.
+            // Points are at least half a millimeter apart.
             let points = spaced(&path.points, |a, b| (a - b).norm() / 5e-4);
             json!({ "name": path.name, "points_m": points.iter().map(xyz).collect::<Vec<_>>() })
         };
@@ -89,7 +89,7 @@ impl Scene {
         })
     }
 
-    /// Returns the legend: the paths, and the axes if there are frames.
+    /// Returns the entries of the legend: the paths, and the axes if there are frames.
     pub(super) fn legend(&self) -> Vec<Series> {
         let entry =
             |name: &str, color, line| Series { name: name.to_owned(), color, line, points: Vec::new() };
@@ -118,7 +118,7 @@ impl Scene {
 
     /// Returns the named points on the sheet. Names at the same point are joined.
     fn named_places(&self, projection: &Projection) -> Vec<(String, Point)> {
-        /// The largest distance between dots that coincide [px].
+        /// Two points that are closer together than this coincide \[px\].
         const SAME: f64 = 5.0;
         let mut named: Vec<(Vec<&str>, Point)> = Vec::new();
         for place in &self.places {
@@ -145,7 +145,7 @@ impl Scene {
         })
     }
 
-    /// Returns points on everything that is drawn, dense enough that no name fits between two of them without covering the drawing.
+    /// Returns points on the whole drawing. They are so dense that no name fits between two of them without covering the drawing.
     fn drawn_on(&self, projection: &Projection) -> Vec<Point> {
         const STEPS: u32 = 16;
         let paths = self.paths.iter().flat_map(|path| &path.points).copied();
@@ -155,14 +155,14 @@ impl Scene {
         visible(&paths.chain(arrows).map(|point| projection.point(&point)).collect::<Vec<_>>())
     }
 
-    /// Returns the bounds of everything that is drawn, with a margin.
+    /// Returns the bounds of the whole drawing, with a margin.
     fn bounds(&self) -> [Range<f64>; 3] {
         let paths = self.paths.iter().flat_map(|path| path.points.iter().copied());
         let tips = self.arrows().map(|arrow| arrow.tip);
         let all: Vec<_> = paths.chain(tips).chain(self.places.iter().map(|place| place.point)).collect();
         let ranges: [Range<f64>; 3] =
             std::array::from_fn(|axis| range_of(all.iter().map(|point| point[axis])));
-        // A path in a plane also gets a box with a volume.
+        // The box of a path in a plane gets a volume, too.
         let least = 0.25 * ranges.iter().map(|range| range.end - range.start).fold(0.0, f64::max);
         ranges.map(|range| {
             let short = (least - (range.end - range.start)).max(0.0);
@@ -170,7 +170,7 @@ impl Scene {
         })
     }
 
-    /// Draws each frame as three arrows, the nearest ones last.
+    /// Draws each frame as three arrows. The nearest ones come last.
     fn draw_frames(&self, canvas: &mut Canvas, projection: &Projection) {
         let mut arrows: Vec<_> = self.arrows().collect();
         arrows.sort_by(|a, b| projection.depth(&a.tip).total_cmp(&projection.depth(&b.tip)));
@@ -183,7 +183,7 @@ impl Scene {
     }
 }
 
-/// Returns the points that can be distinguished on the sheet.
+/// Returns the points that can be told apart on the sheet.
 fn visible(points: &[Point]) -> Vec<Point> {
     spaced(points, |a, b| distance(*a, *b))
 }

@@ -1,4 +1,4 @@
-//! The common style of all figures: colors, sizes, the font.
+//! The common style of all figures: colors, sizes and the font.
 
 use super::colors::Color;
 
@@ -9,16 +9,16 @@ pub const FAINT: Color = [218, 218, 218];
 /// The color of lines at limits and thresholds.
 pub const LIMIT: Color = [150, 150, 150];
 
-/// Ubuntu Light, for PNG. In an SVG, text has the sans-serif font of the viewing program.
+/// The font Ubuntu Light, for PNG. In an SVG, text has the sans-serif font of the viewing program.
 pub const FONT_FILE: &[u8] = epaint_default_fonts::UBUNTU_LIGHT;
-/// The family of the font.
+/// The name of the font's family.
 pub const FONT_FAMILY: &str = "Ubuntu";
 
-/// The sizes of text, in the figure's pixels.
+/// The size of titles, in the figure's pixels.
 pub const TITLE: f64 = 13.7;
-/// The size of axis labels and legends.
+/// The size of axis labels and legends, in the figure's pixels.
 pub const LABEL: f64 = 10.5;
-/// The size of tick labels.
+/// The size of tick labels, in the figure's pixels.
 pub const TICK: f64 = 9.3;
 
 /// Returns the approximate width of a text of `size` pixels \[px\].

@@ -1,7 +1,8 @@
 //! The envelope: for each joint, the speeds that its next command may have.
 //!
-//! They are the speeds from which a stop still keeps the limits on speed, acceleration, jerk and position, with the delay of the robot and
-//! its late cycles ([`Span`]). For any limits, the next speed of a stop is one of them, so the envelope is never empty.
+//! These are the speeds from which a stop still keeps the limits on speed, acceleration, jerk and position. The robot's delay and
+//! late cycles are taken into account ([`Span`]). For any limits, the next speed of a stop is one of them, so the envelope is never
+//! empty.
 
 use crate::{Joints, Limits, STOP_TIME, Span, Violation, scale};
 use dq_kinematics::arm::Arms;
@@ -10,7 +11,7 @@ use dq_kinematics::arm::Arms;
 #[derive(Debug)]
 pub struct Envelope {
     spans: Vec<Span>,
-    /// The speeds of the joints once their accelerations have ended [rad/s].
+    /// The speed of each joint after its acceleration has ended [rad/s].
     rest: Vec<f64>,
     /// A candidate for the command [rad/s].
     other: Vec<f64>,
@@ -19,7 +20,7 @@ pub struct Envelope {
 }
 
 impl Envelope {
-    /// Allocates for this many joints.
+    /// Allocates the buffers for this many joints.
     pub fn new(joints: usize) -> Self {
         Self {
             spans: vec![Span::default(); joints],
@@ -29,7 +30,7 @@ impl Envelope {
         }
     }
 
-    /// Computes the spans of this cycle.
+    /// Computes the speeds that the joints may have in this cycle.
     pub fn enclose(&mut self, joints: &Joints) {
         self.spans.iter_mut().enumerate().for_each(|(joint, span)| *span = joints.span(joint));
     }
@@ -37,19 +38,19 @@ impl Envelope {
     /// Turns the desired `velocity` of `arms` into the next command [rad/s, prismatic: m/s], one number per joint.
     pub fn admit(&mut self, joints: &Joints, arms: &Arms, velocity: &mut [f64]) {
         self.keep_range(joints, velocity);
-        // The joint that was slowed may have compensated others in the tool's motion.
+        // The slowed joint may have compensated for others in the tool's motion.
         joints.keep_speeds(arms, velocity);
         self.go_towards(velocity, joints.braking.period);
         self.slow_tool(joints, arms, velocity);
     }
 
-    /// Returns why a command is not in the envelope, if it is not.
+    /// Returns the violation by a command that is not in the envelope.
     pub fn violation(&self, command: &[f64]) -> Option<Violation> {
         let mut joints = command.iter().zip(&self.spans).enumerate();
         joints.find_map(|(joint, (speed, span))| span.violation(joint, *speed))
     }
 
-    /// Limits each joint to its position limits. This does not slow the other joints.
+    /// Limits the speed of each joint near its position limits. This does not slow the other joints.
     fn keep_range(&mut self, joints: &Joints, velocity: &mut [f64]) {
         let limits = &joints.limits.position;
         self.held_back = None;
@@ -62,11 +63,11 @@ impl Envelope {
         }
     }
 
-    /// Moves along the line from the last command to `velocity` as far as each joint can in a cycle, so that a switch neither steps nor
-    /// turns the command.
+    /// Moves along the line from the last command to `velocity`, as far as each joint can within a cycle. So a switch neither steps
+    /// nor turns the command.
     ///
-    /// If the whole line would take longer than a stop, because one joint can hardly accelerate, the joints that should slow down do so
-    /// independently: a weak joint does not delay the braking of others.
+    /// If the whole line would take longer than a stop, because one joint can hardly accelerate, the joints that should slow down
+    /// do so independently: a weak joint does not delay the braking of others.
     fn go_towards(&self, velocity: &mut [f64], period: f64) {
         let part = self.part_of_change(velocity);
         for (speed, span) in velocity.iter_mut().zip(&self.spans) {
@@ -75,16 +76,16 @@ impl Envelope {
         }
     }
 
-    /// Returns the fraction of the change to `velocity` that all joints can make in a cycle.
+    /// Returns the fraction of the change to `velocity` that all joints can make within a cycle.
     fn part_of_change(&self, velocity: &[f64]) -> f64 {
         let parts = velocity.iter().zip(&self.spans).map(|(wanted, span)| span.part_of_change(*wanted));
         parts.fold(1.0, f64::min)
     }
 
-    /// Slows the joints to the tool's speed limits. These may have been lowered, and changes of single joints may have made the tool
-    /// faster. The speed of the tool after the accelerations have ended counts.
+    /// Slows the joints so that the tool keeps its speed limits. These may have been lowered, or changes of single joints may have
+    /// made the tool faster. The tool's speed after the accelerations have ended counts.
     ///
-    /// If that is too fast although each joint slows down, no joint continues to accelerate. With limited jerk it would have to slow down
+    /// If the tool is still too fast, no joint continues to accelerate. With limited jerk such a joint would have to slow down
     /// again, and the tool would be too fast repeatedly.
     fn slow_tool(&mut self, joints: &Joints, arms: &Arms, velocity: &mut [f64]) {
         if self.slow_at_rest(joints.limits, arms, velocity) || !joints.braking.limits_jerk() {
@@ -96,10 +97,11 @@ impl Envelope {
         }
     }
 
-    /// Slows the joints towards the speeds at which the tool keeps its limits. Returns true if it already keeps them.
+    /// Slows the joints toward the speeds at which the tool keeps its limits. Returns true if the tool already keeps them.
     ///
-    /// Either each joint slows down as far as it can, or all slow down along the line, whichever makes the tool slower. Joints that slow
-    /// down independently may turn a tool whose rotation they had cancelled; along the line a weak joint delays the others.
+    /// Either each joint slows down as far as it can, or all slow down along the line, whichever makes the tool slower. Joints that
+    /// slow down independently may turn a tool whose rotation they cancelled before. Along the line, a weak joint delays the
+    /// others.
     fn slow_at_rest(&mut self, limits: &Limits, arms: &Arms, velocity: &mut [f64]) -> bool {
         let factor = self.share_at_rest(limits, arms, velocity);
         if factor >= 1.0 {
@@ -118,8 +120,8 @@ impl Envelope {
         false
     }
 
-    /// Returns the factor, at most 1, that brings the tool under its speed limits once the accelerations after `command` have ended. Sets
-    /// `rest` to the joint speeds at that time.
+    /// Returns the factor, at most 1, that makes the tool keep its speed limits once the accelerations after `command` have ended.
+    /// Sets `rest` to the joint speeds at that time.
     fn share_at_rest(&mut self, limits: &Limits, arms: &Arms, command: &[f64]) -> f64 {
         let joints = self.rest.iter_mut().zip(command).zip(&self.spans);
         joints.for_each(|((rest, speed), span)| *rest = span.rest(*speed));

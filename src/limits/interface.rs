@@ -10,13 +10,13 @@ named! {
         Velocity = "velocity",
         /// Joint positions \[rad, prismatic: m\], integrated from the velocities.
         Position = "position",
-        /// The same positions, each as a trajectory of one point that is reached when the next one is due.
+        /// Joint positions. Each command is a trajectory of one point, which the joints reach when the next command is due.
         Trajectory = "trajectory",
     }
 }
 
 impl Interface {
-    /// Returns whether positions are sent.
+    /// Returns whether the controller takes positions.
     pub fn takes_positions(self) -> bool {
         self != Self::Velocity
     }

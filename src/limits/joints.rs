@@ -3,18 +3,18 @@
 use crate::{Braking, Limits, Pace, ratio, scale};
 use dq_kinematics::arm::Arms;
 
-/// The state of the joints after the last command, from which the next command is computed.
+/// The state of the joints after the last command. The next command is computed from it.
 #[derive(Clone, Copy, Debug)]
 pub struct Joints<'a> {
     /// The limits that commands never exceed.
     pub limits: &'a Limits,
     /// The joint positions predicted for the time at which the next command takes effect \[rad, prismatic: m\].
     pub positions: &'a [f64],
-    /// The commanded motion: the last command without `hold` [rad/s, prismatic: m/s].
+    /// The commanded motion: the last command less `hold` [rad/s, prismatic: m/s].
     pub before: &'a [f64],
-    /// The part of each command that balances the pull at the joint without moving it [rad/s, prismatic: m/s].
+    /// The hold: the part of each command that balances the pull at the joint without moving it [rad/s, prismatic: m/s].
     pub hold: &'a [f64],
-    /// The braking capability of each joint, and the timing of the cycle.
+    /// The braking data of each joint, and the timing of the cycle.
     pub braking: Braking<'a>,
 }
 
@@ -24,7 +24,8 @@ impl Joints<'_> {
         Pace { speed: self.before[joint], step: self.braking.steps[joint] }
     }
 
-    /// Returns the largest speed of joint number `joint` besides its hold [rad/s, prismatic: m/s].
+    /// Returns the speed limit that is left for the motion of joint number `joint`: its velocity limit less the size of its hold,
+    /// at least 0 [rad/s, prismatic: m/s].
     pub(crate) fn velocity(&self, joint: usize) -> f64 {
         (self.limits.joint_velocity[joint] - self.hold[joint].abs()).max(0.0)
     }
@@ -37,8 +38,8 @@ impl Joints<'_> {
         scale(velocity, joints.fold(self.limits.tool_share(&arms.tool_speed(velocity)), f64::min));
     }
 
-    /// Sets `velocity` to the next command of a stop [rad/s, prismatic: m/s]: each joint slows down from its last command by its own
-    /// deceleration, independently of the others. The tool therefore leaves its path.
+    /// Sets `velocity` to the next command of a stop [rad/s, prismatic: m/s]. Each joint slows down from its last command by its
+    /// own deceleration, independently of the others. The tool therefore leaves its path.
     pub fn stop(&self, velocity: &mut [f64]) {
         for (joint, speed) in velocity.iter_mut().enumerate() {
             let most = self.braking.decelerations[joint] * self.braking.period;

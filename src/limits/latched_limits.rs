@@ -1,25 +1,25 @@
-//! The limits that a joint relied on when it began to move.
+//! The limits on which a joint relied when it began to move.
 
 use crate::Limits;
 use serde::{Deserialize, Serialize};
 
-/// The deceleration and jerk limits of each joint: those of the parameters, but never less than any since the joint last stood. So a change
-/// of parameters does not reduce the braking that a joint relied on when it began to move.
+/// The deceleration and jerk limits of each joint. They are the largest ones in force since the joint last stood. So a change of
+/// parameters does not reduce the braking on which a joint relied when it began to move.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LatchedLimits {
     /// The decelerations [rad/s², prismatic: m/s²].
     decelerations: Vec<f64>,
     /// The jerks [rad/s³, prismatic: m/s³].
     jerks: Vec<f64>,
-    /// The last command [rad/s, prismatic: m/s], and its change.
+    /// The last command [rad/s, prismatic: m/s], and its change from the one before.
     last: Vec<f64>,
     steps: Vec<f64>,
-    /// Which joints stood at the last command.
+    /// Whether each joint stood at the last command.
     stood: Vec<bool>,
 }
 
 impl LatchedLimits {
-    /// Creates the limits of standing joints.
+    /// Creates the limits of joints that stand.
     pub fn new(limits: &Limits) -> Self {
         let zeros = vec![0.0; limits.joint_velocity.len()];
         let mut latched = Self {
@@ -33,7 +33,8 @@ impl LatchedLimits {
         latched
     }
 
-    /// Adopts `limits` after `command` [rad/s], of which `hold` moves nothing. A joint that stood for two commands takes the new limits.
+    /// Adopts `limits` after `command` [rad/s], which includes the `hold`. A joint that stood for two commands takes the new
+    /// limits.
     pub fn update(&mut self, limits: &Limits, command: &[f64], hold: &[f64]) {
         for (joint, (speed, hold)) in command.iter().zip(hold).enumerate() {
             let stands = speed == hold;
@@ -47,13 +48,14 @@ impl LatchedLimits {
         }
     }
 
-    /// Continues joint number `joint` from `command` [rad/s] with an unknown history: it relies on no limits yet.
+    /// Continues joint number `joint` from `command` [rad/s] without a history: it does not rely on earlier limits.
     pub fn begin(&mut self, joint: usize, command: f64, stands: bool) {
         (self.last[joint], self.decelerations[joint], self.jerks[joint]) = (command, 0.0, 0.0);
         self.stood[joint] = stands;
     }
 
-    /// Returns the decelerations [rad/s²], the jerks [rad/s³] and the changes by the last command [rad/s], one number per joint each.
+    /// Returns three lists with one number per joint: the decelerations [rad/s²], the jerks [rad/s³], and the changes by the last
+    /// command [rad/s].
     pub fn each(&self) -> [&[f64]; 3] {
         [&self.decelerations, &self.jerks, &self.steps]
     }

@@ -5,21 +5,23 @@ use dq_kinematics::arm::ToolSpeed;
 use dq_params::Parameters;
 use std::ops::RangeInclusive;
 
-/// Longest time in which a joint comes to rest from its largest speed \[s\], whatever its acceleration limits are.
+/// Longest time in which a joint comes to rest from its largest speed \[s\]. No acceleration limit makes it longer.
 pub const STOP_TIME: f64 = 1.0;
 
-/// Longest time in which a joint with limited jerk reaches its acceleration \[s\]. A stop takes at most twice this longer.
+/// Longest time in which a joint with limited jerk reaches its acceleration \[s\]. It makes a stop longer by at most twice this
+/// time.
 pub const RAMP_TIME: f64 = 0.2;
 
-/// The time constant of the approach to a limit is at least this many cycles, however narrow the margin is. Joint states are some cycles
-/// old, and the joint must not pass the limit meanwhile.
+/// The time constant of the approach to a position limit is at least this many cycles, however narrow the margin is. Joint states
+/// are some cycles old, and the joint must not pass the limit meanwhile.
 const APPROACH_CYCLES: f64 = 20.0;
 
-/// The time constant is also at least this many delays (latency plus interval of joint states). An arm that follows with a lag coasts
-/// farther than one with a pure delay, and the estimated latency is up to half as long as the lag.
+/// The time constant of the approach is also at least this many delays (latency plus interval of joint states). An arm with a lag
+/// coasts farther than an arm with a pure delay, and the estimated latency may be only half of the lag.
 const APPROACH_DELAYS: f64 = 5.0;
 
-/// The fraction of the deceleration that braking before a limit relies on. The rest allows for joint states that are some cycles old.
+/// The fraction of the deceleration that is used to brake before a limit. The rest is a margin, because joint states are some
+/// cycles old.
 const BRAKING_SHARE: f64 = 0.5;
 
 /// The least value of gains, limits and tolerances as parameters, in their units.
@@ -31,8 +33,8 @@ pub const JOINT_SPEEDS: RangeInclusive<f64> = POSITIVE..=1e4;
 /// The range of joint jerk limits [rad/s³, prismatic: m/s³].
 pub const JOINT_JERKS: RangeInclusive<f64> = POSITIVE..=1e6;
 
-/// The limits that commands never exceed. The lists of a servo have one number per joint of all its arms. As parameters they belong to one
-/// arm, and may be shorter.
+/// The limits that commands never exceed. In a servo, each list has one number per joint of all arms. As parameters, the lists
+/// belong to one arm and may be shorter.
 #[derive(Clone, Debug, PartialEq, Parameters)]
 #[parameters(prefix = "limits.")]
 pub struct Limits {
@@ -43,8 +45,8 @@ pub struct Limits {
     // For an arm that is driven.
     #[parameter(range = JOINT_SPEEDS, required)]
     pub joint_acceleration: Vec<f64>,
-    /// joint decelerations in a stop and before a position limit, one per joint; empty: the accelerations, or those that stop in 1 s if
-    /// they are larger [rad/s^2, m/s^2]
+    /// joint decelerations in a stop and before a position limit, one per joint; empty: the accelerations, or, if they are larger,
+    /// the decelerations that stop a joint within 1 s [rad/s^2, m/s^2]
     // `deceleration` is the lower bound.
     #[parameter(range = JOINT_SPEEDS)]
     pub joint_deceleration: Vec<f64>,
@@ -63,7 +65,7 @@ pub struct Limits {
     pub position: PositionLimits,
 }
 
-/// The capability of braking before a position limit.
+/// The data by which a joint brakes before a position limit.
 #[derive(Clone, Copy, Debug)]
 pub struct Braking<'a> {
     /// The deceleration of each joint [rad/s²].
@@ -72,11 +74,12 @@ pub struct Braking<'a> {
     pub jerks: &'a [f64],
     /// The change of each joint's speed in the last cycle [rad/s].
     pub steps: &'a [f64],
-    /// The control period \[s\], to which the change by a command refers.
+    /// The control period \[s\], after which a command changes the speed by a step.
     pub period: f64,
-    /// The largest recent average period of the cycle over the duration of a stop \[s\].
+    /// The largest average time between cycles in the last seconds, over the duration of a stop \[s\].
     pub cycle: f64,
-    /// The time from a command to the joint state that shows it, plus the interval of joint states, with recent lateness \[s\].
+    /// The time from a command to the joint state that shows its effect, plus the interval of joint states, plus the worst recent
+    /// lateness of a cycle or a joint state \[s\].
     pub delay: f64,
 }
 
@@ -93,8 +96,8 @@ impl Braking<'_> {
 }
 
 impl Limits {
-    /// Returns the deceleration [rad/s²] at which joint number `joint` stops. It is at least what stops the joint from its velocity limit
-    /// in [`STOP_TIME`], so that no setting disables the stop.
+    /// Returns the deceleration at which joint number `joint` stops [rad/s²]. It is large enough to stop the joint from its
+    /// velocity limit within [`STOP_TIME`], so that no setting disables the stop.
     pub fn deceleration(&self, joint: usize) -> f64 {
         self.joint_deceleration[joint].max(self.joint_velocity[joint] / STOP_TIME)
     }
@@ -106,7 +109,7 @@ impl Limits {
         self.joint_jerk[joint].max(largest / RAMP_TIME)
     }
 
-    /// Returns the factor, at most 1, that brings the fastest tool under its speed limits.
+    /// Returns the factor, at most 1, at which the fastest tool keeps its speed limits.
     pub fn tool_share(&self, tool: &ToolSpeed) -> f64 {
         ratio(self.angular_speed, tool.angular).min(ratio(self.linear_speed, tool.linear))
     }
@@ -114,7 +117,7 @@ impl Limits {
     /// Returns how joint number `joint` may approach a position that it must not pass.
     pub fn approach(&self, joint: usize, braking: &Braking) -> Approach {
         let slowest = (APPROACH_CYCLES * braking.cycle).max(APPROACH_DELAYS * braking.delay);
-        // If cycles are late, the change by a command is spread over more time.
+        // If cycles are late, a command changes the speed over a longer time.
         let part = braking.period / braking.cycle;
         let deceleration = braking.decelerations[joint] * part;
         // A joint with a low jerk limit slows down no faster than the jerk allows.
@@ -127,16 +130,16 @@ impl Limits {
 /// How a joint approaches a position that it must not pass.
 #[derive(Clone, Copy, Debug)]
 pub struct Approach {
-    /// The largest fraction of the distance to approach per second [1/s].
+    /// The largest fraction of the remaining distance that the joint may move per second [1/s].
     rate: f64,
-    /// The guaranteed deceleration [rad/s², prismatic: m/s²].
+    /// The deceleration that the joint has at least [rad/s², prismatic: m/s²].
     pub deceleration: f64,
 }
 
 impl Approach {
-    /// Returns the allowed speed [rad/s] at the distance `distance` \[rad\] from the position. Near it, the speed is proportional to the
-    /// distance, which needs no more than the available deceleration. Farther away it follows the curve of constant deceleration, which
-    /// joins smoothly.
+    /// Returns the allowed speed [rad/s] at the distance `distance` \[rad\] from the position. Near the position, the speed is
+    /// proportional to the distance, which needs no more than the available deceleration. Farther away, the speed follows the curve
+    /// of constant deceleration. The two curves join smoothly.
     pub fn speed(&self, distance: f64) -> f64 {
         let deceleration = BRAKING_SHARE * self.deceleration;
         let proportional_below = deceleration / (self.rate * self.rate);

@@ -1,8 +1,9 @@
 //! Brings a joint with limited jerk to rest, or to another speed.
 //!
-//! A cycle changes a joint's speed by a step, and the step by at most the jerk. Without a limit the jerk is infinite.
+//! A cycle changes a joint's speed by a step. The jerk limits the change of the step from cycle to cycle; without a limit it is
+//! infinite.
 
-/// Relative tolerance for rounding of a cycle's change: less than that of the invariants.
+/// Relative tolerance for rounding of a cycle's change. It is less than that of the invariants.
 const ROUNDING: f64 = 1e-10;
 
 /// The speed of a joint, and its change in the last cycle [rad/s, prismatic: m/s].
@@ -20,13 +21,14 @@ impl Pace {
         Self { speed: -self.speed, step: -self.step }
     }
 
-    /// Returns the travel until the steps have decreased to zero, as fast as `jerk` [rad/s] allows, divided by the control period [rad/s].
+    /// Returns the travel until the steps have decreased to zero, divided by the control period [rad/s]. The steps decrease as fast
+    /// as `jerk` [rad/s] allows.
     pub fn travel_to_rest(self, jerk: f64) -> f64 {
         let cycles = self.step.abs() / jerk;
         cycles * (self.speed + cycles * self.step / 3.0)
     }
 
-    /// Returns the speed [rad/s] after the steps have decreased to zero, as fast as `jerk` [rad/s] allows.
+    /// Returns the speed after the steps have decreased to zero [rad/s]. They decrease as fast as `jerk` [rad/s] allows.
     pub fn rest(self, jerk: f64) -> f64 {
         let more = (self.step.abs() / jerk).floor();
         if more < 1.0 {
@@ -35,13 +37,13 @@ impl Pace {
         self.speed + (more * (self.step.abs() - 0.5 * jerk * (more + 1.0))).copysign(self.step)
     }
 
-    /// Returns the next speed [rad/s] of a stop, in which a cycle slows down by at most `most`.
+    /// Returns the next speed of a stop [rad/s]. A cycle slows down by at most `most`.
     pub fn stopped(self, most: f64, jerk: f64) -> f64 {
         self.speed + self.towards(0.0, most, jerk)
     }
 
-    /// Returns the next step towards the speed `wanted`: at most `most`, and at most `jerk` [rad/s] different from the last step. After it,
-    /// the steps can still decrease to zero at that speed, if they could after the last one.
+    /// Returns the next step toward the speed `wanted`. It is at most `most`, and differs from the last step by at most `jerk`
+    /// [rad/s]. The following steps can still decrease to zero at that speed, if they could after the last step.
     pub fn towards(self, wanted: f64, most: f64, jerk: f64) -> f64 {
         let gap = wanted - self.speed;
         let step = most.min(eased(gap.abs(), jerk)).copysign(gap);
@@ -50,8 +52,8 @@ impl Pace {
     }
 }
 
-/// Returns the first of a series of steps that add up to `gap`. Each step is smaller than the one before by `jerk`, and the last is at most
-/// `jerk`.
+/// Returns the first of a series of steps that add up to `gap`. Each step is smaller than the previous one by `jerk`, and the last
+/// one is at most `jerk`.
 pub(crate) fn eased(gap: f64, jerk: f64) -> f64 {
     if jerk == f64::INFINITY {
         return gap;

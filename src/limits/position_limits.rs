@@ -3,22 +3,23 @@
 use dq_kinematics::arm::{JointKind, bounds};
 use dq_params::Parameters;
 
-/// The position range of each joint, and the margin in which the joint slows down.
+/// The position range of each joint, and the margin in which a joint slows down.
 ///
-/// Only a joint that is near its limit is slowed, and only outward. Scaling the whole velocity, as the speed limits do, would stop the
-/// whole arm as soon as one joint is at its limit. The others move on, and the law uses the resulting positions in each cycle.
+/// Only a joint that is near its limit slows down, and only if it moves outward. If the whole velocity were scaled, as for the
+/// speed limits, the whole arm would stop as soon as one joint is at its limit. The other joints move on, and the law continues
+/// from the resulting positions in each cycle.
 ///
-/// The lists of a servo have one number per joint, which is infinite for a joint without limit.
+/// In a servo, the lists have one number per joint, which is infinite for a joint without a limit.
 #[derive(Clone, Debug, PartialEq, Parameters)]
 #[parameters(prefix = "limits.joint_position_")]
 pub struct PositionLimits {
-    /// smallest joint positions, one per joint; empty: none \[rad, m\]
+    /// smallest joint positions, one per joint; empty: no limits \[rad, m\]
     #[parameter(range = -bounds::JOINT_ANGLE..=bounds::JOINT_ANGLE)]
     pub lower: Vec<f64>,
-    /// largest joint positions, one per joint; empty: none \[rad, m\]
+    /// largest joint positions, one per joint; empty: no limits \[rad, m\]
     #[parameter(range = -bounds::JOINT_ANGLE..=bounds::JOINT_ANGLE)]
     pub upper: Vec<f64>,
-    /// distance from a position limit inside which the joint is slowed \[rad, m\]
+    /// distance from a position limit within which a joint slows down \[rad, m\]
     #[parameter(name = "limits.position_margin", default = 0.1, range = 0.0..=3.0)]
     pub margin: f64,
 }
@@ -27,8 +28,9 @@ pub struct PositionLimits {
 const ASIDE: [(JointKind, f64); 2] = [(JointKind::Revolute, 0.3), (JointKind::Prismatic, 0.1)];
 
 impl PositionLimits {
-    /// Returns positions near `positions` within the limits, so that the tool's pose there is reachable. Joints move up by 0.3 rad or 0.1
-    /// m. If their limits leave no room for that, they move down; and if neither direction has room, by half of the larger distance.
+    /// Returns positions near `positions` within the limits. The tool can reach its pose at these positions. Joints move up by 0.3
+    /// rad or 0.1 m. If a joint has no room for that, it moves down; if it has no room in either direction, it moves by half of the
+    /// larger distance.
     pub fn beside(&self, positions: &[f64], kinds: &[JointKind]) -> Vec<f64> {
         let bounds = self.lower.iter().zip(&self.upper);
         let aside = |((position, kind), (lower, upper)): ((&f64, &JointKind), (&f64, &f64))| {
@@ -50,7 +52,7 @@ impl PositionLimits {
         self.lower.iter().copied().zip(self.upper.iter().copied())
     }
 
-    /// Returns whether these are positions of all joints within their limits.
+    /// Returns whether `positions` has one position per joint, within the limits.
     pub fn contain(&self, positions: &[f64]) -> bool {
         let mut joints = positions.iter().zip(self.ranges());
         let is_within = |(position, (lower, upper)): (&f64, _)| {
@@ -73,7 +75,7 @@ impl PositionLimits {
         (position - self.lower[joint]).min(self.upper[joint] - position) <= self.margin
     }
 
-    /// Returns whether the joint is within the margin of the limit in that `direction`, or beyond it.
+    /// Returns whether the joint is within the margin of its limit in the `direction`, or beyond it.
     pub fn is_near_towards(&self, joint: usize, position: f64, direction: f64) -> bool {
         let room = if direction > 0.0 { self.upper[joint] - position } else { position - self.lower[joint] };
         room <= self.margin

@@ -12,8 +12,8 @@ pub fn ratio(limit: f64, value: f64) -> f64 {
     if value > limit { limit / value } else { 1.0 }
 }
 
-/// Returns `value`, but not below `lowest` or above `highest`. Unlike `f64::clamp` it never panics: a NaN bound has no effect, and a NaN
-/// value stays NaN, for the final check to detect.
+/// Returns `value`, but at least `lowest` and at most `highest`. Unlike `f64::clamp` it never panics. A NaN bound has no effect; a
+/// NaN value stays NaN, and the final check detects it.
 pub(crate) fn between(value: f64, lowest: f64, highest: f64) -> f64 {
     if value < lowest {
         lowest

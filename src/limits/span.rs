@@ -6,15 +6,15 @@ use crate::{Joints, Pace, Violation, between, ratio};
 /// The range of the next command of a joint [rad/s, prismatic: m/s].
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Span {
-    /// The joint's speed and step after the last command.
+    /// The joint's speed after the last command, and its change by that command.
     pace: Pace,
-    /// The largest increase and decrease of speed per cycle, and the largest change of these [rad/s].
+    /// The largest increase and decrease of the speed per cycle, and the largest change of these from cycle to cycle [rad/s].
     faster: f64,
     slower: f64,
     jerk: f64,
-    /// The range of speeds from which it stops before its position limits.
+    /// The range of speeds from which the joint stops before its position limits.
     positions: (f64, f64),
-    /// The range of speeds that it may reach eventually \[rad/s, prismatic: m/s\], and the range of its next command.
+    /// The range of speeds that the joint may reach eventually, and the range of its next command [rad/s, prismatic: m/s].
     pub range: (f64, f64),
     pub(crate) next: (f64, f64),
 }
@@ -25,7 +25,7 @@ impl Joints<'_> {
         let Self { limits, braking, .. } = self;
         let (position, pace) = (self.positions[joint], self.pace(joint));
         let (approach, jerk) = (limits.approach(joint, braking), braking.jerk_step(joint));
-        // The distance that ending the acceleration takes is not available for braking.
+        // While the acceleration ends, the joint moves on; that distance is not available for braking.
         let top = |pace: Pace, room: f64| {
             approach.speed(room - (braking.cycle * pace.travel_to_rest(jerk)).max(0.0))
         };
@@ -41,7 +41,7 @@ impl Joints<'_> {
             range: (lowest.max(-velocity), highest.min(velocity)),
             next: (0.0, 0.0),
         };
-        // The stop lies within the range by construction; this allows for rounding.
+        // A stop is within the range by construction. This allows for rounding.
         let (stop, down) = (pace.stopped(span.slower, jerk), -span.highest(pace.mirrored(), -span.range.0));
         span.next = (stop.min(down), stop.max(span.highest(pace, span.range.1)));
         span
@@ -49,33 +49,33 @@ impl Joints<'_> {
 }
 
 impl Span {
-    /// Returns the largest next speed at `pace` of a joint that may reach the speed `top`, which is not below 0.
+    /// Returns the largest next speed of a joint at `pace` that may reach the speed `top`. `top` is at least 0.
     fn highest(&self, pace: Pace, top: f64) -> f64 {
         let most = match pace.speed {
             speed if speed > top => self.slower,
-            // When the joint reverses, a deceleration above the acceleration limit must end at rest.
+            // If the joint reverses, a deceleration above the acceleration limit must end at rest.
             speed if speed < 0.0 => self.faster.max(self.slower.min(eased(-speed, self.jerk))),
             _ => self.faster,
         };
         pace.speed + pace.towards(top, most, self.jerk)
     }
 
-    /// Returns the nearest speed that the next command may have.
+    /// Returns the allowed speed of the next command that is nearest to `speed`.
     pub fn hold(&self, speed: f64) -> f64 {
         between(speed, self.next.0, self.next.1)
     }
 
-    /// Returns the nearest speed from which the joint stops before its position limits.
+    /// Returns the speed nearest to `speed` from which the joint stops before its position limits.
     pub(crate) fn within_position_limits(&self, speed: f64) -> f64 {
         between(speed, self.positions.0, self.positions.1)
     }
 
-    /// Returns the next speed towards `wanted` of a joint that moves independently of the others.
+    /// Returns the next speed toward `wanted` if the joint moves independently of the others.
     pub(crate) fn towards(&self, wanted: f64) -> f64 {
         self.hold(self.pace.speed + self.pace.towards(wanted, f64::INFINITY, self.jerk))
     }
 
-    /// Returns the fraction of the change to the speed `wanted` that the acceleration limit allows in a cycle.
+    /// Returns the fraction of the change to the speed `wanted` that the limits allow within a cycle.
     pub(crate) fn part_of_change(&self, wanted: f64) -> f64 {
         let change = (wanted - self.pace.speed).abs();
         ratio(self.faster.min(eased(change, self.jerk)), change)
@@ -83,30 +83,30 @@ impl Span {
 
     /// Returns the next speed after the fraction `part` of the change to `wanted`.
     pub(crate) fn along(&self, wanted: f64, part: f64) -> f64 {
-        // For the whole change, the sum would be rounded.
+        // For the whole change, the sum would have a rounding error.
         let along = if part < 1.0 { self.pace.speed + part * (wanted - self.pace.speed) } else { wanted };
         self.hold(along)
     }
 
-    /// Returns the part of the change to `wanted` that slows down, if any.
+    /// Returns the part of the change to `wanted` by which the joint slows down, if it does.
     pub(crate) fn slower_than_last(&self, wanted: f64) -> Option<f64> {
         let last = self.pace.speed;
         let slower = between(wanted, last.min(0.0), last.max(0.0));
         (slower != last).then_some(slower)
     }
 
-    /// Returns the next speed of a joint whose acceleration decreases as fast as the jerk allows.
+    /// Returns the next speed if the joint's acceleration decreases as fast as the jerk allows.
     pub(crate) fn eased(&self) -> f64 {
         let step = (self.pace.step.abs() - self.jerk).max(0.0).copysign(self.pace.step);
         self.hold(self.pace.speed + step)
     }
 
-    /// Returns the speed of the joint after its next speed `speed`, once its acceleration has ended.
+    /// Returns the speed of the joint once its acceleration has ended, if its next speed is `speed`.
     pub(crate) fn rest(&self, speed: f64) -> f64 {
         Pace { speed, step: speed - self.pace.speed }.rest(self.jerk)
     }
 
-    /// Returns why `speed` may not be the next command of joint number `joint`, if it may not.
+    /// Returns the violation if `speed` must not be the next command of joint number `joint`.
     pub(crate) fn violation(&self, joint: usize, speed: f64) -> Option<Violation> {
         let (lowest, highest) = self.next;
         let joint = joint + 1;

@@ -1,11 +1,11 @@
-//! Tests of a joint's envelope under any motion and any limits.
+//! Tests of one joint's envelope under any motion and any limits.
 
 use crate::{Braking, Joints, LatchedLimits, Limits, Pace, PositionLimits, Span, Violation};
 use proptest::prelude::*;
 
 const PERIOD: f64 = 0.001;
 
-/// One joint with 1 rad/s, 10 rad/s² up and 20 down, between −1 and 1 rad.
+/// Returns the limits of one joint: 1 rad/s, 10 rad/s² up and 20 down, −1 and 1 rad, and `jerk`.
 fn limits(jerk: f64) -> Limits {
     Limits {
         joint_velocity: vec![1.0],
@@ -58,7 +58,7 @@ proptest! {
         prop_assert_eq!(span.violation(0, span.hold(wanted)).is_some(), wanted.is_nan());
     }
 
-    /// The largest allowed speed in every cycle takes a joint to its limit and not past it.
+    /// A joint that has its largest allowed speed in every cycle stops at its limit.
     #[test]
     fn a_joint_at_its_largest_allowed_speed_stops_before_its_limit(
         jerk in prop_oneof![Just(f64::INFINITY), exponent(2.0..4.0)],
@@ -96,7 +96,7 @@ fn a_limit_lowered_in_motion_applies_once_the_joint_stands() {
         latched.each().map(|of_each| of_each[0])
     };
     assert_eq!(after(&strong, 0.3), [20.0, 5000.0, 0.3]);
-    // This also holds when it reverses, and in the cycle in which it comes to rest.
+    // This is also true when the joint reverses, and in the cycle in which it comes to rest.
     for (speed, step) in [(0.2, -0.1), (-0.1, -0.3), (0.0, 0.1)] {
         let [deceleration, jerk, change] = after(&weak, speed);
         assert!((deceleration, jerk) == (20.0, 5000.0) && (change - step).abs() < 1e-12, "{speed}");

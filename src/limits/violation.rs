@@ -3,13 +3,13 @@
 use dq_space::space::Pair;
 use thiserror::Error;
 
-/// A rule that a command or position breaks. Joints are counted from 1, arm after arm.
+/// The rule that a command or a position breaks. Joints are counted from 1, arm after arm.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum Violation {
-    /// There is not one number per joint.
+    /// The number of numbers differs from the number of joints.
     #[error("{got} numbers for {expected} joints")]
     WrongLength {
-        /// The number of joints that have limits.
+        /// The number of joints.
         expected: usize,
         /// The number of numbers.
         got: usize,
@@ -17,41 +17,41 @@ pub enum Violation {
     /// A number is infinite or NaN.
     #[error("joint {joint}: {value} is not finite")]
     NonFinite {
-        /// The joint.
+        /// The number of the joint.
         joint: usize,
-        /// The number.
+        /// The value.
         value: f64,
     },
-    /// A speed is beyond the velocity limit (rule 5).
+    /// A speed exceeds the velocity limit (rule 5).
     #[error("joint {joint}: {speed} is beyond the velocity limit of {limit} [rad/s, prismatic: m/s]")]
     Velocity {
-        /// The joint.
+        /// The number of the joint.
         joint: usize,
-        /// Its speed [rad/s].
+        /// The speed of the joint [rad/s].
         speed: f64,
         /// The velocity limit [rad/s].
         limit: f64,
     },
-    /// A step is larger than the acceleration and deceleration limits allow in the time (rule 6).
+    /// A step is larger than the limits on acceleration and deceleration allow within the time (rule 6).
     #[error(
         "joint {joint}: a step of {step}, but the limits on acceleration allow {limit} [rad/s, prismatic: m/s]"
     )]
     Acceleration {
-        /// The joint.
+        /// The number of the joint.
         joint: usize,
         /// The step [rad/s].
         step: f64,
         /// The largest allowed step [rad/s].
         limit: f64,
     },
-    /// A step differs from the one before by more than the jerk limit allows (rule 6).
+    /// A step differs from the previous one by more than the jerk limit allows (rule 6).
     #[error(
         "joint {joint}: a step changes by {change}, but the limit on jerk allows {limit} [rad/s, prismatic: m/s]"
     )]
     Jerk {
-        /// The joint.
+        /// The number of the joint.
         joint: usize,
-        /// The difference [rad/s].
+        /// The difference between the steps [rad/s].
         change: f64,
         /// The largest allowed difference [rad/s].
         limit: f64,
@@ -59,51 +59,51 @@ pub enum Violation {
     /// A stop from this speed would not keep the limits (rules 5, 6 and 7).
     #[error("joint {joint}: {speed} is not between {lowest} and {highest} [rad/s, prismatic: m/s]")]
     Envelope {
-        /// The joint.
+        /// The number of the joint.
         joint: usize,
-        /// Its speed [rad/s].
+        /// The speed of the joint [rad/s].
         speed: f64,
         /// The lowest allowed speed [rad/s].
         lowest: f64,
         /// The highest allowed speed [rad/s].
         highest: f64,
     },
-    /// The joint does not slow down by its deceleration although there is a reason to stand (rules 1, 2, 3, 9 and ~/pause, ~/stop).
+    /// A joint does not slow down by its deceleration although the arm must come to rest (rules 1, 2, 3, 9 and ~/pause, ~/stop).
     #[error(
         "joint {joint}: {speed} after {before} [rad/s, prismatic: m/s], where the arm was to come to rest and to stay there"
     )]
     NotStanding {
-        /// The joint.
+        /// The number of the joint.
         joint: usize,
-        /// Its speed [rad/s].
+        /// The speed of the joint [rad/s].
         speed: f64,
-        /// Its speed before [rad/s].
+        /// The speed of the joint at the previous command [rad/s].
         before: f64,
     },
-    /// A tool is faster than its limit (rule 5).
+    /// A tool exceeds its speed limit (rule 5).
     #[error("a tool at {speed} {unit} is beyond its limit of {limit} {unit}")]
     ToolSpeed {
-        /// Its speed.
+        /// The speed of the tool.
         speed: f64,
-        /// The limit.
+        /// The speed limit.
         limit: f64,
-        /// The unit of both.
+        /// The unit of `speed` and `limit`.
         unit: &'static str,
     },
     /// The arm overlaps with an obstacle or itself, or the tool is outside of its keep-in (rule 22).
     #[error("{}", .pair.explain_gap(*.gap, |joint| format!("joint {joint}")))]
     Gap {
-        /// The pair.
+        /// The two parts.
         pair: Pair,
-        /// The gap between them \[m\].
+        /// The gap between the two parts \[m\].
         gap: f64,
     },
-    /// A joint is farther beyond its position limit than before (rule 7).
+    /// A joint has moved farther beyond its position limit (rule 7).
     #[error("joint {joint}: at {position}, {beyond} beyond its position limit [rad, prismatic: m]")]
     Position {
-        /// The joint.
+        /// The number of the joint.
         joint: usize,
-        /// Its position \[rad\].
+        /// The position of the joint \[rad\].
         position: f64,
         /// The distance beyond the limit \[rad\].
         beyond: f64,

@@ -1,4 +1,4 @@
-//! Chooses one publisher of an input that may have only one: an arm's joint states, or twists.
+//! Chooses one publisher of an input that may have only one, such as an arm's joint states or the twists.
 
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
@@ -6,13 +6,13 @@ use std::time::Duration;
 /// A publisher counts as present for this time after its last message.
 const PRESENCE: Duration = Duration::from_secs(1);
 
-/// The publishers of one input, by numbers that the node gives them.
+/// The publishers of one input. The node gives them their numbers.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Arbiter {
     current: Option<Heard>,
-    /// Another publisher that was heard since the current one was chosen.
+    /// Another publisher that has sent a message since the current one was chosen.
     other: Option<Heard>,
-    /// Whether both publishers are present: the current one was heard again after the other.
+    /// Whether both publishers are present: the current one has sent a message after the other one did.
     both: bool,
 }
 
@@ -23,8 +23,8 @@ struct Heard {
 }
 
 impl Arbiter {
-    /// Notes a message from `source` at `now`, and returns whether to use it. Another publisher takes over only after the current one has been
-    /// silent for `silence`, for example when a driver is restarted.
+    /// Notes a message from `source` at `now`. Returns whether to use it. Another publisher takes over only after the current one
+    /// has been silent for `silence`, such as when a driver restarts.
     pub fn hear(&mut self, source: u32, now: Duration, silence: Duration) -> bool {
         let heard = Heard { source, at: now };
         match &self.current {
@@ -44,7 +44,7 @@ impl Arbiter {
         }
     }
 
-    /// Returns the two publishers that are present at the same time, until one of them has been silent for a second.
+    /// Returns the two publishers if both are present, until one of them has been silent for a second.
     pub fn rivals(&mut self, now: Duration) -> Option<[u32; 2]> {
         let there = |heard: &Heard| now.saturating_sub(heard.at) <= PRESENCE;
         self.other = self.other.filter(there);

@@ -19,10 +19,10 @@ use std::time::Duration;
 /// Least time between two positions from which a speed is computed.
 const TWO_STATES: Duration = Duration::from_millis(20);
 
-/// Longest time until a command shows in the joint states.
+/// The longest time from a command to the joint states that show it.
 const LATELY: Duration = Duration::from_millis(250);
 
-/// How long a speed scaling that the robot reported is used; afterwards the measured one is.
+/// How long the link uses a speed scaling that the robot has reported. Afterwards it uses the measured one.
 const TOLD: Duration = Duration::from_secs(1);
 
 /// Measured speeds below this [rad/s] count as standstill.
@@ -36,30 +36,30 @@ pub(crate) struct ArmLink {
     kinds: Vec<JointKind>,
     pub sources: Arbiter,
     parts: Parts,
-    /// The state that arrived since the last cycle.
+    /// The joint state that has arrived since the last cycle.
     newest: Option<Newest>,
     positions: Vec<f64>,
     velocities: Vec<f64>,
-    /// The recently commanded displacements \[rad\], and their mean speeds [rad/s].
+    /// The displacements commanded in the last [`LATELY`] \[rad\], and the mean commanded speeds [rad/s].
     asked: Vec<f64>,
     means: Vec<f64>,
     /// The indices of the arm's joints in the last message.
     places: Vec<usize>,
-    /// When the last state arrived, and when it was measured.
+    /// When the last joint state arrived, and when it was measured.
     pub received: Option<Duration>,
     measured_at: Duration,
     pub figures: ArmFigures,
     /// The event of this cycle that revokes consent, if any.
     pub returned: Option<Return>,
-    /// Whether the states arrive too rarely.
+    /// Whether joint states arrive too rarely.
     pub rarity: Rarity,
-    /// The speed scaling that the robot reported, and when.
+    /// The speed scaling that the robot has reported, and when it did.
     pub told_factor: Option<(f64, Duration)>,
-    /// A robot that appeared and may be moving.
+    /// A robot that has just appeared, and may be moving.
     newcomer: Option<Newcomer>,
-    /// When the servo came back after a gap in its cycles, until the arm's state after the gap is known.
+    /// When the cycles resumed after a gap; `None` once the arm's state after the gap is known.
     pub blind_since: Option<Duration>,
-    /// Whether the arm's speed became known in this cycle.
+    /// Whether the speed of an arm that has just appeared became known in this cycle.
     came: bool,
     pub latency: Latency,
     lateness: Lateness,
@@ -71,7 +71,7 @@ pub(crate) struct ArmLink {
     pub rival: bool,
 }
 
-/// A received state that waits for the cycle; its numbers are in the arm's `positions` and `velocities`.
+/// A joint state that waits for the cycle. Its numbers are in the arm's `positions` and `velocities`.
 #[derive(Serialize, Deserialize)]
 struct Newest {
     now: Duration,
@@ -79,18 +79,19 @@ struct Newest {
     stamp_age: Option<Duration>,
 }
 
-/// A robot whose speed is not yet known.
+/// A robot that has just appeared, and whose speed is not known yet.
 #[derive(Serialize, Deserialize)]
 struct Newcomer {
     since: Duration,
-    /// Its positions at that time \[rad\].
+    /// The positions at the time `since` \[rad\].
     positions: Vec<f64>,
-    /// Its velocities before that time [rad/s], if known.
+    /// The velocities before the time `since`, if known [rad/s].
     velocity: Option<Vec<f64>>,
 }
 
 impl ArmLink {
-    /// Creates the link to the arm with the joints `order` of these `kinds`, whose indices among all joints are `joints`.
+    /// Creates the link to an arm. `order` are its joints, of these `kinds`. `joints` are the indices of its joints among the
+    /// joints of all arms.
     pub fn new(order: JointOrder, kinds: Vec<JointKind>, joints: Range<usize>, period: Duration) -> Self {
         let zeros = vec![0.0; joints.len()];
         Self {
@@ -124,19 +125,19 @@ impl ArmLink {
         }
     }
 
-    /// Returns its joint names, and their indices among all joints.
+    /// Returns the arm's joint names, and their indices among the joints of all arms.
     pub fn order(&self) -> (JointOrder, Range<usize>) {
         (self.order.clone(), self.joints.clone())
     }
 
-    /// Takes a joint state received at `now`, as [`Link::take`](crate::Link::take).
+    /// Takes a joint state received at `now`, as [`Link::take`](crate::Link::take) does.
     pub fn take(
         &mut self,
         reading: &JointReading,
         now: Duration,
         silence: Duration,
     ) -> Result<bool, StateError> {
-        // A message that is not a state of this arm does not count as another publisher of it.
+        // A message that has none of this arm's joints does not count as one of another publisher.
         match self.order.locate(reading.names, reading.positions, &mut self.places) {
             Err(StateError::MissingJoint { .. }) if self.order.has_any_of(reading.names) => {
                 return self.take_part(reading, now, silence);
@@ -157,7 +158,8 @@ impl ArmLink {
         Ok(true)
     }
 
-    /// Takes a message with some of the arm's joints. The state is complete once each joint has arrived within `silence`.
+    /// Takes a message with some of the arm's joints. The joint state is complete once a message with each joint has arrived within
+    /// `silence`.
     fn take_part(
         &mut self,
         reading: &JointReading,
@@ -172,7 +174,7 @@ impl ArmLink {
             return Err(StateError::missing(&self.order.names()[joint], reading.names));
         }
         let Some(parts) = self.parts.whole() else { return Ok(true) };
-        // Together they count as one publisher: that of the first joint.
+        // All parts count as messages of the publisher of the first joint.
         if let Some(first) = parts.clone().next()
             && !self.sources.hear(first.source, now, silence)
         {
@@ -188,7 +190,7 @@ impl ArmLink {
         Ok(true)
     }
 
-    /// Copies the values of the arm's joints out of a message.
+    /// Copies the values of the arm's joints from the `values` of a message.
     fn pick(&mut self, values: &[f64], slots: impl Fn(&mut Self) -> &mut Vec<f64>) {
         for joint in 0..self.places.len() {
             let value = values[self.places[joint]];
@@ -196,7 +198,7 @@ impl ArmLink {
         }
     }
 
-    /// Processes the state that arrived since the last cycle. `measured` and `velocity` are those of all arms.
+    /// Processes the joint state that has arrived since the last cycle. `measured` and `velocity` have the numbers of all arms.
     pub fn advance(
         &mut self,
         settings: &LinkSettings,
@@ -244,11 +246,11 @@ impl ArmLink {
         let age = self.latency.hear(now, self.received, stamp_age);
         let times = self.measured_at..now.saturating_sub(age);
         if self.latency.is_stamped() != was_stamped {
-            // The times of the samples were taken by the other clock.
+            // The sample times are of the other clock.
             self.samples.clear();
         }
         if self.came {
-            // The robot stood by its own timeout for a part of the time since the last state.
+            // For a part of the time since the last state, the robot stood by its own timeout.
             self.pull.compared = None;
         } else if self.received.is_some() && returned.is_none() {
             self.watch_pull(times.clone(), measured, settings, history);
@@ -259,7 +261,8 @@ impl ArmLink {
         self.returned = returned;
     }
 
-    /// Computes the figures for the cycle at `now`, with the lateness of `cycles`.
+    /// Computes the figures for the cycle at `now`. `fixed` is the latency if a parameter sets it, and `cycles` the lateness of the
+    /// cycles.
     pub fn sum_up(&mut self, now: Duration, fixed: Option<Duration>, cycles: &Cycles) {
         let due = self.received.unwrap_or(now) + seconds(self.latency.interval());
         self.lateness.note(now, now.saturating_sub(due));
@@ -287,7 +290,8 @@ impl ArmLink {
         };
     }
 
-    /// Writes the present velocity of an arm that waits until the other arm's state is known: as reported, or from the last two states.
+    /// Sets `velocity` to the present velocity of an arm that waits until the other arm's state is known. This is the reported
+    /// velocity, or the one from the last two states.
     fn follow_velocity(&self, has_velocities: bool, now: Duration, measured: &[f64], velocity: &mut [f64]) {
         let moves = has_velocities && self.velocities.iter().any(|speed| speed.abs() >= STANDSTILL);
         let passed = now.saturating_sub(self.received.unwrap_or(now));
@@ -298,8 +302,9 @@ impl ArmLink {
         }
     }
 
-    /// Determines the speed of a robot that just appeared, or after a gap in the cycles. Returns false if another joint state is needed for
-    /// that. Two measurements must agree, because the first states may be old: reported velocities and two positions, or three positions.
+    /// Finds the speed of a robot that has just appeared, or after a gap in the cycles. Returns false if this needs another joint
+    /// state. The first states may be old, so two measurements must agree: reported velocities and two positions, or three
+    /// positions.
     fn find_velocity(
         &mut self,
         now: Duration,
@@ -337,7 +342,8 @@ impl ArmLink {
         false
     }
 
-    /// Writes to `rates` the mean velocities [rad/s, prismatic: m/s] from `from` to the present positions in `time` \[s\].
+    /// Sets `rates` to the mean velocities from the positions `from` to the present ones within `time` \[s\] [rad/s, prismatic:
+    /// m/s].
     fn rates(&self, from: &[f64], time: f64, rates: &mut [f64]) {
         let pairs = from.iter().zip(&self.positions).zip(&self.kinds);
         rates
@@ -346,7 +352,8 @@ impl ArmLink {
             .for_each(|(rate, ((from, to), kind))| *rate = kind.displacement(*from, *to) / time);
     }
 
-    /// Updates the estimated pull by comparing the arm's displacement during `time`, since the positions `measured`, with its commands.
+    /// Updates the estimated pull: compares the arm's displacement during `time`, from the positions `measured` on, with its
+    /// commands.
     fn watch_pull(
         &mut self,
         time: Range<Duration>,
@@ -357,7 +364,7 @@ impl ArmLink {
         let (joints, passed) = (self.joints.clone(), time.end.saturating_sub(time.start));
         let response = settings.latency.unwrap_or_else(|| seconds(self.latency.response()));
         let [from_then, to_then] = [time.start, time.end].map(|time| time.saturating_sub(response));
-        // Starts where the last comparison ended, so that no command is skipped when the estimated delay changes.
+        // Starts where the last comparison ended, so that a change of the estimated delay skips no command.
         let from_then = self.pull.compared.replace(to_then).unwrap_or(from_then);
         let lately = LATELY.as_secs_f64();
         history.travel(joints.clone(), to_then.saturating_sub(LATELY), to_then, &mut self.asked);
@@ -377,8 +384,8 @@ impl ArmLink {
         self.pull.observe(observed, (passed, factor), rate, &settings.limits.joint_velocity[joints]);
     }
 
-    /// Does the work of [`Link::balance`](crate::Link::balance) for this arm. `hold` is the hold of its joints, and `proven` the part of it
-    /// to which they have responded.
+    /// Balances the pull at this arm, as [`Link::balance`](crate::Link::balance) does. `hold` is the hold of the arm's joints, and
+    /// `proven` the part of it to which they have responded.
     pub fn balance(&mut self, what: Hold, room: &Room, proven: &mut [f64], hold: &mut [f64]) {
         let rests = self.following.must_rest() || !self.listeners || self.rival;
         let first = self.joints.start;
@@ -387,7 +394,7 @@ impl ArmLink {
             *proven = match probe(joint) {
                 _ if rests => 0.0,
                 f64::INFINITY => *hold,
-                // Never more than there is: a hold that has ended proves nothing about the next one.
+                // Never more than the hold: a hold that has ended proves nothing for the next one.
                 _ => proven.max(hold.min(0.0)).min(hold.max(0.0)),
             };
         }
@@ -395,7 +402,7 @@ impl ArmLink {
         self.pull.balance(if rests { Hold::Nothing } else { what }, room, first, within, hold);
     }
 
-    /// Compares the arm's motion with its commands.
+    /// Compares the arm's motion with its commands. `fixed` is the latency if a parameter sets it.
     fn watch(&mut self, now: Duration, measured: &[f64], fixed: Option<Duration>, history: &CommandHistory) {
         let response = |latency: &Latency| fixed.unwrap_or_else(|| seconds(latency.response()));
         let answer = (response(&self.latency), self.pull.speeds());

@@ -1,4 +1,4 @@
-//! The recent commands, from which the motion that a late joint state does not show yet is predicted.
+//! The recent commands. They predict the motion that a late joint state does not show yet.
 
 use crate::lateness::LONGEST_HOLD;
 use dq_limits::Interface;
@@ -6,33 +6,33 @@ use serde::{Deserialize, Serialize};
 use std::ops::Range;
 use std::time::Duration;
 
-/// How far back commands are remembered: twice the sum of the comparison window and the longest delay.
+/// How long commands are kept: twice the sum of the comparison window and the longest delay.
 const MEMORY: Duration = Duration::from_millis(700);
 
-/// The recent commands of all joints, as cumulated displacements.
+/// The recent commands of all joints, as sums of displacements.
 #[derive(Serialize, Deserialize)]
 pub(crate) struct CommandHistory {
     joint_count: usize,
-    /// How long each command moves the joints \[s\]; `None` if a command moves them for as long as it is in force.
+    /// How long each command moves the joints \[s\]; `None` if until the next command.
     step: Option<f64>,
     /// Longest time for which a command moves the joints \[s\].
     longest: f64,
-    /// The least number of commands to remember; at most twice as many are.
+    /// The least number of commands that are kept. At most twice as many are.
     capacity: usize,
-    /// When each command took effect \[s\], oldest first.
+    /// When each command took effect \[s\], the oldest first.
     times: Vec<f64>,
-    /// One row per command: the displacement of each joint by all commands before \[rad\].
+    /// One row per command: the displacement of each joint by all earlier commands \[rad\].
     sums: Vec<f64>,
     /// One row per command: the speed of each joint [rad/s].
     speeds: Vec<f64>,
-    /// Whether the last command moves the joints, and when the last moving command before it ended \[s\].
+    /// Whether the last command moves the joints; and when the last command before it that moved them ended \[s\].
     moves: bool,
     moved_until: f64,
 }
 
 impl CommandHistory {
-    /// Creates the empty history of `joint_count` joints with the control period `period`. A command of positions moves the joints by one
-    /// period, even if the next command is late.
+    /// Creates an empty history of `joint_count` joints with the control period `period`. A command of positions moves the joints
+    /// for one period, even if the next command is late.
     pub fn new(joint_count: usize, period: Duration, interface: Interface) -> Self {
         let cycles = MEMORY.as_nanos() / period.as_nanos().max(1) + 2;
         let capacity = usize::try_from(cycles).unwrap_or(usize::MAX).min(2000);
@@ -51,7 +51,7 @@ impl CommandHistory {
         }
     }
 
-    /// Notes the joint velocities `command` [rad/s] in force from `now` on. They contain `hold`, which moves no joint.
+    /// Adds the joint velocities `command` [rad/s], in force from `now` on. They include `hold`, which moves no joint.
     pub fn note(&mut self, now: Duration, command: &[f64], hold: &[f64]) {
         let now = now.as_secs_f64();
         match self.times.last() {
@@ -69,7 +69,7 @@ impl CommandHistory {
         }
         self.speeds.extend_from_slice(command);
         self.moves = command != hold;
-        // If the clock went back, the times are no longer meaningful. Otherwise the older half is dropped at once when the memory is full.
+        // If the clock went back, the times no longer mean anything. If the memory is full, the older half is dropped at once.
         let forgotten = match self.times.last() {
             Some(last) if now < *last => self.times.len(),
             _ if self.times.len() + 1 == 2 * self.capacity => self.capacity,
@@ -81,14 +81,14 @@ impl CommandHistory {
         self.speeds.drain(..forgotten * self.joint_count);
     }
 
-    /// Writes to `into` the commanded displacement of the joints of `range` between two times \[rad\].
+    /// Sets `into` to the commanded displacement of the joints of `range` between two times \[rad\].
     pub fn travel(&self, range: Range<usize>, from: Duration, to: Duration, into: &mut [f64]) {
         let window = self.window(from, to);
         into.iter_mut().zip(window.distances(range)).for_each(|(slot, distance)| *slot = distance);
     }
 
-    /// Writes to `into` the commanded displacement of the joints of `range` from the first command to `time` \[rad\]. It includes commands
-    /// that are no longer remembered.
+    /// Sets `into` to the commanded displacement of the joints of `range` from the first command to `time` \[rad\]. It includes
+    /// commands that are no longer kept.
     pub fn total(&self, range: Range<usize>, time: Duration, into: &mut [f64]) {
         let InForce { sums, speeds, time } = self.in_force(&self.place(time), &range);
         let joints = into.iter_mut().zip(sums.iter().zip(speeds));
@@ -106,7 +106,7 @@ impl CommandHistory {
         Place { time, index: after.saturating_sub(1) }
     }
 
-    /// Returns the command to the joints of `range` in force at `place`.
+    /// Returns the command in force at `place` for the joints of `range`.
     #[inline]
     fn in_force(&self, place: &Place, range: &Range<usize>) -> InForce<'_> {
         let Some(since) = self.times.get(place.index) else { return InForce::default() };
@@ -116,7 +116,7 @@ impl CommandHistory {
         InForce { sums: &self.sums[range.clone()], speeds: &self.speeds[range], time }
     }
 
-    /// Returns whether no joint was commanded to move after `time`.
+    /// Returns whether no command moved a joint after `time`.
     pub fn stood_after(&self, time: Duration) -> bool {
         self.moved_until <= time.as_secs_f64() && !self.moves
     }
@@ -129,14 +129,14 @@ pub(crate) struct Window<'a> {
     to: Place,
 }
 
-/// A time \[s\], and the index of the command in force then; before the first command, its index.
+/// A time \[s\], and the index of the command in force at that time. Before the first command this is the first one's index.
 struct Place {
     time: f64,
     index: usize,
 }
 
 impl Window<'_> {
-    /// Moves both ends back by `by`, without a search from the start.
+    /// Moves both ends back by `by`. Searches only near the old ends.
     pub fn move_back(&mut self, by: Duration) {
         for place in [&mut self.from, &mut self.to] {
             place.time -= by.as_secs_f64();
@@ -148,7 +148,7 @@ impl Window<'_> {
 
     /// Returns the commanded displacement of each joint of `range` \[rad\].
     ///
-    /// Reads four lists of one length in step, for speed: each joint state needs about fifty of these windows.
+    /// Reads four lists of equal length together, for speed: each joint state needs about fifty of these windows.
     #[inline]
     pub fn distances(&self, range: Range<usize>) -> impl Iterator<Item = f64> + '_ {
         let [start, end] = [&self.from, &self.to].map(|place| self.history.in_force(place, &range));
@@ -159,14 +159,14 @@ impl Window<'_> {
     }
 }
 
-/// A command in force.
+/// The command in force at a time.
 #[derive(Default)]
 struct InForce<'a> {
-    /// The commanded displacement of each joint before it \[rad\].
+    /// The displacement of each joint by all earlier commands \[rad\].
     sums: &'a [f64],
-    /// The command [rad/s].
+    /// The commanded speed of each joint [rad/s].
     speeds: &'a [f64],
-    /// How long it has moved the joints \[s\].
+    /// How long the command has moved the joints \[s\].
     time: f64,
 }
 
@@ -188,7 +188,7 @@ pub(crate) mod tests {
         for cycle in 0..10 {
             history.note(cycle * 2 * MS, &[f64::from(cycle)], &[0.0]);
         }
-        // 3 rad/s from 6 to 8 ms, 4 from 8 to 10; half of the first.
+        // The commands are 3 rad/s from 6 to 8 ms and 4 rad/s from 8 to 10 ms. Half of the first one counts.
         assert!((travel(&history, 7, 10) - (0.003 + 0.008)).abs() < 1e-14);
         assert_eq!(travel(&history, 7, 7), 0.0);
         assert_eq!(travel(&history, 0, 0), 0.0);

@@ -1,8 +1,8 @@
-//! Compares measured with commanded displacements.
+//! Compares measured displacements with commanded ones.
 
 use serde::{Deserialize, Serialize};
 
-/// A square of commanded distances \[rad²\] below this counts as zero.
+/// A square of commanded displacements below this counts as zero \[rad²\].
 const NOTHING: f64 = 1e-12;
 
 /// Sums over measured and commanded displacements.
@@ -15,24 +15,24 @@ pub(crate) struct Comparison {
 }
 
 impl Comparison {
-    /// Adds a joint that was commanded to move by `asked` and has `moved` \[rad\].
+    /// Adds a joint that was commanded to move by `asked` and moved by `moved` \[rad\].
     pub fn add(&mut self, asked: f64, moved: f64) {
         (self.product, self.square) = (self.product + asked * moved, self.square + asked * asked);
     }
 
-    /// Multiplies the weight of everything added so far by `keep`.
+    /// Multiplies the weight of all earlier displacements by `keep`.
     pub fn fade(&mut self, keep: f64) {
         (self.product, self.square) = (keep * self.product, keep * self.square);
     }
 
-    /// Returns the fraction of the commanded displacement that the joints have moved together; 1 if none was commanded.
+    /// Returns the fraction of the commanded displacement that all joints together have moved; 1 if none was commanded.
     pub fn factor(&self) -> f64 {
         if self.square > NOTHING { self.product / self.square } else { 1.0 }
     }
 }
 
 impl FromIterator<(f64, f64)> for Comparison {
-    /// Sums over joints, each with its commanded and its measured displacement \[rad\].
+    /// Adds up joints, each one given by its commanded and its measured displacement \[rad\].
     fn from_iter<I: IntoIterator<Item = (f64, f64)>>(joints: I) -> Self {
         let mut all = Self::default();
         joints.into_iter().for_each(|(asked, moved)| all.add(asked, moved));

@@ -25,7 +25,7 @@ impl From<JointOrder> for Vec<String> {
 }
 
 impl JointOrder {
-    /// Creates the order of these joint names, base first.
+    /// Creates the order from the joint names, base first.
     pub fn new(names: Vec<String>) -> Self {
         Self { names: names.into() }
     }
@@ -35,13 +35,13 @@ impl JointOrder {
         &self.names
     }
 
-    /// Returns whether one of the arm's joints is among `names`. A message without any belongs to something else.
+    /// Returns whether at least one of the arm's joints is among `names`. A message without any is not about this arm.
     pub fn has_any_of(&self, names: &[String]) -> bool {
         self.names.iter().any(|joint| names.contains(joint))
     }
 
-    /// Finds the arm's joints in a message by name, and ignores other joints. `places` holds the index of each joint in the previous message,
-    /// which is tried first, and then its index in this one.
+    /// Finds the arm's joints in a message by name, and ignores other joints. `places` has the index of each joint in the previous
+    /// message, which is tried first. Afterwards it has the index in this message.
     ///
     /// # Errors
     /// A [`StateError`] if a joint is missing, a number is not finite, or the lists have different lengths.
@@ -67,11 +67,11 @@ impl JointOrder {
         Ok(())
     }
 
-    /// Writes the positions \[rad\] of the arm's joints to `into`, matched by name, and ignores other joints.
+    /// Sets `into` to the positions \[rad\] of the arm's joints, matched by name. Ignores other joints.
     ///
     /// # Errors
-    /// A [`StateError`] if a joint is missing, a number is not finite or beyond [`bounds`], or the lists have different lengths. `into` is then
-    /// unchanged.
+    /// A [`StateError`] if a joint is missing, a number is not finite or beyond [`bounds`], or the lists have different lengths.
+    /// `into` is then unchanged.
     pub fn positions(&self, names: &[String], positions: &[f64], into: &mut [f64]) -> Result<(), StateError> {
         let mut places = vec![0; self.names.len()];
         self.locate(names, positions, &mut places)?;

@@ -1,4 +1,5 @@
-//! Estimates the time from a command to the joint state that shows it: the state's age plus the robot's response time.
+//! Estimates the time from a command to the joint state that shows its effect. It is the age of the state plus the response time of
+//! the robot.
 
 use crate::command_history::CommandHistory;
 use crate::comparison::Comparison;
@@ -7,15 +8,15 @@ use crate::seconds;
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
-/// The clocks count as agreeing while joint states are not older than this by their stamps.
+/// The clocks count as agreeing while joint states are at most this old by their stamps.
 const LONGEST_AGE: Duration = Duration::from_millis(150);
 
-/// How long clocks must agree before stamps are used, and how long they must disagree before stamps are no longer used: one late joint
-/// state proves nothing about clocks.
+/// How long the clocks must agree before stamps are used, and how long they must disagree before stamps are no longer used. A
+/// single late joint state proves nothing about the clocks.
 const AGREEMENT: Duration = Duration::from_millis(200);
 const DISAGREEMENT: Duration = Duration::from_secs(2);
 
-/// The candidates for the response time: multiples of `STEP`, `CANDIDATES` of them from zero on. All are below `LONGEST_RESPONSE`.
+/// The candidates for the response time: `CANDIDATES` multiples of `STEP`, from zero on. All are below `LONGEST_RESPONSE`.
 const STEP: Duration = Duration::from_millis(4);
 const CANDIDATES: usize = 49;
 const LONGEST_RESPONSE: Duration = Duration::from_millis(200);
@@ -23,18 +24,19 @@ const LONGEST_RESPONSE: Duration = Duration::from_millis(200);
 /// The time constant with which old comparisons lose weight \[s\].
 const FORGETTING: f64 = 0.5;
 
-/// The least sum of squares \[rad²\] by which the candidates must differ, so that noise does not decide.
+/// The least difference between the candidates' sums of squares for a decision, so that noise does not decide \[rad²\].
 const DISTINCT: f64 = 5e-5;
 
-/// The weight of a new joint state in the age, and of a new motion in the response time.
+/// The weight of a new joint state in the smoothed age, and of a new motion in the smoothed response time.
 const SMOOTHING: f64 = 0.2;
 const RESPONSE_SMOOTHING: f64 = 0.36;
 
-/// Estimates the delay of one arm in two parts: the age of a joint state on arrival, by its stamp if the clocks agree, and the robot's response
-/// time, by comparing the measured motion with earlier commands.
+/// Estimates the delay of one arm. It has two parts: the age of a joint state on arrival, and the robot's response time. The age
+/// comes from the stamp if the clocks agree. The response time comes from a comparison of the measured motion with earlier
+/// commands.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Latency {
-    /// When stamps became plausible, and when the last plausible one arrived.
+    /// When stamps became plausible, and when the last plausible stamp arrived.
     agreeing_since: Option<Duration>,
     agreed: Option<Duration>,
     /// Whether stamps are used.
@@ -43,9 +45,10 @@ pub(crate) struct Latency {
     age: f64,
     /// Time between joint states \[s\], smoothed.
     interval: f64,
-    /// Response time: from a command to the state of the robot that shows it \[s\].
+    /// The response time: the time from a command to the state of the robot that shows its effect \[s\].
     response: f64,
-    /// The weighted number of motions compared, the sum of each joint's motion \[rad\], and the sum of all squares \[rad²\].
+    /// The weighted number of compared motions, the sum of each joint's motion \[rad\], and the sum of the squares of all motions
+    /// \[rad²\].
     count: f64,
     moved: Vec<f64>,
     motion: f64,
@@ -55,16 +58,16 @@ pub(crate) struct Latency {
 /// The comparison for one possible response time.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 struct Candidate {
-    /// The motion compared with the commands that were sent this response time earlier.
+    /// The motion compared with the commands of one response time earlier.
     comparison: Comparison,
     /// The sum of each joint's commands \[rad\].
     asked: Vec<f64>,
 }
 
 impl Candidate {
-    /// Returns the sum of the squared differences between motion and commands \[rad²\]. The robot may move at a fraction f ≤ 1 of its
-    /// commands, plus a constant speed of each joint; the best of these fit is `M − 2 f P + f² W` with `f = P/W`, all sums taken about the
-    /// means.
+    /// Returns the sum of the squared differences between motion and commands \[rad²\], for the best fit. The robot may move at a
+    /// fraction f ≤ 1 of its commands, plus a constant speed of each joint. The sum is `M − 2 f P + f² W` with `f = P/W`; all sums
+    /// are taken about the means.
     fn misfit(&self, latency: &Latency, motion: f64) -> f64 {
         let count = latency.count.max(f64::MIN_POSITIVE);
         let joints = self.asked.iter().zip(&latency.moved);
@@ -94,7 +97,7 @@ impl Latency {
         }
     }
 
-    /// Notes a joint state that arrived at `now`, the previous one at `before`, and returns its age.
+    /// Notes a joint state that arrived at `now`. The previous one arrived at `before`. Returns the age of the state.
     pub fn hear(&mut self, now: Duration, before: Option<Duration>, stamp_age: Option<Duration>) -> Duration {
         if let Some(before) = before {
             let interval = now.saturating_sub(before).min(LONGEST_AGE).as_secs_f64();
@@ -126,14 +129,15 @@ impl Latency {
         self.stamped
     }
 
-    /// Starts or stops using stamps. The ages then count from other times, so the comparisons start again; the total delay stays.
+    /// Starts or stops using stamps. Ages are then measured from other times, so the comparisons restart. The total delay does not
+    /// change.
     fn believe_stamps(&mut self, stamped: bool, age: f64) {
         let (total, age) = (self.total(), if stamped { age } else { 0.0 });
         (self.stamped, self.age, self.response) = (stamped, age, (total - age).max(0.0));
         self.fade(0.0);
     }
 
-    /// Multiplies the weight of all comparisons so far by `keep`.
+    /// Multiplies the weight of all earlier comparisons by `keep`.
     fn fade(&mut self, keep: f64) {
         (self.count, self.motion) = (keep * self.count, keep * self.motion);
         self.moved.iter_mut().for_each(|moved| *moved *= keep);
@@ -149,7 +153,7 @@ impl Latency {
         self.count += 1.0;
         self.motion += motion.moved.iter().map(|moved| moved * moved).sum::<f64>();
         self.moved.iter_mut().zip(motion.moved).for_each(|(sum, moved)| *sum += moved);
-        // A motion long after the last command is not a response, whichever candidate is right.
+        // A motion long after the last command is not a response to it, whatever the response time is.
         if !history.stood_after(motion.from.saturating_sub(LONGEST_RESPONSE)) {
             let mut window = history.window(motion.from, motion.to);
             for Candidate { comparison, asked: sums } in &mut self.candidates {
@@ -166,7 +170,7 @@ impl Latency {
         }
     }
 
-    /// Returns the response time that explains the motion \[s\], if one candidate does and others do not.
+    /// Returns the response time that explains the motion \[s\], if exactly one candidate does.
     fn best(&self) -> Option<f64> {
         let count = self.count.max(f64::MIN_POSITIVE);
         let motion = self.motion - self.moved.iter().map(|moved| moved * moved).sum::<f64>() / count;
@@ -178,7 +182,7 @@ impl Latency {
         if worst < DISTINCT || least > 0.25 * worst || least > 0.25 * motion {
             return None;
         }
-        // The vertex of the parabola through the neighbors.
+        // The vertex of the parabola through the best candidate and its neighbors.
         let vertex = match (index.checked_sub(1).and_then(at), at(index + 1)) {
             (Some(before), Some(after)) => {
                 0.5 * (before - after) / (before - 2.0 * least + after).max(f64::MIN_POSITIVE)
@@ -188,12 +192,12 @@ impl Latency {
         Some(((index as f64 + vertex) * STEP.as_secs_f64()).max(0.0))
     }
 
-    /// Returns the response time: from a command to the state of the robot that shows it \[s\].
+    /// Returns the response time: the time from a command to the state of the robot that shows its effect \[s\].
     pub fn response(&self) -> f64 {
         self.response
     }
 
-    /// Returns the time from a command to the arrival of the joint state that shows it \[s\].
+    /// Returns the time from a command to the arrival of the joint state that shows its effect \[s\].
     pub fn total(&self) -> f64 {
         self.age + self.response
     }

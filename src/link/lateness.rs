@@ -1,18 +1,19 @@
-//! The recent lateness of control cycles and joint states. It may occur again.
+//! The recent lateness of control cycles and joint states. It may happen again at any time.
 
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
-/// Lateness is forgotten after once to twice this time.
+/// A lateness counts for at least this time, and for at most twice this time.
 const WINDOW: Duration = Duration::from_secs(2);
 
-/// Robots stop by their own timeout after about this time without a command, so a longer lateness does not matter.
+/// Robots stop by their own timeout about this long after the last command, so a longer lateness does not matter.
 pub(crate) const LONGEST_HOLD: Duration = Duration::from_millis(100);
 
-/// The weight of the newest cycle in the average time between cycles: a stop takes about fifty cycles.
+/// The weight of the newest cycle in the average time between cycles. A stop takes about fifty cycles.
 const SMOOTHING: f64 = 0.02;
 
-/// The recent lateness of the cycles: that of the worst cycle, and the largest average over the duration of a stop.
+/// The recent lateness of the cycles: the lateness of the worst cycle, and the largest average time between cycles over the
+/// duration of a stop.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Cycles {
     period: Duration,
@@ -21,7 +22,7 @@ pub(crate) struct Cycles {
     average: f64,
     latest: Lateness,
     slowest: Lateness,
-    /// Whether the last cycle came so late that the robot has stopped meanwhile.
+    /// Whether the last cycle was so late that the robot has stopped by its own timeout.
     gap: bool,
 }
 
@@ -32,7 +33,7 @@ impl Cycles {
         Self { period, last: None, average: period.as_secs_f64(), latest, slowest, gap: false }
     }
 
-    /// Notes a cycle at `now`.
+    /// Adds a cycle at `now`.
     pub fn note(&mut self, now: Duration) {
         let passed = self.last.replace(now).map_or(self.period, |last| now.saturating_sub(last));
         self.gap = passed > self.period + LONGEST_HOLD;
@@ -43,17 +44,17 @@ impl Cycles {
         self.slowest.note(now, average.saturating_sub(self.period));
     }
 
-    /// Returns whether the last cycle came so late that the robot has stopped meanwhile.
+    /// Returns whether the last cycle was so late that the robot has stopped by its own timeout.
     pub fn has_gap(&self) -> bool {
         self.gap
     }
 
-    /// Returns the worst lateness of a cycle in the last seconds.
+    /// Returns the lateness of the worst cycle in the last seconds.
     pub fn latest(&self) -> Duration {
         self.latest.worst()
     }
 
-    /// Returns the largest recent average time between cycles, taken over the duration of a stop.
+    /// Returns the largest average time between cycles in the last seconds, over the duration of a stop.
     pub fn slowest(&self) -> Duration {
         self.period + self.slowest.worst()
     }
@@ -69,7 +70,7 @@ pub(crate) struct Lateness {
 }
 
 impl Lateness {
-    /// Notes at `now` an event that is late by `late`.
+    /// Adds an event at `now` that is late by `late`.
     pub fn note(&mut self, now: Duration, late: Duration) {
         let passed = now.saturating_sub(self.since);
         if passed >= WINDOW {

@@ -1,6 +1,6 @@
 //! Connects the servo to its robot: takes joint states, estimates delays and pulls, and checks that the robot is present and follows.
 #![warn(clippy::unwrap_used, clippy::expect_used)]
-// These macros panic if nobody reads the output: results go through cli::print, everything else through stderr.
+// These macros panic if nobody reads the output. Results go through `cli::print`, everything else through `stderr`.
 #![warn(clippy::print_stdout, clippy::print_stderr)]
 
 mod arbiter;
@@ -30,7 +30,7 @@ use dq_limits::Limits;
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
-/// A stamp that is ahead of our clock by no more than this counts as now.
+/// A stamp counts as the present time if it is ahead of this host's clock by at most this.
 const AHEAD_NS: i64 = 5_000_000;
 
 /// A joint state as received.
@@ -42,52 +42,54 @@ pub struct JointReading<'a> {
     pub positions: &'a [f64],
     /// Joint velocities [rad/s, prismatic: m/s], one per name, or empty.
     pub velocities: &'a [f64],
-    /// The number of its publisher.
+    /// The number of the publisher.
     pub source: u32,
-    /// Its age by its stamp; `None` if the stamp is not in the past.
+    /// The age of the joint state by its stamp; `None` if the stamp is zero or ahead of this host's clock.
     pub stamp_age: Option<Duration>,
 }
 
-/// Returns the age, at time `clock` \[ns\], of a message with time stamp `stamp` \[ns\] of the same clock: see [`JointReading::stamp_age`].
+/// Returns the age of a message with time stamp `stamp` \[ns\] at time `clock` \[ns\]. `None` if the stamp is ahead of the clock by
+/// more than 5 ms. See [`JointReading::stamp_age`].
 pub fn stamp_age(clock: i64, stamp: i64) -> Option<Duration> {
     let age = clock.checked_sub(stamp).filter(|age| *age >= -AHEAD_NS)?;
     Some(Duration::from_nanos(age.max(0).unsigned_abs()))
 }
 
-/// How an arm follows its commands, as far as is known.
+/// Whether an arm follows its commands, as far as the link knows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Contact {
-    /// It follows them.
+    /// The arm follows.
     Following,
-    /// It stands, or was not yet seen to respond: it is driven gently.
+    /// The arm stands, or has not yet responded to a command. The servo drives it gently.
     Unseen,
-    /// It did not follow before, and is being tried gently.
+    /// The arm did not follow. The servo is trying it gently again.
     Lost,
-    /// It did not follow, and gets zeros for a while.
+    /// The arm did not follow. The servo sends zeros for a while.
     Resting,
-    /// Nobody subscribes to its commands.
+    /// Nobody subscribes to the commands for the arm.
     Nobody,
-    /// Another publisher sends it commands too.
+    /// Another publisher sends commands to the arm, too.
     Contended,
 }
 
-/// The estimates about one arm in one control period.
+/// The estimates about one arm in one cycle.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ArmFigures {
-    /// How old a command must have been, when the last joint state arrived, to show in that state.
+    /// The age of the commands whose effect the last joint state showed when it arrived.
     pub lag: Duration,
-    /// The delay that bounds the law's gain: from a command to the joint state that shows it, plus one interval between joint states.
+    /// The delay that limits the law's gain: the time from a command to the joint state that shows its effect, plus one interval of
+    /// joint states.
     pub delay: Duration,
     /// The largest lateness of a cycle or of a joint state in the last seconds.
     pub lateness: Duration,
-    /// The largest average time between cycles over the duration of a stop, in the last seconds; at least the period.
+    /// The largest average time between cycles in the last seconds, over the duration of a stop; at least the period.
     pub cycle: Duration,
     /// Whether the arm follows its commands.
     pub contact: Contact,
     /// The fraction of the commanded speed at which the arm moves, at most 1.
     pub factor: f64,
-    /// Whether in this cycle the robot appeared, or the servo came back after a gap. The next command then starts at the arm's present
-    /// speed.
+    /// Whether the robot appeared in this cycle, or the cycles resumed after a gap. The next command then starts at the arm's
+    /// present speed.
     pub came: bool,
 }
 
@@ -111,15 +113,15 @@ pub struct LinkSettings<'a> {
     pub limits: &'a Limits,
     /// The age at which a joint state is stale.
     pub state_timeout: Duration,
-    /// A robot that is silent for longer than this was away.
+    /// The silence after which a robot counts as having been away.
     pub rearm_timeout: Duration,
-    /// The time from a command to the joint state that shows it; `None` to estimate it.
+    /// The time from a command to the joint state that shows its effect; `None` to estimate it.
     pub latency: Option<Duration>,
-    /// The rate at which the pull at the joints is balanced [1/s]; 0 not to balance it.
+    /// The rate at which the servo balances the pull at the joints [1/s]; 0 for not at all.
     pub integral: f64,
 }
 
-/// Converts seconds to a duration; values that are not a time become zero.
+/// Converts seconds to a duration. A value that is not a time becomes zero.
 pub fn seconds(seconds: f64) -> Duration {
     Duration::try_from_secs_f64(seconds).unwrap_or_default()
 }

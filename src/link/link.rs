@@ -11,8 +11,8 @@ use serde::{Deserialize, Serialize};
 use std::ops::Range;
 use std::time::Duration;
 
-/// The link between a servo and its arms: takes joint states, predicts positions, estimates delays and pulls, and monitors whether the arms
-/// follow.
+/// The link between a servo and its arms. It takes joint states, predicts positions, estimates delays and pulls, and monitors
+/// whether the arms follow.
 #[derive(Serialize, Deserialize)]
 pub struct Link {
     arms: Vec<ArmLink>,
@@ -21,13 +21,15 @@ pub struct Link {
     measured: Vec<f64>,
     predicted: Vec<f64>,
     velocity: Vec<f64>,
-    /// The part of each joint's command that balances the pull, and the part of it that the joint was seen to respond to [rad/s].
+    /// The hold of each joint, which is the part of its command that balances the pull; and the part of the hold to which the joint
+    /// has responded [rad/s].
     hold: Vec<f64>,
     proven: Vec<f64>,
 }
 
 impl Link {
-    /// Creates the link to arms with joints `orders` of these `kinds`, commanded through `interface` once per `period`.
+    /// Creates the link to arms with the joints `orders` of these `kinds`. They are commanded through `interface` once per
+    /// `period`.
     pub fn new(orders: Vec<JointOrder>, kinds: &[JointKind], period: Duration, interface: Interface) -> Self {
         let mut count = 0;
         let arms = orders.into_iter().map(|order| {
@@ -50,8 +52,8 @@ impl Link {
         }
     }
 
-    /// Takes a joint state received at `now` for the next cycle; the last good one counts. Returns whether it came from the publisher in
-    /// use. Another publisher takes over only after the one in use has been silent for `silence`.
+    /// Takes a joint state received at `now` for the next cycle. If there are several, the last valid one counts. Returns whether
+    /// its publisher is the one in use. Another publisher takes over only after the one in use has been silent for `silence`.
     pub fn take(
         &mut self,
         arm: usize,
@@ -62,7 +64,7 @@ impl Link {
         self.arms[arm].take(reading, now, silence)
     }
 
-    /// Returns the joint names of `arm`, and their indices among all joints.
+    /// Returns the joint names of `arm`, and their indices among the joints of all arms.
     pub fn order(&self, arm: usize) -> (JointOrder, Range<usize>) {
         self.arms[arm].order()
     }
@@ -94,12 +96,12 @@ impl Link {
         self.predict(now);
     }
 
-    /// Returns the events of this cycle that revoke consent, such as a robot that appeared or jumped.
+    /// Returns the events of this cycle that revoke consent, such as that a robot appeared or jumped.
     pub fn returns(&self) -> impl Iterator<Item = Return> + '_ {
         self.arms.iter().filter_map(|arm| arm.returned)
     }
 
-    /// Returns why a request is not obeyed, if the arm has disobeyed for longer than `timeout` or too often.
+    /// Returns how an arm has disobeyed, if it has for longer than `timeout` or too often.
     pub fn disobedience(&self, now: Duration, timeout: Duration) -> Option<Disobedience> {
         self.arms.iter().find_map(|arm| {
             let first = arm.joints.start;
@@ -110,7 +112,7 @@ impl Link {
         })
     }
 
-    /// Notes that consent was revoked.
+    /// Notes that consent was revoked because of disobedience.
     pub fn tell(&mut self) {
         for arm in &mut self.arms {
             if arm.following.is_lost() {
@@ -125,7 +127,7 @@ impl Link {
         self.arms.iter().any(|arm| arm.following.is_lost())
     }
 
-    /// Notes the speed scaling, 0 to 1, that `arm` reported at `now`.
+    /// Notes the speed scaling that `arm` reported at `now`: a number from 0 to 1.
     pub fn set_factor(&mut self, arm: usize, factor: f64, now: Duration) {
         self.arms[arm].told_factor = factor.is_finite().then_some((factor.clamp(0.0, 1.0), now));
     }
@@ -135,12 +137,12 @@ impl Link {
         self.figures().map(|figures| figures.factor).fold(1.0, f64::min)
     }
 
-    /// Returns whether the cycles had a gap after which some arm's state is not known yet: then nothing may be sent.
+    /// Returns whether the cycles had a gap after which the state of an arm is not known yet. Then nothing may be sent.
     pub fn is_blind(&self) -> bool {
         self.arms.iter().any(|arm| arm.blind_since.is_some())
     }
 
-    /// Returns the joints whose next command must start at their present speed, each with that speed [rad/s].
+    /// Returns the joints whose next command must start at their present speed, and that speed [rad/s].
     pub fn coasting(&self) -> impl Iterator<Item = (usize, f64)> + '_ {
         let came = self.arms.iter().filter(|arm| arm.figures.came && self.received().is_some());
         came.flat_map(|arm| arm.joints.clone()).map(|joint| (joint, self.velocity[joint]))
@@ -159,7 +161,7 @@ impl Link {
         }
     }
 
-    /// Notes the `command` [rad/s] in force from `now` on. It contains the hold, which does not move the joints.
+    /// Notes the `command` [rad/s], in force from `now` on. It includes the hold, which does not move the joints.
     pub fn command(&mut self, now: Duration, command: &[f64]) {
         self.history.note(now, command, &self.hold);
         for arm in &mut self.arms {
@@ -169,8 +171,8 @@ impl Link {
         }
     }
 
-    /// Moves the hold of each joint towards the estimated pull, or towards 0 if nothing is to be held. `jerks` are the joints' jerk limits
-    /// [rad/s³], `period` the control period \[s\].
+    /// Moves the hold of each joint toward the estimated pull, or toward 0 if `what` is [`Hold::Nothing`]. `jerks` are the joints'
+    /// jerk limits [rad/s³], `period` is the control period \[s\].
     pub fn balance(&mut self, what: Hold, limits: &Limits, jerks: &[f64], period: f64) {
         let room = Room { limits, positions: &self.predicted, jerks, period };
         for arm in &mut self.arms {
@@ -179,17 +181,17 @@ impl Link {
         }
     }
 
-    /// Returns the part of each joint's command that balances the pull [rad/s, prismatic: m/s].
+    /// Returns the hold of each joint: the part of its command that balances the pull [rad/s, prismatic: m/s].
     pub fn hold(&self) -> &[f64] {
         &self.hold
     }
 
-    /// Returns by how much each joint moves slower than commanded [rad/s, prismatic: m/s].
+    /// Returns the pull at each joint: its commanded speed less its real one [rad/s, prismatic: m/s].
     pub fn pulls(&self) -> impl Iterator<Item = f64> + '_ {
         self.arms.iter().flat_map(|arm| arm.pull.speeds().iter().copied())
     }
 
-    /// Returns whether no joint was commanded to move since `time`.
+    /// Returns whether no command has moved a joint since `time`.
     pub fn stood_after(&self, time: Duration) -> bool {
         self.history.stood_after(time)
     }
@@ -204,29 +206,29 @@ impl Link {
         &self.predicted
     }
 
-    /// Returns when the arm that has been silent longest was last heard; `None` until the state of each arm is known.
+    /// Returns the time at which the oldest of the arms' last joint states arrived; `None` until the state of each arm is known.
     pub fn received(&self) -> Option<Duration> {
         self.arms.iter().map(|arm| arm.received).min().flatten()
     }
 
-    /// Returns the interval between joint states of an arm whose joint states arrive too rarely for `state_timeout`.
+    /// Returns the interval of joint states if those of an arm arrive too rarely for `state_timeout`.
     pub fn rare_states(&self) -> Option<Duration> {
         self.arms.iter().filter_map(|arm| arm.rarity.interval).max()
     }
 
-    /// Returns the arm that has been silent longest.
+    /// Returns the arm whose last joint state is the oldest.
     pub fn quietest(&self) -> usize {
         let arms = self.arms.iter().enumerate();
         arms.min_by_key(|(_, arm)| arm.received).map_or(0, |(arm, _)| arm)
     }
 
-    /// Returns an arm with two publishers of joint states, and the numbers of both, the earlier one first.
+    /// Returns an arm with two publishers of joint states, if there is one, and the numbers of both, the earlier one first.
     pub fn rivals(&mut self, now: Duration) -> Option<(usize, [u32; 2])> {
         let mut arms = self.arms.iter_mut().enumerate();
         arms.find_map(|(arm, link)| Some((arm, link.sources.rivals(now)?)))
     }
 
-    /// Returns the estimates of the last cycle about each arm.
+    /// Returns the estimates about each arm in the last cycle.
     pub fn figures(&self) -> impl Iterator<Item = &ArmFigures> {
         self.arms.iter().map(|arm| &arm.figures)
     }
@@ -236,12 +238,13 @@ impl Link {
         self.figures().position(|figures| contacts.contains(&figures.contact))
     }
 
-    /// Returns the joint that does not follow, counted from 1 arm after arm.
+    /// Returns a joint that does not follow, counted from 1 arm after arm, if there is one.
     pub fn lost(&self) -> Option<usize> {
         self.arms.iter().find_map(|arm| Some(arm.joints.start + arm.following.lost()? + 1))
     }
 
-    /// Returns the joint that moves too far, counted from 1 arm after arm, and the ratio of its motion to the command.
+    /// Returns a joint that moves too far, counted from 1 arm after arm, and the ratio of its motion to the command, if there is
+    /// one.
     pub fn too_far(&self, now: Duration) -> Option<(usize, f64)> {
         self.arms.iter().find_map(|arm| {
             let (joint, factor) = arm.following.too_far(now)?;
@@ -249,17 +252,17 @@ impl Link {
         })
     }
 
-    /// Drives arms that did not follow again, without waiting.
+    /// Drives the arms that did not follow again, without waiting.
     pub fn try_again(&mut self) {
         self.arms.iter_mut().for_each(|arm| arm.following.try_again());
     }
 
-    /// Returns the factor by which to scale `target` [rad/s], so that joints not yet seen to respond are driven gently.
+    /// Returns the factor by which to scale `target` [rad/s]. It makes joints that have not yet responded move gently.
     pub fn probing_factor(&self, target: &[f64], accelerations: &[f64]) -> f64 {
         let factors = self.arms.iter().flat_map(|arm| {
             arm.joints.clone().map(|joint| {
                 let probe = arm.following.probe(joint - arm.joints.start, accelerations[joint]);
-                // The hold uses up a part of the allowed change.
+                // The hold takes up a part of the allowed change.
                 let left = (probe - (self.hold[joint] - self.proven[joint]).abs()).max(0.0);
                 ratio(left, target[joint].abs())
             })
@@ -267,16 +270,17 @@ impl Link {
         factors.fold(1.0, f64::min)
     }
 
-    /// Returns the time from a command to the joint state that shows it \[s\], for the slowest arm.
+    /// Returns the time from a command to the joint state that shows its effect \[s\], for the slowest arm.
     pub fn latency(&self, fixed: Option<Duration>) -> f64 {
         let estimated = self.arms.iter().map(|arm| arm.latency.total()).fold(0.0, f64::max);
         fixed.map_or(estimated, |latency| latency.as_secs_f64())
     }
 
-    /// Returns what braking before a position limit depends on. The servo has the control period `period` \[s\]; the joints have these
-    /// decelerations [rad/s²], jerks [rad/s³] and last steps of their commands [rad/s].
+    /// Returns the data by which braking before a position limit is computed. The servo has the control period `period` \[s\]. The
+    /// joints have these decelerations [rad/s²], jerks [rad/s³] and last changes of their commands [rad/s].
     ///
-    /// A command may stay in force for as long as the latest one of the last seconds did. Such single delays do not bound the law's gain.
+    /// A command may stay in force for as long as the latest command of the last seconds did. Such single delays do not limit the
+    /// law's gain.
     pub fn braking<'a>(&self, [decelerations, jerks, steps]: [&'a [f64]; 3], period: f64) -> Braking<'a> {
         let slowest = |of: fn(&ArmFigures) -> Duration| self.figures().map(of).max().unwrap_or_default();
         let delay = slowest(|figures| figures.delay + figures.lateness).as_secs_f64();
@@ -284,7 +288,7 @@ impl Link {
         Braking { decelerations, jerks, steps, period, cycle, delay }
     }
 
-    /// Returns the delay that bounds the law's gain \[s\], for the slowest arm.
+    /// Returns the delay that limits the law's gain \[s\], for the slowest arm.
     pub fn delay(&self) -> f64 {
         self.figures().map(|figures| figures.delay).max().unwrap_or_default().as_secs_f64()
     }

@@ -1,4 +1,4 @@
-//! Joint states that arrive in parts, for example from the driver of a rail and from that of the arm on it.
+//! Joint states that arrive in parts, such as from the driver of a rail and the driver of the arm on it.
 
 use crate::joint_order::check;
 use crate::{JointOrder, JointReading, StateError};
@@ -19,12 +19,12 @@ pub(crate) struct Part {
     pub source: u32,
     at: Duration,
     stamp_age: Option<Duration>,
-    /// Whether it arrived since the last complete state.
+    /// Whether the reading arrived since the last complete joint state.
     is_new: bool,
 }
 
 impl Part {
-    /// Returns its age at `now` by its stamp.
+    /// Returns the age of the reading at `now` by its stamp.
     pub fn age(&self, now: Duration) -> Option<Duration> {
         self.stamp_age.map(|age| age + now.saturating_sub(self.at))
     }
@@ -35,7 +35,7 @@ impl Part {
 }
 
 impl Parts {
-    /// Forgets all readings, because a message had the whole arm.
+    /// Drops all readings, because a message had the whole arm.
     pub fn clear(&mut self) {
         self.heard.clear();
     }
@@ -55,10 +55,10 @@ impl Parts {
         })
     }
 
-    /// Takes the joints of the arm that `reading` has.
+    /// Takes the readings of the arm's joints that are in `reading`.
     ///
     /// # Errors
-    /// A [`StateError`] if a position is not finite or beyond its bounds; then no joint is taken.
+    /// A [`StateError`] if a position is not finite or beyond its bounds. No joint is taken then.
     pub fn take(
         &mut self,
         order: &JointOrder,
@@ -84,12 +84,12 @@ impl Parts {
         Ok(())
     }
 
-    /// Returns the first joint without a reading within `timeout`.
+    /// Returns the first joint that has no reading within `timeout`.
     pub fn missing(&self, now: Duration, timeout: Duration) -> Option<usize> {
         self.heard.iter().position(|part| !part.is_some_and(|part| part.is_there(now, timeout)))
     }
 
-    /// Returns the readings of all joints, once each has arrived since the last complete state.
+    /// Returns the readings of all joints if each of them has arrived since the last complete joint state.
     pub fn whole(&mut self) -> Option<impl Iterator<Item = Part> + Clone + '_> {
         if !self.heard.iter().flatten().all(|part| part.is_new) {
             return None;

@@ -1,22 +1,22 @@
-//! Detects that the robot appeared, was away, or jumped: requests from before do not apply to it.
+//! Detects that the robot appeared, was away, or jumped. Earlier requests do not apply to the robot then.
 
 use dq_kinematics::arm::JointKind;
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
-/// A joint state may be this much later than the one before \[s\] without the robot having jumped.
+/// A joint state may be later than expected by this time without its motion counting as a jump \[s\].
 const LATENESS: f64 = 0.05;
 
-/// Returns the longest plausible travel \[rad, prismatic: m\] of a joint with the speed limit `speed` [rad/s] between two joint states that are
-/// `seconds` apart.
+/// Returns the longest plausible travel of a joint between two joint states that are `seconds` apart \[rad, prismatic: m\]. `speed`
+/// is the joint's speed limit [rad/s].
 pub fn longest_travel(speed: f64, seconds: f64) -> f64 {
     speed * (seconds + LATENESS)
 }
 
-/// The robot appeared, came back, or jumped. This revokes earlier requests.
+/// An event that revokes earlier requests: the robot appeared, came back, or jumped.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Return {
-    /// Requests made until this time are revoked. `None` if no request can be that old.
+    /// The event revokes requests made until this time. `None` if no request can be that old.
     pub since: Option<Duration>,
     /// What the robot did.
     pub what: Returned,
@@ -25,11 +25,11 @@ pub struct Return {
 /// What a robot did that revokes consent.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Returned {
-    /// It was heard for the first time.
+    /// The robot sent its first joint state.
     Came,
-    /// It was away for this time \[s\].
+    /// The robot was away for this time \[s\].
     WasAway(f64),
-    /// A joint (counted from 1 arm after arm, of this kind) jumped by this distance \[rad, prismatic: m\].
+    /// A joint jumped: its number (counted from 1 arm after arm), the distance \[rad, prismatic: m\], and its kind.
     IsElsewhere(usize, f64, JointKind),
 }
 
@@ -40,28 +40,28 @@ impl Return {
     }
 }
 
-/// Two successive joint states, and what the robot may have done between them.
+/// Two successive joint states, and the motion that the robot may have made between them.
 pub(crate) struct Step<'a> {
-    /// When the previous state arrived, if there was one.
+    /// When the previous joint state arrived, if there was one.
     pub before: Option<Duration>,
     pub now: Duration,
-    /// The positions before and now \[rad, prismatic: m\].
+    /// The positions in the previous and in the present joint state \[rad, prismatic: m\].
     pub from: &'a [f64],
     pub to: &'a [f64],
-    /// The joints' largest speeds [rad/s].
+    /// The speed limits of the joints [rad/s].
     pub speeds: &'a [f64],
-    /// The recently commanded displacements \[rad\]. They may exceed what `speeds` allow, if a limit was lowered meanwhile.
+    /// The recently commanded displacements \[rad\]. They may exceed what `speeds` allow if a limit was lowered meanwhile.
     pub commanded: &'a [f64],
     /// The kinds of the joints.
     pub kinds: &'a [JointKind],
-    /// The arm's first joint, counted from 1 arm after arm.
+    /// The number of the arm's first joint, counted from 1 arm after arm.
     pub first_joint: usize,
 }
 
 impl Step<'_> {
-    /// Returns the event if the robot was away for longer than `timeout`, or moved farther than it can within the time.
+    /// Returns the event if the robot appeared, was away for longer than `timeout`, or moved farther than it can within the time.
     pub fn returned(&self, timeout: Duration) -> Option<Return> {
-        // Before the clock began there is nothing to revoke.
+        // There is nothing to revoke from before the clock began.
         let lately = self.now.checked_sub(timeout);
         let Some(before) = self.before else {
             return Some(Return { since: lately, what: Returned::Came });

@@ -1,69 +1,70 @@
 //! The pull at the joints of an arm that takes velocities, and the hold that balances it.
 //!
-//! A velocity servo stands only if nothing pulls at it. Under a torque τ that it does not know, of a payload or of gravity, a joint moves
-//! slower than its command u by the pull p = τ/k_v, and sinks at that speed if zero is commanded. The estimate p̂ follows
+//! A velocity servo stands only if nothing pulls at it. Let τ be a torque that it does not compensate for, of a payload or of gravity.
+//! Then a joint moves slower than its command u by the pull p = τ/k_v, and sinks at that speed if its command is zero. The estimate p̂
+//! follows
 //!
 //! ```text
 //! dp̂/dt = K_I (u − θ̇ − p̂)
 //! ```
 //!
-//! With the parameter `integral`, the command is the motion plus p̂, which is called the hold. Then θ̇ follows the motion, and the joint
-//! stands p/K_I below the position at which it was stopped. A limit on the command does not wind up the estimate, because u is the command
-//! that was sent.
+//! With the parameter `integral`, the command is the motion plus the hold, which is p̂. Then θ̇ follows the motion, and the joint stands
+//! p/K_I below the position at which it was stopped. A limit on the command does not wind up the estimate, because u is the command that
+//! was sent.
 
 use dq_limits::{Limits, Pace};
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
-/// The rate of the estimate if nothing is held [1/s].
+/// The rate of the estimate if the servo does not balance the pull [1/s].
 const WATCHED: f64 = 5.0;
 
 /// Largest product of rate and delay: half of what the small-gain theorem allows.
 const STABLE: f64 = 0.5;
 
-/// Largest estimate as a fraction of a joint's largest speed, and its largest rate of change [rad/s², prismatic: m/s²]. A faster change is
-/// not caused by a weight, but by a joint that stands although it is commanded to move.
+/// The largest estimate, as a fraction of a joint's largest speed, and its largest rate of change [rad/s², prismatic: m/s²]. A
+/// faster change comes not from a weight, but from a joint that stands although it is commanded to move.
 const LARGEST: f64 = 0.2;
 const FASTEST_CHANGE: f64 = 1.0;
 
-/// Slower than this [rad/s, prismatic: m/s] a joint stands.
+/// A joint that is slower than this stands [rad/s, prismatic: m/s].
 const STANDSTILL: f64 = 0.01;
 
-/// Speed, or change of speed, at which observation ends [rad/s, prismatic: m/s]; below, its weight falls linearly. In fast or changing motion
-/// an error of the estimated delay looks like a pull.
+/// The speed, and the change of speed, from which a motion no longer counts for the estimate [rad/s, prismatic: m/s]. Below it, its
+/// weight falls linearly. In fast or changing motion, an error of the estimated delay looks like a pull.
 const FAST: f64 = 0.1;
 
 /// The fraction of a joint's acceleration limit that its hold may use.
 const SHARE: f64 = 0.1;
 
-/// The hold towards a position limit is at most the distance from it times this rate [1/s].
+/// A hold that pushes a joint toward a position limit is at most the distance from the limit times this rate [1/s].
 const OUTWARD: f64 = 5.0;
 
 /// The estimated pull at the joints of one arm.
 #[derive(Serialize, Deserialize)]
 pub(crate) struct Pull {
-    /// The commanded minus the actual speed of each joint, as far as a pull explains it [rad/s, prismatic: m/s].
+    /// The pull at each joint: the part of its commanded less its real speed that a pull explains [rad/s, prismatic: m/s].
     speeds: Vec<f64>,
     /// The change of each joint's hold in the last cycle [rad/s, prismatic: m/s].
     steps: Vec<f64>,
-    /// Whether the arm was driven since it appeared: otherwise nothing is held.
+    /// Whether the servo has driven the arm since the arm appeared. Until then the hold is 0.
     driven: bool,
-    /// The time up to which commands were compared with the joints' motion.
+    /// The time until which commands have been compared with the joints' motion.
     pub compared: Option<Duration>,
 }
 
-/// Whether the pull is balanced.
+/// Whether the servo balances the pull.
 #[derive(Clone, Copy)]
 pub enum Hold {
-    /// The pull is not balanced.
+    /// The servo does not balance the pull.
     Nothing,
-    /// The pull is balanced at an arm that should stand.
+    /// The servo balances the pull at an arm that should stand.
     Standing,
-    /// The pull is balanced at an arm that is driven.
+    /// The servo balances the pull at an arm that it drives.
     Driven,
 }
 
-/// The limits within which the hold of the joints of all arms may change.
+/// The limits on changes of the hold, for the joints of all arms.
 pub(crate) struct Room<'a> {
     pub limits: &'a Limits,
     /// The joint positions \[rad, prismatic: m\].
@@ -79,7 +80,7 @@ pub(crate) struct Observed {
     /// The measured and the commanded displacement \[rad, prismatic: m\].
     pub moved: f64,
     pub asked: f64,
-    /// The difference between its command and the recent mean command [rad/s, prismatic: m/s].
+    /// The difference between the command and the recent mean command [rad/s, prismatic: m/s].
     pub change: f64,
 }
 
@@ -95,25 +96,25 @@ impl Pull {
         Self { speeds: zeros.clone(), steps: zeros, driven: false, compared: None }
     }
 
-    /// Returns by how much each joint moves slower than commanded [rad/s, prismatic: m/s].
+    /// Returns the pull at each joint: its commanded less its real speed [rad/s, prismatic: m/s].
     pub fn speeds(&self) -> &[f64] {
         &self.speeds
     }
 
-    /// Forgets the pull, because it may be another robot, or because the robot has jumped.
+    /// Drops the estimate, because the robot has jumped or may be another one.
     pub fn forget(&mut self) {
         self.speeds.fill(0.0);
         self.compared = None;
         self.release();
     }
 
-    /// Holds nothing until the arm is driven again.
+    /// Ends the hold until the servo drives the arm again.
     pub fn release(&mut self) {
         self.driven = false;
     }
 
-    /// Updates the estimate with what the joints did within `passed`. The robot moves at the fraction `factor` of its commanded speed. The
-    /// estimate follows at `rate` [1/s]; `largest` are the joints' speed limits [rad/s].
+    /// Updates the estimate with the motion of the joints within `passed`. The robot moves at the fraction `factor` of its
+    /// commanded speed. The estimate follows at `rate` [1/s]; `largest` are the joints' speed limits [rad/s].
     pub fn observe(
         &mut self,
         joints: impl Iterator<Item = Observed>,
@@ -125,10 +126,11 @@ impl Pull {
         for ((speed, largest), Observed { moved, asked, change }) in
             self.speeds.iter_mut().zip(largest).zip(joints)
         {
-            // If a joint stands at a steady command, the pull equals the command. If it moves slowly, the robot may have been told to be slow.
+            // If a joint stands at a steady command, the pull equals the command. If it moves slowly, somebody may have told the
+            // robot to be slow.
             let stands = moved.abs() <= STANDSTILL * passed;
             let asked_to_move = asked - passed * *speed;
-            // A joint that is commanded little moves by the pull alone.
+            // If the command is small, the pull alone moves the joint.
             let fastest = asked_to_move.abs().min(asked.abs());
             let fast = if stands { 0.0 } else { fastest / passed.max(f64::MIN_POSITIVE) };
             let slow = (1.0 - fast.max(change.abs()) / FAST).max(0.0);
@@ -139,8 +141,8 @@ impl Pull {
         }
     }
 
-    /// Moves the `hold` of each joint [rad/s, prismatic: m/s] towards the estimate, or towards 0, within the limits on acceleration and jerk.
-    /// The arm's joints begin at index `first` of all joints. `within` returns the range of each joint's hold.
+    /// Moves the `hold` of each joint [rad/s, prismatic: m/s] toward the estimate, or toward 0, within the limits on acceleration
+    /// and jerk. The arm's joints begin at index `first` of all joints. `within` returns the range of each joint's hold.
     pub fn balance(
         &mut self,
         what: Hold,

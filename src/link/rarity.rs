@@ -3,18 +3,19 @@
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
-/// Number of intervals whose median counts. An outage is a single long interval, and does not change the median.
+/// Number of intervals whose median counts. An outage is a single long interval and does not change the median.
 const KEPT: usize = 5;
 
-/// Joint states are too rare if their interval is more than this part of the timeout: with jitter, some of them come after it.
+/// Joint states are too rare if their interval exceeds this fraction of the timeout: with jitter, some of them then arrive too
+/// late.
 const LARGEST_PART: f64 = 0.8;
 
-/// The latest intervals between joint states.
+/// The latest intervals of joint states.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Rarity {
     intervals: [Duration; KEPT],
     heard: usize,
-    /// The interval when the states became too rare, until they no longer are.
+    /// The interval at which joint states became too rare; `None` if they are not.
     pub interval: Option<Duration>,
 }
 

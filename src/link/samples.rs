@@ -6,28 +6,28 @@ use std::collections::VecDeque;
 use std::ops::Range;
 use std::time::Duration;
 
-/// Commands and motion are compared over this time.
+/// The time over which commands and motion are compared.
 const WINDOW: Duration = Duration::from_millis(100);
 
 /// Least time between two samples.
 const SPACING: Duration = Duration::from_millis(10);
 
-/// Samples from before a longer gap than this are dropped, because the motion during the gap is unknown.
+/// If the samples have a longer gap than this, the earlier ones are dropped, because the motion during the gap is unknown.
 const LONGEST_GAP: Duration = Duration::from_millis(300);
 
-/// Number of samples: those of one window, and the one before it.
+/// Number of samples: those of one window, and the one before the window.
 const CAPACITY: usize = 12;
 
 /// The joint positions of one arm at one time.
 #[derive(Serialize, Deserialize)]
 struct JointSample {
     time: Duration,
-    /// Time since the sample before.
+    /// Time since the previous sample.
     after: Duration,
     positions: Vec<f64>,
 }
 
-/// The displacement of the joints `joints` (indices among all) between two times.
+/// The displacement of the joints `joints` between two times. The indices are among the joints of all arms.
 pub(crate) struct Displacement<'a> {
     pub joints: Range<usize>,
     pub from: Duration,
@@ -43,14 +43,14 @@ pub(crate) struct Displacement<'a> {
 pub(crate) struct Samples {
     joints: Range<usize>,
     samples: VecDeque<JointSample>,
-    /// Unused samples, kept to avoid allocation.
+    /// Unused samples, which are kept to avoid allocations.
     spare: Vec<JointSample>,
     /// Displacement over the window \[rad, prismatic: m\].
     moved: Vec<f64>,
 }
 
 impl Samples {
-    /// Creates the samples of the arm whose joints have the indices `joints` among all.
+    /// Creates the samples of an arm. `joints` are the indices of its joints among the joints of all arms.
     pub fn new(joints: Range<usize>) -> Self {
         let zeros = vec![0.0; joints.len()];
         let room = || JointSample { time: Duration::ZERO, after: Duration::ZERO, positions: zeros.clone() };
@@ -58,12 +58,12 @@ impl Samples {
         Self { samples: VecDeque::with_capacity(CAPACITY), spare, moved: zeros, joints }
     }
 
-    /// Forgets all samples, for example because the robot or the clock has changed.
+    /// Drops all samples, for example because the robot or the clock has changed.
     pub fn clear(&mut self) {
         self.spare.extend(self.samples.drain(..));
     }
 
-    /// Adds `positions` \[rad, prismatic: m\] at `time` if the last sample is old enough. Returns whether it did.
+    /// Adds `positions` \[rad, prismatic: m\] at `time` unless the last sample is too recent. Returns whether it did.
     pub fn add(&mut self, time: Duration, positions: &[f64], kinds: &[JointKind]) -> bool {
         if self.samples.back().is_some_and(|last| time > last.time + LONGEST_GAP) {
             self.clear();

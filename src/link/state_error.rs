@@ -1,29 +1,29 @@
-//! Why a joint state was rejected.
+//! The reasons why a joint state is rejected.
 
 use dq_common::text::cut;
 use dq_kinematics::arm::bounds::NumberError;
 use thiserror::Error;
 
-/// Why a message is not a joint state of the arm.
+/// The reason why a message is not a valid joint state of the arm.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum StateError {
-    /// A position is not finite or absurdly large.
+    /// A position is not finite or beyond its bounds.
     #[error(transparent)]
     Number(#[from] NumberError),
     /// A joint of the arm is not in the joint state.
     #[error("joint {joint:?} is not in the joint state (it has {names:?})")]
     MissingJoint {
-        /// The joint.
+        /// The name of the joint.
         joint: String,
-        /// The first names of the message.
+        /// The first joint names in the message.
         names: Vec<String>,
     },
     /// The lists of a joint state have different lengths.
     #[error("{names} joint names with {positions} positions: expected as many of each")]
     WrongLength {
-        /// Names in the message.
+        /// The number of joint names.
         names: usize,
-        /// Positions in the message.
+        /// The number of positions.
         positions: usize,
     },
 }
@@ -35,7 +35,7 @@ impl StateError {
         Self::MissingJoint { joint: joint.to_owned(), names }
     }
 
-    /// Returns the reason in one word.
+    /// Returns the name of the reason.
     pub fn label(&self) -> &'static str {
         match self {
             Self::Number(number) => number.label(),

@@ -11,45 +11,45 @@ use serde::{Deserialize, Serialize};
 use std::ops::Range;
 use std::time::Duration;
 
-/// The distance \[rad\] that must be commanded within a window before a joint is judged.
+/// The distance that a joint must be commanded to move within a window before the monitor judges it \[rad\].
 const LEAST_DISTANCE: f64 = 0.01;
 
-/// A joint that moves this many times as far as commanded is reported.
+/// The monitor reports a joint that moves this many times as far as commanded.
 const TOO_FAR: f64 = 2.0;
 
-/// An arm that stopped following this many times within this time is not tried again.
+/// An arm that has stopped following `LOSSES` times within `LOSSES_WITHIN` is not tried again.
 const LOSSES: usize = 3;
 const LOSSES_WITHIN: Duration = Duration::from_secs(10);
 
-/// How much later than estimated commands may take effect.
+/// The times by which commands may take effect later than estimated. The best fit counts.
 const SLACK: [Duration; 3] = [Duration::ZERO, Duration::from_millis(50), Duration::from_millis(100)];
 
 /// How long a joint must fail to follow before the arm counts as lost.
 const PERSISTENCE: Duration = Duration::from_millis(50);
 
-/// Commands below this [rad/s] are too small to see whether they are followed.
+/// Commands below this speed are too small to show whether the arm follows [rad/s].
 const CREEP: f64 = 1e-3;
 
-/// After this time without a visible command, the arm must be seen to respond again.
+/// After this time without a visible command, the arm must respond again before it counts as following.
 const REST: Duration = Duration::from_millis(300);
 
 /// An arm that does not follow is tried again after this time.
 const RETRY: Duration = Duration::from_millis(500);
 
-/// Least ratio of commanded motion to pull at which the robot's speed fraction is estimated.
+/// The ratio of commanded motion to pull from which the robot's speed fraction is estimated.
 const PULLED: f64 = 4.0;
 
 /// The weight of a new window in the robot's speed fraction.
 const SMOOTHING: f64 = 0.05;
 
-/// The range of the fraction of its commanded distance that a joint has moved, over all [`SLACK`]s.
+/// The fraction of its commanded distance that a joint has moved: the range over all [`SLACK`]s.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Part {
     largest: f64,
     smallest: f64,
-    /// The ratio of its distance to the commanded one, or to [`LEAST_DISTANCE`] if that is larger.
+    /// The ratio of the joint's distance to the commanded one, which counts as at least [`LEAST_DISTANCE`].
     excess: f64,
-    /// The fraction that the other joints have moved; −∞ if they were commanded too little to tell.
+    /// The fraction that the other joints have moved; −∞ if their commands were too small to tell.
     others: f64,
 }
 
@@ -61,7 +61,7 @@ impl Part {
         others: f64::NEG_INFINITY,
     };
 
-    /// Notes that the joint, commanded to move by `asked`, has `moved`; `all` compares all joints.
+    /// Adds one comparison: the joint was commanded to move by `asked` and moved by `moved`. `all` compares all joints.
     fn note(&mut self, asked: f64, moved: f64, all: &Comparison) {
         self.excess = self.excess.min(moved.abs() / asked.abs().max(LEAST_DISTANCE));
         // A small distance proves nothing, so it counts as followed exactly.
@@ -73,25 +73,25 @@ impl Part {
         }
     }
 
-    /// Returns whether the joint moves much less than the others, or than the `common` fraction if only that is known.
+    /// Returns whether the joint moves much less than the other joints, or, if their motion is unknown, than the `common` fraction.
     fn is_lost(&self, common: f64) -> bool {
         let others = if self.others.is_finite() { self.others.min(1.0) } else { common };
         self.largest < PART * others || self.excess >= MUCH_TOO_FAR
     }
 }
 
-/// The monitor's view of one arm.
+/// What the arm is commanded to do.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 enum Phase {
-    /// The arm stands: the next command is the first one.
+    /// The arm stands. Its next command is the first one.
     Standing,
-    /// The arm is commanded; `fails_since` is when a joint began to fail.
+    /// The arm is commanded to move. `fails_since` is when a joint began to fail.
     Driven { fails_since: Option<Duration> },
-    /// The arm is sent zeros since this time.
+    /// The servo sends zeros since this time.
     Lost { since: Duration },
 }
 
-/// Why a request is not obeyed. The joint is counted from 0.
+/// How an arm disobeys. The joint is counted from 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Disobedience {
     /// A joint has not obeyed for this time.
@@ -100,27 +100,27 @@ pub enum Disobedience {
     Again(usize),
 }
 
-/// Monitors one arm.
+/// Monitors whether one arm follows its commands.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct TrackingMonitor {
     phase: Phase,
     departure: Departure,
-    /// When the arm was last known to obey, and the joint that does not.
+    /// When the arm last obeyed, and the joint that does not obey; `None` if all joints do.
     disobeys: Option<(Duration, usize)>,
     commanded: Option<Duration>,
     asked: Vec<f64>,
-    /// For each joint, the fraction of its commanded distance in the last window.
+    /// For each joint, the fraction of its commanded distance that it has moved in the last window.
     parts: Vec<Part>,
     /// The fraction of the commanded speed at which the robot moves.
     factor: f64,
-    /// When the arm last stopped following, newest first.
+    /// When the arm stopped following, the latest time first.
     losses: [Option<Duration>; LOSSES],
-    /// When a joint began to move too far, which one, and the ratio to its command.
+    /// When a joint began to move too far, its number, and the ratio of its motion to the command.
     too_far: Option<(Duration, usize, f64)>,
 }
 
 impl TrackingMonitor {
-    /// Creates the monitor of the arm whose joints have the indices `joints` among all.
+    /// Creates the monitor of an arm. `joints` are the indices of its joints among the joints of all arms.
     pub fn new(joints: Range<usize>) -> Self {
         let joint_count = joints.len();
         Self {
@@ -141,7 +141,7 @@ impl TrackingMonitor {
         if matches!(self.phase, Phase::Lost { .. }) {
             self.stand();
         }
-        // The earlier disobedience concerned an earlier request.
+        // The disobedience concerned an earlier request.
         self.disobeys = self.disobeys.filter(|_| matches!(self.phase, Phase::Driven { .. }));
     }
 
@@ -155,12 +155,12 @@ impl TrackingMonitor {
         self.disobeys.is_some()
     }
 
-    /// Returns the joint that does not obey, counted from 0.
+    /// Returns the joint that does not obey, counted from 0, if there is one.
     pub fn lost(&self) -> Option<usize> {
         self.disobeys.map(|(_, joint)| joint)
     }
 
-    /// Returns whether the arm must get zeros now.
+    /// Returns whether the servo must send zeros to the arm now.
     pub fn must_rest(&self) -> bool {
         matches!(self.phase, Phase::Lost { .. })
     }
@@ -175,7 +175,7 @@ impl TrackingMonitor {
         self.factor
     }
 
-    /// Returns why to revoke consent at `now`: the arm has disobeyed for longer than `timeout`, or too often.
+    /// Returns how the arm has disobeyed, if that revokes consent at `now`: for longer than `timeout`, or too often.
     pub fn disobedience(&self, now: Duration, timeout: Duration) -> Option<Disobedience> {
         let (since, joint) = self.disobeys?;
         let time = now.saturating_sub(since);
@@ -188,24 +188,24 @@ impl TrackingMonitor {
         }
     }
 
-    /// Forgets the losses so far, because consent was revoked for them.
+    /// Drops the losses so far, because consent was revoked for them.
     pub fn tell(&mut self) {
         self.losses = [None; LOSSES];
     }
 
-    /// Returns the joint that moves too far, counted from 0, and the ratio to its command.
+    /// Returns the joint that moves too far, counted from 0, and the ratio of its motion to the command.
     pub fn too_far(&self, now: Duration) -> Option<(usize, f64)> {
         let (since, joint, factor) = self.too_far?;
         (now.saturating_sub(since) >= PERSISTENCE).then_some((joint, factor))
     }
 
-    /// Returns the largest allowed change of the command of joint `joint` with this `acceleration` limit [rad/s²]; infinity once the joint has
-    /// responded.
+    /// Returns the largest allowed change of the command of joint number `joint`; infinity once the joint has responded.
+    /// `acceleration` is its acceleration limit [rad/s²].
     pub fn probe(&self, joint: usize, acceleration: f64) -> f64 {
         self.departure.probe(joint, acceleration)
     }
 
-    /// Notes the `motion` commanded from `now` on [rad/s], one speed per joint.
+    /// Notes the `motion` commanded from `now` on: one speed per joint [rad/s].
     pub fn command(&mut self, now: Duration, motion: impl Iterator<Item = f64>) {
         let mut motion = motion;
         if motion.any(|speed| speed.abs() > CREEP) {
@@ -228,8 +228,8 @@ impl TrackingMonitor {
         }
     }
 
-    /// Updates which joints respond. They are at `positions` \[rad, prismatic: m\] at `now`. The arm responds after `response`; `pull` [rad/s] acts
-    /// on its joints.
+    /// Updates which joints respond. They are at `positions` \[rad, prismatic: m\] at `now`. The arm responds after `response`;
+    /// `pull` acts on its joints [rad/s].
     pub fn watch_responses(
         &mut self,
         now: Duration,
@@ -251,8 +251,8 @@ impl TrackingMonitor {
         }
     }
 
-    /// Checks at `now` that an arm in motion still follows. It has moved by `motion` and responds after `response`; `pull` [rad/s] acts on its
-    /// joints.
+    /// Checks at `now` that an arm in motion still follows. It has moved by `motion`, and responds after `response`; `pull` acts on
+    /// its joints [rad/s].
     pub fn watch_motion(
         &mut self,
         now: Duration,
@@ -309,7 +309,7 @@ impl TrackingMonitor {
         self.departure.note_speeds(distances.map(|(asked, moved)| (asked / seconds, moved / seconds)));
     }
 
-    /// Notes the joint that moves farthest beyond its commanded distance.
+    /// Finds the joint that exceeds its commanded distance most.
     fn watch_excess(&mut self, now: Duration) {
         let parts = self.parts.iter().map(|part| part.smallest).enumerate();
         let farthest = parts.max_by(|(_, one), (_, other)| one.total_cmp(other));
@@ -318,7 +318,7 @@ impl TrackingMonitor {
             farthest.filter(|(_, part)| *part >= TOO_FAR).map(|(joint, part)| (since, joint, part));
     }
 
-    /// Gives the arm zeros for a while, because `joint` has not obeyed since `since`; `counts` says whether that is a loss.
+    /// Makes the servo send zeros for a while, because `joint` has not obeyed since `since`. `counts` tells whether that is a loss.
     fn lose(&mut self, since: Duration, now: Duration, joint: usize, counts: bool) {
         self.phase = Phase::Lost { since: now };
         self.disobeys = Some((self.disobeys.map_or(since, |(first, _)| first), joint));
@@ -336,8 +336,8 @@ mod tests {
     use dq_limits::Interface;
     use proptest::prelude::*;
 
-    /// Returns when an arm is first judged lost, if ever. Each of `pieces` commands its two joints for 50 ms [rad/s]; after `delay` \[ms\] they
-    /// move by these `parts` of it.
+    /// Returns when an arm is first judged lost, if ever. Each of `pieces` commands its two joints for 50 ms [rad/s]. After `delay`
+    /// \[ms\], the joints move at the fractions `parts` of these speeds.
     fn lost_after(pieces: &[[f64; 2]], delay: usize, parts: [f64; 2]) -> Option<Duration> {
         let kinds = [JointKind::Revolute; 2];
         let mut history = CommandHistory::new(2, MS, Interface::Velocity);
@@ -357,7 +357,7 @@ mod tests {
         })
     }
 
-    /// Commands for two to four seconds, up to the probing speed.
+    /// Returns random commands for two to four seconds, up to the probing speed.
     fn pieces() -> impl Strategy<Value = Vec<[f64; 2]>> {
         let speed = || prop_oneof![Just(0.0), -0.05..0.05, -0.005..0.005];
         prop::collection::vec([speed(), speed()], 40..80)

@@ -5,9 +5,9 @@ use super::messages::Message;
 use byteorder::{BigEndian, LittleEndian};
 use serde::de::DeserializeOwned;
 
-/// The encapsulation header of plain CDR in little endian. Its last two bytes are options, which are not used.
+/// The encapsulation header of plain CDR in little endian. Its last two bytes are options, which nobody uses.
 pub const CDR_LE: [u8; 4] = [0, 1, 0, 0];
-/// The encapsulation header in big endian.
+/// The encapsulation header of plain CDR in big endian.
 pub const CDR_BE: [u8; 4] = [0, 0, 0, 0];
 
 /// Decodes a message from its bytes, including the encapsulation header of four bytes.
@@ -22,7 +22,7 @@ pub fn decode<M: Message>(cdr: &[u8]) -> Result<M, WireError> {
     decode_payload(*header, payload).map(|(message, _)| message).map_err(error)
 }
 
-/// Decodes the value at the beginning of a payload with this header. Also returns the number of bytes that it used.
+/// Decodes the value at the beginning of a payload with this header. Returns the value and the number of bytes that it takes.
 pub fn decode_payload<V: DeserializeOwned>(header: [u8; 4], payload: &[u8]) -> Result<(V, usize), String> {
     let decoded = match header {
         [0, 0, ..] => cdr_encoding::from_bytes::<V, BigEndian>(payload),

@@ -1,4 +1,4 @@
-//! The topics of a node, as listed in a file.
+//! The topics of a node, as a file lists them.
 
 use super::messages::Message;
 use super::{DurabilityKind, ReliabilityKind, WireError};
@@ -9,9 +9,9 @@ use std::collections::BTreeMap;
 #[derive(Clone, Debug, Deserialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct TopicContract {
-    /// Whether the node publishes or subscribes.
+    /// Whether the node publishes the topic or subscribes to it.
     pub direction: Direction,
-    /// `package/msg/Name`.
+    /// The type of the messages: `package/msg/Name`.
     #[serde(rename = "type")]
     pub message: String,
     /// Whether lost samples are sent again.
@@ -53,7 +53,7 @@ impl TopicContract {
     }
 }
 
-/// The node's side of a topic.
+/// The role of a node at a topic.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
 pub enum Direction {
@@ -63,7 +63,7 @@ pub enum Direction {
     Out,
 }
 
-/// The topics of one node by their names in the node.
+/// The topics of one node, by their names in the node.
 #[derive(Clone, Debug, Deserialize, PartialEq)]
 #[serde(transparent)]
 pub struct NodeContract {
@@ -76,10 +76,10 @@ impl NodeContract {
         Self { topics: topics.into_iter().map(|(name, topic)| (name.into(), topic)).collect() }
     }
 
-    /// Returns the topic called `name`, which must be of type `M` and of this direction.
+    /// Returns the topic `name`. It must have messages of type `M` and this direction.
     ///
     /// # Errors
-    /// [`WireError::Contract`] if the contract lacks such a topic.
+    /// [`WireError::Contract`] if the contract has no such topic.
     pub fn topic<M: Message>(&self, name: &str, direction: Direction) -> Result<&TopicContract, WireError> {
         self.topics
             .get(name)

@@ -5,10 +5,10 @@ use thiserror::Error;
 /// An error in a message or a contract. The text is one line.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum WireError {
-    /// A topic is not in `msg_config/topics.yaml`, or has another type or direction there.
+    /// A topic is not in `msg_config/topics.yaml`, or it has another type or direction there.
     #[error("msg_config/topics.yaml has no topic {topic:?} of type {message} in that direction")]
     Contract {
-        /// The topic.
+        /// The name of the topic.
         topic: String,
         /// The type that the code uses.
         message: &'static str,
@@ -16,14 +16,14 @@ pub enum WireError {
     /// `msg_config/topics.yaml` cannot be parsed.
     #[error("msg_config/topics.yaml: {0}")]
     ContractFile(String),
-    /// Bytes are not a message of this type.
+    /// Bytes are not a message of the expected type.
     #[error("{bytes} bytes are not a {message}: {why}")]
     Decode {
-        /// The type.
+        /// The expected type.
         message: &'static str,
         /// The number of bytes.
         bytes: usize,
-        /// The reason.
+        /// The reason why they cannot be decoded.
         why: String,
     },
 }

@@ -1,4 +1,4 @@
-//! Decodes messages into the memory of earlier ones, so that a steady stream causes no allocations.
+//! Decodes messages into the memory of earlier ones, so that a steady stream of messages causes no allocations.
 
 use super::messages::{Header, JointState, Pose, PoseStamped, Time, Twist, TwistStamped};
 use dq_common::text::{MOST, cut};
@@ -7,16 +7,17 @@ use serde::{Deserialize, Deserializer};
 use std::cell::Cell;
 use std::fmt;
 
-/// A value that can be decoded into an earlier one of its type, whose memory it keeps. The result equals that of [`Deserialize`].
+/// A value that can be decoded into an earlier value of its type, and so reuses its memory. The result equals that of
+/// [`Deserialize`].
 pub trait InPlace: Default {
-    /// Replaces the value by the deserialized one.
+    /// Replaces this value by the deserialized one.
     ///
     /// # Errors
     /// The deserializer's error. The value is then a mixture of the old and the new one.
     fn read_from<'de, D: Deserializer<'de>>(&mut self, deserializer: D) -> Result<(), D::Error>;
 }
 
-/// Decodes into the message in the cell, and takes it out.
+/// Decodes a message into the one in the cell, and takes it out of the cell.
 pub struct Reuse<'a, M>(pub &'a Cell<M>);
 
 impl<M> Clone for Reuse<'_, M> {
@@ -35,7 +36,7 @@ impl<'de, M: InPlace> DeserializeSeed<'de> for Reuse<'_, M> {
     }
 }
 
-/// A part of a message that is decoded into the previous one.
+/// A part of a message, decoded into the same part of the earlier message.
 struct Over<'a, T>(&'a mut T);
 
 impl<'de, T: InPlace> DeserializeSeed<'de> for Over<'_, T> {
@@ -52,7 +53,7 @@ fn next<'de, A: SeqAccess<'de>>(input: &mut A, part: &mut impl InPlace) -> Resul
     read.ok_or_else(|| A::Error::custom("a message that ends too early"))
 }
 
-/// Parts without heap memory.
+/// Implements the trait for parts without heap memory.
 macro_rules! plain {
     ($($kind:ty),*) => {$(
         impl InPlace for $kind {
@@ -65,7 +66,7 @@ macro_rules! plain {
 }
 plain!(f64, Time, Pose, Twist);
 
-/// Messages, with their fields in order.
+/// Implements the trait for messages, given their fields in order.
 macro_rules! fields {
     ($($message:ident { $($field:ident),* })*) => {$(
         impl InPlace for $message {
@@ -94,7 +95,7 @@ fields! {
     TwistStamped { header, twist }
 }
 
-/// A text from outside, which is [`cut`].
+/// A text from outside. It is [`cut`].
 impl InPlace for String {
     fn read_from<'de, D: Deserializer<'de>>(&mut self, deserializer: D) -> Result<(), D::Error> {
         deserializer.deserialize_str(Over(self))
@@ -115,7 +116,7 @@ impl Visitor<'_> for Over<'_, String> {
     }
 }
 
-/// A list from outside, of at most [`MOST`] elements.
+/// A list from outside. It has at most [`MOST`] elements.
 impl<T: InPlace> InPlace for Vec<T> {
     fn read_from<'de, D: Deserializer<'de>>(&mut self, deserializer: D) -> Result<(), D::Error> {
         deserializer.deserialize_seq(Over(self))
@@ -180,7 +181,7 @@ mod tests {
     }
 
     proptest! {
-        /// For any previous message and any bytes, the result equals that of a new message.
+        /// For any earlier message and any bytes, the result equals that of a new message.
         #[test]
         fn nothing_of_the_old_message_is_left(
             (old, new, text) in (0_usize..9, 0_usize..9, "(a|ä){0,200}"),

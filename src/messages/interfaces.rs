@@ -1,4 +1,4 @@
-//! The built-in message definitions of `msg_config/interfaces`. A bag contains the definitions of its types.
+//! The built-in message definitions from `msg_config/interfaces`. A bag contains the definitions of its types.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::LazyLock;
@@ -57,15 +57,15 @@ pub(super) const DEFINITIONS: &[(&str, &str)] = definitions![
     "visualization_msgs/msg/UVCoordinate",
 ];
 
-/// The RIHS01 type hashes of a real ROS 2 Jazzy.
+/// The RIHS01 type hashes, from a real ROS 2 Jazzy.
 static TYPE_HASHES: LazyLock<BTreeMap<String, String>> = LazyLock::new(|| {
     serde_json::from_str(include_str!("msg_config/interfaces/type_hashes.json")).unwrap_or_default()
 });
 
-/// rosbag2's line between a definition and those of its dependencies.
+/// The line that rosbag2 writes between a definition and those of its dependencies.
 const SEPARATOR: &str = "================================================================================";
 
-/// Returns the definition of `message` (`package/msg/Name`), followed by those of all types that it uses, in rosbag2's format. Returns
+/// Returns the definition of `message` (`package/msg/Name`), followed by those of all types that it uses, in rosbag2's format.
 /// `None` for a type that is not in `msg_config/interfaces`.
 pub fn definition(message: &str) -> Option<String> {
     let mut text = own_text(message)?.to_owned();
@@ -74,7 +74,7 @@ pub fn definition(message: &str) -> Option<String> {
     Some(text)
 }
 
-/// Returns the type's RIHS01 hash; empty if unknown.
+/// Returns the RIHS01 hash of a type; empty if it is unknown.
 pub fn type_hash(message: &str) -> &'static str {
     TYPE_HASHES.get(message).map_or("", String::as_str)
 }
@@ -90,7 +90,7 @@ pub(super) fn own_text(message: &str) -> Option<&'static str> {
     Some(DEFINITIONS[index].1)
 }
 
-/// Appends the dependencies in rosbag2's order: depth first, each type once, alphabetically.
+/// Appends the definitions of the dependencies in rosbag2's order: depth first, each type once, alphabetically.
 fn append_dependencies(message: &str, seen: &mut BTreeSet<String>, text: &mut String) -> Option<()> {
     for dependency in dependencies(message)? {
         if seen.insert(dependency.clone()) {

@@ -19,29 +19,29 @@ pub use time::*;
 
 use serde::{Serialize, de::DeserializeOwned};
 
-/// A ROS 2 message with its type name.
+/// A ROS 2 message.
 pub trait Message: Serialize + DeserializeOwned + Clone + Send + Sync + 'static {
-    /// The ROS 2 name: `package/msg/Name`.
+    /// The name of the type in ROS 2: `package/msg/Name`.
     const TYPE: &'static str;
 }
 
-/// A ROS 2 service: its two messages and its type name.
+/// A ROS 2 service, which has two messages.
 pub trait ServiceType: 'static {
-    /// The ROS 2 name: `package/srv/Name`.
+    /// The name of the type in ROS 2: `package/srv/Name`.
     const TYPE: &'static str;
     /// The request of a client.
     type Request: Serialize + DeserializeOwned + Clone + Send + 'static;
     /// The response of the server.
     type Response: Serialize + DeserializeOwned + Default + Send + 'static;
 
-    /// Returns the response in place of one with this many bytes, if the client can read only `room`. Returns `None` if the service has no
-    /// such response.
+    /// Returns a response that replaces one of this many bytes if the client can read only `room` bytes. `None` if the service has
+    /// no such response.
     fn too_long(_bytes: usize, _room: usize) -> Option<Self::Response> {
         None
     }
 }
 
-/// Declares message structs with the derives that every message needs. Field names are self-explanatory, except for units and the like.
+/// Declares message structs with the derives that every message needs. Fields have documentation only for units and the like.
 macro_rules! message {
     ($(#[$meta:meta])* $name:ident = $type:literal { $($(#[$field_meta:meta])* $field:ident : $kind:ty),* $(,)? }) => {
         $(#[$meta])*

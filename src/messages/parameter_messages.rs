@@ -5,9 +5,9 @@ use dq_params::{Constraint, Declaration, Value};
 use serde::{Deserialize, Serialize};
 
 message! {
-    /// A parameter value: a type tag, and one field per type.
+    /// A parameter value: a tag for the type, and one field for each type.
     ParameterValue = "rcl_interfaces/msg/ParameterValue" {
-        /// 0 not set, 1 bool, 2 integer, 3 double, 4 string, 5 to 9 their arrays (5: bytes).
+        /// The type: 0 not set, 1 bool, 2 integer, 3 double, 4 string, 5 to 9 their arrays (5: bytes).
         kind: u8,
         bool_value: bool,
         integer_value: i64,
@@ -21,7 +21,7 @@ message! {
     }
 }
 message! {
-    /// A parameter: name and value.
+    /// The name and the value of a parameter.
     Parameter = "rcl_interfaces/msg/Parameter" {
         #[serde(deserialize_with = "dq_common::text::deserialize_cut")]
         name: String,
@@ -40,7 +40,7 @@ message! {
     }
 }
 message! {
-    /// Whether a parameter was set, or why not.
+    /// Whether a parameter was set, and if not, why.
     SetParametersResult = "rcl_interfaces/msg/SetParametersResult" {
         successful: bool,
         #[serde(deserialize_with = "dq_common::text::deserialize_cut")]
@@ -52,7 +52,7 @@ message! {
     FloatingPointRange = "rcl_interfaces/msg/FloatingPointRange" {
         from_value: f64,
         to_value: f64,
-        /// Step; 0 for none.
+        /// The step between values; 0 for none.
         step: f64,
     }
 }
@@ -61,7 +61,7 @@ message! {
     IntegerRange = "rcl_interfaces/msg/IntegerRange" {
         from_value: i64,
         to_value: i64,
-        /// Step; 0 for none.
+        /// The step between values; 0 for none.
         step: u64,
     }
 }
@@ -86,19 +86,19 @@ message! {
     }
 }
 message! {
-    /// Values, in the order of the requested names.
+    /// The values, in the order of the requested names.
     Values = "rcl_interfaces/srv/GetParameters_Response" {
         values: Vec<ParameterValue>,
     }
 }
 message! {
-    /// Types, in the order of the requested names.
+    /// The types, in the order of the requested names.
     Types = "rcl_interfaces/srv/GetParameterTypes_Response" {
         types: Vec<u8>,
     }
 }
 message! {
-    /// Descriptors, in the order of the requested names.
+    /// The descriptors, in the order of the requested names.
     Descriptors = "rcl_interfaces/srv/DescribeParameters_Response" {
         descriptors: Vec<ParameterDescriptor>,
     }
@@ -124,22 +124,22 @@ message! {
 message! {
     /// The parameters to list.
     ListRequest = "rcl_interfaces/srv/ListParameters_Request" {
-        /// List only names below these prefixes; empty for all.
+        /// The prefixes below which names are listed; empty for all names.
         #[serde(deserialize_with = "dq_common::text::deserialize_cuts")]
         prefixes: Vec<String>,
-        /// The number of levels below the prefix; 0 for all.
+        /// The number of levels below the prefix that are listed; 0 for all.
         depth: u64,
     }
 }
 message! {
-    /// Parameter names and their prefixes.
+    /// The names of parameters, and the prefixes of these names.
     ListResult = "rcl_interfaces/msg/ListParametersResult" {
         names: Vec<String>,
         prefixes: Vec<String>,
     }
 }
 message! {
-    /// Parameter names and their prefixes.
+    /// The names of parameters, and the prefixes of these names.
     ListResponse = "rcl_interfaces/srv/ListParameters_Response" {
         result: ListResult,
     }
@@ -149,7 +149,7 @@ service! {
     ListParameters = "rcl_interfaces/srv/ListParameters" (ListRequest) -> ListResponse
 }
 service! {
-    /// Gets values. If the values are too long for a reply, the reply has none, like that of rclcpp's nodes.
+    /// Gets values. If the values are too long for a reply, the reply has none, as with rclcpp's nodes.
     GetParameters = "rcl_interfaces/srv/GetParameters" (Names) -> Values, too_long |_bytes, _room| Values::default()
 }
 service! {
@@ -161,11 +161,11 @@ service! {
     DescribeParameters = "rcl_interfaces/srv/DescribeParameters" (Names) -> Descriptors
 }
 service! {
-    /// Sets parameters independently.
+    /// Sets each parameter independently of the others.
     SetParameters = "rcl_interfaces/srv/SetParameters" (Changes) -> Results
 }
 service! {
-    /// Sets all parameters or none.
+    /// Sets either all parameters or none.
     SetParametersAtomically = "rcl_interfaces/srv/SetParametersAtomically" (Changes) -> AtomicResult
 }
 
@@ -188,7 +188,7 @@ impl From<&Value> for ParameterValue {
 }
 
 impl ParameterValue {
-    /// Returns the value; `None` if it is not set or of an unknown type.
+    /// Returns the value; `None` if it is not set or has an unknown type.
     pub fn into_value(self) -> Option<Value> {
         match self.kind {
             1 => Some(Value::Bool(self.bool_value)),
@@ -205,7 +205,7 @@ impl ParameterValue {
     }
 }
 
-/// Returns the type tag of a value.
+/// Returns the tag for the type of a value.
 pub fn kind_of(value: &Value) -> u8 {
     match value {
         Value::Bool(_) => 1,
@@ -260,7 +260,7 @@ mod tests {
     use super::*;
     use dq_params::{ParameterStore, Parameters};
 
-    /// rclcpp also announces ranges of arrays, for each of their elements.
+    /// rclcpp announces ranges of arrays, too. They apply to each element.
     #[test]
     fn ranges_are_announced_of_numbers_and_of_arrays() {
         #[derive(Parameters)]

@@ -1,11 +1,11 @@
-//! The quality of service, with the policies of ROS 2.
+//! The quality of service (QoS), with the policies of ROS 2.
 
 use dq_common::named;
 use serde::Deserialize;
 use std::time::Duration;
 
 named! {
-    /// DDS reliability.
+    /// The DDS policy on lost samples.
     #[derive(Deserialize)]
     #[serde(rename_all = "snake_case")]
     "reliability" ReliabilityKind {
@@ -17,7 +17,7 @@ named! {
 }
 
 named! {
-    /// DDS durability.
+    /// The DDS policy on late joiners.
     #[derive(Deserialize)]
     #[serde(rename_all = "snake_case")]
     "durability" DurabilityKind {
@@ -35,18 +35,18 @@ pub struct OfferedQos {
     pub reliability: ReliabilityKind,
     /// Whether late joiners get the last samples.
     pub durability: DurabilityKind,
-    /// The longest time between samples; `None` for no limit.
+    /// The longest time from one sample to the next; `None` for no limit.
     pub deadline: Option<Duration>,
-    /// The age at which samples are dropped; `None` for never.
+    /// The age at which samples are dropped; `None` if they never are.
     pub lifespan: Option<Duration>,
     /// The party that asserts that the publisher is alive.
     pub liveliness: LivelinessKind,
-    /// How long the publisher is alive without assertion; `None` for ever.
+    /// How long a publisher counts as alive without an assertion; `None` for forever.
     pub liveliness_lease: Option<Duration>,
 }
 
 named! {
-    /// DDS liveliness as in ROS 2: who asserts that the publisher is alive.
+    /// The DDS policy on the party that asserts that the publisher is alive.
     "liveliness" LivelinessKind {
         /// The middleware asserts it.
         Automatic = "automatic",

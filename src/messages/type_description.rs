@@ -1,4 +1,4 @@
-//! Descriptions of message types, which every ROS 2 node serves on `~/get_type_description`.
+//! Descriptions of message types. Every ROS 2 node serves them on `~/get_type_description`.
 
 use super::interfaces::{dependencies, own_text, type_of_hash};
 use super::messages::{Message, ServiceType, message, service};
@@ -8,13 +8,13 @@ use std::collections::BTreeSet;
 message! {
     /// The type to describe.
     GetTypeDescriptionRequest = "type_description_interfaces/srv/GetTypeDescription_Request" {
-        /// `package/msg/Name`.
+        /// The name of the type: `package/msg/Name`.
         #[serde(deserialize_with = "dq_common::text::deserialize_cut")]
         type_name: String,
-        /// Its RIHS01 hash.
+        /// The RIHS01 hash of the type.
         #[serde(deserialize_with = "dq_common::text::deserialize_cut")]
         type_hash: String,
-        /// Whether to return the texts of the definitions too.
+        /// Whether the response should include the texts of the definitions.
         include_type_sources: bool,
     }
 }
@@ -23,7 +23,7 @@ message! {
     GetTypeDescriptionResponse = "type_description_interfaces/srv/GetTypeDescription_Response" {
         /// Whether the type is known.
         successful: bool,
-        /// The reason, if it is not known.
+        /// The reason, if the type is not known.
         failure_reason: String,
         /// The description.
         type_description: TypeDescription,
@@ -42,7 +42,7 @@ service! {
     ))
 }
 message! {
-    /// A type, with all types that it uses.
+    /// A type, and all types that it uses.
     TypeDescription = "type_description_interfaces/msg/TypeDescription" {
         /// The type.
         type_description: IndividualTypeDescription,
@@ -53,9 +53,9 @@ message! {
 message! {
     /// A single type.
     IndividualTypeDescription = "type_description_interfaces/msg/IndividualTypeDescription" {
-        /// `package/msg/Name`.
+        /// The name of the type: `package/msg/Name`.
         type_name: String,
-        /// Its fields, in their order.
+        /// The fields of the type, in their order.
         fields: Vec<Field>,
     }
 }
@@ -74,22 +74,22 @@ message! {
 message! {
     /// The type of a field.
     FieldType = "type_description_interfaces/msg/FieldType" {
-        /// A number of `FieldType.msg`.
+        /// A number that `FieldType.msg` defines.
         type_id: u8,
-        /// The length of an array or a bounded sequence; otherwise 0.
+        /// The length of an array or of a bounded sequence; 0 for other types.
         capacity: u64,
-        /// The length of a bounded string; otherwise 0.
+        /// The length of a bounded string; 0 for other types.
         string_capacity: u64,
-        /// The name of a message type; otherwise empty.
+        /// The name of a message type; empty for other types.
         nested_type_name: String,
     }
 }
 message! {
     /// The text of a definition.
     TypeSource = "type_description_interfaces/msg/TypeSource" {
-        /// `package/msg/Name`.
+        /// The name of the type: `package/msg/Name`.
         type_name: String,
-        /// The language: "msg".
+        /// The language of the text: "msg".
         encoding: String,
         /// The text.
         raw_file_contents: String,
@@ -103,7 +103,7 @@ impl GetTypeDescriptionResponse {
     }
 }
 
-/// Answers for the types of `msg_config/interfaces`.
+/// Answers a request about a type of `msg_config/interfaces`.
 pub fn describe(request: &GetTypeDescriptionRequest) -> GetTypeDescriptionResponse {
     let GetTypeDescriptionRequest { type_name, type_hash, include_type_sources } = request;
     let Some(name) = type_of_hash(type_hash).filter(|name| type_name.is_empty() || name == type_name) else {
@@ -122,7 +122,8 @@ pub fn describe(request: &GetTypeDescriptionRequest) -> GetTypeDescriptionRespon
     }
 }
 
-/// Returns the description of a type and of those that it uses; `None` if a definition is missing or has an unsupported feature.
+/// Returns the description of a type and of the types that it uses; `None` if a definition is missing or has a feature that is not
+/// supported.
 fn description(message: &str) -> Option<TypeDescription> {
     let mut referenced = BTreeSet::new();
     let mut to_visit = dependencies(message)?;
@@ -151,7 +152,7 @@ fn individual(message: &str) -> Option<IndividualTypeDescription> {
 fn field(package: &str, line: &str) -> Option<Field> {
     let mut words = line.split_whitespace();
     let (kind, name) = (words.next()?, words.next()?);
-    // In our definitions only floating-point fields have defaults.
+    // In these definitions, only floating-point fields have defaults.
     let default_value = words.next().map(|value| value.parse::<f64>().map(|value| format!("{value:?}")));
     let (element, sequence) = match kind.strip_suffix("[]") {
         Some(element) => (element, UNBOUNDED_SEQUENCE),
@@ -172,13 +173,13 @@ fn field(package: &str, line: &str) -> Option<Field> {
     })
 }
 
-/// `FIELD_TYPE_NESTED_TYPE` of `FieldType.msg`.
+/// The number of `FIELD_TYPE_NESTED_TYPE` in `FieldType.msg`.
 const NESTED_TYPE: u8 = 1;
 
-/// The offset of `FieldType.msg` for an unbounded sequence.
+/// The number that `FieldType.msg` adds for an unbounded sequence.
 const UNBOUNDED_SEQUENCE: u8 = 144;
 
-/// The numbers of `FieldType.msg` that our definitions use.
+/// The numbers of `FieldType.msg` that the definitions use.
 const TYPE_IDS: [(&str, u8); 10] = [
     ("uint8", 3),
     ("int32", 6),
@@ -207,7 +208,7 @@ mod tests {
     use crate::interfaces::{DEFINITIONS, type_hash};
     use sha2::{Digest, Sha256};
 
-    /// Returns the RIHS01 hash: the SHA-256 of a type's description in JSON, without default values (REP 2016).
+    /// Returns the RIHS01 hash of a type: the SHA-256 of its description in JSON without default values (REP 2016).
     fn hash(of: &TypeDescription) -> String {
         let individual = |of: &IndividualTypeDescription| {
             let fields: Vec<_> = of.fields.iter().map(|Field { name, kind, .. }| {

@@ -7,7 +7,7 @@ use super::messages::{
 use serde::{Deserialize, Serialize};
 
 message! {
-    /// A color, each component from 0 to 1.
+    /// A color. Each component is from 0 to 1.
     ColorRGBA = "std_msgs/msg/ColorRGBA" {
         r: f32,
         g: f32,
@@ -41,16 +41,16 @@ message! {
     /// A shape to draw.
     Marker = "visualization_msgs/msg/Marker" {
         header: Header,
-        /// The namespace, which together with `id` identifies the marker.
+        /// The namespace of the marker. It identifies the marker, together with `id`.
         ns: String,
         id: i32,
-        /// A constant of `Marker.msg`: [`LINE_STRIP`](Self::LINE_STRIP), [`LINE_LIST`](Self::LINE_LIST) and others.
+        /// The shape: a constant of `Marker.msg`, such as [`LINE_STRIP`](Self::LINE_STRIP) or [`LINE_LIST`](Self::LINE_LIST).
         #[serde(rename = "type")]
         kind: i32,
-        /// [`ADD`](Self::ADD) or [`DELETE`](Self::DELETE).
+        /// What to do with the marker: [`ADD`](Self::ADD) or [`DELETE`](Self::DELETE).
         action: i32,
         pose: Pose,
-        /// The size \[m\]; for lines `x` is the width.
+        /// The size \[m\]. For lines, `x` is the width.
         scale: Vector3,
         color: ColorRGBA,
         lifetime: DurationMessage,
@@ -78,7 +78,7 @@ impl Marker {
     pub const LINE_STRIP: i32 = 4;
     /// A line between each pair of points.
     pub const LINE_LIST: i32 = 5;
-    /// A triangle for each three points.
+    /// A triangle for every three points.
     pub const TRIANGLE_LIST: i32 = 11;
     /// Draws or replaces the marker.
     pub const ADD: i32 = 0;
@@ -115,10 +115,10 @@ message! {
     /// A handle of an interactive marker.
     InteractiveMarkerControl = "visualization_msgs/msg/InteractiveMarkerControl" {
         name: String,
-        /// The rotation from x to the axis along or about which the handle moves.
+        /// The rotation that turns x to the axis along which or about which the handle moves.
         orientation: Quaternion,
         orientation_mode: u8,
-        /// [`MOVE_AXIS`](Self::MOVE_AXIS), [`ROTATE_AXIS`](Self::ROTATE_AXIS) or others.
+        /// How the handle moves: [`MOVE_AXIS`](Self::MOVE_AXIS), [`ROTATE_AXIS`](Self::ROTATE_AXIS) or others.
         interaction_mode: u8,
         always_visible: bool,
         /// The shapes of the handle. If there are none, the client draws an arrow or a ring.
@@ -136,7 +136,7 @@ impl InteractiveMarkerControl {
 }
 
 message! {
-    /// A marker that can be dragged.
+    /// A marker that a user can drag.
     InteractiveMarker = "visualization_msgs/msg/InteractiveMarker" {
         header: Header,
         pose: Pose,
@@ -160,9 +160,9 @@ message! {
     /// The changes of a server's interactive markers.
     InteractiveMarkerUpdate = "visualization_msgs/msg/InteractiveMarkerUpdate" {
         server_id: String,
-        /// The number of the update. A client that misses one requests all markers again.
+        /// The number of the update. A client that misses an update requests all markers again.
         seq_num: u64,
-        /// [`UPDATE`](Self::UPDATE).
+        /// The kind of the message, which is [`UPDATE`](Self::UPDATE).
         #[serde(rename = "type")]
         kind: u8,
         markers: Vec<InteractiveMarker>,
@@ -177,7 +177,7 @@ impl InteractiveMarkerUpdate {
 }
 
 message! {
-    /// The action of a client's user on an interactive marker.
+    /// The action of a user on an interactive marker.
     InteractiveMarkerFeedback = "visualization_msgs/msg/InteractiveMarkerFeedback" {
         header: Header,
         #[serde(deserialize_with = "dq_common::text::deserialize_cut")]
@@ -186,7 +186,7 @@ message! {
         marker_name: String,
         #[serde(deserialize_with = "dq_common::text::deserialize_cut")]
         control_name: String,
-        /// [`POSE_UPDATE`](Self::POSE_UPDATE), [`MOUSE_UP`](Self::MOUSE_UP) or others.
+        /// The kind of action: [`POSE_UPDATE`](Self::POSE_UPDATE), [`MOUSE_UP`](Self::MOUSE_UP) or others.
         event_type: u8,
         /// The pose of the marker, in the frame of the header.
         pose: Pose,
@@ -197,14 +197,14 @@ message! {
 }
 
 impl InteractiveMarkerFeedback {
-    /// The marker is being dragged.
+    /// The user is dragging the marker.
     pub const POSE_UPDATE: u8 = 1;
     /// The user has released the marker.
     pub const MOUSE_UP: u8 = 5;
 }
 
 message! {
-    /// The empty request of `visualization_msgs/srv/GetInteractiveMarkers`: CDR gives an empty structure one dummy octet.
+    /// The empty request of `visualization_msgs/srv/GetInteractiveMarkers`. CDR gives an empty structure one dummy octet.
     GetInteractiveMarkersRequest = "visualization_msgs/srv/GetInteractiveMarkers_Request" {
         /// The octet that rosidl puts into empty structures.
         structure_needs_at_least_one_member: u8,

@@ -54,11 +54,12 @@ impl Robot {
     }
 }
 
-/// A servo whose cycles the test runs, and its robot.
+/// A servo whose cycles the test runs, and the robot that it moves.
 struct Cycles {
     cycle: Cycle,
     robot: Robot,
-    /// The time of the servo and the robot. It advances by one period per cycle, so that late wake-ups of this thread do not matter.
+    /// The time of the servo and the robot. The time advances by one period per cycle, so that late wake-ups of this thread do not
+    /// matter.
     now: Duration,
     /// The upward speed of the twist that is sent in each cycle [m/s], if any.
     twist: Option<f64>,
@@ -69,7 +70,7 @@ impl Cycles {
         self.cycle.servo.status().state
     }
 
-    /// Runs one cycle, and returns the number of its allocations.
+    /// Runs one cycle, and returns the number of allocations in it.
     fn run_one(&mut self) -> u64 {
         self.robot.move_on();
         if let Some(up) = self.twist {
@@ -84,7 +85,8 @@ impl Cycles {
         measure(cycle).count_total
     }
 
-    /// Runs [`COUNT`] cycles in `state` after as many warm-up cycles. Returns the numbers of their allocations, sorted.
+    /// Runs cycles until the servo is in `state`, and then [`COUNT`] warm-up cycles. After that, runs [`COUNT`] cycles and returns
+    /// the numbers of allocations in these, sorted.
     fn count(&mut self, state: State) -> Vec<u64> {
         let end = Instant::now() + Duration::from_secs(20);
         while self.state() != state {
@@ -101,7 +103,8 @@ impl Cycles {
     }
 }
 
-/// The number of cycles that are counted in each state. They take half a second, in which everything published at 10 Hz is due five times.
+/// The number of cycles that are counted in each state. The cycles take half a second. Everything that is published at 10 Hz is due
+/// five times in this time.
 const COUNT: usize = 250;
 
 /// Returns the numbers of allocations that RustDDS makes to write one existing message, sorted.
@@ -134,7 +137,7 @@ fn command_allocations() -> (u64, u64) {
     figures(&writing_allocations(topic, command_array(vec![0.5; 6]), Node::publisher))
 }
 
-/// Returns the median and the sum.
+/// Returns the median and the sum of the numbers.
 fn figures(sorted: &[u64]) -> (u64, u64) {
     (sorted[sorted.len() / 2], sorted.iter().sum())
 }
@@ -163,7 +166,7 @@ async fn a_cycle_allocates_what_rustdds_does_to_write_its_command_and_nothing_el
     let holding = figures(&cycles.count(State::Holding));
     for (what, (median, sum)) in [("pursuing", pursuing), ("jogging", jogging), ("holding", holding)] {
         assert_eq!(median, writing.0, "{what}, of {writing:?}");
-        // Buffers in RustDDS do not grow in the same cycles.
+        // The buffers of RustDDS grow in other cycles here than in `writing`, so the sum may be larger.
         assert!(sum <= writing.1 + COUNT as u64 / 10, "{what}: {sum} of {}", writing.1);
     }
 }

@@ -1,4 +1,4 @@
-//! The input from one arm: its joint states, their publishers, and its speed scaling.
+//! The input from one arm: the joint states, their publishers, and the speed scaling.
 
 use super::arm_speed::ArmSpeed;
 use super::events::EventsRecord;
@@ -21,17 +21,17 @@ pub(super) struct ArmInput {
     joint_states: JointStates,
     /// The speed scaling that the robot reports; `None` if the node may not subscribe to it.
     speed_scaling: Option<Subscription<Float64>>,
-    /// The last joint state, into which the next one is decoded.
+    /// The last joint state. The next one is decoded into it.
     state: JointState,
     publishers: Senders,
     clock: Clock,
-    /// The stamp of the last accepted joint state, or its time of arrival if it has no stamp.
+    /// The stamp of the last accepted joint state. If that joint state had no stamp, the time at which it arrived.
     pub stamp: Time,
-    /// The arm's speed by its joint states.
+    /// The arm's speed according to the joint states.
     pub speed: ArmSpeed,
 }
 
-/// Subscribes to the inputs of the arms with these joints. Joint states are subscribed to with this reliability.
+/// Subscribes to the inputs of the arms with these joints. The subscriptions to joint states have this `reliability`.
 pub(super) fn subscribe(
     setup: &mut NodeSetup,
     joints: Vec<JointOrder>,
@@ -50,7 +50,8 @@ pub(super) fn subscribe(
         };
         let speed_scaling =
             node.subscription(contract, &format!("{arm}speed_scaling_state_broadcaster/speed_scaling"));
-        // A keystore from before this topic existed does not grant access to it. The servo measures the robot's speed too.
+        // A keystore that is older than this topic does not grant access to it. The servo also measures the robot's speed without
+        // this topic.
         let speed_scaling =
             speed_scaling.inspect_err(|why| node.log().warn(&format!("no speed scaling: {why}")));
         Ok(ArmInput {
@@ -68,14 +69,15 @@ pub(super) fn subscribe(
 }
 
 impl ArmInput {
-    /// Gives the servo every joint state that has arrived from arm number `arm`, and the newest speed scaling. The last joint state that
-    /// matches the arm counts, because the topic may also carry those of a gripper.
+    /// Gives the servo every joint state that has arrived from arm number `arm`, and the newest speed scaling. The last joint state
+    /// that matches the arm counts, because the topic may also carry the joint states of a gripper.
     pub fn feed(&mut self, arm: usize, record: &mut EventsRecord, servo: &mut Servo) {
         let Self { joints, joint_states, speed_scaling, state, publishers, clock, stamp, speed } = self;
         // A simulated clock advances in steps and may be slow, so its stamps do not tell how late a state is.
         let real = (!clock.is_simulated()).then(|| Time::now().nanoseconds());
         let mut malformed = joint_states.each_over(state, |state, origin| {
-            // Publishers of other joints, such as grippers, get no number, so that they do not displace the arm's publisher.
+            // Publishers of other joints, such as those of grippers, get no number, so that they do not displace the arm's
+            // publisher.
             let is_arm = joints.has_any_of(&state.name);
             let source = if is_arm { publishers.number(origin.publisher) } else { 0 };
             // The servo counts a rejection, and the report logs it.
@@ -96,7 +98,7 @@ impl ArmInput {
         }
     }
 
-    /// Returns the publisher with this number.
+    /// Returns the publisher of joint states with this number.
     pub fn publisher(&self, number: u32) -> Option<EndpointId> {
         self.publishers.publisher(number)
     }
@@ -107,7 +109,7 @@ impl ArmInput {
     }
 }
 
-/// Returns why the node cannot receive from a publisher of joint states, and what to do about it.
+/// Returns the reason why the node cannot receive from a publisher of joint states, and what the user can do.
 pub(super) fn unheard(joint_states: &JointStates) -> Option<String> {
     let why = joint_states.unheard()?;
     Some(format!("{why}, or set reliability to auto"))
@@ -115,8 +117,8 @@ pub(super) fn unheard(joint_states: &JointStates) -> Option<String> {
 
 /// Converts a published speed scaling, a percentage or a fraction, to a fraction from 0 to 1.
 ///
-/// `ur_robot_driver` publishes a percentage (`speed_scaling_state_broadcaster.cpp` multiplies by 100), although its documentation says 0 to
-/// 1. Values up to 1 count as fractions: a robot at 1 % of its speed would in any case count as one that does not follow.
+/// `ur_robot_driver` publishes a percentage (`speed_scaling_state_broadcaster.cpp` multiplies by 100), although its documentation
+/// says 0 to 1. Values up to 1 count as fractions: a robot at 1 % of its speed would in any case count as one that does not follow.
 fn part(published: f64) -> f64 {
     if published > 1.0 { published / 100.0 } else { published }
 }

@@ -4,23 +4,23 @@ use dq_core::servo::JointOrder;
 use dq_messages::messages::JointState;
 use std::time::{Duration, Instant};
 
-/// Least time between two positions from which a speed is computed.
+/// The least time between two positions from which a speed is computed.
 const LEAST_TIME: Duration = Duration::from_millis(20);
 
 /// The speed of an arm.
 #[derive(Default)]
 pub(super) struct ArmSpeed {
-    /// The speed of the fastest joint [rad/s]: as reported, or less if the positions show less, because some drivers fill the field with
-    /// something else. `None` if a joint has no reported speed.
+    /// The speed of the fastest joint [rad/s]: as reported, or less if the positions show less, because some drivers fill the field
+    /// with something else. `None` if a joint has no reported speed.
     pub fastest: Option<f64>,
-    /// The positions at some time before \[rad\].
+    /// Earlier positions \[rad\], with the time at which they arrived.
     before: Option<(Instant, Vec<f64>)>,
-    /// The speed of the fastest joint by its positions [rad/s].
+    /// The speed of the fastest joint according to the positions [rad/s].
     shown: Option<f64>,
 }
 
 impl ArmSpeed {
-    /// Takes a joint state that arrived at `now`. Other joints than `joints`, such as those of a gripper or wheels, are ignored.
+    /// Takes a joint state that arrived at `now`. Ignores joints that are not in `joints`, such as those of a gripper or wheels.
     pub fn hear(&mut self, joints: &JointOrder, state: &JointState, now: Instant) {
         let value = |of: &[f64], joint: &String| {
             let place = state.name.iter().position(|name| name == joint)?;

@@ -1,5 +1,5 @@
-//! Publishes the commands to all arms. However the cycle ends, even by a panic or a hang, the last velocities sent are zeros. Controllers
-//! that take positions keep the last ones, at which the arm stands still too.
+//! Publishes the commands to all arms. When the cycle ends, even by a panic or a hang, the last velocities sent are zeros.
+//! Controllers that take positions keep the last ones, at which the arm stands still too.
 
 use super::guards::{self, GuardStatuses};
 use super::node_setup::NodeSetup;
@@ -15,7 +15,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 use tokio::sync::watch;
 
-/// The publishers of commands. They outlive the cycle.
+/// The publishers of commands. They live longer than the cycle.
 pub(super) struct Commands {
     arms: Vec<ArmCommands>,
     /// Whether any command was sent. Before that, even zeros might be a step for a robot that another servo moves.
@@ -34,7 +34,7 @@ struct ArmCommands {
     rival: Arc<Rival>,
 }
 
-/// A publisher of commands, of the message type that the arm's controller takes.
+/// A publisher of commands. The message type is the one that the arm's controller takes.
 trait CommandPublisher: Send + Sync {
     /// Publishes these numbers.
     fn publish(&self, numbers: &[f64]);
@@ -46,9 +46,10 @@ trait CommandPublisher: Send + Sync {
 /// A publisher of commands of one type, and the message into which each command is written.
 struct MessagePublisher<M: Message> {
     publisher: Publisher<M>,
-    /// Only the cycle uses it.
+    /// The message. Only the cycle uses it.
     message: Mutex<Arc<M>>,
-    /// The command that stops an arm that takes velocities; `None` for positions, at which the arm stops without a further command.
+    /// The command that stops an arm that takes velocities; `None` for positions, because such an arm stops without a further
+    /// command.
     standstill: Option<Arc<M>>,
 }
 
@@ -68,14 +69,14 @@ impl<M: Message + Rewrite> CommandPublisher for MessagePublisher<M> {
     }
 }
 
-/// How commands are sent.
+/// The settings with which commands are sent.
 #[derive(Clone, Copy)]
 pub(super) struct Sending {
     pub interface: Interface,
-    /// One command is sent per period.
+    /// The time between two commands.
     pub period: Duration,
-    /// Whether to drop commands that would queue up behind others. A cycle with a real-time priority needs this, because it may run ahead
-    /// of DDS's threads.
+    /// Whether to drop commands that would have to wait behind others. A cycle with a real-time priority needs this, because it may
+    /// run faster than the threads of DDS.
     pub in_time: bool,
 }
 
@@ -105,7 +106,7 @@ impl ArmCommands {
         Ok(Self { publisher, joint_count, guards, heard: AtomicBool::new(false), rival })
     }
 
-    /// Creates the publisher that writes into `message`, and the watch for other publishers of such commands.
+    /// Creates the publisher that writes into `message`, and the watch for other publishers on the same topic.
     fn publisher<M: Command + Rewrite>(
         NodeSetup { node, contract, .. }: &mut NodeSetup,
         topic: &str,
@@ -132,7 +133,7 @@ impl ArmCommands {
         self.publishing().readers().saturating_sub(self.guards.publishers())
     }
 
-    /// Returns the number of other publishers, without guards.
+    /// Returns the number of other publishers. Guards do not count.
     fn rivals(&self) -> usize {
         self.publishing().other_publishers().saturating_sub(self.guards.publishers())
     }
@@ -150,8 +151,8 @@ impl Commands {
         Ok(Self { arms, begun: AtomicBool::new(false), ended: AtomicBool::new(false) })
     }
 
-    /// Sends each arm its part of the command, or stops the arms if [`end`](Self::end) was called. `end` may be called during this call;
-    /// then too the last command sent is to stop.
+    /// Sends each arm its part of the command, or stops the arms if [`end`](Self::end) was called. If `end` is called during this
+    /// call, the last command sent also stops the arms.
     pub fn publish(&self, command: &[f64]) {
         self.begun.store(true, Ordering::SeqCst);
         if !self.has_ended() {
@@ -177,7 +178,7 @@ impl Commands {
         self.ended.load(Ordering::SeqCst)
     }
 
-    /// Sends zeros for a moment, whatever the cycle does meanwhile, and blocks all later commands.
+    /// Sends zeros for a moment, even if the cycle sends commands or hangs, and blocks all later commands.
     pub fn end(&self) {
         self.ended.store(true, Ordering::SeqCst);
         if !self.begun.load(Ordering::SeqCst) {
@@ -189,12 +190,12 @@ impl Commands {
         }
     }
 
-    /// Returns for each arm the full name of its topic and the number of its subscribers.
+    /// Returns for each arm the full name of the command topic and the number of subscribers.
     pub fn readers(&self) -> impl Iterator<Item = (&str, usize)> {
         self.arms.iter().map(|arm| (arm.publishing().topic(), arm.readers()))
     }
 
-    /// Checks for subscribers. This takes a lock that discovery holds too, so the cycle does not call it.
+    /// Checks for subscribers. This takes a lock that discovery holds too, so the cycle does not call this function.
     pub fn update_readers(&self) {
         self.arms.iter().for_each(|arm| arm.heard.store(arm.readers() > 0, Ordering::Relaxed));
     }
@@ -209,7 +210,7 @@ impl Commands {
         self.arms.get(arm).is_some_and(|arm| arm.rival.is_there())
     }
 
-    /// Returns the publisher number `number` of commands to arm number `arm`: 0 is this node, 1 its rival.
+    /// Returns the publisher number `number` of commands to arm number `arm`: 0 is this node, 1 the rival.
     pub fn publisher(&self, arm: usize, number: u32) -> Option<EndpointId> {
         let arm = self.arms.get(arm)?;
         if number == 0 { Some(arm.publishing().id()) } else { arm.rival.publisher() }
@@ -220,24 +221,25 @@ impl Commands {
         self.arms.get(arm).map_or("", |arm| arm.publishing().topic())
     }
 
-    /// Returns the number of commands that were dropped because the writer was full or would have queued them.
+    /// Returns the number of commands that were dropped because the writer was full or the commands would have had to wait.
     pub fn dropped(&self) -> u64 {
         self.arms.iter().map(|arm| arm.publishing().dropped()).sum()
     }
 
-    /// Returns a warning if others publish commands too.
+    /// Returns a warning if other nodes publish commands too.
     pub fn rivals(&self) -> Option<String> {
         let arm = self.arms.iter().find(|arm| arm.rivals() > 0)?;
         Some(rivalry(arm.publishing().topic(), arm.rivals() + 1))
     }
 
-    /// Returns the status subscriptions of the guards of each arm.
+    /// Returns for each arm the subscription to the statuses of its guards.
     pub fn guards(&self) -> impl Iterator<Item = GuardStatuses> {
         self.arms.iter().map(|arm| arm.guards.clone())
     }
 }
 
-/// Returns the function to call when the cycle has ended or panicked. It sends zeros unless the cycle has, and passes on the outcome.
+/// Returns the function to call when the cycle has ended or panicked. The function sends zeros unless the cycle has sent them, and
+/// passes on the outcome.
 pub(super) fn on_end(
     commands: Arc<Commands>,
     end: watch::Sender<Option<Outcome>>,
@@ -278,7 +280,7 @@ mod tests {
         Commands::new(&mut setup, &arms, sending).unwrap()
     }
 
-    /// A publisher that is delayed: all commands end before its first one is sent. It records whether zeros were sent last.
+    /// A publisher with a delay: all commands end before its first command is sent. It records whether zeros were sent last.
     struct DelayedPublisher {
         commands: Arc<OnceLock<Arc<Commands>>>,
         stands: Arc<AtomicBool>,
@@ -314,7 +316,7 @@ mod tests {
         assert!(stands.load(Ordering::Relaxed));
     }
 
-    /// Runs a cycle that sends `command` until `end`. Returns the last command and the outcome.
+    /// Runs a cycle that sends a command until `end` returns a break. Returns the last command and the outcome.
     async fn ends(end: impl Fn() -> ControlFlow<Outcome> + Send + 'static) -> (Vec<f64>, Outcome) {
         let ((_one, mut node), (_other, mut robot)) = (node("servo"), node("robot"));
         let contract = Contract::builtin().unwrap();

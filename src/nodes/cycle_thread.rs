@@ -1,4 +1,4 @@
-//! A thread that runs at a fixed rate, by absolute deadlines.
+//! A thread that runs at a fixed rate. Its deadlines are absolute.
 
 use super::NodeError;
 use super::realtime;
@@ -23,7 +23,7 @@ pub(super) struct Tick {
     pub lateness: Duration,
     /// The number of deadlines skipped since the previous cycle. Skipped cycles are not made up for.
     pub missed: u64,
-    /// How long the previous cycle worked; `None` in the first cycle.
+    /// The time that the previous cycle took; `None` in the first cycle.
     pub worked: Option<Duration>,
 }
 
@@ -35,8 +35,8 @@ pub(super) struct Schedule {
     pub realtime_priority: u8,
 }
 
-/// Runs `body` by `schedule` on a new thread until it breaks. Then drops `body` and what it owns, and calls `on_end` with the value of
-/// the break, or with the message of a panic.
+/// Runs `body` by `schedule` on a new thread until `body` breaks. Then drops `body` and what it owns, and calls `on_end` with the
+/// value of the break, or with the message of a panic.
 ///
 /// # Errors
 /// [`NodeError::Thread`], and [`NodeError::Realtime`] if the system does not allow the priority. Then neither function was called.
@@ -48,11 +48,12 @@ pub(super) fn spawn<E>(
 ) -> Result<JoinHandle<()>, NodeError> {
     let (sender, entered) = sync_channel(1);
     let thread = std::thread::Builder::new().name(name.to_owned()).spawn(move || {
-        // Without this the kernel may wake the thread up to 50 µs late, to wake several threads at once. Failure is harmless.
+        // Without this the kernel may wake the thread up to 50 µs late, to wake several threads at once. A failure has no other
+        // effect.
         let _ = set_current_timer_slack(NonZeroU64::new(1));
         let allowed = realtime::enter(schedule.realtime_priority);
         let runs = allowed.is_ok();
-        // The receiver waits for nothing else.
+        // The receiver waits only for this message.
         let _ = sender.send(allowed);
         if runs {
             let ended = catch_unwind(AssertUnwindSafe(move || run(schedule.period, body)));
@@ -70,7 +71,7 @@ pub(super) struct CycleThread {
 }
 
 impl CycleThread {
-    /// Runs `body` by `schedule` until this is dropped.
+    /// Runs `body` by `schedule` until this value is dropped.
     ///
     /// # Errors
     /// The errors of [`spawn`].
@@ -91,7 +92,7 @@ impl CycleThread {
         Ok(Self { ended, thread: Some(spawn(name, schedule, body, drop)?) })
     }
 
-    /// Returns whether the cycle is running. Unless dropped, it ends only by a panic.
+    /// Returns whether the cycle is running. Unless this value is dropped, the cycle ends only by a panic.
     pub fn is_running(&self) -> bool {
         self.thread.as_ref().is_some_and(|thread| !thread.is_finished())
     }
@@ -144,7 +145,7 @@ fn now() -> Duration {
 fn sleep_until(deadline: Duration) {
     let seconds = i64::try_from(deadline.as_secs()).unwrap_or(i64::MAX);
     let request = Timespec { tv_sec: seconds, tv_nsec: i64::from(deadline.subsec_nanos()) };
-    // A signal ends the sleep early; the deadline stays.
+    // A signal ends the sleep early; the deadline does not change.
     while let Err(rustix::io::Errno::INTR) = clock_nanosleep_absolute(ClockId::Monotonic, &request) {}
 }
 

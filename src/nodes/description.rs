@@ -1,4 +1,4 @@
-//! The robot description from a topic: the servo waits for it before it starts, and watches it while it runs.
+//! The robot description from a topic: the servo waits for the description before the start, and watches the topic while running.
 
 use super::{Given, NodeError, Prepared};
 use dq_config::NodeParameters;
@@ -12,10 +12,10 @@ use std::time::Duration;
 use tokio::task::spawn_blocking;
 use tokio::time::{Instant, interval};
 
-/// The topic.
+/// The name of the topic.
 const TOPIC: &str = "robot_description";
 
-/// How often to log that the description is awaited, or that another one arrived.
+/// The interval between two log lines that say that the description is awaited, or that a different one arrived.
 const REMINDER: Duration = Duration::from_secs(5);
 
 impl<P: NodeParameters> Given<P> {
@@ -33,7 +33,7 @@ impl<P: NodeParameters> Given<P> {
                 description = descriptions.next() => {
                     let topic = descriptions.topic().to_owned();
                     let refused = |why| NodeError::Description { topic, why: Box::new(why) };
-                    // Signals are handled meanwhile.
+                    // The blocking task leaves this thread free to handle signals.
                     let read = spawn_blocking(move || self.describe(description.data)).await;
                     return read.map_err(|why| NodeError::Thread(why.into()))?.map_err(refused);
                 }
@@ -67,7 +67,7 @@ pub(super) fn watch(
         loop {
             let came = descriptions.next().await.data;
             let (from, to) = (base.clone(), tool.clone());
-            // The node's other tasks run meanwhile.
+            // The blocking task leaves this thread free for the node's other tasks.
             let why = match spawn_blocking(move || Description::read(&came, &from, &to)).await {
                 Ok(Ok(read)) if read.arm.urdf() == in_force => continue,
                 Ok(Ok(_)) => {

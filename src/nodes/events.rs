@@ -1,8 +1,8 @@
 //! Publishes the record for replay on `~/events` while somebody subscribes: what the servo took in each cycle, and what it sent.
 //!
-//! Recording does not change the servo. For each new subscriber, and once per [`STATE_INTERVAL`], the record includes the servo's saved
-//! state, so that a replay can begin there. One message holds several cycles, because rosbag2's readers keep only ten messages. If nobody
-//! subscribes, the cycle does no work for the record.
+//! Recording does not change the servo. For each new subscriber, and once per [`STATE_INTERVAL`], the record includes the servo's
+//! saved state, so that a replay can begin there. One message holds several cycles, because the readers of rosbag2 keep only ten
+//! messages. If nobody subscribes, the cycle does no work for the record.
 
 use dq_core::servo::{Event, JointOrder, Rejection, Servo};
 use dq_messages::NodeContract;
@@ -16,7 +16,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
-/// The time that one message covers. The ten messages that rosbag2's readers keep cover a second.
+/// The time that one message covers. Ten messages, the number that the readers of rosbag2 keep, cover a second.
 const BATCH: Duration = Duration::from_millis(100);
 
 /// A message of this length is published before [`BATCH`] has passed \[bytes\].
@@ -25,7 +25,7 @@ const FULL: usize = 1 << 18;
 /// The longest record of one cycle \[bytes\]. A longer one is left out, and the replay reports a missing cycle.
 const LONGEST: usize = 1 << 20;
 
-/// How often the record includes the servo's state. After a lost message the replay goes on at the next one.
+/// The interval at which the record includes the servo's state. After a lost message the replay continues at the next state.
 const STATE_INTERVAL: Duration = Duration::from_secs(5);
 
 /// The topic and the number of its subscribers. The cycle and the report share it.
@@ -41,7 +41,7 @@ impl EventsTopic {
         Ok(Arc::new(Self { publisher, readers: AtomicUsize::new(0) }))
     }
 
-    /// Counts who subscribes. That takes a lock which discovery holds too, so the cycle does not do it.
+    /// Counts the subscribers. This takes a lock that discovery holds too, so the cycle does not call this function.
     pub fn update_readers(&self) {
         self.readers.store(self.publisher.readers(), Ordering::Relaxed);
     }
@@ -56,14 +56,15 @@ pub(super) struct ParameterRecord {
 }
 
 impl ParameterRecord {
-    /// Encodes the parameters in `store` of a servo of this kind, the `changes` that led to them, and the drawn keep-outs.
+    /// Encodes the parameters in `store` of a servo of this kind, the `changes` that led to these parameters, and the live
+    /// keep-outs.
     pub fn new(
         kind: ServoKind,
         store: &ParameterStore,
         changes: &[(String, Value)],
         drawn: &[KeepOut],
     ) -> Self {
-        // The texts of keep-outs read back to the last bit.
+        // If the text of a keep-out is parsed, the result is identical to the last bit.
         let drawn: Vec<_> = drawn.iter().map(ToString::to_string).collect();
         let changed = RecordedParameters { values: changes.to_vec(), drawn: drawn.clone() };
         let all = RecordedParameters { values: store.values().collect(), drawn };
@@ -86,13 +87,13 @@ pub(super) struct EventsRecord {
     number: u64,
     /// The number of subscribers in the last cycle.
     readers: usize,
-    /// When the servo's state was last recorded.
+    /// The time at which the servo's state was last recorded.
     begun: Duration,
     /// The message in progress. Nobody else holds it.
     message: Arc<UInt8MultiArray>,
-    /// The time of its first cycle.
+    /// The time of the first cycle in the message.
     first: Duration,
-    /// Where its last cycle begins \[bytes\].
+    /// The position at which the record of the last cycle begins in the message \[bytes\].
     start: usize,
     /// The servo's state, encoded.
     saved: Vec<u8>,
@@ -142,10 +143,10 @@ impl EventsRecord {
         servo.begin(now);
     }
 
-    /// Lets the servo take an event, and records it.
+    /// Lets the servo take an event, and records the event.
     ///
     /// # Errors
-    /// The servo's.
+    /// The errors of [`Servo::take`].
     pub fn take(&mut self, servo: &mut Servo, event: Event) -> Result<bool, Rejection> {
         if !self.is_heard() {
             return servo.take(event);
@@ -158,7 +159,7 @@ impl EventsRecord {
             event.write(record);
         }
         let taken = servo.take(event);
-        // Joint states of other joints are not used, and there may be very many of them.
+        // Joint states of other joints are not used, and may arrive in large numbers.
         if is_state && taken.is_err() {
             record.truncate(before);
         }
@@ -196,7 +197,7 @@ impl EventsRecord {
     }
 }
 
-/// Publishes the last cycles too: if the servo ends by a fault, they are the ones that matter.
+/// Publishes the last cycles too: if a fault ended the servo, these cycles show the cause.
 impl Drop for EventsRecord {
     fn drop(&mut self) {
         // A panic leaves the record of its cycle incomplete.

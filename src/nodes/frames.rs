@@ -1,4 +1,5 @@
-//! Looks up frames in TF on another thread than the cycle's: the cycle asks for the pose of a goal, and collects the answer later.
+//! Looks up frames in TF, on another thread than that of the cycle. The cycle asks for the pose of a goal, and collects the answer
+//! later.
 
 use super::node_setup::NodeSetup;
 use dq_core::servo::{GoalFrameMode, GoalFrames};
@@ -19,7 +20,8 @@ const WARNING_INTERVAL: Duration = Duration::from_secs(1);
 enum FrameRequest {
     /// Find the pose of this goal.
     Goal(FramedGoal),
-    /// Report how the frame of this goal moves it, if goals are followed. Ends the following of earlier goals.
+    /// Report how the frame of this goal moves the goal, if the settings say that goals follow their frames. Ends the following of
+    /// earlier goals.
     Follow(FramedGoal),
     /// Follow no goal.
     Unfollow,
@@ -28,7 +30,7 @@ enum FrameRequest {
     Configure(GoalFrames),
 }
 
-/// All frames heard of, shared with those who look them up.
+/// All frames that were heard of, shared between the listener and those who look frames up.
 #[derive(Clone, Default)]
 pub(super) struct Tree(Arc<Mutex<FrameTree>>);
 
@@ -60,7 +62,8 @@ enum Report {
 }
 
 impl Frames {
-    /// Subscribes to TF, stamped by `clock`, and stores its frames in `tree`. Goals are looked up in the frame `base`.
+    /// Subscribes to TF, and stores the frames in `tree`. Stamps are compared with `clock`. Goals are looked up in the frame
+    /// `base`.
     pub fn new(
         NodeSetup { node, contract, .. }: &mut NodeSetup,
         clock: &Clock,
@@ -92,7 +95,7 @@ impl Frames {
         Ok(Self { asks, reports, asked: 0, over: 0, unfollowed: 0, motion: None })
     }
 
-    /// Asks for the pose of a goal. Its number must be above those before.
+    /// Asks for the pose of a goal. The goal's number must be larger than the numbers of all goals before.
     pub fn ask(&mut self, goal: FramedGoal) {
         self.asked = goal.number;
         // Sending fails only while the node shuts down.
@@ -101,7 +104,7 @@ impl Frames {
 
     /// Discards the answers for the goals up to this number.
     pub fn forget(&mut self, number: u64) {
-        // If the listener knows no goal, the cycle need not wake it.
+        // If the listener knows no goal, there is no need to wake it.
         let is_one_known = self.asked > self.over;
         (self.over, self.unfollowed, self.motion) = (number, number, None);
         if is_one_known {
@@ -109,13 +112,13 @@ impl Frames {
         }
     }
 
-    /// Follows the frame of a goal that was answered and accepted, and no earlier goal any more.
+    /// Follows the frame of a goal that was answered and accepted. Ends the following of earlier goals.
     pub fn follow(&mut self, goal: FramedGoal) {
         (self.unfollowed, self.motion) = (goal.number.saturating_sub(1), None);
         let _ = self.asks.send(FrameRequest::Follow(goal));
     }
 
-    /// Stops following the goals up to this number. Goals that wait are still answered.
+    /// Stops following the goals up to this number. Goals that wait for their frames are still answered.
     pub fn unfollow(&mut self, number: u64) {
         (self.unfollowed, self.motion) = (number, None);
         if self.asked > self.over {
@@ -141,13 +144,13 @@ impl Frames {
         }
     }
 
-    /// Returns the latest motion of the followed goal. Call [`answer`](Self::answer) first, until it returns `None`.
+    /// Returns the latest motion of the followed goal. Before this, call [`answer`](Self::answer) until it returns `None`.
     pub fn motion(&mut self) -> Option<FrameMotion> {
         self.motion.take()
     }
 }
 
-/// The listener to TF.
+/// The thread's part of the lookup: it listens to TF.
 struct Listener {
     tf: Subscription<TFMessage>,
     tf_static: Subscription<TFMessage>,
@@ -167,8 +170,8 @@ struct Listener {
     log: Logger,
 }
 
-/// The last logged reason why a transform was ignored, its frame, and the time. A reason is logged again only if it changed, and at most
-/// once per second.
+/// The last logged reason why a transform was ignored, its frame, and the time. A reason is logged again only if it differs from
+/// the last one, and at most once per second.
 #[derive(Default)]
 struct Warned(Option<(Ignored, String, Duration)>);
 
@@ -210,7 +213,7 @@ impl Listener {
     }
 
     fn take(&mut self, message: &TFMessage, is_static: bool) {
-        // If a simulation has restarted, earlier transforms no longer hold; tf2 does the same.
+        // If a simulation has restarted, earlier transforms are no longer valid; tf2 also discards them.
         if self.clock.is_simulated() {
             let time = self.clock.now().nanoseconds();
             if time < std::mem::replace(&mut self.time, time) {
@@ -234,7 +237,7 @@ impl Listener {
         self.followed = self.followed.take().filter(|followed| followed.number() > number);
     }
 
-    /// Follows the goal, if goals are followed, and no other goal any more.
+    /// Follows the goal if the settings say that goals follow their frames. Ends the following of other goals.
     fn follow(&mut self, goal: FramedGoal) {
         let follows = self.settings.mode == GoalFrameMode::Follow && !self.is_on_tool(&goal);
         self.followed = follows.then(|| Followed::new(goal, self.began.elapsed()));
@@ -299,7 +302,7 @@ mod tests {
         assert_eq!((1..=1000).map(|number| forgotten(&mut frames, number)).sum::<usize>(), 0);
         frames.ask(goal(1001));
         frames.ask(goal(1003));
-        // The goal after it is still looked up.
+        // The goal after the forgotten ones is still looked up.
         assert_eq!(
             [1001, 1002, 1003, 1003, 1004].map(|number| forgotten(&mut frames, number)),
             [1, 1, 1, 0, 0]

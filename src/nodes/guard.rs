@@ -1,12 +1,12 @@
-//! The guard node: watches the commands to one arm, and stops the arm if they cease while it moves.
+//! The guard node: watches the commands to one arm, and stops the arm if the commands cease while the arm moves.
 
 use super::complaint::due;
 use super::cycle_thread::{CycleThread, Schedule, Tick};
 use super::parameters::CYCLE_ENDED;
 use super::{NodeError, Prepared, shutdown};
+use dq_check::Guard;
 use dq_config::{GuardParameters, NodeParameters};
 use dq_core::servo::{Interface, JointOrder};
-use dq_limits::check::Guard;
 use dq_messages::messages::*;
 use dq_messages::{Direction, NodeContract};
 use dq_ros::ros::{Logger, Node, ParameterServer, Publisher, RosError, Session, Subscription};
@@ -16,7 +16,7 @@ use std::sync::mpsc::{Receiver, channel};
 use std::time::Duration;
 use tokio::sync::watch;
 
-/// How often the guard checks: short compared with the time within which it must stop an arm.
+/// The interval of the guard's checks. It is short compared with the time within which the guard must stop an arm.
 const PERIOD: Duration = Duration::from_millis(5);
 
 /// How often the guard publishes its status.
@@ -28,8 +28,8 @@ const WARNING_INTERVAL: Duration = Duration::from_secs(10);
 /// The time after which a trajectory that stops the arm ends.
 const STAND: Duration = Duration::from_millis(20);
 
-/// How long the guard waits for the arm to need it no longer, when the guard is to end. A launch ends servo and guard at the same moment,
-/// and a servo commands some last speeds even if its arm has settled.
+/// The time for which a guard that should end waits until the arm does not need it any more. A launch ends servo and guard at the
+/// same moment, and a servo sends a few more commands even if the arm has settled.
 const SERVO_ENDS: Duration = Duration::from_millis(500);
 
 /// A running guard node.
@@ -68,7 +68,8 @@ impl GuardNode {
         Ok(Self { cycle, needed: is_needed, node })
     }
 
-    /// Ends the node as soon as the arm no longer needs it. A launch that ends stops its guard too, perhaps just when the servo was killed.
+    /// Ends the node as soon as the arm does not need the guard any more. A launch that ends also stops the guard, perhaps just
+    /// when the servo was killed.
     ///
     /// Returns false if the arm was still commanded to move after the time that a servo may take to shut down.
     pub async fn shut_down(mut self) -> bool {
@@ -82,13 +83,13 @@ impl GuardNode {
         matches!(stands, Ok(Ok(_)))
     }
 
-    /// Returns whether the guard is watching. Unless dropped, it stops only by a panic.
+    /// Returns whether the guard is watching. Unless this value is dropped, the guard stops only by a panic.
     pub fn is_running(&self) -> bool {
         self.cycle.is_running()
     }
 }
 
-/// Commands of one type, watched and sent.
+/// The commands of one type: the subscription with which they are watched, and the publisher that sends the guard's own.
 struct Channel<M: Message> {
     watched: Subscription<M>,
     sent: Publisher<M>,
@@ -110,7 +111,7 @@ impl<M: Command> Channel<M> {
     }
 }
 
-/// The commands, of the type that the arm's controller takes.
+/// The commands. The message type is the one that the arm's controller takes.
 enum Commands {
     Arrays(Channel<Float64MultiArray>),
     Trajectories(Channel<JointTrajectory>),
@@ -145,7 +146,7 @@ impl Commands {
 struct Watch {
     guard: Guard,
     joints: JointOrder,
-    /// Receives the timeout when the parameter changes.
+    /// Receives the timeout when the parameter is changed.
     inbox: Receiver<Duration>,
     joint_states: Subscription<JointState>,
     commands: Commands,
@@ -167,7 +168,7 @@ impl Watch {
         needed: watch::Sender<bool>,
     ) -> Result<Self, RosError> {
         let GuardParameters { joints, interface, command_timeout, .. } = parameters;
-        // Create this first, so that the servo knows the guard before it sees the guard's command publisher.
+        // Create this publisher first, so that the servo knows the guard before the servo discovers the guard's command publisher.
         let status = node.publisher(contract, "command_guard")?;
         let topic = command_topic(interface);
         let commands = match interface {
@@ -216,7 +217,7 @@ impl Watch {
         let is_needed = self.guard.is_needed();
         self.needed.send_if_modified(|needed| std::mem::replace(needed, is_needed) != is_needed);
         if self.guard.hears(tick.now) {
-            // A guard that hears no joint states must not say that it is watching.
+            // A guard that receives no joint states must not report that it is watching.
             if due(&mut self.status_sent, tick.now, STATUS_INTERVAL) {
                 self.publish_status();
             }

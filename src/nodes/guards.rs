@@ -1,17 +1,17 @@
 //! The guards of the arms, as the servo sees them.
 
-use dq_limits::check::GuardState;
+use dq_check::GuardState;
 use dq_messages::NodeContract;
 use dq_messages::messages::DiagnosticStatus;
 use dq_ros::ros::{Node, RosError, Subscription};
 use std::sync::Arc;
 use std::time::Duration;
 
-/// A guard that is silent for longer than this is gone.
+/// A guard that is silent for longer than this counts as gone.
 const SILENCE: Duration = Duration::from_secs(1);
 
-/// The statuses of an arm's guards. Each guard publishes and subscribes to the arm's commands, but is neither a rival nor a robot. So the
-/// number of guards is subtracted from the numbers of publishers and subscribers.
+/// The subscription to the statuses of an arm's guards. Each guard publishes and subscribes to the arm's commands, but is neither a
+/// rival nor a robot. So the number of guards is subtracted from the numbers of publishers and subscribers.
 pub(super) type GuardStatuses = Arc<Subscription<DiagnosticStatus>>;
 
 /// Subscribes to the statuses of the guards of the arm whose topics begin with `prefix`.
@@ -23,7 +23,7 @@ pub(super) fn subscribe(
     Ok(Arc::new(node.subscription(contract, &format!("{prefix}command_guard"))?))
 }
 
-/// Whether one arm has guards.
+/// The state of one arm's guards.
 pub(super) struct Guards {
     statuses: GuardStatuses,
     heard: Option<Duration>,
@@ -35,7 +35,7 @@ impl Guards {
         Self { statuses, heard: None }
     }
 
-    /// Returns whether there is a guard at `now`.
+    /// Returns the state of the guards at `now`.
     pub fn look(&mut self, now: Duration) -> GuardState {
         if self.statuses.newest().count > 0 {
             self.heard = Some(now);

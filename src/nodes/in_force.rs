@@ -1,5 +1,5 @@
-//! The settings in force: those of the parameters, and the keep-outs drawn on `~/keep_out`. Only this module gives settings to the cycle.
-//! It builds them outside the cycle's thread.
+//! The settings in force: those of the parameters, and the live keep-outs of `~/keep_out`. Only this module gives settings to the
+//! cycle. It builds the settings outside the cycle's thread.
 
 use super::events::ParameterRecord;
 use super::parameters::CYCLE_ENDED;
@@ -21,30 +21,30 @@ pub(super) struct InForce {
 }
 
 struct Current {
-    /// The settings of the parameters alone.
+    /// The settings without live keep-outs.
     settings: Settings,
-    /// The number of their keep-outs and keep-ins that are not checked.
+    /// The number of keep-outs and keep-ins of the parameters that are not checked.
     idle: usize,
     store: ParameterStore,
     drawn: Vec<KeepOut>,
-    /// The text about drawn keep-outs that are not obeyed, or not fully.
+    /// The text about live keep-outs that are not obeyed, or not fully.
     refused: Option<String>,
-    /// Scenes that the cycle may still use. A scene that the cycle has dropped is freed here.
+    /// The scenes that the cycle may still use. A scene that the cycle has dropped is freed here, outside the cycle's thread.
     scenes: Vec<Arc<Scene>>,
 }
 
 /// The texts about keep-outs and keep-ins that are not obeyed.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct NotObeyed {
-    /// About those that are not checked because constraints are off.
+    /// The text about keep-outs and keep-ins that are not checked because constraints are off.
     pub idle: Option<String>,
-    /// About drawn keep-outs that are refused.
+    /// The text about refused live keep-outs.
     pub refused: Option<String>,
 }
 
 impl InForce {
-    /// Creates the settings of a servo of this kind, which the cycle already has: those of the parameters, with `idle` keep-outs that are
-    /// not checked, and nothing drawn. Later settings are sent by `requests`.
+    /// Creates the settings of a servo of this kind, which the cycle already has: those of the parameters, of which `idle`
+    /// keep-outs are not checked, without live keep-outs. Later settings are sent by `requests`.
     pub fn new(
         settings: Settings,
         idle: usize,
@@ -57,10 +57,10 @@ impl InForce {
         Self { now: Mutex::new(now), requests, kind }
     }
 
-    /// Applies `parameters`. They are those of `store` after these `changes`.
+    /// Applies `parameters`, which are the parameters in `store` after these `changes`.
     ///
     /// # Errors
-    /// Why they are refused.
+    /// The reason why the parameters are refused.
     pub fn set(
         &self,
         parameters: ServoParameters,
@@ -80,15 +80,15 @@ impl InForce {
         Ok(())
     }
 
-    /// Returns whether `drawn` is what is drawn now.
+    /// Returns whether `drawn` are the present live keep-outs.
     pub fn is_drawn(&self, drawn: &[KeepOut]) -> bool {
         self.lock().drawn == drawn
     }
 
-    /// Replaces everything drawn before by `drawn`.
+    /// Replaces all live keep-outs by `drawn`.
     ///
     /// # Errors
-    /// Why they are refused.
+    /// The reason why they are refused.
     pub fn draw(&self, drawn: Vec<KeepOut>) -> Result<(), String> {
         let now = &mut *self.lock();
         let settings = now.settings.keeping_out_of(&drawn).map_err(|why| why.to_string())?;
@@ -100,7 +100,7 @@ impl InForce {
         Ok(())
     }
 
-    /// Sends the cycle these settings. `record` has the parameters that lead to them.
+    /// Sends these settings to the cycle. `record` has the parameters of the settings.
     fn ask(
         &self,
         scenes: &mut Vec<Arc<Scene>>,
@@ -113,23 +113,23 @@ impl InForce {
         self.requests.send(request).map_err(|_| CYCLE_ENDED.to_owned())
     }
 
-    /// Sets the text that says what drawn keep-outs are not obeyed.
+    /// Sets the text about the live keep-outs that are not obeyed.
     pub fn refuse(&self, refused: Option<String>) {
         self.lock().refused = refused;
     }
 
-    /// Returns how many keep-outs may be drawn.
+    /// Returns the largest number of live keep-outs.
     pub fn room(&self) -> usize {
         let now = self.lock();
         now.settings.scene.as_ref().map_or(MOST_KEEP_OUTS.saturating_sub(now.idle), |scene| scene.room())
     }
 
-    /// Returns how long to wait for the frame of a drawn keep-out; the same time applies to goals.
+    /// Returns how long to wait for the frame of a live keep-out. The same time applies to goals.
     pub fn patience(&self) -> Duration {
         self.lock().settings.goal_frames.tf_timeout
     }
 
-    /// Returns what is not obeyed.
+    /// Returns the texts about what is not obeyed.
     pub fn not_obeyed(&self) -> NotObeyed {
         let now = self.lock();
         let count = now.idle + if now.settings.scene.is_none() { now.drawn.len() } else { 0 };
@@ -167,7 +167,7 @@ mod tests {
         (0..count).map(|i| format!("crate/{i} sphere 2 2 2 0.1").parse().unwrap()).collect()
     }
 
-    /// Returns the names of the keep-outs that the cycle is asked to obey; `None` if nothing new is asked.
+    /// Returns the names of the keep-outs that the cycle is asked to obey; `None` if there is no new request.
     fn asked(inbox: &Receiver<Request>) -> Option<Vec<String>> {
         let Request::Configure(settings, _) = inbox.try_iter().last()? else { panic!() };
         let scene = settings.scene?;
@@ -193,7 +193,7 @@ mod tests {
         in_force.draw(drawn(2)).unwrap();
         let all = ["table", "crate/0", "crate/1"];
         assert_eq!(asked(&inbox).unwrap(), all);
-        // `param load` of an earlier dump sets all parameters like this.
+        // `param load` of an earlier dump sets all parameters in this way.
         let dump: Vec<_> = store().iter().map(|(declared, value)| (declared.name, value.clone())).collect();
         let dump: Vec<_> =
             dump.into_iter().filter(|(name, _)| *name == "keep_out" || *name == "controller").collect();

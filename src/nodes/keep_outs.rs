@@ -1,5 +1,5 @@
-//! The keep-outs that are drawn as markers on `~/keep_out`. They are built on a thread that nobody waits for, and are obeyed in addition to
-//! those of the parameters.
+//! The live keep-outs, which are markers on `~/keep_out`. They are built on a thread for which nobody waits, and are obeyed in
+//! addition to the keep-outs of the parameters.
 
 use super::frames::Tree;
 use super::in_force::InForce;
@@ -16,13 +16,13 @@ use std::sync::Arc;
 use std::time::Duration;
 use tokio::time::Instant;
 
-/// How often frames are looked up.
+/// The interval at which frames are looked up.
 const INTERVAL: Duration = Duration::from_millis(50);
 
 /// The shortest time between two warnings.
 const WARNING_INTERVAL: Duration = Duration::from_secs(1);
 
-/// Obeys the markers that arrive. Their frames are looked up in `tree`, relative to the frame `base`.
+/// Obeys the markers that arrive. The frames of the markers are looked up in `tree`, relative to the frame `base`.
 ///
 /// # Errors
 /// [`RosError`] if the network fails.
@@ -47,7 +47,7 @@ pub(super) fn obey(
     Ok(())
 }
 
-/// Processes markers, for at most half of the time.
+/// Processes markers for at most half of the time.
 async fn run(markers: Subscription<MarkerArray>, mut drawn: DrawnKeepOuts) {
     let mut is_pending = false;
     loop {
@@ -70,14 +70,14 @@ async fn run(markers: Subscription<MarkerArray>, mut drawn: DrawnKeepOuts) {
     }
 }
 
-/// The drawn keep-outs.
+/// The live keep-outs.
 struct DrawnKeepOuts {
     tree: Tree,
     base: String,
     in_force: Arc<InForce>,
     keep_outs: FramedKeepOuts,
     began: Instant,
-    /// The reasons why keep-outs are not obeyed that are still to be logged. Reasons for deleted keep-outs are removed.
+    /// The reasons why keep-outs are not obeyed that are still to be logged. When a keep-out is deleted, its reason is removed.
     unsaid: Vec<(KeepOutKey, String)>,
     warned: Option<Duration>,
     log: Logger,
@@ -109,7 +109,7 @@ impl DrawnKeepOuts {
         }
     }
 
-    /// Puts the drawn keep-outs into force, and logs what is refused. Returns whether either is still to be done.
+    /// Puts the live keep-outs into force, and logs refusals. Returns whether one of the two is still to be done.
     fn put_into_force(&mut self) -> bool {
         let (now, patience) = (self.began.elapsed(), self.in_force.patience());
         let lost = self.keep_outs.look(&self.tree.lock(), &self.base, now, patience);
@@ -141,13 +141,13 @@ impl DrawnKeepOuts {
     }
 }
 
-/// Returns why a keep-out is not obeyed, or not fully.
+/// Returns a text that says why a keep-out is not obeyed, or not fully.
 fn said(KeepOutKey { namespace, id }: &KeepOutKey, why: &KeepOutRefused) -> String {
     let how = if matches!(why, KeepOutRefused::Silent(_)) { "does not move" } else { "is not obeyed" };
     cut(&format!("{:?} {id} of ~/keep_out {how}: {why}", shown(namespace, NAME))).into_owned()
 }
 
-/// Returns the first text and how many more there are; `None` if there are no texts.
+/// Returns the first text and the number of further ones; `None` if there are no texts.
 fn together(all: &[String]) -> Option<String> {
     let (first, more) = all.split_first()?;
     Some(if more.is_empty() { first.clone() } else { format!("{first} (and {} more)", more.len()) })
@@ -170,7 +170,7 @@ fn key(marker: &Marker) -> KeepOutKey {
     KeepOutKey { namespace: marker.ns.clone(), id: marker.id }
 }
 
-/// Converts a marker to a solid in the marker's frame, or returns what is wrong with it.
+/// Converts a marker to a solid in the marker's frame, or returns the error in the marker.
 fn solid(marker: &Marker) -> Result<Solid, String> {
     let scale = &marker.scale;
     let (is_round, center, turn) = (scale.x == scale.y, Vector3::zeros(), NO_TURN);
@@ -198,7 +198,7 @@ fn solid(marker: &Marker) -> Result<Solid, String> {
     Ok(solid.moved(&pose.base_from_goal().frame()))
 }
 
-/// Returns the points of a marker without duplicates, because adjacent triangles share corners.
+/// Returns the points of a marker. Adjacent triangles share corners, so duplicates are removed.
 fn corners(marker: &Marker) -> Vec<Vector3<f64>> {
     let scale = &marker.scale;
     let scaled = |point: &Point| [scale.x * point.x, scale.y * point.y, scale.z * point.z];

@@ -1,6 +1,7 @@
-//! The nodes of the program: each receives, converts, steps, converts and publishes.
+//! The nodes of the program. In each cycle a node receives messages, converts them, does a step, converts the result and publishes
+//! it.
 #![warn(clippy::unwrap_used, clippy::expect_used)]
-// Both macros panic if nobody reads the stream. Results go through `cli::print`, everything else through stderr.
+// These macros panic if nobody reads the output. Results go through `cli::print`, everything else through `stderr`.
 #![warn(clippy::print_stdout, clippy::print_stderr)]
 
 #[cfg(test)]
@@ -45,16 +46,16 @@ use dq_params::ParameterError;
 use dq_ros::ros::RosError;
 use thiserror::Error;
 
-/// Why a node could not start.
+/// The reason why a node could not start.
 #[derive(Debug, Error)]
 pub enum NodeError {
     /// Invalid parameters.
     #[error(transparent)]
     Config(#[from] ParameterError),
-    /// A robot description from a topic.
+    /// The robot description from a topic is invalid.
     #[error("what came on {topic} does not describe the arm: {why}")]
     Description {
-        /// The topic.
+        /// The name of the topic.
         topic: String,
         /// The reason.
         why: Box<NodeError>,

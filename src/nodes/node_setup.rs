@@ -1,4 +1,4 @@
-//! What the parts of a servo node need to create their topics.
+//! The data that the parts of a servo node need to create their topics.
 
 use dq_messages::NodeContract;
 use dq_ros::ros::Node;

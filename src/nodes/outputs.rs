@@ -8,8 +8,8 @@ use super::node_setup::NodeSetup;
 use super::pictures::{Moment, MomentSlot};
 use super::ros_inputs::RejectedGoal;
 use super::snapshot::{MotionUpdate, Snapshot};
+use dq_check::GuardState;
 use dq_core::servo::{Status, joint_name};
-use dq_limits::check::GuardState;
 use dq_messages::messages::*;
 use dq_ros::ros::{Clock, EndpointId, Publisher, RosError};
 use dq_wire::{KeyValues, Reported, ServoReport, microseconds, milliseconds, pose_message};
@@ -17,7 +17,7 @@ use dq_wire::{MotionContext, MotionReport, ServoKind, SpreadFigures};
 use std::sync::Arc;
 use std::time::Duration;
 
-/// The warning when a guard is gone.
+/// The warning that is logged when a guard is gone.
 pub(super) const GUARD_GONE: &str = "the guard is gone: nobody would stop the arm if this servo were killed";
 
 /// The outputs of the node.
@@ -29,7 +29,7 @@ pub(super) struct Outputs {
     pub joints: Vec<String>,
     pub commands: Arc<Commands>,
     events: Arc<EventsTopic>,
-    /// One entry per arm.
+    /// The guards of each arm.
     guards: Vec<Guards>,
     guard: GuardState,
     slot: MomentSlot,
@@ -42,8 +42,8 @@ pub(super) struct Outputs {
 }
 
 impl Outputs {
-    /// Creates the publishers of the node, in addition to its `commands`. `joints` are the names of all joints; pictures are drawn from
-    /// `slot`.
+    /// Creates the publishers of the node, in addition to its `commands`. `joints` are the names of all joints; pictures are drawn
+    /// from the moments in `slot`.
     pub fn new(
         NodeSetup { node, kind, contract }: &mut NodeSetup,
         commands: Arc<Commands>,
@@ -72,7 +72,7 @@ impl Outputs {
         })
     }
 
-    /// Checks for subscribers to the commands and to the record.
+    /// Checks who subscribes to the commands and to the record.
     pub fn update_readers(&self) {
         self.commands.update_readers();
         self.events.update_readers();
@@ -83,12 +83,12 @@ impl Outputs {
         joint_name(number, &self.joints)
     }
 
-    /// Returns the joint that its position limit holds back.
+    /// Returns the name of the joint that is held back by its position limit, if there is one.
     pub fn joint_at_limit(&self, status: &Status) -> Option<&str> {
         self.joints.get(status.joint_at_limit?.checked_sub(1)?).map(String::as_str)
     }
 
-    /// Checks at `now` whether each arm has a guard. Returns the result if it has changed.
+    /// Checks at `now` whether each arm has a guard. Returns the state of the guards if it has changed.
     pub fn update_guards(&mut self, now: Duration) -> Option<GuardState> {
         let states: Vec<_> = self.guards.iter_mut().map(|guards| guards.look(now)).collect();
         let all = [GuardState::Gone, GuardState::None].into_iter().find(|state| states.contains(state));
@@ -96,7 +96,7 @@ impl Outputs {
         (self.guard != before).then_some(self.guard)
     }
 
-    /// Publishes the pose and its error, stamped with the time of the joint states from which they were computed.
+    /// Publishes the pose and its error. The stamp is the time of the joint states from which they were computed.
     pub fn publish_pose(&self, cycle: &Snapshot) {
         let Some(controlled) = &cycle.pose else { return };
         let header = Header { stamp: cycle.stamp.clone(), frame_id: self.goal_frame.clone() };

@@ -1,4 +1,4 @@
-//! A node before it joins the graph: its names and its parameters.
+//! A node before it joins the graph: the names and the parameters.
 
 use super::NodeError;
 use dq_common::text::cut;
@@ -8,7 +8,7 @@ use dq_ros::ros::args::{Override, RosArgs};
 use dq_ros::ros::{LogLevel, Logging, Resolver, RosError};
 use std::marker::PhantomData;
 
-/// A node's names and checked parameters. From here on only the network can fail.
+/// A node's names and checked parameters. After this only the network can fail.
 pub struct Prepared<P> {
     pub(super) names: Resolver,
     pub(super) store: ParameterStore,
@@ -38,7 +38,7 @@ impl<P: NodeParameters> Prepared<P> {
         &self.parameters
     }
 
-    /// Returns the warnings about the command line, one line each. A node logs them when it starts.
+    /// Returns the warnings about the command line, one line each. A node logs them at its start.
     pub fn warnings(&self) -> &[String] {
         &self.warnings
     }
@@ -52,7 +52,8 @@ impl<P: NodeParameters> Prepared<P> {
 /// The reason why a node that is shutting down takes no parameters.
 pub(super) const CYCLE_ENDED: &str = "the node's cycle has ended";
 
-/// What the command line gives to one node: its names, and parameters that are not checked yet. Each parameter file is read once.
+/// The names of a node and its parameters, as the command line gives them. The parameters are not checked yet. Each parameter file
+/// is read once.
 pub struct Given<P> {
     names: Resolver,
     values: Vec<ParameterOverride>,
@@ -106,12 +107,12 @@ impl<P: NodeParameters> Given<P> {
         Ok(())
     }
 
-    /// Returns whether the frames of an arm are given, but the description between them is left to a topic.
+    /// Returns whether the node must wait for a robot description on a topic: the frames of an arm are given without a description.
     pub fn is_awaited(&self) -> bool {
         dq_config::is_awaited(&self.values)
     }
 
-    /// Returns the `realtime_priority`, before it is checked with the other parameters; 0 if there is none.
+    /// Returns the value of `realtime_priority`, which is needed before the other parameters are checked; 0 if there is none.
     pub fn realtime_priority(&self) -> u8 {
         match self.values.iter().rfind(|given| given.name == "realtime_priority").map(|given| &given.value) {
             Some(Value::Integer(priority)) => u8::try_from(*priority).unwrap_or(0),
@@ -146,7 +147,8 @@ impl<P: NodeParameters> Given<P> {
     }
 }
 
-/// Returns a warning about a file that has parameters neither for this node nor for another kind of our nodes, with which it may be shared.
+/// Returns a warning about a file that has no parameters for this node. A file with parameters for other kinds of our nodes causes
+/// no warning, because nodes may share a file.
 fn passes_by<P: NodeParameters>(found: &FileParameters, file: &str, node: &str) -> Option<String> {
     let is_for = |name: &str| dq_config::NODE_NAMES.contains(&name) && name != P::NODE_NAME;
     let others = found.sections.iter().any(|section| section.rsplit('/').next().is_some_and(is_for));

@@ -83,7 +83,7 @@ impl PlantNode {
         Ok(Self { cycle, _node: node })
     }
 
-    /// Returns whether the cycle is running. Unless dropped, it ends only by a panic.
+    /// Returns whether the cycle is running. Unless this value is dropped, the cycle ends only by a panic.
     pub fn is_running(&self) -> bool {
         self.cycle.is_running()
     }
@@ -92,7 +92,7 @@ impl PlantNode {
 /// The state of the cycle's thread.
 struct Cycle {
     plant: Plant,
-    /// The joints that the plant's joints move, and how.
+    /// The described joints that move with the plant's joints, each with its coupling.
     moving: Vec<(DescribedJoint, Coupling)>,
     joints: Vec<String>,
     inbox: Receiver<Request>,
@@ -103,11 +103,11 @@ struct Cycle {
     random: ChaCha8Rng,
     joint_states: Publisher<JointState>,
     tf: Publisher<TFMessage>,
-    /// The last messages, which are overwritten by the next ones.
+    /// The last messages. The next ones overwrite them.
     state: Arc<JointState>,
     transforms: Arc<TFMessage>,
     diagnostics: Publisher<DiagnosticArray>,
-    // Publishers of messages that were sent once. Late joiners get them as long as the publishers live.
+    // Publishers of messages that were sent once. Late joiners get these messages as long as the publishers live.
     _tf_static: Publisher<TFMessage>,
     _description: Publisher<StringMessage>,
     node: String,
@@ -121,7 +121,7 @@ struct Cycle {
     log: Logger,
 }
 
-/// The commands, of the type that the simulated controller takes.
+/// The commands. The message type is the one that the simulated controller takes.
 enum Commands {
     Velocities(Subscription<Float64MultiArray>),
     Positions(Subscription<Float64MultiArray>),
@@ -138,7 +138,7 @@ impl Commands {
         })
     }
 
-    /// Gives the newest command to `plant`, whose joints are called `joints`, at `now`. Returns the errors.
+    /// Gives the newest command to `plant` at `now`. The plant's joints are called `joints`. Returns the errors.
     fn give(&self, plant: &mut Plant, joints: &[String], now: Duration) -> Vec<String> {
         let text = |why: CommandError| why.to_string();
         match self {
@@ -163,7 +163,7 @@ impl Commands {
         }
     }
 
-    /// Returns the number of publishers.
+    /// Returns the number of publishers of commands.
     fn publishers(&self) -> usize {
         match self {
             Self::Velocities(commands) | Self::Positions(commands) => commands.publishers(),
@@ -304,7 +304,7 @@ impl Cycle {
     /// Publishes the number of publishers and of rejected commands, with a warning if there is more than one publisher.
     fn publish_diagnostics(&mut self, now: Duration) {
         let guard = self.guards.look(now);
-        // Guards are meant to publish too.
+        // Guards also publish commands, and cause no warning.
         let publishers = self.commands.publishers().saturating_sub(self.guards.count());
         let rivals = (publishers > 1).then(|| rivalry(self.commands.topic(), publishers));
         self.rivals.warn(&self.log, rivals.clone());
@@ -318,7 +318,7 @@ impl Cycle {
     }
 }
 
-/// Returns the description of an arm that is given by rows of parameters, and its text.
+/// Returns the description of an arm that is given by DH rows, and the text of the description.
 fn describe_rows(
     robot: &str,
     arm: &ArmParameters,
@@ -331,8 +331,8 @@ fn describe_rows(
     Ok((Description { arm, beside: Vec::new() }, text))
 }
 
-/// Returns the transform from a joint's parent link to its child link at the start position. Only TF has the frame prefix: users of the
-/// description add the prefix themselves.
+/// Returns the transform from a joint's parent link to its child link at the start position. Only frames of TF have the frame
+/// prefix: users of the description add the prefix themselves.
 fn transform(joint: &DescribedJoint, clock: &Clock, frame_prefix: &str) -> TransformStamped {
     TransformStamped {
         header: clock.header(&format!("{frame_prefix}{}", joint.parent)),

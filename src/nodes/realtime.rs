@@ -50,8 +50,8 @@ pub(super) fn enter(priority: u8) -> Result<(), RealtimeError> {
     lock_memory().map_err(|why| RealtimeError::Memory { priority, why })
 }
 
-/// Calls `make` such that the threads it starts have SCHED_FIFO one below the cycle's `priority`, at least 1. Without this a cycle that is
-/// never late would wait for threads of DDS that are. A priority of 0 changes nothing.
+/// Calls `make`. The threads that `make` starts have SCHED_FIFO with a priority one below that of the cycle, at least 1. Without
+/// this, a cycle that is never late would wait for threads of DDS that are late. A priority of 0 changes nothing.
 ///
 /// Threads inherit the priority from the thread that starts them.
 ///
@@ -67,7 +67,7 @@ pub fn below<R: Send>(priority: u8, make: impl FnOnce() -> R + Send) -> Result<R
     made.unwrap_or_else(|panic| std::panic::resume_unwind(panic))
 }
 
-/// Gives the calling thread SCHED_FIFO with priority `own`. Errors name `asked`, the requested priority.
+/// Gives the calling thread SCHED_FIFO with priority `own`. Errors name the requested priority `asked`.
 fn schedule(own: u8, asked: u8) -> Result<(), RealtimeError> {
     let refused = |why| RealtimeError::Priority { priority: asked, why };
     let value = ThreadPriority::try_from(own).map_err(|why| refused(SystemError::other(why)))?;
@@ -80,14 +80,14 @@ fn schedule(own: u8, asked: u8) -> Result<(), RealtimeError> {
 
 /// Locks the present and future memory of the process.
 ///
-/// With a finite limit the process would fail later, when it allocates more. So the limit must be unlimited, or the process must be exempt
-/// from it.
+/// With a finite limit the process would fail later, when it allocates more. So the limit must be unlimited, or must not apply to
+/// this process.
 fn lock_memory() -> Result<(), String> {
     let all = || mlockall(MlockAllFlags::CURRENT | MlockAllFlags::FUTURE).map_err(|why| why.to_string());
     let limit = getrlimit(Resource::Memlock);
     let Some(bytes) = limit.current else { return all() };
-    // A process that can lock memory with a limit of 0 is exempt. The capability alone does not tell, because it may be valid only in a
-    // user namespace.
+    // If a process can lock memory with a limit of 0, no limit applies to it. The capability does not tell this, because the
+    // capability may be valid only in a user namespace.
     let nothing = Rlimit { current: Some(0), maximum: limit.maximum };
     setrlimit(Resource::Memlock, nothing).map_err(|why| why.to_string())?;
     let locked = all();

@@ -1,13 +1,13 @@
-//! The report of a servo node: everything that it publishes and logs other than the commands. The report runs on its own thread, on
-//! snapshots that the cycles leave.
+//! The report of a servo node: everything that it publishes and logs other than the commands. The report runs on its own thread,
+//! and reads snapshots that the cycles leave.
 
 use super::arm_input::{JointStates, unheard};
 use super::complaint::{WarningOnChange, due};
 use super::in_force::{InForce, NotObeyed};
 use super::outputs::{GUARD_GONE, Outputs};
 use super::snapshot::Snapshot;
+use dq_check::GuardState;
 use dq_core::servo::{Contended, Reason, Reconfiguration, Rejection, State, Status};
-use dq_limits::check::GuardState;
 use dq_ros::ros::{EndpointNames, Logger, NameWatch, Node};
 use dq_space::space::{LeftOut, Scene};
 use dq_wire::{LawNames, pose_numbers};
@@ -16,7 +16,7 @@ use std::sync::mpsc::Receiver;
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-/// How often to check for subscribers to the commands.
+/// The interval at which to check who subscribes to the commands.
 const READERS_INTERVAL: Duration = Duration::from_millis(50);
 
 /// The shortest time between two warnings of one kind.
@@ -25,7 +25,7 @@ const SECOND: Duration = Duration::from_secs(1);
 /// Publishes and logs what has changed since the last report.
 pub(super) struct Report {
     outputs: Outputs,
-    /// One entry per arm.
+    /// The joint states of each arm.
     inputs: Vec<JointStates>,
     in_force: Arc<InForce>,
     names: EndpointNames,
@@ -34,7 +34,7 @@ pub(super) struct Report {
     period: Duration,
     law: Option<LawNames>,
     state: State,
-    /// When the arm first arrived at the goal, once that has been logged \[s\].
+    /// The time at which the arm first arrived at the goal \[s\]; `None` until the arrival has been logged.
     arrival: Option<f64>,
     goal_count: u64,
     rejected: u64,
@@ -54,8 +54,8 @@ pub(super) struct Report {
 }
 
 impl Report {
-    /// Creates the report of the node. `inputs` are the joint states of its arms, `in_force` the settings, and `period` is that of its
-    /// cycle.
+    /// Creates the report of the node. `inputs` are the joint states of its arms, `in_force` the settings, and `period` is the
+    /// period of the node's cycle.
     pub fn new(
         node: &mut Node,
         outputs: Outputs,
@@ -152,7 +152,7 @@ impl Report {
         }
     }
 
-    /// Warns of keep-outs that are not checked. Refused keep-outs are logged where they are refused.
+    /// Warns of keep-outs that are not checked. Refused keep-outs are logged at their refusal.
     fn log_not_obeyed(&mut self) {
         self.not_obeyed = self.in_force.not_obeyed();
         self.idle.warn(&self.log, self.not_obeyed.idle.clone());
@@ -166,7 +166,7 @@ impl Report {
         }
     }
 
-    /// Logs the number of commands that the servo's last check has replaced. Each of them is a defect of the program.
+    /// Logs how many commands the servo's last check has replaced. Each replacement is caused by a defect of the program.
     fn log_replaced(&mut self, cycle: &Snapshot) {
         let replaced = &cycle.replaced;
         self.replaced = replaced.count.min(self.replaced);
@@ -195,7 +195,7 @@ impl Report {
     fn log_change(&mut self, cycle: &Snapshot) {
         let status = &cycle.status;
         if matches!(status.reconfiguration, Reconfiguration::Searching(_)) {
-            // The outcome of the search, and with it the text about the stall, is known in a moment.
+            // The result of the search, and with it the text about the stall, will be known in a moment.
             return;
         }
         if status.state != self.state {
@@ -225,12 +225,12 @@ impl Report {
             }
         }
         (self.state, self.goal_count) = (status.state, status.goal_count);
-        // After an arrival, a change of the law or a goal that moves with its frame does not count as another arrival.
+        // After an arrival, a change of the law or a goal that moves with its frame does not cause another arrival.
         self.arrival =
             status.figures.arrival_time.filter(|_| self.arrival.is_some() || status.state == State::Settled);
     }
 
-    /// Warns of a new reason why the arm is not driven, if the state has stayed the same.
+    /// Warns of a new reason why the arm is not driven, if the state has not changed.
     fn log_reason(&mut self, cycle: &Snapshot) {
         let reason = cycle.status.reason;
         let logged = cycle.status.state != self.state;
@@ -243,7 +243,7 @@ impl Report {
         self.reason = reason;
     }
 
-    /// Returns why the arm is not driven or does not arrive, with the names of the topics, nodes and joints.
+    /// Returns the reason why the arm is not driven or does not arrive, with the names of topics, nodes and joints.
     fn reason_text(&self, cycle: &Snapshot) -> Option<String> {
         let status = &cycle.status;
         let Some(reason) = status.reason else {
@@ -271,14 +271,14 @@ impl Report {
         Some(reason.explain(|joint| self.outputs.joint(joint), publisher, topic))
     }
 
-    /// Returns which of several arms is silent, if one is.
+    /// Returns the name of the silent arm, if there are several arms and one is silent.
     fn silent_arm(&self, cycle: &Snapshot) -> Option<String> {
         let is_silent = matches!(cycle.status.state, State::WaitingForState | State::StaleState);
         let arm = self.inputs.get(cycle.quietest).filter(|_| is_silent && self.inputs.len() > 1)?;
         Some(format!("no joint states on {}", arm.topic()))
     }
 
-    /// Warns once of settings with which the law would oscillate, as soon as joint states arrive.
+    /// Warns once that the law would oscillate with these settings, as soon as joint states arrive.
     fn log_demand(&mut self, cycle: &Snapshot) {
         let Some(demand) = cycle.demand else { return };
         if demand.is_too_much() {
@@ -293,7 +293,7 @@ impl Report {
         }
     }
 
-    /// Logs which pairs of the arm's parts and the keep-outs are not checked, if they have changed.
+    /// Logs which pairs of parts and keep-outs are not checked, if these pairs have changed.
     fn log_scene(&mut self, cycle: &Snapshot) {
         let is_same = match (&self.scene, &cycle.scene) {
             (Some(before), Some(now)) => Arc::ptr_eq(before, now),
@@ -318,7 +318,7 @@ impl Report {
     /// Logs when the delay begins and ceases to limit the gain, at most once per second.
     fn log_limited_gain(&mut self, cycle: &Snapshot) {
         let Status { gain_factor: part, latency, .. } = cycle.status;
-        // Hysteresis: between the two thresholds the state stays.
+        // Hysteresis: between the two thresholds the state does not change.
         let limited = if self.limited { part < 1.0 } else { part < 0.9 };
         if limited == self.limited || !due(&mut self.limit, cycle.now, SECOND) {
             return;

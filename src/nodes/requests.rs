@@ -6,7 +6,7 @@ use std::sync::mpsc::Sender;
 use std::time::Duration;
 use tokio::sync::oneshot;
 
-/// How long to wait until the cycle takes a request.
+/// The time for which a service waits until the cycle takes a request.
 pub(super) const PATIENCE: Duration = Duration::from_secs(1);
 
 /// The cycle's reply to a request.
@@ -14,14 +14,14 @@ pub(super) const PATIENCE: Duration = Duration::from_secs(1);
 pub(super) struct Reply(oneshot::Sender<Result<(), Rejection>>);
 
 impl Reply {
-    /// Replies that the request is taken. Returns false if the service has already answered that it was not.
+    /// Replies that the request is taken. Returns false if the service has already answered that the request was not taken.
     pub fn taken(self) -> bool {
         self.0.send(Ok(())).is_ok()
     }
 
-    /// Replies why the request is refused.
+    /// Replies with the reason why the request is refused.
     pub fn refused(self, why: Rejection) {
-        // If nobody waits any more, the service has answered that the request was not taken.
+        // If nobody waits for the reply any more, the service has answered that the request was not taken.
         let _ = self.0.send(Err(why));
     }
 
@@ -33,13 +33,13 @@ impl Reply {
         }
     }
 
-    /// Returns whether the service still waits.
+    /// Returns whether the service still waits for the reply.
     pub fn is_awaited(&self) -> bool {
         !self.0.is_closed()
     }
 }
 
-/// Sends the request that `make` creates, and returns `done` once the cycle has taken it. Waits up to `patience`.
+/// Sends the request that `make` creates, and returns `done` once the cycle has taken the request. Waits up to `patience`.
 pub(super) async fn ask<R>(
     requests: &Sender<R>,
     make: impl FnOnce(Reply) -> R,

@@ -1,4 +1,4 @@
-//! Detects others that send commands to an arm.
+//! Detects other nodes that send commands to an arm.
 //!
 //! Discovery shows possible publishers only: a killed one counts until its lease ends, and one that never had a goal sends nothing.
 //! Therefore, if there are other publishers, the node listens to its own topic.
@@ -12,7 +12,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 use tokio::time::{MissedTickBehavior, interval};
 
-/// How often to check for other publishers.
+/// The interval at which to check for other publishers.
 const INTERVAL: Duration = Duration::from_millis(50);
 
 /// A publisher counts as present for this time after its last command.

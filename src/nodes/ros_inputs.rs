@@ -1,4 +1,4 @@
-//! The inputs of a running servo: requests, joint states, goals, twists, and who subscribes to its commands.
+//! The inputs of a running servo: requests, joint states, goals, twists, and the subscribers to its commands.
 
 use super::arm_input::{ArmInput, fastest};
 use super::arm_speed::ArmSpeed;
@@ -28,10 +28,10 @@ use std::time::Duration;
 pub(super) enum Request {
     /// Apply these settings; the record gets the parameters.
     Configure(Box<Settings>, ParameterRecord),
-    /// Pause or go on; with the time since the request was sent.
+    /// Pause (true) or resume (false). The duration is the time since the request was sent.
     Pause(bool, Duration, Reply),
     Stop(Reply),
-    /// Go to another configuration; with the time since the request was sent.
+    /// Go to another configuration. The duration is the time since the request was sent.
     Reconfigure(Duration, Reply),
     Shutdown,
 }
@@ -39,7 +39,7 @@ pub(super) enum Request {
 /// The number of rejected goals that are stored until the next report: the last one of each publisher.
 const REJECTED: usize = 16;
 
-/// Rejected goals, each with its stamp and the number of its publisher.
+/// Rejected goals, each with the stamp and the number of the publisher.
 #[derive(Debug, Default)]
 pub(super) struct RejectedGoals(Vec<RejectedGoal<u32>>);
 
@@ -60,7 +60,7 @@ impl RejectedGoals {
         self.0.push(RejectedGoal { stamp: stamp.clone(), by, why });
     }
 
-    /// Returns the goals that were not reported yet, and clears them.
+    /// Returns the goals that were not reported yet, and clears the list.
     pub fn take(&mut self) -> Vec<RejectedGoal<u32>> {
         std::mem::take(&mut self.0)
     }
@@ -73,11 +73,11 @@ pub(super) struct Sources {
     pub kinds: Vec<JointKind>,
     pub inbox: Receiver<Request>,
     pub searcher: Searcher,
-    /// Looks up goals in other frames, if the node does that.
+    /// Looks up the frames of goals in other frames; `None` if the node takes goals in one frame only.
     pub frames: Option<Frames>,
 }
 
-/// The last accepted goal in another frame: its stamp \[ns\], and that frame.
+/// The last accepted goal in another frame: the stamp \[ns\], and that frame.
 #[derive(Default)]
 struct TakenFrame {
     stamp: i64,
@@ -86,7 +86,7 @@ struct TakenFrame {
 
 /// The inputs of a running servo.
 pub(super) struct RosInputs {
-    /// When the present cycle and the first one began.
+    /// The times at which the present cycle and the first one began.
     clocks: Clocks,
     began: Option<Duration>,
     inbox: Receiver<Request>,
@@ -96,7 +96,7 @@ pub(super) struct RosInputs {
     goal_frame: String,
     taken_frame: TakenFrame,
     twists: Subscription<TwistStamped>,
-    /// The last messages, into which the next ones are decoded.
+    /// The last messages. The next ones are decoded into them.
     goal: PoseStamped,
     twist: TwistStamped,
     goal_senders: Senders,
@@ -106,9 +106,9 @@ pub(super) struct RosInputs {
     kinds: Vec<JointKind>,
     /// The rejected goals that were not reported yet.
     pub rejected: RejectedGoals,
-    /// The number of goal messages so far.
+    /// The number of goal messages since the start.
     goal_count: u64,
-    /// The record, through which the servo takes all events.
+    /// The record. Every event is passed to the servo through it.
     pub record: EventsRecord,
     shutdown: Option<Shutdown>,
 }
@@ -154,12 +154,12 @@ impl RosInputs {
         self.record.begin(servo, now);
     }
 
-    /// Stops the motion of all goals so far with their frames.
+    /// Ends the motion of all earlier goals with their frames.
     fn unfollow(&mut self) {
         self.frames.iter_mut().for_each(|frames| frames.unfollow(self.goal_count));
     }
 
-    /// Returns the publisher that asked.
+    /// Returns the publisher that sent the request.
     pub fn asker(&self, by: Requester) -> Option<EndpointId> {
         match by {
             Requester::Goal(number) => self.goal_senders.publisher(number),
@@ -168,13 +168,14 @@ impl RosInputs {
         }
     }
 
-    /// Returns the frame of the goal with this stamp \[ns\]: the last one in another frame, or else the servo's own.
+    /// Returns the frame of the goal with this stamp \[ns\]: the frame of the last goal in another frame if the stamp is that
+    /// goal's, otherwise the servo's own frame.
     pub fn frame_of(&self, stamp: i64) -> &str {
         let taken = &self.taken_frame;
         if !taken.frame.is_empty() && taken.stamp == stamp { &taken.frame } else { &self.goal_frame }
     }
 
-    /// Returns the publisher with this number.
+    /// Returns the publisher of this input with this number.
     pub fn publisher(&self, of: Contended, number: u32) -> Option<EndpointId> {
         match of {
             Contended::JointStates(arm) => self.arms.get(arm)?.publisher(number),
@@ -184,8 +185,8 @@ impl RosInputs {
         }
     }
 
-    /// Returns the time of the joint states in use. With two arms this is the older one, so that no part of the pose is older than its
-    /// stamp.
+    /// Returns the time of the joint states in use. For two arms this is the older time, so that no part of the pose is older than
+    /// its stamp.
     pub fn stamp(&self) -> Time {
         let oldest = self.arms.iter().map(|arm| &arm.stamp).min_by_key(|stamp| stamp.nanoseconds());
         oldest.cloned().unwrap_or_default()
@@ -195,7 +196,7 @@ impl RosInputs {
     pub fn shutdown_step(&mut self, servo: &Servo) -> Step {
         let Some(shutdown) = &mut self.shutdown else { return Step::Decelerate };
         if servo.output().is_none() {
-            // Nothing was ever sent, so a motion of the arm, if any, is not this servo's.
+            // Nothing was sent, so this servo has not caused a motion of the arm.
             return Step::Gone(Ok(()));
         }
         let command = fastest(servo.command()).unwrap_or(0.0);
@@ -207,7 +208,7 @@ impl RosInputs {
     }
 }
 
-/// Converts goal number `number`, which was sent at `came`, for the lookup of its frame.
+/// Converts goal number `number`, which was sent at `came`, for the lookup of the goal's frame.
 fn framed(goal: &GoalReading, number: u64, came: Duration) -> Result<FramedGoal, Rejection> {
     let GoalReading { position, orientation_xyzw, frame_id, stamp, sent, .. } = *goal;
     let pose = Goal::new(position, orientation_xyzw, "", "")?;
@@ -215,14 +216,14 @@ fn framed(goal: &GoalReading, number: u64, came: Duration) -> Result<FramedGoal,
     Ok(FramedGoal { number, frame: frame_id.to_owned(), stamp, by: sent.by, came, frame_from_goal })
 }
 
-/// Converts the goal to a reading in the base frame. `stamp` \[ns\] is that of its message or of its transform.
+/// Converts the goal to a reading in the base frame. `stamp` \[ns\] is the stamp of the message or of the transform.
 fn placed(stamp: i64, base_from_goal: &UnitDualQuaternion) -> GoalReading<'static> {
     let [x, y, z, orientation_xyzw @ ..] = pose_numbers(base_from_goal);
     let (waited, sent) = (Duration::ZERO, Sent::default());
     GoalReading { position: [x, y, z], orientation_xyzw, frame_id: "", stamp, waited, sent }
 }
 
-/// Returns who sent a message and how long ago, or a rejection if that was before this node started.
+/// Returns who sent a message and how long ago. Returns a rejection if the message was sent before this node started.
 fn sender(
     senders: &mut Senders,
     origin: &Origin,
@@ -237,8 +238,8 @@ fn sender(
 }
 
 impl RosInputs {
-    /// Gives the servo everything that has arrived since the previous cycle: requests, results of a search, joint states, goals, their
-    /// motions, and twists, in this order.
+    /// Gives the servo everything that has arrived since the previous cycle, in this order: requests, results of a search, joint
+    /// states, goals, motions of goals, and twists.
     pub fn feed(&mut self, servo: &mut Servo) {
         self.requests(servo);
         let record = &mut self.record;
@@ -259,7 +260,7 @@ impl RosInputs {
             match request {
                 Request::Configure(settings, parameters) => {
                     let goal_frames = settings.goal_frames;
-                    // The servo counts a refusal, and the report logs it. The settings in force stay.
+                    // The servo counts a refusal, and the report logs it. The settings in force do not change.
                     if servo.take(Event::Configure(settings)).is_ok() {
                         self.frames.iter().for_each(|frames| frames.configure(goal_frames));
                         self.record.change(parameters);
@@ -291,7 +292,7 @@ impl RosInputs {
         self.unfollow();
     }
 
-    /// Gives the servo the goals whose frames were found, and rejects those whose frames were not.
+    /// Gives the servo the goals whose frames were found, and rejects the goals whose frames were not found.
     fn located_goals(&mut self, servo: &mut Servo) {
         let Self {
             clocks: Clocks { now, .. },
@@ -329,7 +330,7 @@ impl RosInputs {
         }
     }
 
-    /// Gives the servo every goal, so that an invalid one does not hide a valid one before it.
+    /// Gives the servo every goal, so that an invalid goal does not hide an earlier valid one.
     fn goals(&mut self, servo: &mut Servo) {
         let Self { clocks, began, goals, goal, goal_senders, .. } = self;
         let Self { frames, goal_frame, taken_frame, goal_count, record, shutdown, rejected, .. } = self;
@@ -366,7 +367,7 @@ impl RosInputs {
             match taken {
                 Ok(_) => {
                     *taken_frame = TakenFrame::default();
-                    // Earlier goals that still wait for their frames are superseded.
+                    // The new goal replaces earlier goals that still wait for their frames.
                     frames.iter_mut().for_each(|frames| frames.forget(*goal_count));
                 }
                 Err(why) => rejected.add(stamp, sent.by, why),

@@ -5,10 +5,10 @@ use dq_core::servo::{Arms, Event, STARTS, Search, Servo};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::time::{Duration, Instant};
 
-/// The longest time of a search, which shares the processors with other tasks.
+/// The longest time of a search. The search shares the processors with other tasks.
 const BUDGET: Duration = Duration::from_millis(20);
 
-/// The cycle's side: one search, which is passed back and forth without allocations.
+/// The cycle's side of the search. There is one search, which is passed back and forth without allocations.
 pub(super) struct Searcher {
     here: Option<Box<Search>>,
     questions: SyncSender<Box<Search>>,
@@ -36,14 +36,14 @@ impl Searcher {
         Ok(Self { here: Some(Box::new(Search::new(arms))), questions, answers })
     }
 
-    /// Gives the servo the result of a finished search, and starts the next one if the servo asks for it.
+    /// Gives the servo the result of a finished search, and starts the next search if the servo asks for one.
     pub fn feed(&mut self, servo: &mut Servo, record: &mut EventsRecord) {
         if let Ok(search) = self.answers.try_recv() {
             let _ = record.take(servo, Event::Found(search.found()));
             self.here = Some(search);
         }
         if let Some(search) = self.here.take_if(|search| servo.ask(search)) {
-            // The channel has room for the only search. If the thread has ended, no answer comes, which the servo detects.
+            // The channel has room for the only search. If the thread has ended, no answer comes. The servo detects that.
             let _ = self.questions.try_send(search);
         }
     }

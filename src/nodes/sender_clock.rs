@@ -1,36 +1,36 @@
 //! Computes the age of messages by their senders' clocks, which may be wrong.
 //!
-//! One message cannot tell whether it is late or the sender's clock is behind. So clocks are assumed to agree until the sender's own
-//! messages show that they do not. Then the age of a message is its delay relative to the sender's fastest messages.
+//! One message cannot tell whether it is late or the sender's clock is behind. So clocks are assumed to agree until the sender's
+//! own messages show that they do not. Then the age of a message is its delay relative to the sender's fastest messages.
 //!
-//! A wrong clock makes ages less exact. If its publisher was there before this node, the messages of the first moment may be rejected, with
-//! their apparent age.
+//! A wrong clock makes ages less exact. If the publisher was there before this node, its first messages may be rejected as late:
+//! all until two messages that are 0.1 s apart agree. The reason then names their apparent age.
 
 use std::time::Duration;
 
-/// The longest time for which a writer keeps messages for an unreachable reader \[ns\]. This is several times the lease after which the
-/// reader is lost: 50 s for nodes of this program, 10 s for Cyclone DDS and 20 s for Fast DDS. A larger offset means that the clocks do not
-/// agree.
+/// The longest time for which a writer keeps messages for an unreachable reader \[ns\]. This is several times the lease after which
+/// the reader is lost: 50 s for nodes of this program, 10 s for Cyclone DDS and 20 s for Fast DDS. A larger offset means that the
+/// clocks do not agree.
 const KEPT: i64 = 300_000_000_000;
 
-/// The largest relative drift between two clocks. An age below the drift since the fastest message counts as zero. The drift is limited to
-/// `MOST_DRIFT` \[ns\], because clocks that are synchronized do not drift further apart.
+/// The largest relative drift between two clocks. An age below the drift since the fastest message counts as zero. The drift is
+/// limited to `MOST_DRIFT` \[ns\], because synchronized clocks do not drift further apart.
 const DRIFT: f64 = 2e-4;
 const MOST_DRIFT: f64 = 1e8;
 
-/// If two messages arrive at least `APART` apart and their offsets agree up to `JITTER` \[ns\], they arrive as they were sent. Delayed
-/// messages would arrive in a burst.
+/// If two messages arrive at least `APART` apart and their offsets agree up to `JITTER` \[ns\], these messages were not delayed.
+/// Delayed messages would arrive in a burst.
 const APART: Duration = Duration::from_millis(100);
 const JITTER: i64 = 50_000_000;
 
-/// A publisher is discovered at most this long after its creation \[ns\].
+/// The longest time from the creation of a publisher to its discovery \[ns\].
 const FOUND: i64 = 300_000_000;
 
 /// What is known about a sender's clock.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct SenderClock {
     fastest: Option<Arrival>,
-    /// A message that seems to be late.
+    /// The arrival of a message that seems to be late.
     doubtful: Option<Arrival>,
 }
 
@@ -43,8 +43,8 @@ struct Arrival {
 }
 
 impl SenderClock {
-    /// Returns the age of a message that arrived at `now` with this `offset` \[ns\]. `found` returns how long its publisher has been known
-    /// \[ns\], if it was discovered while this node was running: none of its messages is older.
+    /// Returns the age of a message that arrived at `now` with this `offset` \[ns\]. `found` returns for how long the publisher has
+    /// been known \[ns\], if the publisher was discovered while this node was running: then no message is older.
     pub fn age(&mut self, offset: i64, now: Duration, found: impl FnOnce() -> Option<i64>) -> Duration {
         let none = self.fastest_by(now).unwrap_or(0);
         if offset <= none {
@@ -71,7 +71,7 @@ impl SenderClock {
         Duration::from_nanos((offset - none).unsigned_abs())
     }
 
-    /// Returns the offset of a message without delay, as far as it is known at `now`.
+    /// Returns the offset of a message without delay at `now`; `None` if not known.
     fn fastest_by(&self, now: Duration) -> Option<i64> {
         let Arrival { offset, at } = self.fastest?;
         let drift = DRIFT * now.saturating_sub(at).as_nanos() as f64;
@@ -85,7 +85,7 @@ mod tests {
 
     const S: i64 = 1_000_000_000;
 
-    /// Returns the ages [s] of messages from a long-known publisher, given their times of arrival [s] and offsets [s].
+    /// Returns the ages \[s\] of messages from a long-known publisher, given their times of arrival \[s\] and offsets \[s\].
     fn ages(messages: &[(f64, f64)]) -> Vec<f64> {
         let mut clock = SenderClock::default();
         let mut age = |(at, offset): &(f64, f64)| {
@@ -118,7 +118,7 @@ mod tests {
             ages(&[(10.0, 0.15), (10.02, 0.15), (10.11, 0.15), (10.13, 0.15)]),
             [0.15, 0.15, 0.0, 0.0]
         );
-        // A clock that is set while running.
+        // The clock is set while the sender is running.
         assert_eq!(ages(&[(10.0, 0.0), (20.0, 3600.0), (21.0, 3600.0)])[1..], [0.0, 0.0]);
     }
 

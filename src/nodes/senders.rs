@@ -6,10 +6,10 @@ use dq_messages::messages::Time;
 use dq_ros::ros::{EndpointId, Origin};
 use std::time::Duration;
 
-/// The number of publishers that are remembered. The one that was silent longest is forgotten first.
+/// The number of publishers that are remembered. The publisher that was silent longest is forgotten first.
 const MOST: usize = 16;
 
-/// The start of a cycle by its own clock and by the clock of this host \[ns since 1970\].
+/// The start of a cycle, by the cycle's own clock and by the clock of this host \[ns since 1970\].
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Clocks {
     pub now: Duration,
@@ -29,16 +29,16 @@ struct Sender {
     clock: SenderClock,
 }
 
-/// Publishers with numbers in the order of their first messages.
+/// Publishers, numbered in the order of their first messages.
 #[derive(Default)]
 pub(super) struct Senders {
-    /// The publishers, the last heard at the end.
+    /// The publishers. The one that was heard last is at the end.
     known: Vec<Sender>,
     count: u32,
 }
 
 impl Senders {
-    /// Returns the number of a publisher.
+    /// Returns the number of `publisher`.
     pub fn number(&mut self, publisher: EndpointId) -> u32 {
         self.sender(publisher).number
     }

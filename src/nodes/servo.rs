@@ -29,11 +29,11 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 use tokio::sync::watch;
 
-/// A running servo node. End it with [`shut_down`](Self::shut_down). If it is dropped, it sends zeros at once.
+/// A running servo node. End the node with [`shut_down`](Self::shut_down). If this value is dropped, the node sends zeros at once.
 pub struct ServoNode {
     requests: Sender<Request>,
     commands: Arc<Commands>,
-    /// The outcome of the cycle, once it has ended.
+    /// The outcome of the cycle; `None` until the cycle has ended.
     outcome: watch::Receiver<Option<Outcome>>,
     report: JoinHandle<()>,
     _node: Node,
@@ -129,13 +129,13 @@ impl Assembled {
 }
 
 impl ServoNode {
-    /// Returns why the cycle has failed, if it has.
+    /// Returns the reason why the cycle has failed, if it has.
     pub fn failure(&self) -> Option<ShutdownError> {
         self.outcome.borrow().clone().and_then(Result::err)
     }
 
-    /// Decelerates the arm, sends zeros until the robot stands still, and leaves the graph. Each step has a deadline. If this future is
-    /// dropped, zeros are sent at once.
+    /// Decelerates the arm, sends zeros until the robot stands still, and leaves the graph. Each step has a deadline. If this
+    /// future is dropped, zeros are sent at once.
     ///
     /// # Errors
     /// [`ShutdownError`] if the arm or the robot did not come to rest.
@@ -171,7 +171,7 @@ fn serve_parameters(
     ParameterServer::start(node, contract, store, Box::new(apply)).map(drop)
 }
 
-/// How long the report may take after the end of the cycle.
+/// The time that the report may take after the end of the cycle.
 const LAST_REPORT: Duration = Duration::from_millis(200);
 
 fn serve_requests(node: &mut Node, requests: &Sender<Request>) -> Result<(), RosError> {
@@ -192,7 +192,7 @@ fn serve_requests(node: &mut Node, requests: &Sender<Request>) -> Result<(), Ros
             requests::ask(&round, |reply| Request::Reconfigure(ago, reply), done, requests::PATIENCE).await
         }
     });
-    // A keystore from before this service existed does not grant access to it. The servo can work without it.
+    // A keystore that is older than this service does not grant access to it. The servo can work without this service.
     reconfigures.unwrap_or_else(|why| node.log().warn(&format!("no ~/reconfigure: {why}")));
     node.serve_later::<Trigger, _>("~/stop", move |_| {
         let stop = stop.clone();
@@ -232,7 +232,8 @@ fn slot(setup: &mut NodeSetup, goal_frame: &str) -> MomentSlot {
     })
 }
 
-/// Obeys `~/keep_out` if goals may be in frames of TF. A keystore from before this topic existed does not grant access to it.
+/// Obeys `~/keep_out` if goals may be in frames of TF. A keystore that is older than this topic does not grant access to it; then
+/// the topic is not obeyed.
 fn obey_keep_outs(setup: &mut NodeSetup, tree: Tree, base: &str, in_force: Arc<InForce>) {
     if setup.kind.takes_frames() {
         let obeyed = keep_outs::obey(setup, tree, base, in_force);

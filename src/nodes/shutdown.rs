@@ -6,22 +6,22 @@ use std::time::Duration;
 use thiserror::Error;
 use tokio::sync::watch;
 
-/// How long the arm may take to come to rest. Then zeros are sent in any case.
+/// The time within which the arm should come to rest. After this time zeros are sent even if the arm moves.
 pub(super) const LONGEST_DECELERATION: Duration = Duration::from_secs(2);
 
-/// Zeros are sent for at least this long: RustDDS sends from its own thread, which ends with the participant.
+/// The shortest time for which zeros are sent: RustDDS sends from its own thread, which ends with the participant.
 pub(super) const SHORTEST_FINAL_ZEROS: Duration = Duration::from_millis(20);
 
-/// Zeros are sent for at most this long if the robot does not report that it stands still.
+/// The longest time for which zeros are sent if the robot does not report that it stands still.
 const LONGEST_FINAL_ZEROS: Duration = Duration::from_millis(500);
 
-/// How long to wait for the cycle: the times above, and one second. A cycle that takes longer hangs.
+/// The time to wait for the cycle: the times above, and one second. A cycle that takes longer hangs.
 pub(super) const PATIENCE: Duration = Duration::from_millis(3500);
 
 /// Joint speeds up to this [rad/s] are noise of a robot that stands still.
 const STANDING: f64 = 0.01;
 
-/// Why a servo node did not end properly.
+/// The reason why a servo node did not end properly.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum ShutdownError {
     /// The law or the limits did not bring the command to zero in time.
@@ -40,10 +40,10 @@ pub enum ShutdownError {
         /// The unit of `speed`.
         unit: &'static str,
     },
-    /// The cycle panicked or could not go on.
+    /// The cycle panicked or could not continue.
     #[error("the cycle ended by itself, and zeros were sent: {0}")]
     Failed(String),
-    /// The node was dropped, or a second signal came, before the end.
+    /// The node was dropped, or a second signal arrived, before the end.
     #[error("ended before the arm was seen at rest: zeros were sent")]
     CutShort,
     /// The cycle's thread hangs.
@@ -68,15 +68,15 @@ pub(super) enum Step {
 /// A shutdown in progress.
 pub(super) struct Shutdown {
     asked: Duration,
-    /// The unit of the fastest joint's speed, whichever joint that is.
+    /// The unit of the joint speeds in errors. The fastest joint may be of any kind.
     unit: &'static str,
     zeros_since: Option<Duration>,
-    /// The fastest joint's command at the deadline [rad/s], if the arm was not at rest.
+    /// The command of the fastest joint at the deadline [rad/s], if the arm was not at rest.
     not_at_rest: Option<f64>,
 }
 
 impl Shutdown {
-    /// Begins the shutdown at `now` of arms with joints of these kinds.
+    /// Begins the shutdown at `now`. The arms have joints of these kinds.
     pub fn new(now: Duration, kinds: &[JointKind]) -> Self {
         let unit = match (kinds.contains(&JointKind::Revolute), kinds.contains(&JointKind::Prismatic)) {
             (_, false) => "rad/s",
@@ -86,8 +86,8 @@ impl Shutdown {
         Self { asked: now, unit, zeros_since: None, not_at_rest: None }
     }
 
-    /// Returns what to do at `now`. `command` is the fastest joint's command [rad/s]; `reported` is the fastest joint's speed [rad/s] that
-    /// the robots have reported since the shutdown began, if they have.
+    /// Returns what to do at `now`. `command` is the command of the fastest joint [rad/s]. `reported` is the speed of the fastest
+    /// joint [rad/s] that the robots have reported since the shutdown began; `None` if they have not.
     pub fn step(&mut self, now: Duration, command: f64, reported: Option<f64>) -> Step {
         if self.zeros_since.is_none() {
             if command > 0.0 && now.saturating_sub(self.asked) <= LONGEST_DECELERATION {

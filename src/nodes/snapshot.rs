@@ -1,4 +1,4 @@
-//! Snapshots that a cycle leaves for the report, which formats, publishes and logs them on its own thread.
+//! Snapshots that a cycle leaves for the report. The report formats, publishes and logs them on its own thread.
 
 use super::complaint::due;
 use super::ros_inputs::{RejectedGoal, RosInputs};
@@ -24,7 +24,7 @@ const DIAGNOSTICS_INTERVAL: Duration = Duration::from_secs(1);
 /// The largest number of snapshots that wait for the report.
 const WAITING: usize = 64;
 
-/// What has to be published.
+/// The messages that are due to be published.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Due {
     pub pose: bool,
@@ -44,7 +44,7 @@ pub(super) struct MotionUpdates {
 pub(super) struct MotionUpdate {
     pub motion: Motion,
     pub asker: Option<EndpointId>,
-    /// The frame of its goal.
+    /// The frame of the motion's goal.
     pub goal_frame: String,
 }
 
@@ -69,7 +69,7 @@ impl MotionUpdates {
         Self { motions, rejected }
     }
 
-    /// Puts back updates that could not be published, to publish them later. Of too many only the newest are kept.
+    /// Puts back updates that could not be published, to publish them later. If there are too many, only the newest are kept.
     fn put_back(&mut self, mut before: Self) {
         before.motions.append(&mut self.motions);
         before.rejected.append(&mut self.rejected);
@@ -79,10 +79,10 @@ impl MotionUpdates {
     }
 }
 
-/// The state of the servo after a cycle. Creating one allocates only for updates of motions.
+/// The state of the servo after a cycle. Creating a snapshot allocates only for updates of motions.
 #[derive(Debug)]
 pub(super) struct Snapshot {
-    /// The cycle's time.
+    /// The time of the cycle.
     pub now: Duration,
     pub due: Due,
     /// The time of the joint states in use.
@@ -93,7 +93,7 @@ pub(super) struct Snapshot {
     /// The keep-outs.
     pub scene: Option<Arc<Scene>>,
     pub controller: Controller,
-    /// What the law demands of the robot, if that was not reported since the settings were changed.
+    /// The demand of the law on the robot, unless it was already reported since the settings were changed.
     pub demand: Option<RateBound>,
     /// The smallest singular value of the controlled Jacobian; 0 if no status is due.
     pub smallest_singular_value: f64,
@@ -104,9 +104,9 @@ pub(super) struct Snapshot {
     pub timing: TimingFigures,
     /// The two publishers that the reason is about, if it is about two.
     pub rivals: [Option<EndpointId>; 2],
-    /// The publisher of the last request, if that was a message.
+    /// The publisher of the last request, if that request was a message.
     pub asker: Option<EndpointId>,
-    /// The arm that has been silent longest.
+    /// The number of the arm that has been silent longest.
     pub quietest: usize,
 }
 
@@ -156,8 +156,8 @@ pub(super) fn queue() -> (Snapshots, Receiver<Snapshot>) {
 }
 
 impl Snapshots {
-    /// Sends a snapshot if one is due at `now` or something has changed. If the queue is full, the snapshot is lost; only its updates are
-    /// sent again.
+    /// Sends a snapshot if one is due at `now` or something has changed. If the queue is full, the snapshot is lost; only its
+    /// updates are sent again.
     ///
     /// # Errors
     /// [`ReportEnded`].
@@ -224,7 +224,7 @@ impl Snapshots {
     }
 }
 
-/// Returns the two publishers that `reason` is about.
+/// Returns the two publishers that `reason` is about, if it is about two.
 fn rivals(reason: Option<Reason>, live: &RosInputs) -> [Option<EndpointId>; 2] {
     match reason {
         Some(Reason::Rivals(Rivals { of, first, second })) => {

@@ -3,7 +3,7 @@
 use super::{ParameterError, Value};
 use std::ops::RangeInclusive;
 
-/// A condition on a parameter's value beyond its type.
+/// A condition on a parameter's value in addition to its type.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Constraint {
     /// No condition.
@@ -31,22 +31,22 @@ impl From<RangeInclusive<i64>> for Constraint {
     }
 }
 
-/// A declared parameter: name, type, default, bounds and meaning.
+/// A declared parameter.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Declaration {
-    /// Full name; dots separate its namespaces.
+    /// The full name of the parameter. Dots separate its namespaces.
     pub name: &'static str,
     /// The default value, which also determines the type.
     pub default: Value,
-    /// Condition on the value.
+    /// The condition on the value.
     pub constraint: Constraint,
-    /// Unit, or an empty string if there is none.
+    /// The unit, or an empty string if there is none.
     pub unit: &'static str,
-    /// Description of what the parameter does.
+    /// A description of what the parameter does.
     pub description: &'static str,
-    /// Whether the parameter can only be set at start.
+    /// Whether the parameter can be set only when the node starts.
     pub read_only: bool,
-    /// Whether the user who describes the robot must give a value, because no default would be useful.
+    /// Whether the user must give a value, because it describes the robot and no default would be useful.
     pub required: bool,
 }
 
@@ -54,7 +54,7 @@ impl Declaration {
     /// Converts `value` to this parameter's type, and checks the constraint.
     ///
     /// # Errors
-    /// [`ParameterError::WrongType`] if the value cannot be converted, [`ParameterError::Invalid`] if it violates the constraint.
+    /// [`ParameterError::WrongType`] if `value` cannot be converted, [`ParameterError::Invalid`] if it violates the constraint.
     pub fn check(&self, value: Value) -> Result<Value, ParameterError> {
         let (name, expected) = (self.name, self.default.type_name());
         let wrong = |value| ParameterError::WrongType { name, expected, value };
@@ -79,7 +79,7 @@ impl Declaration {
         }
     }
 
-    /// Returns the constraint in words, or an empty string for texts without a constraint.
+    /// Returns the constraint in words; an empty string for a text without a constraint.
     pub fn expected(&self) -> String {
         let unit = |before: &str| {
             if self.unit.is_empty() { String::new() } else { format!("{before}{}", self.unit) }

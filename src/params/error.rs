@@ -5,7 +5,7 @@ use super::value::{article, visible};
 use std::fmt::Display;
 use thiserror::Error;
 
-/// An error about a parameter. Its one-line message names the value and what is expected.
+/// An error about a parameter. Its one-line message names the value and what is expected instead.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum ParameterError {
     /// No parameter has this name.
@@ -13,7 +13,7 @@ pub enum ParameterError {
     Unknown {
         /// The requested name.
         name: String,
-        /// The declared name that is most similar to it.
+        /// The declared name that is most similar.
         nearest: Option<&'static str>,
     },
     /// The value has the wrong type.
@@ -36,17 +36,17 @@ pub enum ParameterError {
         /// The values that are allowed.
         expected: String,
     },
-    /// Some parameters that only make sense together are not given.
+    /// The user gave some of several parameters that make sense only together.
     #[error("{what} needs {} too: {why}", missing.join(", "))]
     Missing {
-        /// The thing that the parameters describe together.
+        /// What the parameters describe together.
         what: &'static str,
-        /// The parameters that are not given.
+        /// The names of the parameters that are missing.
         missing: Vec<&'static str>,
         /// The reason why there are no useful defaults.
         why: &'static str,
     },
-    /// The parameter can only be set at start.
+    /// The parameter can be set only when the node starts.
     #[error("parameter {0:?} is read-only while the node runs")]
     ReadOnly(&'static str),
     /// A text is not a valid parameter value.
@@ -54,21 +54,21 @@ pub enum ParameterError {
     NotAValue {
         /// The text.
         text: String,
-        /// Description of the error.
+        /// A description of the error.
         why: String,
     },
     /// A parameter file cannot be read or parsed.
     #[error("{file}: {why}")]
     File {
-        /// The file.
+        /// The name of the file.
         file: String,
-        /// Description of the error.
+        /// A description of the error.
         why: String,
     },
 }
 
 impl ParameterError {
-    /// Returns the error that parameter `name` has the value `value` instead of `expected`.
+    /// Returns the error for a parameter `name` with the value `value`; `expected` describes the allowed values.
     pub fn invalid(name: &'static str, value: impl Display, expected: impl Into<String>) -> Self {
         Self::Invalid { name, value: value.to_string(), expected: expected.into() }
     }

@@ -1,4 +1,4 @@
-//! Reading of ROS 2 parameter files.
+//! Reads ROS 2 parameter files.
 
 use super::yaml::Yaml;
 use super::{ParameterError, Value};
@@ -6,42 +6,42 @@ use dq_common::text_file;
 use std::collections::BTreeSet;
 use std::path::Path;
 
-/// Length of the longest file that is read \[bytes\]. The file of a whole robot is about a hundred times shorter.
+/// The length of the longest file that is read \[bytes\]. The file of a whole robot is about a hundred times shorter.
 const LONGEST: u64 = 16 << 20;
 
-/// A value that a file or an argument gives a parameter before the node starts.
+/// A value that a file or an argument gives to a parameter when the node starts.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ParameterOverride {
-    /// The parameter's name.
+    /// The name of the parameter.
     pub name: String,
-    /// Its value.
+    /// The value of the parameter.
     pub value: Value,
     /// The file or the argument that gives the value.
     pub source: String,
-    /// Whether the value is for this node by name, in which case the parameter must exist. A value for every node is ignored if the
-    /// parameter does not exist, as ROS 2 does. The exception is a name in a namespace of our parameters, which is an error because no
-    /// other node uses these namespaces.
+    /// Whether the value is for this node by name. The parameter must then exist. A value for every node is ignored if the
+    /// parameter does not exist, as in ROS 2. There is an exception: a name in a namespace of our parameters is then an error,
+    /// because no other node uses these namespaces.
     pub by_name: bool,
 }
 
 /// The content of a ROS 2 parameter file for one node.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FileParameters {
-    /// The values for the node, in file order.
+    /// The values for the node, in the order of the file.
     pub given: Vec<ParameterOverride>,
     /// The node names, or patterns of node names, of all sections of the file.
     pub sections: Vec<String>,
 }
 
 impl ParameterOverride {
-    /// Returns a value that `source` gives every node.
+    /// Creates a value that `source` gives to every node.
     pub fn new(name: impl Into<String>, value: Value, source: impl Into<String>) -> Self {
         Self { name: name.into(), value, source: source.into(), by_name: false }
     }
 }
 
 impl FileParameters {
-    /// Reads the file's values for the node `node` (fully qualified); see [`read`](Self::read).
+    /// Reads the file's values for the node with the full name `node`; see [`read`](Self::read).
     ///
     /// # Errors
     /// [`ParameterError::File`] if the file cannot be read or is not a parameter file.
@@ -53,10 +53,11 @@ impl FileParameters {
         }
     }
 
-    /// Reads the values for the node `node` (fully qualified) from the text of the file called `file`.
+    /// Reads the values for the node with the full name `node` from `text`, the text of a file called `file`.
     ///
-    /// Node names may be nested or written with slashes, and may contain the wildcards `*` (one token) and `**` (any number of tokens).
-    /// Names nested under `ros__parameters` are joined by dots. Values from a section with a wildcard do not count as given by name.
+    /// Node names may be nested or written with slashes. They may contain the wildcards `*` (one token) and `**` (any number of
+    /// tokens). Names nested under `ros__parameters` are joined by dots. Values from a section with a wildcard do not count as
+    /// given by name.
     ///
     /// # Errors
     /// [`ParameterError::File`] with the name `file` if the text is not a parameter file.
@@ -70,13 +71,13 @@ impl FileParameters {
         Ok(reader.found)
     }
 
-    /// Returns whether the file has a section for the node `node` (fully qualified), even an empty one.
+    /// Returns whether the file has a section for the node with the full name `node`, even an empty one.
     pub fn has_section_of(&self, node: &str) -> bool {
         self.sections.iter().any(|section| matches_node(section, node))
     }
 }
 
-/// Returns the names and values that [`FileParameters::read`] finds.
+/// Returns the names and values that [`FileParameters::read`] finds in `text`.
 ///
 /// # Errors
 /// [`ParameterError::File`] if the text is not a parameter file.
@@ -85,11 +86,11 @@ pub fn parameters_for(text: &str, file: &str, node: &str) -> Result<Vec<(String,
     Ok(found.given.into_iter().map(|given| (given.name, given.value)).collect())
 }
 
-/// Reads the file called `file` for the node `node`.
+/// Reads a file for one node.
 struct Reader<'a> {
     file: &'a str,
     node: &'a str,
-    /// The parameters found so far, as pairs of section and name.
+    /// The parameters read so far, as pairs of section and name.
     seen: BTreeSet<(String, String)>,
     found: FileParameters,
 }
@@ -127,7 +128,7 @@ impl Reader<'_> {
                 Yaml::Map(inner) => self.take_parameters(inner, &name, path)?,
                 Yaml::Nothing => return Err(format!("parameter {name:?}: expected a value, got nothing")),
                 Yaml::Value(value) => {
-                    // The YAML parser refuses a name that occurs twice in the same spelling, but not in two spellings.
+                    // The YAML parser rejects a name that occurs twice in the same spelling, but not in two spellings.
                     if !self.seen.insert((path.to_owned(), name.clone())) {
                         return Err(format!(
                             "parameter {name:?} of {path:?} is given twice, in two spellings"
@@ -142,7 +143,7 @@ impl Reader<'_> {
     }
 }
 
-/// Returns whether a file's pattern matches the node's name.
+/// Returns whether the node name `pattern` of a file matches `node`.
 fn matches_node(pattern: &str, node: &str) -> bool {
     fn tokens(name: &str) -> Vec<&str> {
         name.split('/').filter(|token| !token.is_empty()).collect()
@@ -156,7 +157,7 @@ fn matches_node(pattern: &str, node: &str) -> bool {
             _ => false,
         }
     }
-    // Each `**` multiplies the cost of matching, and real files have one at most. Patterns with more than three therefore match nothing.
+    // Each `**` multiplies the time of matching. Real files have at most one, so patterns with more than three match nothing.
     let pattern = tokens(pattern);
     pattern.iter().filter(|token| **token == "**").count() <= 3 && matches(&pattern, &tokens(node))
 }
@@ -183,7 +184,7 @@ mod tests {
         assert_eq!(names(text, "/x/y/other"), ["a"]);
     }
 
-    /// rcl accepts such numbers, and one file may serve a whole robot.
+    /// rcl accepts these numbers, and one file may serve a whole robot.
     #[test]
     fn unusual_numbers_for_other_nodes_are_accepted() {
         let text = "
@@ -212,7 +213,7 @@ mod tests {
         ] {
             let message = parameters_for(text, "f.yaml", "/a").unwrap_err().to_string();
             assert!(message.starts_with("f.yaml: ") && !message.contains('\n'), "{message}");
-            // Advice for programmers.
+            // This would be advice for programmers.
             assert!(!message.contains("Options") && !message.contains("from_str"), "{message}");
         }
     }
@@ -244,7 +245,7 @@ mod tests {
         }
     }
 
-    /// Other nodes use such names: rcl accepts any scalar as a name.
+    /// Other nodes may use such names: rcl accepts any scalar as a name.
     #[test]
     fn names_that_look_like_numbers_are_names() {
         assert_eq!(names("a: {ros__parameters: {1: {true: x}}}", "/a"), ["1.true"]);

@@ -1,9 +1,9 @@
-//! Search for the known name that is most similar to a misspelt one.
+//! Finds the known name that is most similar to a misspelled one.
 
-/// Length of the longest name for which a similar one is searched \[bytes\].
+/// The length of the longest name for which a similar one is searched \[bytes\].
 const LONGEST: usize = 200;
 
-/// Returns the name among `known` that shares most pairs of neighbouring letters with `name`, if it is similar enough.
+/// Returns the name among `known` that shares the most pairs of neighboring letters with `name`, if it is similar enough.
 pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     if name.len() > LONGEST {
         return None;
@@ -13,13 +13,13 @@ pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Opti
     (score >= 0.5).then_some(best)
 }
 
-/// Returns whether `name` becomes one of `known` by changes to at most a quarter of its letters.
+/// Returns whether `name` becomes one of `known` if at most a quarter of its letters change.
 pub fn is_misspelt<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> bool {
     known.into_iter().any(|known| 4 * strsim::damerau_levenshtein(name, known) <= name.len())
 }
 
-/// Returns whether `name` is the namespace of one of `known`, or is in it. For example, `limits` and `limits.x` share the namespace of
-/// `limits.y`.
+/// Returns whether `name` is the namespace of one of `known`, or is in one of these namespaces. For example, `limits` and
+/// `limits.x` share the namespace of `limits.y`.
 pub fn shares_namespace<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> bool {
     let namespace = |name: &'a str| name.split_once('.').map(|(namespace, _)| namespace);
     let own = name.split('.').next();

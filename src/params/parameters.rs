@@ -40,21 +40,21 @@ use std::time::Duration;
 /// # Ok::<(), dq_params::ParameterError>(())
 /// ```
 pub trait Parameters: Sized {
-    /// Declares each parameter and reads it. Which parameters are declared must not depend on their values.
+    /// Declares and reads each parameter. The declarations must not depend on the parameters' values.
     ///
     /// # Errors
-    /// [`ParameterError`] if values do not fit each other.
+    /// [`ParameterError`] if values contradict each other.
     fn declare(p: &mut Declarer) -> Result<Self, ParameterError>;
 }
 
-/// Collects the declarations of a node in order, and returns each parameter's value as it is declared.
+/// Collects the declarations of a node in order. Returns the value of each parameter when it is declared.
 pub struct Declarer {
     values: HashMap<String, Value>,
     declared: Vec<Declaration>,
 }
 
 impl Declarer {
-    /// Creates a declarer with these values. Parameters that have no value here, or one that does not fit, get their defaults.
+    /// Creates a declarer with these values. A parameter without a valid value here gets its default.
     pub fn new(values: impl IntoIterator<Item = (String, Value)>) -> Self {
         Self { values: values.into_iter().collect(), declared: Vec::new() }
     }
@@ -87,12 +87,12 @@ impl Declarer {
     }
 }
 
-/// A type that a parameter field can have.
+/// A type that the field of a parameter can have.
 pub trait ParameterType: Sized {
-    /// Returns the default if none is declared: 0, false or empty.
+    /// Returns the default of a field that declares none: 0, false or empty.
     fn empty() -> Value;
 
-    /// Converts the value of the parameter called `name`. The value has the same type as [`empty`](Self::empty).
+    /// Converts the value of the parameter `name`. The value has the same type as [`empty`](Self::empty).
     ///
     /// # Errors
     /// [`ParameterError`] if the value does not fit the type.
@@ -164,7 +164,7 @@ impl ParameterType for Duration {
     }
 }
 
-/// A time in seconds; 0 means `None`.
+/// A time in seconds; 0 stands for `None`.
 impl ParameterType for Option<Duration> {
     fn empty() -> Value {
         f64::empty()
@@ -175,10 +175,10 @@ impl ParameterType for Option<Duration> {
     }
 }
 
-/// Checks that a list parameter has `count` elements.
+/// Checks that the list of a parameter has `count` elements.
 ///
 /// # Errors
-/// [`ParameterError::Invalid`] if it has another number of elements.
+/// [`ParameterError::Invalid`] if it does not.
 pub fn exactly<T>(name: &'static str, list: &[T], count: usize) -> Result<(), ParameterError> {
     match list.len() {
         length if length == count => Ok(()),

@@ -12,21 +12,21 @@ pub struct ParameterStore {
     also_known: Vec<&'static str>,
 }
 
-/// Number of names per source that a warning lists. A file may serve a whole robot and contain many more.
+/// Number of names per source that a warning lists. The file of a whole robot may have many more.
 const LISTED: usize = 4;
 
 impl ParameterStore {
-    /// Returns a store in which all parameters have their defaults. Overrides for the names `also_known` are ignored: one file serves
-    /// several nodes, and each takes its own values.
+    /// Creates a store in which all parameters have their defaults. It ignores values for the names `also_known`, because one file
+    /// serves several nodes, and each node takes only its own values.
     pub fn new(declarations: Vec<Declaration>, also_known: Vec<&'static str>) -> Self {
         let with_default = |declared: Declaration| (declared.clone(), declared.default);
         Self { parameters: declarations.into_iter().map(with_default).collect(), also_known }
     }
 
-    /// Returns a store with the parameters of `P` at their defaults.
+    /// Creates a store in which the parameters of `P` have their defaults.
     ///
     /// # Errors
-    /// [`ParameterError`] if the defaults do not fit each other.
+    /// [`ParameterError`] if the defaults contradict each other.
     pub fn of<P: Parameters>() -> Result<Self, ParameterError> {
         let mut declarer = Declarer::new([]);
         P::declare(&mut declarer)?;
@@ -36,15 +36,15 @@ impl ParameterStore {
     /// Reads the values into a struct of parameters.
     ///
     /// # Errors
-    /// [`ParameterError`] if values do not fit each other.
+    /// [`ParameterError`] if values contradict each other.
     pub fn read<P: Parameters>(&self) -> Result<P, ParameterError> {
         P::declare(&mut Declarer::new(self.values()))
     }
 
-    /// Sets a value before the node starts. Read-only parameters can be set at no other time.
+    /// Sets a value before the node starts. A read-only parameter can be set only by this.
     ///
     /// # Errors
-    /// [`ParameterError`] if the value does not fit or the name is unknown. ROS 2 itself ignores unknown names, and thereby hides typing
+    /// [`ParameterError`] if the value does not fit or the name is unknown. ROS 2 itself ignores unknown names, and so hides typing
     /// errors.
     pub fn override_initial(&mut self, name: &str, value: Value) -> Result<(), ParameterError> {
         let ignored = self.also_known.contains(&name)
@@ -58,11 +58,11 @@ impl ParameterStore {
         Ok(())
     }
 
-    /// Applies the values with which `node` (fully qualified) starts; later ones override earlier ones. Returns the warnings to print, one
-    /// line per source.
+    /// Sets the values with which the node with the full name `node` starts. Later values override earlier ones. Returns the
+    /// warnings to print, one line per source.
     ///
     /// # Errors
-    /// The errors of [`override_initial`](Self::override_initial), for the first value that has one.
+    /// The first error of [`override_initial`](Self::override_initial).
     pub fn take(&mut self, node: &str, given: Vec<ParameterOverride>) -> Result<Vec<String>, ParameterError> {
         let mut ignored: Vec<(String, Vec<String>)> = Vec::new();
         for ParameterOverride { name, value, source, by_name } in given {
@@ -89,8 +89,8 @@ impl ParameterStore {
         Ok(ignored.into_iter().map(warning).collect())
     }
 
-    /// Returns a copy of the store with all `changes` applied. A read-only parameter may be set to the value that it has, so that a node
-    /// takes its own dump.
+    /// Returns a copy of the store with all `changes`. A read-only parameter may be set to the value that it already has, so that a
+    /// node accepts its own dump.
     ///
     /// # Errors
     /// The first [`ParameterError`] among the changes.
@@ -107,27 +107,27 @@ impl ParameterStore {
         Ok(candidate)
     }
 
-    /// Returns a parameter's value.
+    /// Returns the value of a parameter.
     pub fn get(&self, name: &str) -> Option<&Value> {
         self.iter().find(|(declared, _)| declared.name == name).map(|(_, value)| value)
     }
 
-    /// Returns a parameter's declaration.
+    /// Returns the declaration of a parameter.
     pub fn declaration(&self, name: &str) -> Option<&Declaration> {
         self.iter().find(|(declared, _)| declared.name == name).map(|(declared, _)| declared)
     }
 
-    /// Returns each parameter's name and value.
+    /// Yields the name and the value of each parameter.
     pub fn values(&self) -> impl Iterator<Item = (String, Value)> {
         self.iter().map(|(declared, value)| (declared.name.to_owned(), value.clone()))
     }
 
-    /// Returns all declarations with their values, in the order of declaration.
+    /// Yields all declarations with their values, in the order of declaration.
     pub fn iter(&self) -> impl Iterator<Item = (&Declaration, &Value)> {
         self.parameters.iter().map(|(declared, value)| (declared, value))
     }
 
-    /// Returns the names of all parameters of this node, and the known names of the program's other nodes.
+    /// Yields the names of this node's parameters, and the known names of the program's other nodes.
     fn known(&self) -> impl Iterator<Item = &'static str> {
         self.parameters.iter().map(|(declared, _)| declared.name).chain(self.also_known.iter().copied())
     }

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize, Serializer};
 use serde_saphyr::{DoubleQuoted, FlowSeq};
 use std::fmt;
 
-/// A parameter value of one of nine ROS 2 types.
+/// The value of a parameter, of one of the nine ROS 2 types.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Value {
     /// `boolean`
@@ -28,7 +28,7 @@ pub enum Value {
 }
 
 impl Value {
-    /// Returns the type's name as `ros2 param describe` prints it.
+    /// Returns the name of the type as `ros2 param describe` prints it.
     pub fn type_name(&self) -> &'static str {
         match self {
             Self::Bool(_) => "boolean",
@@ -43,8 +43,8 @@ impl Value {
         }
     }
 
-    /// Converts this value to the type of `like` if possible: integers become doubles, and an empty array becomes an empty array of any
-    /// type. In contrast, rclcpp refuses an integer for a double, so that users must write `1.0`.
+    /// Converts this value to the type of `like` if possible. Integers become doubles, and an empty array becomes an empty array of
+    /// any type. rclcpp, in contrast, rejects an integer for a double, so that users must write `1.0`.
     pub fn convert_like(self, like: &Self) -> Result<Self, Self> {
         match (self, like) {
             (Self::Integer(i), Self::Double(_)) => Ok(Self::Double(i as f64)),
@@ -59,7 +59,7 @@ impl Value {
         }
     }
 
-    /// Returns an empty array of the same type, or `None` for a scalar.
+    /// Returns an empty array of the same type; `None` for a scalar.
     fn emptied(&self) -> Option<Self> {
         match self {
             Self::ByteArray(_) => Some(Self::ByteArray(Vec::new())),
@@ -72,13 +72,14 @@ impl Value {
     }
 }
 
-/// Writes a value as one line of YAML 1.1 that PyYAML can read: numbers with an exponent have a decimal point, and the exponent has a sign.
+/// Writes a value as one line of YAML 1.1 that PyYAML can read. A number with an exponent therefore has a decimal point, and its
+/// exponent has a sign.
 fn yaml(value: impl Serialize) -> Result<String, fmt::Error> {
     let text = serde_saphyr::to_string(&value).map_err(|_| fmt::Error)?;
     Ok(text.trim_end_matches('\n').to_owned())
 }
 
-/// A text that is written without quotes if every ROS 2 tool reads it as a text in that form.
+/// A text. It is written without quotes if every ROS 2 tool then reads it as a text.
 struct Text<'a>(&'a String);
 
 impl Serialize for Text<'_> {
@@ -86,7 +87,8 @@ impl Serialize for Text<'_> {
         let Self(text) = self;
         let is_word = text.bytes().all(|byte| byte.is_ascii_alphanumeric() || b"_./".contains(&byte))
             && text.starts_with(|first: char| first.is_ascii_alphabetic() || first == '/');
-        // rcl reads this word as a number, as C does. The serializer itself quotes the other words that would be read as another type.
+        // rcl, like C, reads this word as a number. The serializer itself quotes all other words that could be read as another
+        // type.
         match is_word && !text.eq_ignore_ascii_case("infinity") {
             true => serializer.serialize_str(text),
             false => DoubleQuoted(text.as_str()).serialize(serializer),
@@ -99,7 +101,8 @@ pub(super) fn article(noun: &str) -> &'static str {
     if noun.starts_with(['a', 'e', 'i', 'o', 'u']) { "an" } else { "a" }
 }
 
-/// Writes YAML that reads back as the same value. The exception are bytes, which YAML does not have: they read back as integers.
+/// Writes YAML that reads back as the same value. Bytes are an exception, because YAML does not have them: they read back as
+/// integers.
 impl fmt::Display for Value {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let text = match self {
@@ -117,7 +120,7 @@ impl fmt::Display for Value {
     }
 }
 
-/// Returns the value in one line, with control characters escaped.
+/// Returns the value in one line. Control characters are escaped.
 pub(super) fn visible(value: &impl fmt::Display) -> String {
     let mut text = String::new();
     for character in value.to_string().chars() {
@@ -147,7 +150,7 @@ mod tests {
             ("[1, 2.5]", Value::DoubleArray(vec![1.0, 2.5])),
             ("[a, b]", Value::StringArray(vec!["a".into(), "b".into()])),
             ("[true, false]", Value::BoolArray(vec![true, false])),
-            // The tags of YAML, which ROS 2 supports from Lyrical on.
+            // ROS 2 supports the tags of YAML from Lyrical on.
             ("!!float 10", Value::Double(10.0)),
             ("!!float .inf", Value::Double(f64::INFINITY)),
             ("!!str true", Value::String("true".into())),
@@ -203,8 +206,8 @@ mod tests {
         assert_eq!(Value::StringArray(vec!["a b".into(), "c".into()]).to_string(), "[\"a b\", c]");
     }
 
-    /// PyYAML, which `ros2 param load` uses, reads an exponent only with a decimal point and a sign. rcl reads the same words as numbers as
-    /// C does.
+    /// PyYAML, which `ros2 param load` uses, reads an exponent only with a decimal point and a sign. rcl takes the words that C
+    /// takes for numbers, such as `inf` and `nan`, for numbers, too.
     #[test]
     fn numbers_and_words_are_written_so_that_ros_2_tools_read_them() {
         let numbers = [(1e-6, "1.0e-6"), (1.5e-7, "1.5e-7"), (1e16, "1.0e+16"), (-2.5e300, "-2.5e+300")];

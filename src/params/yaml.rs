@@ -1,4 +1,4 @@
-//! Parsing of values, and of maps of values, from YAML.
+//! Parses values, and maps of values, from YAML.
 
 use super::{ParameterError, Value};
 use serde::de::value::SeqAccessDeserializer;
@@ -7,7 +7,7 @@ use serde::{Deserialize, Deserializer};
 use serde_saphyr::{NonFiniteFloatPolicy, Options};
 use std::fmt;
 
-/// A YAML node, whose maps keep the order of the document.
+/// A YAML node. Its maps keep the order of the document.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Yaml {
     Nothing,
@@ -15,7 +15,7 @@ pub(super) enum Yaml {
     Map(Vec<(String, Yaml)>),
 }
 
-/// The types of lists, in the order in which they are tried. A list of integers and doubles is read as doubles.
+/// The types of lists, in the order in which the parser tries them. A list of integers and doubles is a list of doubles.
 #[derive(Deserialize)]
 #[expect(clippy::enum_variant_names, reason = "they are those of Value")]
 #[serde(remote = "Value", untagged, expecting = "expected all elements of a list to have one type")]
@@ -42,7 +42,7 @@ impl Value {
 }
 
 impl Yaml {
-    /// Reads a document. Infinite and undefined numbers are accepted, as rcl does.
+    /// Reads a document. Like rcl, accepts infinite and undefined numbers.
     ///
     /// # Errors
     /// A one-line description of the error.
@@ -53,7 +53,7 @@ impl Yaml {
     }
 }
 
-/// Returns the first line of an error's text for an operator, without the word "error" and without advice for programmers.
+/// Returns the first line of an error's text for an operator. Leaves out the word "error" and advice for programmers.
 pub fn one_line(error: &impl fmt::Display) -> String {
     const TO_PROGRAMMERS: [&str; 2] = [", set DuplicateKeyPolicy", "; use from_str"];
     let text = error.to_string();
@@ -78,7 +78,7 @@ impl<'de> Deserialize<'de> for Yaml {
             fn visit_i64<E>(self, value: i64) -> Result<Yaml, E> {
                 Ok(Yaml::Value(Value::Integer(value)))
             }
-            /// Returns a double if the number is too large for an integer. Numbers below the least integer are doubles, too.
+            /// Returns a double if the number is too large for an integer. Numbers below the smallest integer are doubles, too.
             fn visit_u64<E>(self, value: u64) -> Result<Yaml, E> {
                 let integer = i64::try_from(value).map(Value::Integer);
                 Ok(Yaml::Value(integer.unwrap_or(Value::Double(value as f64))))

@@ -14,7 +14,7 @@
 //! # Ok::<(), dq_plant::CommandError>(())
 //! ```
 #![warn(clippy::unwrap_used, clippy::expect_used)]
-// These macros panic if nobody reads the output: results go through cli::print, everything else through stderr.
+// These macros panic if nobody reads the output. Results go through `cli::print`, everything else through `stderr`.
 #![warn(clippy::print_stdout, clippy::print_stderr)]
 
 mod realism;
@@ -26,10 +26,10 @@ use std::collections::VecDeque;
 use std::time::Duration;
 use thiserror::Error;
 
-/// An error in a command that the plant refuses.
+/// The reason why the plant rejects a command.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum CommandError {
-    /// The number of values does not match the number of joints.
+    /// The number of values differs from the number of joints.
     #[error("a command of {got} numbers, expected {expected}: one a joint")]
     WrongLength {
         /// Number of joints.
@@ -37,7 +37,7 @@ pub enum CommandError {
         /// Number of values in the command.
         got: usize,
     },
-    /// A number is infinite or not a number.
+    /// A number is infinite or NaN.
     #[error("{value} for joint {joint}: expected a finite number")]
     NonFinite {
         /// The joint, counted from 1.
@@ -47,8 +47,8 @@ pub enum CommandError {
     },
 }
 
-/// An arm whose joints follow commands at once, except for its [`Realism`]. Without new velocity commands it stops by itself after a
-/// timeout. It also stops at the commanded positions once it has reached them.
+/// An arm whose joints follow commands at once, apart from its [`Realism`]. If no new velocity commands arrive, it stops by its own
+/// timeout. At commanded positions it stops when it has reached them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plant {
     initial_positions: Vec<f64>,
@@ -58,17 +58,17 @@ pub struct Plant {
     commanded: Option<Duration>,
     target: Option<Target>,
     realism: Realism,
-    /// Commands that have not yet taken effect, with the times at which they will.
+    /// The commands that have not taken effect yet, with the times at which they will.
     under_way: VecDeque<(Duration, Command)>,
     sensor: Sensor,
-    /// Time up to which the arm has moved.
+    /// The time until which the arm has moved.
     moved: Option<Duration>,
     /// Position commands received before this time are ignored.
     deaf_until: Duration,
     command_timeout: Duration,
 }
 
-/// Time within which a controller that has received a joint state sends a command based on it.
+/// The time within which a controller that has received a joint state sends a command based on it.
 const REACTION: Duration = Duration::from_millis(100);
 
 /// A valid command.
@@ -78,7 +78,7 @@ enum Command {
     Positions(Target),
 }
 
-/// The positions that the joints are to reach, and the time at which they are to reach them.
+/// The positions that the joints should reach, and when they should reach them.
 #[derive(Clone, Debug, PartialEq)]
 struct Target {
     positions: Vec<f64>,
@@ -105,27 +105,28 @@ impl Plant {
         }
     }
 
-    /// Takes joint velocities [rad/s, prismatic: m/s] received at `now`.
+    /// Takes joint velocities received at `now` [rad/s, prismatic: m/s].
     ///
     /// # Errors
-    /// [`CommandError`] if the command is invalid. The previous command then stays in force until it times out.
+    /// [`CommandError`] if the command is invalid. The previous command then stays in force until its timeout.
     pub fn take_command(&mut self, velocities: &[f64], now: Duration) -> Result<(), CommandError> {
         self.check(velocities)?;
         self.send(now + self.realism.command_latency, Command::Velocities(velocities.to_vec()));
         Ok(())
     }
 
-    /// Queues a command that takes effect at `at`. If the latency has shrunk, earlier commands that would take effect later are discarded.
+    /// Queues a command that takes effect at `at`. If the latency has become shorter, discards earlier commands that would take
+    /// effect later.
     fn send(&mut self, at: Duration, command: Command) {
         self.under_way.retain(|(before, _)| *before <= at);
         self.under_way.push_back((at, command));
     }
 
-    /// Takes joint positions \[rad, prismatic: m\] received at `now`. The arm reaches them after `time`, at constant speed from its current
-    /// positions.
+    /// Takes joint positions received at `now` \[rad, prismatic: m\]. The arm reaches them after `time`, at constant speed from its
+    /// present positions.
     ///
     /// # Errors
-    /// [`CommandError`] if the command is invalid. The arm then continues to the previously commanded positions.
+    /// [`CommandError`] if the command is invalid. The arm then continues to the positions of the previous command.
     pub fn take_positions(
         &mut self,
         positions: &[f64],
@@ -167,8 +168,8 @@ impl Plant {
         }
     }
 
-    /// Moves the arm by the time that has passed between the previous step and `now`. At a velocity command, the arm moves for at most the
-    /// command timeout, because a robot that was stopped itself has not moved in the meantime.
+    /// Moves the arm by the time since the previous step. A velocity command moves the arm for at most the command timeout: if the
+    /// whole simulation was stopped for longer, the arm has not moved in the meantime.
     pub fn step(&mut self, now: Duration) {
         self.obey(now);
         let fresh = self.commanded.is_some_and(|at| now.saturating_sub(at) <= self.command_timeout);
@@ -183,7 +184,7 @@ impl Plant {
         for (i, velocity) in self.velocities.iter_mut().enumerate() {
             let wanted = if fresh { self.command[i] } else { 0.0 };
             if time_constant > 0.0 {
-                // v′ = (u − v)/τ, solved over the time that has passed.
+                // v′ = (u − v)/τ, solved over the time since the previous step.
                 let (lag, decay) = (*velocity - wanted, (-passed / time_constant).exp());
                 self.positions[i] += wanted * passed + lag * time_constant * (1.0 - decay);
                 *velocity = wanted + lag * decay;
@@ -195,7 +196,7 @@ impl Plant {
         self.moved = Some(now);
     }
 
-    /// Moves towards `target` by the share of the remaining way that the time `passed` until `now` allows.
+    /// Moves toward `target`, by the fraction of the remaining path that the time `passed` until `now` allows.
     fn approach(&mut self, target: Target, now: Duration, passed: Duration) {
         let left = target.at.saturating_sub(now);
         let part = if left.is_zero() { 1.0 } else { passed.as_secs_f64() / (passed + left).as_secs_f64() };
@@ -210,8 +211,8 @@ impl Plant {
         self.target = (!left.is_zero()).then_some(target);
     }
 
-    /// Returns the arm to the initial positions, at rest. Positions sent before a controller can have seen the reset are ignored. Otherwise
-    /// a servo at rest, which sends the same positions all the time, would move the arm back.
+    /// Returns the arm to its initial positions, at rest. Ignores positions that a controller sent before it can have seen the
+    /// reset. Otherwise a servo at rest, which sends the same positions all the time, would move the arm back.
     pub fn reset(&mut self) {
         let now = self.moved.unwrap_or_default();
         self.deaf_until = now + self.realism.state_interval + self.realism.state_latency + REACTION;
@@ -233,7 +234,7 @@ impl Plant {
         &self.velocities
     }
 
-    /// Returns the newest joint state that the robot publishes at `now`, if one is due. `noise` returns numbers from −1 to 1.
+    /// Returns the newest joint state if the robot publishes one at `now`. `noise` returns numbers from −1 to 1.
     pub fn measure(&mut self, now: Duration, noise: impl FnMut() -> f64) -> Option<Measured> {
         self.sensor.measure(now, &self.realism, (&self.positions, &self.velocities), noise)
     }
@@ -243,7 +244,7 @@ impl Plant {
         self.realism = realism;
     }
 
-    /// Changes the age up to which a velocity command counts.
+    /// Changes the age from which a velocity command counts as zero.
     pub fn set_command_timeout(&mut self, command_timeout: Duration) {
         self.command_timeout = command_timeout;
     }
@@ -326,7 +327,7 @@ mod tests {
             plant.take_command(&[1.0, 0.0], ms(time)).unwrap();
             plant.step(ms(time));
         }
-        // The command takes effect from 22 ms on, including the step that ends then.
+        // The command takes effect from 22 ms on. The step that ends at that time is included.
         assert!((plant.positions()[0] - 1.02).abs() < 1e-12, "{:?}", plant.positions());
         let mut plant = self::plant();
         plant.set_realism(Realism { velocity_time_constant: ms(50), ..Realism::default() });

@@ -1,11 +1,11 @@
-//! What real robots add between a command and the joint state that shows its effect: latency, noise, encoder resolution and lag.
+//! The differences between real robots and an ideal arm: latency, noise, encoder resolution and lag.
 
 use dq_params::Parameters;
 use std::collections::VecDeque;
 use std::time::Duration;
 
-/// How the simulated robot deviates from an ideal arm. If all values are zero, as by default, the arm follows each command at once and
-/// reports its state at once.
+/// How the simulated robot differs from an ideal arm. If all values are zero, as by default, the arm follows each command at once
+/// and reports its state at once.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Parameters)]
 pub struct Realism {
     /// time from the arrival of a command until it takes effect \[s\]
@@ -23,12 +23,12 @@ pub struct Realism {
     /// position difference of one encoder count; 0: positions are not rounded to counts \[rad, m\]
     #[parameter(range = 0.0..=1.0)]
     pub encoder_resolution: f64,
-    /// Time from one joint state to the next. Zero means one per step.
+    /// The time from one joint state to the next; zero for one per step.
     pub state_interval: Duration,
 }
 
 impl Realism {
-    /// Returns the position \[rad\] as it is measured, with `noise` from −1 to 1.
+    /// Returns the measured value of a position \[rad\]. `noise` is from −1 to 1.
     fn measured(&self, position: f64, noise: f64) -> f64 {
         let noisy = position + self.position_noise * noise;
         match self.encoder_resolution > 0.0 {
@@ -41,7 +41,7 @@ impl Realism {
 /// A joint state as the robot publishes it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Measured {
-    /// Time of the measurement.
+    /// The time of the measurement.
     pub at: Duration,
     /// Joint positions \[rad\].
     pub positions: Vec<f64>,
@@ -57,7 +57,7 @@ pub(super) struct Sensor {
 }
 
 impl Sensor {
-    /// Measures at `now` if a measurement is due, and returns the newest joint state whose latency has passed, if there is one.
+    /// Measures at `now` if a measurement is due. Returns the newest joint state whose latency has passed, if there is one.
     pub fn measure(
         &mut self,
         now: Duration,
@@ -65,9 +65,9 @@ impl Sensor {
         (positions, velocities): (&[f64], &[f64]),
         mut noise: impl FnMut() -> f64,
     ) -> Option<Measured> {
-        // If the next measurement is due later than the interval allows, it was planned while the interval was longer.
+        // If the next measurement is later than the interval allows, it was planned when the interval was longer.
         if now >= self.next || self.next.saturating_sub(now) > realism.state_interval {
-            // Measurements stay on a grid, so that slightly late steps do not lower the rate. Missed measurements are not made up for.
+            // Measurements stay on a grid, so that slightly late steps do not lower the rate. Missed measurements are left out.
             let next = self.next.min(now) + realism.state_interval;
             self.next = if next > now { next } else { now + realism.state_interval };
             let measured = |position: &f64| realism.measured(*position, noise());
@@ -81,7 +81,7 @@ impl Sensor {
         out
     }
 
-    /// Discards the joint states that are not yet published.
+    /// Discards the joint states that are not published yet.
     pub fn clear(&mut self) {
         self.under_way.clear();
     }

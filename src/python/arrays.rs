@@ -7,10 +7,10 @@ use pyo3::prelude::*;
 use std::borrow::Cow;
 use std::fmt::Display;
 
-/// A list of numbers from Python: an array, a list, a tuple.
+/// A list of numbers from Python: an array, a list or a tuple.
 pub(super) type Numbers<'py> = PyArrayLike1<'py, f64, AllowTypeChange>;
 
-/// A table of numbers, with a row per configuration.
+/// A table of numbers with one row per configuration.
 pub(super) type Rows<'py> = PyArrayLike2<'py, f64, AllowTypeChange>;
 
 /// Converts an error to a Python `ValueError` with this crate's message.
@@ -18,7 +18,7 @@ pub(super) fn wrong(why: impl Display) -> PyErr {
     PyValueError::new_err(why.to_string())
 }
 
-/// Returns the numbers of a list, without copying if they are contiguous.
+/// Returns the numbers of a list. They are not copied if they are contiguous.
 pub(super) fn slice<'a>(numbers: &'a Numbers<'_>) -> Cow<'a, [f64]> {
     match numbers.as_slice() {
         Ok(numbers) => Cow::Borrowed(numbers),
@@ -26,13 +26,13 @@ pub(super) fn slice<'a>(numbers: &'a Numbers<'_>) -> Cow<'a, [f64]> {
     }
 }
 
-/// Returns `N` numbers, or an error in which the list is called `what`.
+/// Returns `N` numbers, or an error that calls the list `what`.
 pub(super) fn exactly<const N: usize>(numbers: &Numbers<'_>, what: &str) -> PyResult<[f64; N]> {
     let got = slice(numbers);
     <[f64; N]>::try_from(&*got).map_err(|_| wrong(format!("{what} has {} numbers, expected {N}", got.len())))
 }
 
-/// Returns rows of `width` numbers, or an error in which the table is called `what`.
+/// Returns rows of `width` numbers, or an error that calls the table `what`.
 pub(super) fn rows<'a>(table: &'a Rows<'_>, width: usize, what: &str) -> PyResult<ArrayView2<'a, f64>> {
     let rows = table.as_array();
     match rows.ncols() == width {
@@ -46,7 +46,7 @@ pub(super) fn array<'py>(py: Python<'py>, numbers: &[f64]) -> Bound<'py, PyArray
     PyArray1::from_slice(py, numbers)
 }
 
-/// Converts numbers, row by row, to a table of `width` columns.
+/// Converts numbers, which are ordered row by row, to a table of `width` columns.
 pub(super) fn table(py: Python<'_>, numbers: Vec<f64>, width: usize) -> PyResult<Bound<'_, PyArray2<f64>>> {
     let rows = numbers.len() / width.max(1);
     Ok(Array2::from_shape_vec((rows, width), numbers).map_err(wrong)?.into_pyarray(py))

@@ -133,7 +133,7 @@ impl Chain {
         Ok(state)
     }
 
-    /// Returns the numbers that `add` appends for each configuration, `width` each.
+    /// Returns a table with a row per configuration. `add` appends the `width` numbers of each row.
     fn each(
         &self,
         py: Python<'_>,

@@ -15,7 +15,7 @@ use std::path::Path;
 fn arm(py: Python<'_>, name: &str, parameters: Option<&Bound<'_, PyDict>>) -> PyResult<Arm> {
     let arm = Arm::named(Path::new(name)).map_err(wrong)?;
     let values = values(parameters)?;
-    // Here unknown names are errors, unlike in a file for several nodes.
+    // Here unknown names are errors. In a file for several nodes they are not.
     store(py, Some(name), values.clone())?;
     arm.with(values).map_err(wrong)
 }

@@ -24,7 +24,7 @@ pub(super) fn laws() -> Vec<&'static str> {
 pub(super) struct OwnLaw {
     function: Py<PyAny>,
     map: Map,
-    /// The exception of the function, until it is raised again.
+    /// The exception that the function raised, until it is raised again.
     raised: Mutex<Option<PyErr>>,
 }
 
@@ -36,7 +36,7 @@ impl OwnLaw {
         exactly(&twist, "the law's twist")
     }
 
-    /// Raises the exception of the function, if there was one.
+    /// Raises the exception of the function again, if there was one.
     pub fn check(&self) -> PyResult<()> {
         let raised = self.raised.lock().unwrap_or_else(PoisonError::into_inner).take();
         raised.map_or(Ok(()), Err)
@@ -88,7 +88,7 @@ impl Law {
         } else if law.is_callable() {
             let raised = Mutex::default();
             let own = OwnLaw { function: law.clone().unbind(), map: map.parse().map_err(wrong)?, raised };
-            // The law lives as long as the program, like the others, so that nobody can drop a law in use.
+            // The law is never freed, like the laws of the table, so that nobody can drop a law that is in use.
             let own: &'static OwnLaw = Box::leak(Box::new(own));
             (ListedLaw::unlisted(own), Some(own))
         } else {
@@ -195,7 +195,7 @@ impl Law {
         self.controller.joint_velocity(arm, &goal, speeds);
     }
 
-    /// Raises the exception of a Python law, if there was one.
+    /// Raises the exception of a Python law again, if there was one.
     pub fn check(&self) -> PyResult<()> {
         self.own.map_or(Ok(()), OwnLaw::check)
     }

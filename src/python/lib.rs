@@ -1,7 +1,7 @@
 //! The Rust part of the Python package, the module `dq_servo._native`: poses, chains, laws, the servo in fake time, bags, and the
 //! comparison of laws. Arrays are numpy arrays. Errors are `ValueError`s with this crate's messages.
 #![warn(clippy::unwrap_used, clippy::expect_used)]
-// Both macros panic if nobody reads the stream. Results go through `cli::print`, everything else through stderr.
+// These macros panic if nobody reads the output. Results go through `cli::print`, everything else through `stderr`.
 #![warn(clippy::print_stdout, clippy::print_stderr)]
 
 mod algebra;

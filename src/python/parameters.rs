@@ -1,4 +1,4 @@
-//! Parameters by their ROS names, from and to Python.
+//! Parameters by their ROS names, converted from and to Python.
 
 use super::arrays::wrong;
 use super::law::Law;
@@ -7,10 +7,10 @@ use dq_params::{ParameterError, ParameterOverride, ParameterStore, Value, parame
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-/// The node that has these parameters.
+/// The name of the node that has these parameters.
 const NODE: &str = "/dq_servo";
 
-/// A value from Python. The first matching type counts: `True` is not an integer, and an integer is not a double.
+/// A value from Python. The first matching variant is taken: `True` is not an integer, and an integer is not a double.
 #[derive(FromPyObject, IntoPyObject)]
 pub(super) enum PythonValue {
     Bool(bool),
@@ -66,7 +66,7 @@ pub(super) fn values(given: Option<&Bound<'_, PyDict>>) -> PyResult<Vec<(String,
     given.into_iter().flat_map(|given| given.iter()).map(pair).collect()
 }
 
-/// Returns the store of a node with this arm, which is built in or a parameter file, and with these additional `values`.
+/// Returns the store of a node with this arm and these additional `values`. The arm is built in or a parameter file.
 pub(super) fn store(
     py: Python<'_>,
     arm: Option<&str>,
@@ -124,7 +124,7 @@ pub(super) fn of_law(law: &Law) -> Vec<(String, Value)> {
     vec![("controller".to_owned(), law), ("task".to_owned(), task), (name, gains)]
 }
 
-/// Returns a store with these changes.
+/// Returns a copy of the store with these changes.
 pub(super) fn changed(store: &ParameterStore, changes: &[(String, Value)]) -> Result<ParameterStore, PyErr> {
     store.with(changes).map_err(|why: ParameterError| wrong(why))
 }

@@ -120,7 +120,7 @@ impl Pose {
 }
 
 impl Pose {
-    /// Returns the pose if all of its numbers are finite.
+    /// Returns the pose if all its numbers are finite.
     fn checked(pose: UnitDualQuaternion) -> PyResult<Self> {
         match pose.to_vector8().iter().find(|number| !number.is_finite()) {
             Some(number) => Err(wrong(format!("a pose with {number}: expected finite numbers"))),

@@ -27,7 +27,7 @@ pub(super) struct Servo {
     now: Duration,
 }
 
-/// Converts seconds to a duration, or returns an error if they are negative or not finite.
+/// Converts seconds to a duration. Returns an error if they are negative or not finite.
 fn duration(seconds: f64, what: &str) -> PyResult<Duration> {
     let wrong = |why| wrong(format!("{what} is {seconds} s: {why}"));
     Duration::try_from_secs_f64(seconds).map_err(wrong)
@@ -166,7 +166,7 @@ impl Servo {
 }
 
 impl Servo {
-    /// Searches for another configuration if the arm has stalled and the servo asks for it.
+    /// Searches for another configuration if the arm has stalled and the servo asks for a search.
     fn look_round(&mut self) -> PyResult<()> {
         if self.servo.ask(&mut self.search) {
             self.search.run(STARTS, || true);

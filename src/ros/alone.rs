@@ -1,4 +1,4 @@
-//! Helpers for tests whose participants must not meet others.
+//! Helpers for tests whose participants must not meet those of other tests.
 #![allow(clippy::unwrap_used, clippy::expect_used, missing_docs)]
 
 use crate::ros::{Environment, LogLevel, Logging, Node, Reach, Resolver, RosArgs, Session};

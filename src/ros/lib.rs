@@ -1,6 +1,6 @@
 #![doc = include_str!("README.md")]
 #![warn(clippy::unwrap_used, clippy::expect_used)]
-// Both macros panic if nobody reads the stream. Results go through `cli::print`, everything else through stderr.
+// These macros panic if nobody reads the output. Results go through `cli::print`, everything else through `stderr`.
 #![warn(clippy::print_stdout, clippy::print_stderr)]
 
 #[cfg(any(test, feature = "test-util"))]

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
-/// The file's queue, once there is a line for it; `None` if the file cannot be created.
+/// The queue of the log file, once there is a line to write; `None` if the file cannot be created.
 static QUEUE: OnceLock<Option<Queue>> = OnceLock::new();
 
 /// Queues a line for the file. Never blocks. If the file cannot be created, stderr says so once.
@@ -18,7 +18,7 @@ pub fn line(text: String) {
     }
 }
 
-/// Waits up to `patience` until the queue has been written.
+/// Waits up to `patience` until all queued lines are written.
 pub fn flush(patience: Duration) {
     if let Some(Some(queue)) = QUEUE.get() {
         queue.flush(patience);

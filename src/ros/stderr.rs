@@ -1,8 +1,8 @@
 //! Writes lines to stderr on its own thread.
 //!
-//! A terminal stopped by ctrl-S, or a pipe that nobody reads, blocks a write for any time; a closed pipe or a full disk fails it. Therefore
-//! lines are queued here, which never blocks. Lines that do not fit into the queue or cannot be written are lost. Once writing works again,
-//! their number is written instead.
+//! A terminal stopped by ctrl-S, or a pipe that nobody reads, can block a write forever; a closed pipe or a full disk fails it.
+//! Therefore lines are queued here, which never blocks. Lines that do not fit into the queue or cannot be written are lost. Once
+//! writing works again, the number of lost lines is written instead.
 
 use std::io::{Result, Write};
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering::SeqCst};
@@ -36,25 +36,25 @@ struct Counts {
     lost: AtomicU64,
 }
 
-/// The process's queue; `None` if the operating system creates no thread.
+/// The queue for stderr of this process; `None` if the operating system creates no thread.
 static QUEUE: LazyLock<Option<Queue>> = LazyLock::new(|| Queue::start("stderr", std::io::stderr()).ok());
 
 /// Queues a line for stderr. Never blocks, never fails.
 pub fn line(text: impl Into<String>) {
     match &*QUEUE {
         Some(queue) => queue.line(text.into()),
-        // Without even this thread, the line is the program's last.
+        // If not even this thread can be created, the line is probably the program's last.
         None => drop(writeln!(std::io::stderr(), "{}", text.into())),
     }
 }
 
-/// Waits up to `patience` until the queue has been written. Returns whether it has.
+/// Waits up to `patience` until all queued lines are written. Returns whether all are written.
 pub fn flush(patience: Duration) -> bool {
     QUEUE.as_ref().is_none_or(|queue| queue.flush(patience))
 }
 
 impl Queue {
-    /// Creates a queue of lines, and the thread of this name that writes them.
+    /// Creates a queue of lines, and the thread called `name` that writes them.
     ///
     /// # Errors
     /// The operating system's error if it creates no thread.
@@ -77,7 +77,7 @@ impl Queue {
         }
     }
 
-    /// Waits up to `patience` until the queue is empty. Returns whether it is.
+    /// Waits up to `patience` until the queue is empty. Returns whether it is empty.
     pub fn flush(&self, patience: Duration) -> bool {
         let end = Instant::now() + patience;
         while self.counts.waiting.load(SeqCst) > 0 {
@@ -115,7 +115,7 @@ impl<W: Write> Writer<W> {
         }
     }
 
-    /// Writes a line. If that fails, it counts as `lost` lines.
+    /// Writes a line. If writing fails, this adds `lost` lines to the lost ones.
     fn write(&mut self, line: &str, lost: u64) {
         if self.to.write_all(format!("{line}\n").as_bytes()).is_err() {
             self.counts.lost.fetch_add(lost, SeqCst);
@@ -183,7 +183,7 @@ mod tests {
         assert!(queue.flush(SOON));
         let text = terminal.hold().clone();
         let lines: Vec<_> = text.lines().collect();
-        // The report may be in two places if the writer starts only when the queue is full.
+        // The report may stand in two places if the writer starts only when the queue is full.
         let lost = lines.iter().filter_map(|line| line.strip_prefix("... ")?.strip_suffix(" lines lost"));
         let lost: usize = lost.map(|count| count.parse::<usize>().unwrap()).sum();
         let written = lines.iter().filter(|line| line.parse::<usize>().is_ok()).count();

@@ -12,7 +12,7 @@ use std::collections::BTreeMap;
 /// The announced parameters, and the topics of the bag.
 #[derive(Debug)]
 pub(super) struct Announced {
-    /// The parameters of each node, one entry per start of the node, in order.
+    /// The parameters of each node. There is one entry per start of the node, in order.
     parameters: BTreeMap<String, Vec<AnnouncedParameters>>,
     topics: Vec<Topic>,
 }
@@ -40,7 +40,7 @@ impl Announced {
         &self.topics
     }
 
-    /// Describes what the bag has, for an error about something that it lacks.
+    /// Describes what the bag contains, for an error about something that is missing.
     pub fn what_else(&self) -> String {
         const SHOWN: usize = 10;
         let names: Vec<_> = self.topics.iter().take(SHOWN).map(|topic| shown(&topic.name, NAME)).collect();
@@ -51,12 +51,12 @@ impl Announced {
         }
     }
 
-    /// Returns the parameters of a node, one entry per start, in order.
+    /// Returns the parameters of a node. There is one entry per start of the node, in order.
     pub fn lives(&self, node: &str) -> &[AnnouncedParameters] {
         self.parameters.get(node).map_or(&[], Vec::as_slice)
     }
 
-    /// Returns the nodes whose start is in the bag and that declared this parameter.
+    /// Yields the nodes that declared this parameter and whose start is in the bag.
     pub fn nodes_with<'a>(&'a self, parameter: &'a str) -> impl Iterator<Item = &'a str> {
         let has = move |last: &AnnouncedParameters| last.initial.iter().any(|one| one.name == parameter);
         let nodes = self.parameters.iter().filter(move |(_, lives)| lives.last().is_some_and(has));
@@ -64,8 +64,8 @@ impl Announced {
     }
 }
 
-/// Returns the parameters of each node, one entry per start, from its latched `~/parameters`. A late subscriber may get several messages at
-/// once; the stamps give their order.
+/// Returns the parameters of each node from its latched `~/parameters`, with one entry per start, in order. A late subscriber may
+/// have received several messages at once. Their stamps give their order.
 fn announced_parameters(
     messages: impl Iterator<Item = BagMessage>,
 ) -> BTreeMap<String, Vec<AnnouncedParameters>> {
@@ -78,8 +78,8 @@ fn sorted(mut events: Vec<ParameterEvent>) -> Vec<ParameterEvent> {
     events
 }
 
-/// Sorts the messages into starts and changes. Each message has all parameters, and those that have changed since the previous message. A
-/// message without changed parameters is a start of the node.
+/// Sorts the messages into starts and changes. Each message has all parameters, and those that have changed since the previous
+/// message. If none has changed, the message is from a start of the node.
 fn known_by_states(states: Vec<ParameterEvent>) -> BTreeMap<String, Vec<AnnouncedParameters>> {
     let mut nodes = BTreeMap::<String, Vec<(AnnouncedParameters, Vec<Parameter>)>>::new();
     for event in states {
@@ -95,7 +95,7 @@ fn known_by_states(states: Vec<ParameterEvent>) -> BTreeMap<String, Vec<Announce
                 });
                 *before = state;
             }
-            // A repetition for a late subscriber.
+            // The message is a repetition for a late subscriber.
             Some((known, _)) if known.since == event.stamp.nanoseconds() => {}
             _ => lives.push((AnnouncedParameters::new(event), state)),
         }
@@ -118,7 +118,8 @@ impl AnnouncedParameters {
         Ok(store)
     }
 
-    /// Returns the announced parameters that `store` does not have. If there are any, the node was of another version of this program.
+    /// Yields the announced parameters that `store` does not have. If there are any, the node was of another version of this
+    /// program.
     pub fn unknown<'a>(&'a self, store: &'a ParameterStore) -> impl Iterator<Item = &'a str> {
         let names = self.initial.iter().map(|parameter| parameter.name.as_str());
         names.filter(|name| store.declaration(name).is_none())
@@ -133,7 +134,7 @@ pub(super) fn changed(
     known(event.changed_parameters, store)
 }
 
-/// Returns the values of those parameters that the store has.
+/// Returns the values of the parameters that the store has.
 fn known(mut parameters: Vec<Parameter>, store: &ParameterStore) -> Result<Vec<(String, Value)>, RunError> {
     parameters.retain(|parameter| store.declaration(&parameter.name).is_some());
     values(parameters)
@@ -144,7 +145,7 @@ fn values(parameters: Vec<Parameter>) -> Result<Vec<(String, Value)>, RunError> 
     bounded(parameters.into_iter().filter_map(value).collect())
 }
 
-/// Returns the values unless a list among them is longer than that of any arm.
+/// Returns the values, unless one of their lists is longer than that of any arm.
 pub(super) fn bounded(values: Vec<(String, Value)>) -> Result<Vec<(String, Value)>, RunError> {
     let bounded = |(name, value): (String, Value)| {
         let length = match &value {

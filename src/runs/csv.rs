@@ -4,8 +4,8 @@ use super::{RecordedRun, Sample};
 use dq_wire::pose_numbers;
 use std::fmt::Write as _;
 
-/// Returns tables of the run with their names: the samples, the pose errors, and the commands of each arm. The first line of a table has
-/// the names of its columns with their units. An unknown number is empty.
+/// Returns tables of the run, each with its name: the samples, the pose errors, and the commands of each arm. The first line of a
+/// table has the names of the columns with their units. An unknown number is empty.
 pub fn csv(run: &RecordedRun) -> Vec<(String, String)> {
     let joints =
         |what: &str, names: &[String]| names.iter().map(|name| format!("{what} {name}")).collect::<Vec<_>>();
@@ -43,7 +43,7 @@ pub fn csv(run: &RecordedRun) -> Vec<(String, String)> {
     tables
 }
 
-/// Returns a table with a line for each time \[s\], after the names of the columns.
+/// Returns a table with the names of the columns, and then a line for each time \[s\].
 fn table(heads: &[String], rows: impl Iterator<Item = (f64, Vec<f64>)>) -> String {
     let quoted = heads.iter().map(|head| format!("\"{}\"", head.replace('"', "\"\"")));
     let mut text = format!("time [s],{}\n", quoted.collect::<Vec<_>>().join(","));

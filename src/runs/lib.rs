@@ -1,4 +1,4 @@
-//! Analyzes recorded runs: figures and metrics of any bag of such a run, and its replay through the servo cycle.
+//! Analyzes recorded runs. Computes the figures and metrics of any bag of such a run, and replays it through the servo cycle.
 
 mod announced;
 mod csv;
@@ -19,10 +19,10 @@ pub use thinned::Thinned;
 
 use thiserror::Error;
 
-/// The largest number of joints of an arm, so that a bag cannot demand any amount of time and memory.
+/// The largest number of joints of an arm. Without it, a bag could demand any amount of time and memory.
 const MOST_JOINTS: usize = 64;
 
-/// Why a bag cannot be analyzed.
+/// The reason why a bag cannot be analyzed.
 #[derive(Debug, Error)]
 pub enum RunError {
     /// The bag cannot be read.
@@ -31,24 +31,24 @@ pub enum RunError {
     /// The bag has no arm that could be drawn.
     #[error("{0}")]
     NoRobot(String),
-    /// The bag lacks what a replay needs.
+    /// The bag does not have what a replay needs.
     #[error("the bag cannot be replayed: {0}")]
     NotReplayable(String),
-    /// A list in its parameters is longer than that of any arm.
+    /// A list in the bag's parameters is longer than that of any arm.
     #[error(
         "the parameters in the bag: {name} has {length} elements: expected at most {} joints per arm",
         MOST_JOINTS
     )]
     TooMany {
-        /// The parameter.
+        /// The name of the parameter.
         name: String,
         /// The number of elements.
         length: usize,
     },
-    /// Its parameters are invalid.
+    /// The parameters in the bag are invalid.
     #[error("the parameters in the bag: {0}")]
     Parameters(#[from] dq_params::ParameterError),
-    /// The servo refuses its parameters.
+    /// The servo rejects the parameters in the bag.
     #[error("the parameters in the bag: {0}")]
     Settings(#[from] dq_core::servo::SettingsError),
 }

@@ -1,14 +1,14 @@
-//! The motions of a servo in a bag, from the last report of each.
+//! The motions of a servo in a bag. Each one is taken from its last report.
 
 use super::run::MotionRow;
 use dq_common::text::{NAME, shown};
 use dq_wire::{MotionReport, Outcome};
 
-/// The largest number of motions with a row.
+/// The largest number of motions that have a row.
 const MOST: usize = 10_000;
 
-/// The largest difference between the start times of one motion in its reports \[s\]. If it is larger for the same number, the servo was
-/// restarted in between.
+/// The largest difference between the start times that the reports of one motion state \[s\]. If it is larger for the same number,
+/// the servo was restarted in between.
 const SAME: f64 = 0.5;
 
 /// The motions of one servo.
@@ -30,8 +30,8 @@ impl MotionRows {
         self.last = 0;
     }
 
-    /// Adds a report that was recorded at `time` \[s\], counted from `origin` \[ns\]. Returns when the motion began if this is its first
-    /// report.
+    /// Adds a report that was recorded at `time` \[s\], counted from `origin` \[ns\]. If it is the first report of a motion,
+    /// returns when the motion began.
     pub fn take(&mut self, time: f64, origin: i64, report: MotionReport) -> Option<f64> {
         let began = report.began.map_or(time, |began| (i128::from(began) - i128::from(origin)) as f64 * 1e-9);
         if report.outcome == Outcome::Rejected {
@@ -64,7 +64,8 @@ impl MotionRows {
         Some(began)
     }
 
-    /// Returns the motions in the order of their starts, without those that had ended before the recording and were only latched.
+    /// Returns the motions in the order of their starts. Leaves out those that had ended before the recording and were only
+    /// latched.
     pub fn finish(self) -> Vec<MotionRow> {
         let is_over = |row: &MotionRow| {
             row.outcome != Outcome::Underway.name() && row.start_s + row.figures.elapsed < 0.0

@@ -6,21 +6,22 @@ use super::run::{ArmCommands, Change, ChangeKind, RecordedRun, Sample};
 use super::{RunError, Thinned};
 use dq_algebra::UnitDualQuaternion;
 use dq_bags::BagMessage;
+use dq_check::Gaps;
 use dq_common::text::{NAME, shown};
 use dq_config::ServoParameters;
-use dq_core::servo::{Goal, GoalError, Interface, Settings, StateError};
-use dq_limits::check::Gaps;
+use dq_core::servo::{Goal, Interface, Settings, StateError};
 use dq_link::longest_travel;
 use dq_messages::messages::{
     DiagnosticStatus, Float64MultiArray, JointState, JointTrajectory, TwistStamped, UInt8MultiArray,
 };
+use dq_metrics::GoalError;
 use dq_wire::{Command, CycleRecord, MotionReport, ServoKind, StatusReport, command_topic};
 use std::time::Duration;
 
-/// The largest number of points of a curve, about fifty per pixel of a figure, so that a long run needs no more memory than a short one.
+/// The largest number of points of a curve, about fifty per pixel of a figure. So a long run needs no more memory than a short one.
 const POINTS: usize = 1 << 15;
 
-/// The largest number of changes, and of laws, each of which has a curve.
+/// The largest number of changes. It also limits the number of laws, because each has a curve.
 const CHANGES: usize = 1 << 13;
 const LAWS: usize = 1 << 9;
 
@@ -44,25 +45,25 @@ pub(super) trait Reader {
     /// Processes a message that was recorded at `time` \[s\], counted from `origin` \[ns\].
     fn take(&mut self, time: f64, origin: i64, message: &BagMessage);
 
-    /// Returns the run, or why it cannot be drawn.
+    /// Returns the run, or the reason why it cannot be drawn.
     fn finish(self: Box<Self>) -> Result<RecordedRun, String>;
 }
 
-/// Reads the messages of one servo, or of an arm with an unknown servo.
+/// Reads the messages of one servo, or of an arm whose servo is unknown.
 pub(super) struct RunReader {
     run: RecordedRun,
     namespace: String,
     node: Option<String>,
     kind: ServoKind,
     parameters: ServoParameters,
-    /// The parameters that are announced later, with their times \[ns\]; the next ones are last.
+    /// The parameters that are announced later, with their times \[ns\]. The next ones are last in the list.
     announced: Vec<(i64, ServoParameters)>,
-    /// Which arms have reported a state at all, and since the last sample.
+    /// Whether each arm has reported a state since the start, and whether since the last sample.
     heard: Vec<bool>,
     fresh: Vec<bool>,
     positions: Vec<f64>,
     velocities: Vec<f64>,
-    /// The highest speed limit of each joint so far [rad/s].
+    /// The highest speed limit of each joint up to the present time [rad/s].
     fastest: Vec<f64>,
     /// Checks the keep-outs, if constraints are on.
     gaps: Option<Gaps>,
@@ -76,12 +77,13 @@ pub(super) struct RunReader {
     /// Whether the servo sent nothing in that cycle.
     sent_nothing: bool,
     motions: MotionRows,
-    /// Why the first joint state that is not of this arm could not be used.
+    /// The reason why the first joint state that does not belong to this arm could not be used.
     unusable: Option<StateError>,
 }
 
 impl RunReader {
-    /// Creates the reader of the servo `node` in `namespace`, which ends with a slash. `parameters` are those at the start.
+    /// Creates the reader of the servo `node` in `namespace`, which ends with a slash. `parameters` are the parameters at the
+    /// start.
     pub fn new(name: String, namespace: &str, node: Option<String>, parameters: ServoParameters) -> Self {
         let kind = ServoKind::of(&parameters.arms);
         let count = parameters.arms.joint_count();
@@ -145,7 +147,7 @@ impl RunReader {
         }
     }
 
-    /// Takes what the servo announced at each of its starts.
+    /// Takes the parameters that the servo announced at each of its starts.
     pub fn announce(&mut self, lives: &[AnnouncedParameters]) -> Result<(), RunError> {
         for (number, life) in lives.iter().enumerate() {
             let mut store = life.initial(self.kind)?;
@@ -164,12 +166,12 @@ impl RunReader {
                 self.announced.push((change.stamp.nanoseconds(), self.kind.from_store(&store)?));
             }
         }
-        // The next one is last.
+        // The next parameters are last in the list.
         self.announced.sort_by_key(|(stamp, _)| std::cmp::Reverse(*stamp));
         Ok(())
     }
 
-    /// Applies the parameters that were announced by `time` \[s\].
+    /// Applies the parameters that were announced up to `time` \[s\].
     fn apply_until(&mut self, time: f64, origin: i64) {
         let seconds = |stamp: i64| (i128::from(stamp) - i128::from(origin)) as f64 * 1e-9;
         while let Some((stamp, _)) = self.announced.last().filter(|(stamp, _)| seconds(*stamp) <= time) {
@@ -230,7 +232,7 @@ impl RunReader {
         let jumped = self.has_jumped(time);
         let ServoParameters { arms, settings, .. } = &mut self.parameters;
         arms.evaluate(&self.positions);
-        // Check an arm that was moved elsewhere from its new position on.
+        // If an arm was moved by others, check it from its new position on.
         if jumped {
             self.gaps = gaps(settings);
         }
@@ -246,8 +248,8 @@ impl RunReader {
         });
     }
 
-    /// Returns whether a joint moved farther since the last sample than any speed limit so far allows. A lower limit does not count at
-    /// once, because the joint still brakes.
+    /// Returns whether a joint moved farther since the last sample than any speed limit up to now allows. A limit that was just
+    /// lowered does not count, because the joint still brakes.
     fn has_jumped(&self, time: f64) -> bool {
         let kinds = self.parameters.arms.joint_kinds();
         self.run.samples.last().is_some_and(|last| {
@@ -456,7 +458,7 @@ mod tests {
     use super::*;
     use dq_config::ForArm;
 
-    /// Returns why a bag with this joint state, if any, cannot be drawn.
+    /// Returns the reason why a bag with this joint state, if there is one, cannot be drawn.
     fn refused(state: Option<(&[&str], &[f64])>) -> String {
         let parameters = ServoParameters::for_arm("panda").unwrap();
         let mut reader = RunReader::new("run".to_owned(), "/", None, parameters);

@@ -1,5 +1,5 @@
-//! The runs of a bag as curves, from the reports of its servos and the joint states. The bag is read twice and never kept in memory: first
-//! for the announced parameters, then for everything else.
+//! Reads the runs of a bag as curves, from the reports of its servos and from the joint states. Reads the bag twice and never keeps
+//! it in memory: first for the announced parameters, then for all else.
 
 use super::announced::{Announced, AnnouncedParameters};
 use super::reader::{Reader, RunReader};
@@ -13,7 +13,7 @@ use std::collections::HashMap;
 use std::path::Path;
 use std::sync::Arc;
 
-/// The types from which the curves are made.
+/// The types of messages from which the curves are made.
 const TYPES: [&str; 6] = [
     "sensor_msgs/msg/JointState",
     "std_msgs/msg/Float64MultiArray",
@@ -26,19 +26,19 @@ const TYPES: [&str; 6] = [
 /// The largest number of arms that are drawn.
 const MOST: usize = 64;
 
-/// The runs of a bag, and what could not be read.
+/// The runs of a bag, and the parts that could not be read.
 #[derive(Debug)]
 pub struct Recorded {
-    /// One run for each servo, and for each arm with an unknown servo.
+    /// The runs: one for each servo, and one for each arm whose servo is unknown.
     pub runs: Vec<RecordedRun>,
-    /// Why something is not drawn, one line each.
+    /// The reasons why something is not drawn, one line each.
     pub warnings: Vec<String>,
-    /// The damaged parts.
+    /// The damaged parts of the bag.
     pub losses: UnreadableParts,
 }
 
-/// Reads the runs of the bag at `path`, which is called `name` in messages. Arms whose servo's parameters are not in the bag have those of
-/// `fallback`.
+/// Reads the runs of the bag at `path`. Messages call the bag `name`. An arm has the parameters `fallback` if its servo's
+/// parameters are not in the bag.
 ///
 /// # Errors
 /// [`RunError::Bag`]; [`RunError::NoRobot`] if nothing can be drawn; [`RunError::Parameters`].
@@ -53,7 +53,7 @@ pub fn recorded(path: &Path, name: &str, fallback: &ServoParameters) -> Result<R
         let hearers = targets.entry(message.topic.clone()).or_insert_with(|| {
             (0..readers.len()).filter(|number| readers[*number].hears(&message.topic)).collect()
         });
-        // Time increases, whatever a damaged bag contains.
+        // The time increases, whatever a damaged bag contains.
         time = seconds(&message, origin).max(time);
         for number in hearers {
             readers[*number].take(time, origin, &message);
@@ -129,7 +129,7 @@ fn of_servo(
     Ok(Box::new(reader))
 }
 
-/// Returns the starts of a servo that have the same joints as its last start. The other starts were with another robot.
+/// Returns the starts of a servo with the same joints as its last start. At other starts it had another robot.
 fn of_last_robot(
     kind: ServoKind,
     lives: &[AnnouncedParameters],

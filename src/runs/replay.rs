@@ -1,5 +1,5 @@
-//! Replays a recorded run without DDS: gives the recorded inputs of its servos (`~/events`) to the servo cycle, at the recorded times, and
-//! compares the commands with the recorded ones.
+//! Replays a recorded run without DDS. The servo cycle gets the recorded inputs of the bag's servos (`~/events`) at the recorded
+//! times. Its commands are compared with the recorded ones.
 
 use super::announced::bounded;
 use super::motion_rows::MotionRows;
@@ -17,50 +17,50 @@ use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::Duration;
 
-/// The comparison of a servo's recorded and replayed commands.
+/// The comparison of a servo's replayed commands with the recorded ones.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Replayed {
-    /// The servo's node.
+    /// The name of the servo's node.
     pub node: String,
-    /// The number of commands compared.
+    /// The number of commands that were compared.
     pub commands: u64,
     /// The number of commands that differ in any bit.
     pub different: u64,
-    /// The number of these for which the replay sends nothing.
+    /// The number of differing commands for which the replay sends nothing.
     pub not_sent: u64,
     /// The largest difference of a joint's command, in `unit`.
     pub largest_difference: f64,
     /// The unit of the commands.
     pub unit: &'static str,
-    /// The cycle time of the first command that differs, counted from the first cycle \[s\].
+    /// When the first command differs, by the time of its cycle, counted from the first cycle \[s\].
     pub first_difference_s: Option<f64>,
-    /// The intervals in which commands were compared, in cycle time counted from the first cycle \[s\].
+    /// The intervals in which commands were compared \[s\]. They count cycle times from the first cycle.
     pub judged_s: Vec<(f64, f64)>,
-    /// The number of commands that could not be compared, because earlier cycles are missing and no replay could begin since.
+    /// The number of commands that could not be compared: earlier cycles are missing, and no replay could begin since.
     pub not_judged: u64,
-    /// The number of missing cycles. Each gap ends the comparison until the next cycle with a saved state.
+    /// The number of missing cycles. A gap ends the comparison until the next cycle with a saved state.
     pub inputs_missing: u64,
-    /// The number of cycles that are repeated or out of order. They are compared once.
+    /// The number of cycles that are repeated or out of order. Each of them is compared once.
     pub repeated: u64,
     /// The number of messages that cannot be read.
     pub damaged: u64,
-    /// The motions of the replay, with times from the first command on \[s\].
+    /// The motions of the replay. Their times count from the first command \[s\].
     pub motions: Vec<MotionRow>,
-    /// Why nothing is replayed.
+    /// The reason why nothing is replayed; `None` if something is.
     pub why_not: Option<String>,
 }
 
-/// Replays every servo of a bag from the first cycle with a saved state, and after missing cycles from the next such cycle.
+/// Replays every servo of a bag from the first cycle with a saved state. After missing cycles, continues at the next such cycle.
 ///
 /// # Errors
-/// [`RunError::NotReplayable`] if no command of any servo could be compared, with the reason; [`RunError`] if a servo's parameters are
-/// invalid.
+/// [`RunError::NotReplayable`] with the reason if no command of any servo could be compared; [`RunError`] if a servo's parameters
+/// are invalid.
 pub fn replay(bag: &mut Bag) -> Result<Vec<Replayed>, RunError> {
     /// The largest number of servos that are replayed.
     const MOST: usize = 64;
     let mut servos = BTreeMap::<_, Replica>::new();
     bag.give_only(&[UInt8MultiArray::TYPE]);
-    // The list of topics suffices to refuse the bag.
+    // The list of topics is enough to reject the bag.
     let messages = if bag.topics().iter().any(is_record) { Some(bag) } else { None };
     for message in messages.into_iter().flatten() {
         let Some(node) = message.topic.strip_suffix("/events") else { continue };
@@ -84,8 +84,8 @@ fn is_record(topic: &Topic) -> bool {
     topic.name.ends_with("/events") && topic.message == UInt8MultiArray::TYPE
 }
 
-/// Returns for each servo of a bag, by its node, from how many seconds after the bag's beginning it can be replayed, or `None` if it cannot
-/// be. Reads no more of the bag than necessary.
+/// Returns, for the node of each servo of a bag, from when it can be replayed: seconds after the bag's beginning, or `None` if it
+/// cannot be replayed. Reads no more of the bag than necessary.
 pub fn replayable_from(mut bag: Bag) -> BTreeMap<String, Option<f64>> {
     let records = bag.topics().into_iter().filter(is_record);
     let node = |topic: &str| topic.strip_suffix("/events").map(|node| shown(node, NAME));
@@ -109,13 +109,13 @@ pub fn replayable_from(mut bag: Bag) -> BTreeMap<String, Option<f64>> {
 struct Replica {
     replayed: Replayed,
     motions: MotionRows,
-    /// The times of the first cycle that was compared, and of the last cycle that was read.
+    /// The time of the first cycle that was compared, and that of the last cycle that was read.
     first: Option<Duration>,
     last: Option<Duration>,
     running: Option<Running>,
 }
 
-/// The running servo, until a cycle is missing.
+/// A servo that runs in the replay until a cycle is missing.
 struct Running {
     kind: ServoKind,
     store: ParameterStore,
@@ -142,7 +142,7 @@ impl Running {
 
     /// Gives the servo a recorded event.
     fn take(&mut self, recorded: &Recorded) -> Result<(), RunError> {
-        // Events that are rejected were also rejected in the recording.
+        // Events that are rejected were rejected in the recording, too.
         if let Recorded::Parameters(RecordedParameters { values, drawn }) = recorded {
             self.store = self.store.with(&bounded(values.clone())?)?;
             let settings = with_drawn(self.kind.from_store(&self.store)?.settings, drawn);
@@ -163,7 +163,7 @@ impl Running {
     }
 }
 
-/// Adds the drawn keep-outs to the settings, if they can be parsed.
+/// Adds the live keep-outs to the settings, if they can be parsed.
 fn with_drawn(settings: Settings, drawn: &[String]) -> Settings {
     let solids: Vec<KeepOut> = drawn.iter().filter_map(|text| text.parse().ok()).collect();
     settings.keeping_out_of(&solids).unwrap_or(settings)
@@ -211,7 +211,7 @@ impl Replica {
         self.replayed.unit = if takes_positions { "rad, prismatic: m" } else { "rad/s, prismatic: m/s" };
         let first = *self.first.get_or_insert(record.now);
         let time = record.now.saturating_sub(first).as_secs_f64();
-        // A damaged state may be decodable and still inconsistent.
+        // A damaged state may be decoded and still be inconsistent.
         let cycle = AssertUnwindSafe(|| running.cycle(record).map(|sent| sent.map(<[f64]>::to_vec)));
         let Ok(sent) = catch_unwind(cycle) else {
             self.running = None;
@@ -231,7 +231,7 @@ impl Replica {
         self.replayed
     }
 
-    /// Returns the reason if no command was compared.
+    /// Returns the reason why no command was compared; `None` if one was.
     fn why_not(&self) -> Option<String> {
         let Replayed { node, commands, not_judged, damaged, .. } = &self.replayed;
         let why = match (self.first, self.last) {

@@ -2,68 +2,69 @@
 
 use super::Thinned;
 use dq_algebra::UnitDualQuaternion;
-use dq_core::servo::{Figures, GoalError, Limits, Tolerance, Violation};
+use dq_core::servo::{Limits, Violation};
 use dq_kinematics::arm::Chain;
 use dq_messages::PoseNumbers;
+use dq_metrics::{Figures, GoalError, Tolerance};
 use dq_space::space::{KeepOut, MOST_KEEP_OUTS, Scene};
 use serde::Serialize;
 use std::ops::Range;
 
-/// The run of one servo, or of an arm with an unknown servo. Times are counted from the first motion \[s\], or from the beginning of the
-/// run if it has no motion.
+/// The run of one servo, or of an arm whose servo is unknown. Times count from the first motion \[s\]; in a run without a motion,
+/// from its beginning.
 #[derive(Clone, Debug)]
 pub struct RecordedRun {
-    /// The name of the bag, and the namespace.
+    /// The name of the bag, and the namespace of the run.
     pub name: String,
-    /// The joint names, arm after arm; for two arms with the arm's prefix.
+    /// The joint names, arm after arm. With two arms, each has the prefix of its arm.
     pub joints: Vec<String>,
-    /// The arms, in the base frame of the first.
+    /// The arms, in the base frame of the first arm.
     pub arms: Vec<Chain>,
-    /// A sample at each joint state; in a long run at some of them.
+    /// A sample for each joint state; in a long run, for some of them.
     pub samples: Thinned<Sample>,
     /// The commands of each arm.
     pub commands: Vec<ArmCommands>,
-    /// The reported distances to the goal, with times; NaN separates periods with a goal.
+    /// The reported distances from the goal, with their times. NaN separates periods that have a goal.
     pub errors: Thinned<(f64, GoalError)>,
-    /// The distances between the two nearest parts that the servo reported, with times \[m\]; NaN if no parts were near.
+    /// The distances between the two nearest parts that the servo reported \[m\], with their times; NaN if no parts were near.
     pub clearances: Thinned<(f64, f64)>,
-    /// The keep-outs at any time, with their first shapes.
+    /// All keep-outs of the run, with their first shapes.
     pub keep_outs: Vec<KeepOut>,
-    /// The keep-ins at any time, with their first shapes.
+    /// All keep-ins of the run, with their first shapes.
     pub keep_ins: Vec<KeepOut>,
-    /// When the arm was first inside a keep-out or itself, other than at its start.
+    /// When the arm was first inside a keep-out or itself, apart from its start.
     pub inside: Option<(f64, Violation)>,
-    /// The deviation of each cycle from its period \[ms\]; in a long run the worst of several cycles.
+    /// The deviation of each cycle from its period \[ms\]. In a long run, an entry has the worst of several cycles.
     pub jitter: Thinned<(f64, f64)>,
     /// The changes of goal, law or state.
     pub changes: Thinned<Change>,
-    /// The laws with the times since which they were in force; empty if unknown.
+    /// The laws, with the times from which they were in force; empty if unknown.
     pub laws: Thinned<(f64, String)>,
-    /// The goals with the times since which they were in force, including those of streams.
+    /// The goals, with the times from which they were in force. They include the goals of streams.
     pub goals: Thinned<(f64, UnitDualQuaternion)>,
     /// The motions to the goals that the servo reported.
     pub motions: Vec<MotionRow>,
-    /// The limits of the commands, each with the time from which it holds. The first holds from the beginning.
+    /// The limits of the commands, each with the time from which it applies. The first limits apply from the beginning.
     pub limits: Vec<(f64, Limits)>,
-    /// The thresholds of damping, each with the time from which it holds, like the limits.
+    /// The thresholds of damping, each with the time from which it applies. The first one applies from the beginning.
     pub damping_thresholds: Vec<(f64, f64)>,
     /// The goal tolerance when the servo started.
     pub tolerance: Tolerance,
-    /// Whether the servo's parameters are in the bag; otherwise they are presumed.
+    /// Whether the servo's parameters are in the bag. If not, default parameters are assumed.
     pub parameters_known: bool,
-    /// The interval that figures show. Parts far away from it are left out.
+    /// The interval that figures show. Parts that are far away from it are left out.
     pub shown: Range<f64>,
-    /// What is not shown, one line each.
+    /// Notes about parts that are not shown, one line each.
     pub notes: Vec<String>,
 }
 
-/// A longer gap between joint states \[s\] separates two parts of a run.
+/// A longer gap between joint states separates two parts of a run \[s\].
 const APART: f64 = 60.0;
 
-/// A gap longer than this multiple of the duration of all parts separates parts that are far from each other.
+/// A gap separates parts that are far from each other if it is longer than the duration of all parts times this.
 const FAR: f64 = 10.0;
 
-/// Returns the interval \[s\] of each part of a run that is far from the others, and its number of states.
+/// Returns the interval \[s\] of each part of a run that is far from the other parts, and its number of states.
 fn parts(times: impl Iterator<Item = f64> + Clone) -> Vec<(Range<f64>, usize)> {
     let steps = times.clone().zip(times.clone().skip(1)).map(|(one, next)| next - one);
     let recorded: f64 = steps.filter(|step| *step <= APART).sum();
@@ -79,26 +80,27 @@ fn parts(times: impl Iterator<Item = f64> + Clone) -> Vec<(Range<f64>, usize)> {
     parts
 }
 
-/// The commands of one arm, with times; in a long run the largest velocities of several commands.
+/// The commands of one arm, with their times. In a long run, several commands share an entry, with the largest velocity of each
+/// joint.
 #[derive(Clone, Debug)]
 pub struct ArmCommands {
     /// The index of the arm's first joint among all joints.
     pub first_joint: usize,
     /// The velocities [rad/s, prismatic: m/s].
     pub velocities: Thinned<(f64, Vec<f64>)>,
-    /// The positions \[rad, prismatic: m\]; NaN separates sequences of positions that are not continuous.
+    /// The positions \[rad, prismatic: m\]. NaN separates sequences of positions that do not continue each other.
     pub positions: Thinned<(f64, Vec<f64>)>,
 }
 
 impl RecordedRun {
-    /// Returns whether it has measured or commanded speeds.
+    /// Returns whether the run has measured or commanded speeds.
     pub fn has_speeds(&self) -> bool {
         let mut measured = self.samples.iter().map(|sample| &sample.velocities);
         self.commands.iter().any(|arm| !arm.velocities.is_empty())
             || measured.any(|speeds| speeds.iter().all(|speed| speed.is_finite()))
     }
 
-    /// Returns the smallest clearance \[m\], if the servo reported any.
+    /// Returns the smallest clearance \[m\]; `None` if the servo reported none.
     pub fn least_clearance(&self) -> Option<f64> {
         self.clearances.iter().map(|(_, clearance)| *clearance).filter(|it| it.is_finite()).reduce(f64::min)
     }
@@ -117,7 +119,7 @@ impl RecordedRun {
         }
     }
 
-    /// Selects the part with most joint states to be shown, and notes the others.
+    /// Selects the part with the most joint states to be shown, and adds notes about the other parts.
     pub(super) fn show_most(&mut self) {
         let parts = parts(self.samples.iter().map(|sample| sample.time));
         let Some((shown, _)) = parts.iter().max_by_key(|(_, count)| *count).cloned() else { return };
@@ -138,7 +140,7 @@ impl RecordedRun {
         self.shown = shown;
     }
 
-    /// Subtracts `zero` \[s\] from all times.
+    /// Subtracts `zero` from all times \[s\].
     pub(super) fn begin_at(&mut self, zero: f64) {
         self.shown = self.shown.start - zero..self.shown.end - zero;
         self.samples.iter_mut().for_each(|sample| sample.time -= zero);
@@ -158,7 +160,7 @@ impl RecordedRun {
     }
 }
 
-/// The run at one time.
+/// The state of a run at one time.
 #[derive(Clone, Debug)]
 pub struct Sample {
     /// The time \[s\].
@@ -169,13 +171,13 @@ pub struct Sample {
     pub velocities: Vec<f64>,
     /// The controlled pose.
     pub pose: UnitDualQuaternion,
-    /// Whether the robot or its tool jumped here, so that no path leads here from the previous sample.
+    /// Whether the robot or its tool jumped at this time, so that no path leads here from the previous sample.
     pub jumped: bool,
-    /// The smallest singular value of the Jacobian of what is controlled.
+    /// The smallest singular value of the controlled Jacobian.
     pub smallest_singular_value: f64,
 }
 
-/// The kinds of changes that figures mark.
+/// A kind of change that figures mark.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ChangeKind {
     /// A motion to another goal began.
@@ -200,25 +202,25 @@ pub struct Change {
 /// A motion to a goal, as the servo reported it.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct MotionRow {
-    /// The bag and the servo.
+    /// The name of the bag, and of the servo.
     pub run: String,
-    /// The number of the motion in this bag, from 1.
+    /// The number of the motion in this bag, counted from 1.
     pub motion: usize,
-    /// The law at the start, followed by those of later reports.
+    /// The law at the start, followed by the laws of later reports.
     pub law: String,
-    /// The law's gains.
+    /// The gains of the law, as text.
     pub gains: String,
-    /// When it began \[s\].
+    /// When the motion began \[s\].
     pub start_s: f64,
-    /// The outcome, in a word.
+    /// The name of the outcome.
     pub outcome: String,
-    /// The reason, if the outcome alone does not tell.
+    /// The reason for the outcome, if the outcome needs one to be understood.
     pub why: Option<String>,
-    /// Whether the arm has moved to another configuration on its way.
+    /// Whether the arm has started a reconfiguration during the motion.
     pub reconfigured: bool,
     /// The publisher of the goal.
     pub asked_by: Option<String>,
-    /// The goal; of a stream the last one.
+    /// The goal; the last goal of a stream.
     pub goal: Option<PoseNumbers>,
     /// The figures of the motion.
     #[serde(flatten)]
@@ -244,7 +246,7 @@ mod tests {
         assert_eq!(ends(run(5.0).chain([year]).collect()), [(5.0, 100), (year, 1)]);
         assert_eq!(ends(run(0.0).chain(run(2.0 * 86_400.0)).collect()), [(0.0, 100), (2.0 * 86_400.0, 100)]);
         assert_eq!(ends(vec![7.0]), [(7.0, 1)]);
-        // A recording of an hour with a state per minute is one part.
+        // A recording of an hour that has one state per minute is a single part.
         assert_eq!(ends((0..60).map(|minute| 60.0 * f64::from(minute)).collect()), [(0.0, 60)]);
     }
 }

@@ -1,12 +1,12 @@
-//! A time series that is limited to what a figure can show.
+//! A time series whose length is limited to what a figure can show.
 
 use std::ops::{Deref, DerefMut};
 
-/// A time series with a limited length. When it is full, every other entry is dropped, now and in the future. The first and the last entry
-/// are always kept.
+/// A time series of limited length. When it is full, it drops every other entry, now and in the future. It always keeps the first
+/// and the last entry.
 #[derive(Clone, Debug)]
 pub struct Thinned<T> {
-    /// Every `stride`th entry, and the last one.
+    /// The entries that are kept: every `stride`th one, and the last one.
     kept: Vec<T>,
     stride: usize,
     came: usize,
@@ -15,7 +15,8 @@ pub struct Thinned<T> {
 }
 
 impl<T> Thinned<T> {
-    /// Creates an empty series of at most `most` entries. `merge` adds to an entry the part of a dropped previous entry that must not be lost.
+    /// Creates an empty series of at most `most` entries. When an entry is dropped, `merge` adds to the next entry what must not be
+    /// lost.
     pub(super) fn new(most: usize, merge: fn(&mut T, &T)) -> Self {
         Self { kept: Vec::new(), stride: 1, came: 0, most, merge }
     }

@@ -1,4 +1,4 @@
-//! The answers to a browser.
+//! The answers to a browser's requests.
 
 use serde::Serialize;
 
@@ -7,7 +7,7 @@ use serde::Serialize;
 pub struct Answer {
     /// Whether the request succeeded.
     pub ok: bool,
-    /// What was done, or why not.
+    /// What was done, or the reason why nothing was done.
     pub text: String,
 }
 
@@ -22,7 +22,7 @@ impl Answer {
         Self { ok: false, text: why.to_string() }
     }
 
-    /// Returns the frame that shows the answer to all browsers, whichever of them asked.
+    /// Returns the frame that shows the answer to all browsers, also to those that did not ask.
     pub fn broadcast(&self) -> String {
         self.frame(None)
     }

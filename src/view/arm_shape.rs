@@ -8,20 +8,20 @@ use nalgebra::{Point3, Vector3};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
-/// The color of shapes without a color.
+/// The color of shapes that have no color of their own.
 const GREY: Rgb = [0.78, 0.8, 0.82];
 
 /// The size of the smallest detail, as a fraction of the arm's reach.
 const CELL: f64 = 1e-3;
 
-/// The largest number of triangles, more than any robot's description has. The rest is left out.
+/// The largest number of triangles, which is larger than that of any robot's description. Further triangles are left out.
 const MOST: usize = 1_000_000;
 
 /// The triangles of the arm, and what could not be read.
 pub(super) struct ArmShape {
-    /// The surfaces by the number of the link that carries them, from 1; 0 is the base.
+    /// The surfaces, by the number of the link that carries them. Links are counted from 1; 0 is the base.
     surfaces: Vec<Surface>,
-    /// Why some shapes are missing.
+    /// The reasons why some shapes are missing.
     pub missing: Vec<String>,
 }
 
@@ -34,17 +34,18 @@ pub(super) struct Model {
     pub frames: [String; 2],
     /// The arm that the page shows.
     pub chain: Chain,
-    /// The file that the servo has read.
+    /// The path of the file that the servo has read; `None` if the description came from elsewhere.
     pub file: Option<PathBuf>,
 }
 
 impl ArmShape {
-    /// Returns the shapes of the description; `None` if there are none.
+    /// Returns the shapes of the description; `None` if it has no shapes.
     pub fn of(model: &Model) -> Option<Self> {
         let Model { text, frames: [base, tool], chain, file } = model;
         let description = Description::read(text, base, tool).ok()?;
         let links = description.places(chain).ok()?;
-        // A text that differs from the file came from elsewhere, so that its relative names do not refer to the file's folder.
+        // If the text differs from the file, the description came from elsewhere. Then its relative names do not refer to the
+        // file's folder.
         let read = |file: &&PathBuf| text_file::read(file, LONGEST_DESCRIPTION as u64);
         let file = file.as_ref().filter(|file| read(file).is_ok_and(|own| own == *text));
         let cell = CELL * chain.reach(std::iter::repeat((0.0, 0.0))).max(1e-3);
@@ -106,7 +107,7 @@ impl ArmShape {
 fn scaled(triangle: &Triangle, scale: &Vector3<f64>) -> Triangle {
     triangle.map(|Corner { place, normal }| {
         let place = Point3::from(place.coords.component_mul(scale));
-        // Normals are scaled inversely. Scales are usually positive.
+        // Normals are divided by the scale, not multiplied. Scales are usually positive.
         let normal = normal.component_div(scale).try_normalize(1e-12).unwrap_or(normal);
         Corner { place, normal }
     })

@@ -7,7 +7,7 @@ use serde::Deserialize;
 #[derive(Clone, Debug, Deserialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Request {
-    /// The number that the answer repeats.
+    /// The number of the request. The answer repeats it.
     pub id: u32,
     /// The request.
     pub ask: Ask,
@@ -28,19 +28,19 @@ pub enum Ask {
     Jog {
         /// The tool point's velocity along the axes of the goal frame [m/s].
         linear: [f64; 3],
-        /// The tool's angular velocity about these axes [rad/s].
+        /// The tool's angular velocity about the same axes [rad/s].
         angular: [f64; 3],
     },
     /// Set a parameter of the servo.
     Set {
-        /// The parameter.
+        /// The name of the parameter.
         name: String,
-        /// A boolean, a number or a text.
+        /// The value: a boolean, a number or a text.
         value: serde_json::Value,
     },
     /// Bring the arm to rest, and keep the goal.
     Pause,
-    /// Go on after a pause.
+    /// Resume after a pause.
     Resume,
     /// Bring the arm to rest, and drop the goal.
     Stop,
@@ -48,7 +48,7 @@ pub enum Ask {
     Reset,
     /// Send two simulated arms to the same goal under two laws.
     Race {
-        /// The laws.
+        /// The names of the two laws.
         laws: [String; 2],
     },
     /// Begin a recording.
@@ -61,7 +61,7 @@ impl Request {
     /// Reads a text frame.
     ///
     /// # Errors
-    /// Why it is not a valid request, in a sentence.
+    /// The reason why the text is not a valid request, as a sentence.
     pub fn read(text: &str) -> Result<Self, String> {
         serde_json::from_str(text).map_err(|why| format!("not a request: {}", cut(&why.to_string())))
     }

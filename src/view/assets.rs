@@ -38,7 +38,7 @@ const FILES: [Asset; 21] = [
     ("/theatre.js", SCRIPT, include_str!("page/theatre.js")),
 ];
 
-/// Nothing from other servers, nothing inline, not in a frame.
+/// The policy for the browser: load nothing from other servers, nothing inline, and not in a frame.
 const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; \
                       base-uri 'none'; form-action 'none'; frame-ancestors 'none'; connect-src 'self'";
 
@@ -79,7 +79,7 @@ pub(super) fn guarded(mut response: Response, host: Option<&str>) -> Response {
     response
 }
 
-/// Returns the colors of the figures as a style sheet. In dark mode, colors that are too dark are lighter.
+/// Returns the colors of the figures as a style sheet. In dark mode, colors that would be too dark are lighter.
 fn colors() -> String {
     let sheet = |shown: fn(Color) -> Color| {
         let line = |(name, color)| {
@@ -101,7 +101,7 @@ fn named_colors() -> impl Iterator<Item = (String, Color)> {
 /// The relative luminance (WCAG 2) that a color needs for a contrast of 4 : 1 on the dark page.
 const VISIBLE: f64 = 0.18;
 
-/// Mixes the color with as much white as it needs to be visible on black.
+/// Mixes the color with white until it is visible on black.
 fn for_the_dark(color: Color) -> Color {
     let with_white = |percent: u32| {
         let mixed = |part: u8| (u32::from(part) + (255 - u32::from(part)) * percent / 100) as u8;

@@ -1,17 +1,17 @@
 //! Access control: checks Host, Origin and token.
 //!
-//! A page of another site can make its visitor's browser connect to this server, under a name that the site resolves to this host (DNS
-//! rebinding). But such a page cannot send the name of this host in `Host`, and cannot remove its own `Origin`.
+//! A page of another site can make a visitor's browser connect to this server, under a name that the site resolves to this host
+//! (DNS rebinding). But such a page cannot send the name of this host in `Host`, and cannot remove its own `Origin`.
 
 use hyper::header::{COOKIE, HOST, HeaderName, HeaderValue, ORIGIN};
 use hyper::{HeaderMap, Uri};
 use std::net::{IpAddr, SocketAddr};
 use thiserror::Error;
 
-/// Why a request is refused.
+/// The reason why a request is refused.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 pub(super) enum Refusal {
-    /// The `Host` is not this server's name.
+    /// The `Host` is not the name of this server.
     #[error("the Host is not this server's")]
     Host,
     /// The request comes from another page's script.
@@ -27,7 +27,7 @@ pub(super) enum Refusal {
 pub(super) struct Guest {
     /// The server's name in the request.
     pub host: String,
-    /// The cookie that stores the token, if the browser came by the link.
+    /// The cookie that stores the token, if the browser sent the token in the address.
     pub cookie: Option<HeaderValue>,
 }
 
@@ -36,9 +36,9 @@ pub(super) struct Guest {
 pub(super) struct Guard {
     /// The name or address on which the server was asked to listen.
     name: String,
-    /// Whether it listens on loopback only.
+    /// Whether the server listens on loopback only.
     loopback: bool,
-    /// The token without which a browser is refused: other users of this host, and other hosts, can reach the server too.
+    /// The token without which a browser is refused. Other users of this host, and other hosts, can reach the server too.
     token: String,
 }
 
@@ -56,7 +56,7 @@ impl Guard {
         &self.token
     }
 
-    /// Admits a browser with the token: in the address, as by the link, or in the cookie of an earlier answer.
+    /// Admits a browser with the token. The token is in the address of the link, or in the cookie of an earlier answer.
     ///
     /// # Errors
     /// [`Refusal`] with the failed check.
@@ -76,14 +76,14 @@ impl Guard {
         }
     }
 
-    /// Compares in a time that does not depend on the position of the first difference.
+    /// Compares `given` with the token, in a time that does not depend on the position of the first difference.
     fn is_token(&self, given: &str) -> bool {
         let difference = self.token.bytes().zip(given.bytes()).fold(0, |all, (a, b)| all | (a ^ b));
         self.token.len() == given.len() && difference == 0
     }
 
-    /// Checks the headers of a request, and returns its `Host`. A browser's script always sends its `Origin` when it opens a WebSocket.
-    /// Other programs need not.
+    /// Checks the headers of a request, and returns the `Host`. A browser's script always sends its `Origin` when it opens a
+    /// WebSocket. Other programs need not send one.
     fn check<'a>(&self, headers: &'a HeaderMap) -> Result<&'a str, Refusal> {
         let host = single(headers, HOST).filter(|host| self.is_ours(host)).ok_or(Refusal::Host)?;
         match headers.contains_key(ORIGIN) {
@@ -96,8 +96,8 @@ impl Guard {
         }
     }
 
-    /// Returns whether a `Host` is this server: its address, `localhost`, or the name on which it was asked to listen. The port is ignored,
-    /// because a tunnel (`ssh -L`) may change it.
+    /// Returns whether `host` names this server: by its address, `localhost`, or the name on which it was asked to listen. The port
+    /// is ignored, because a tunnel (`ssh -L`) may change it.
     fn is_ours(&self, host: &str) -> bool {
         let Some(name) = without_port(host) else { return false };
         let name = name.to_ascii_lowercase();
@@ -115,7 +115,7 @@ fn single(headers: &HeaderMap, name: HeaderName) -> Option<&str> {
     values.next().is_none().then_some(value)
 }
 
-/// Strips the port: `a:1` becomes `a`, `[::1]:1` becomes `::1`. Returns `None` if the rest is not a port.
+/// Strips the port: `a:1` becomes `a`, `[::1]:1` becomes `::1`. Returns `None` if the text after the name is not a port.
 fn without_port(host: &str) -> Option<&str> {
     let (name, rest) = match host.strip_prefix('[') {
         Some(bracketed) => bracketed.split_once(']')?,
@@ -125,14 +125,15 @@ fn without_port(host: &str) -> Option<&str> {
     (rest.is_empty() || rest.strip_prefix(':').is_some_and(is_port)).then_some(name)
 }
 
-/// Returns the cookie's name. Browsers share cookies between the ports of a host, so the name contains the port as the browser sees it.
+/// Returns the cookie's name. Browsers share cookies between the ports of a host, so the name contains the port that the browser
+/// uses.
 fn cookie_name(host: &str) -> String {
     let port = host.rsplit_once(':').map_or("", |(_, port)| port);
     let is_port = !port.is_empty() && port.bytes().all(|byte| byte.is_ascii_digit());
     format!("dq_servo_{}", if is_port { port } else { "80" })
 }
 
-/// Returns whether a token is valid.
+/// Returns whether a user may choose this token.
 pub(super) fn is_usable(token: &str) -> bool {
     let is_plain = |byte: u8| byte.is_ascii_alphanumeric() || b"-_".contains(&byte);
     token.len() >= SHORTEST_TOKEN && token.bytes().all(is_plain)

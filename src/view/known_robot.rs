@@ -1,21 +1,21 @@
-//! The known state of the robot, while its parameters are read and change.
+//! The known state of the robot, which also changes while its parameters are being read.
 
 use super::robot::Robot;
 use dq_messages::ParameterEvent;
 
-/// The largest number of changes while parameters are read. A failed reading is ended by the next one.
+/// The largest number of stored changes while parameters are read. A failed reading is ended by the next one.
 const MOST_CHANGES: usize = 1000;
 
-/// The parameters that were read from the servo, with all changes since the reading began.
+/// The parameters that were read from the servo, with all changes since the start of the reading.
 #[derive(Default)]
 pub(super) struct KnownRobot {
     robot: Option<Robot>,
-    /// The changes since the present reading began, which are applied to its result, because the result may be older.
+    /// The changes since the present reading began. They are applied to the result of the reading, because the result may be older.
     since: Option<Vec<ParameterEvent>>,
 }
 
 impl KnownRobot {
-    /// Returns the robot, once its parameters were read.
+    /// Returns the robot; `None` until its parameters were read.
     pub fn robot(&self) -> Option<&Robot> {
         self.robot.as_ref()
     }
@@ -35,7 +35,7 @@ impl KnownRobot {
         }
     }
 
-    /// Ends a reading: takes the result, and applies the changes since.
+    /// Ends a reading: takes the result, and applies the changes that arrived during the reading.
     pub fn end(&mut self, mut read: Robot) -> &Robot {
         self.since.take().unwrap_or_default().iter().for_each(|event| read.take(event));
         self.robot.insert(read)

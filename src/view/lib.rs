@@ -1,9 +1,10 @@
-//! The live page: a small web server that shows a servo in a browser and forwards requests of its user.
+//! The live page: a small web server that shows a servo in a browser and forwards requests of the user.
 //!
-//! The [`Peer`] is an ordinary DDS participant and knows no browsers; the [`Server`] knows browsers and no DDS. They are connected by the
-//! two [`ends`] of a channel. A state replaces the previous one and is never queued, so that no browser can delay others or the robot.
+//! The [`Peer`] is an ordinary DDS participant and knows no browsers; the [`Server`] knows browsers and no DDS. They are connected
+//! by the two [`ends`] of a channel. A state replaces the previous one and is never queued, so that no browser can delay others or
+//! the robot.
 #![warn(clippy::unwrap_used, clippy::expect_used)]
-// Both macros panic if nobody reads the stream. Results go through `cli::print`, everything else through stderr.
+// These macros panic if nobody reads the output. Results go through `cli::print`, everything else through `stderr`.
 #![warn(clippy::print_stdout, clippy::print_stderr)]
 
 mod answer;
@@ -36,10 +37,10 @@ use std::sync::Arc;
 use thiserror::Error;
 use tokio::sync::{mpsc, oneshot, watch};
 
-/// Why the page cannot be opened.
+/// The reason why the page cannot be opened.
 #[derive(Debug, Error)]
 pub enum ViewError {
-    /// The address is invalid, or not one of this host.
+    /// The address is invalid, or does not belong to this host.
     #[error("cannot listen on {address}: {why}")]
     Listen {
         /// The requested address.
@@ -58,7 +59,7 @@ pub enum ViewError {
     Ros(#[from] dq_ros::ros::RosError),
 }
 
-/// A request of a browser to the program that serves it, not to the robot.
+/// A request of a browser to the program that serves the page, not to the robot.
 #[derive(Clone, Debug)]
 pub enum BackgroundTask {
     /// Run a race, and show it.
@@ -80,23 +81,23 @@ pub struct Asked<A> {
     pub answer: oneshot::Sender<Answer>,
 }
 
-/// The robot's end: writes what browsers show, and reads their requests.
+/// The robot's end of the channel: it writes what browsers show, and reads their requests.
 pub struct RobotEnd {
-    /// The frame of what changes seldom: the arm and the parameters.
+    /// The frame of data that seldom changes: the arm and the parameters.
     pub robot: watch::Sender<Arc<str>>,
-    /// The frame of what changes all the time.
+    /// The frame of data that changes all the time.
     pub now: watch::Sender<Arc<str>>,
     /// The frame of a race.
     pub race: watch::Sender<Arc<str>>,
     /// The frame of the servo's other markers.
     pub markers: watch::Sender<Arc<str>>,
-    /// The shape of the arm in the page's format; empty without a description.
+    /// The shape of the arm in the page's format; empty if there is no description.
     pub arm_shape: watch::Sender<Arc<[u8]>>,
     /// The requests of browsers.
     pub asks: mpsc::Receiver<Asked<Ask>>,
 }
 
-/// The browsers' end.
+/// The browsers' end of the channel.
 #[derive(Clone)]
 pub struct PageEnd {
     robot: watch::Receiver<Arc<str>>,
@@ -107,10 +108,10 @@ pub struct PageEnd {
     asks: mpsc::Sender<Asked<Ask>>,
 }
 
-/// The largest number of requests that wait for the robot's end. More are refused.
+/// The largest number of requests that wait for the robot's end. Further requests are refused.
 const WAITING: usize = 64;
 
-/// Returns the two ends of a new channel, which shows nothing yet.
+/// Returns the two ends of a new channel. At first the channel has no data to show.
 pub fn ends() -> (RobotEnd, PageEnd) {
     let nothing = || watch::Sender::new(Arc::from(""));
     let (robot, now, race, markers) = (nothing(), nothing(), nothing(), nothing());

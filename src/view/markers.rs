@@ -1,12 +1,12 @@
-//! The servo's `~/markers` that the page draws too: the keep-outs, the keep-ins, and the nearest pair.
+//! The markers of the servo's `~/markers` that the page also draws: the keep-outs, the keep-ins, and the nearest pair.
 
 use dq_messages::PoseNumbers;
 use dq_messages::messages::Point;
 use dq_messages::visualization::{Marker, MarkerArray};
 use serde_json::{Value, json};
 
-/// Returns the frame that shows them: the kind, pose and size \[m\] of each solid, for a hull the corners of its triangles, and the two
-/// points of the nearest pair, if any.
+/// Returns the frame that shows the markers. It has the kind, pose and size \[m\] of each solid, for a hull the corners of the
+/// triangles, and the two points of the nearest pair, if any.
 pub(super) fn frame(drawn: &MarkerArray) -> String {
     let of = |ns: &'static str| drawn.markers.iter().filter(move |marker| marker.ns == ns);
     let solids =

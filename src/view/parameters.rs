@@ -14,7 +14,7 @@ pub(super) struct Entry {
     /// The bounds of a number, or of each number in a list.
     min: Option<f64>,
     max: Option<f64>,
-    /// The allowed texts; empty for any text.
+    /// The allowed texts; empty if any text is allowed.
     choices: Vec<String>,
     read_only: bool,
     description: String,
@@ -47,7 +47,7 @@ impl Entry {
     /// Converts a value that a browser sent to the parameter's type.
     ///
     /// # Errors
-    /// What was expected, in words.
+    /// The expected value, in words.
     pub fn value_from(&self, sent: &serde_json::Value) -> Result<Value, String> {
         let value = match self.kind {
             "boolean" => sent.as_bool().map(Value::Bool),
@@ -64,7 +64,7 @@ impl Entry {
     }
 }
 
-/// Converts a value to JSON. Other lists are left out: the page neither shows nor sets them.
+/// Converts a value to JSON. Returns `None` for other types of lists, which the page neither shows nor sets.
 fn json(value: &Value) -> Option<serde_json::Value> {
     match value {
         Value::Bool(value) => Some((*value).into()),

@@ -23,13 +23,13 @@ use std::time::{Duration, Instant};
 use tokio::sync::{Notify, OnceCell, mpsc, oneshot, watch};
 use tokio::task::JoinSet;
 
-/// The shortest time between two frames: a screen needs no more than 50 per second.
+/// The shortest time between two frames. A screen needs no more than 50 per second.
 const FRAME: Duration = Duration::from_millis(20);
 
-/// The longest time between two frames, if nothing is received.
+/// The longest time between two frames, for times in which nothing is received.
 const IDLE: Duration = Duration::from_millis(500);
 
-/// How long a service may take.
+/// The longest time that a service may take.
 const PATIENCE: Duration = Duration::from_secs(2);
 
 /// The time between two attempts to read the parameters.
@@ -44,34 +44,34 @@ pub struct Peer {
 /// The state that the tasks share.
 struct Shared {
     kind: ServoKind,
-    /// The node, locked while a client is created on it.
+    /// The node, which is locked while a client is created on it.
     node: tokio::sync::Mutex<Node>,
     names: Resolver,
     goals: Publisher<PoseStamped>,
     twists: Publisher<TwistStamped>,
-    // Connected when the servo is first heard, so that a stop does not wait for other requests.
+    // This client is connected when the servo is first heard, so that a stop does not wait for other requests.
     stop: OnceCell<Client<Trigger>>,
     pause: OnceCell<Client<SetBool>>,
     known: Mutex<KnownRobot>,
     motion: Mutex<Option<LastMotion>>,
     /// The channel for background tasks.
     tasks: mpsc::Sender<Asked<BackgroundTask>>,
-    /// Notified when the servo has appeared, so that its parameters are read.
+    /// Notified when the servo has appeared, so that the servo's parameters are read.
     appeared: Notify,
 }
 
-/// The motion to the goal in force, for a race to repeat.
+/// The motion to the goal in force. A race repeats this motion.
 #[derive(Clone)]
 struct LastMotion {
     /// The joint positions when the motion began.
     start: Vec<f64>,
-    /// The goal, of a stream the last one.
+    /// The goal; in a stream of goals, the last one.
     goal: PoseNumbers,
 }
 
 impl Peer {
-    /// Joins the graph with a node of these `names`, and keeps `end` up to date with the servo of this kind. Background tasks are sent to
-    /// `tasks`.
+    /// Joins the graph with a node of these `names`, and keeps `end` up to date with the servo of this kind. Background tasks are
+    /// sent to `tasks`.
     ///
     /// # Errors
     /// [`RosError`] if the node cannot be created.
@@ -128,7 +128,7 @@ impl Peer {
     }
 }
 
-/// Writes a frame when something is received, or else twice per second.
+/// Writes a frame when something is received, and at least twice per second.
 async fn show(
     shared: Arc<Shared>,
     mut seen: ServoMonitor,
@@ -151,7 +151,7 @@ async fn show(
                 goals = report.goal_count;
                 *motion = before.zip(report.goal).map(|(start, goal)| LastMotion { start, goal });
             } else if let (Some(motion), Some(goal)) = (motion.as_mut(), report.goal) {
-                // A stream moves the goal of its motion, for example while a goal is dragged.
+                // A stream moves the goal of its motion, for example while a user drags the goal.
                 motion.goal = goal;
             }
         }
@@ -160,7 +160,7 @@ async fn show(
             if event.node != servo {
                 return;
             }
-            // A state without changes announces a start.
+            // A state without changes announces a start of the servo.
             restarted |= event.changed_parameters.is_empty();
             known.take(event);
             if let Some(robot) = known.robot() {
@@ -193,7 +193,7 @@ async fn show_markers(drawn: Subscription<MarkerArray>, shown: watch::Sender<Arc
     }
 }
 
-/// Writes the shape of the arm from the robot description of the servo's arm. For two arms the page draws its own shape.
+/// Writes the shape of the arm from the servo's robot description. For two arms the page draws its own shape.
 async fn show_arm_shape(
     shared: Arc<Shared>,
     descriptions: Subscription<StringMessage>,
@@ -253,7 +253,8 @@ impl Shared {
         locked(&self.known)
     }
 
-    /// Returns whether there is a servo for two arms in place of one for one arm, as far as known without waiting.
+    /// Returns whether there is a servo for two arms instead of one for one arm. Does not wait, so an undiscovered servo is not
+    /// known.
     fn has_two_arms(&self) -> bool {
         if self.kind == ServoKind::TwoArms {
             return false;
@@ -295,7 +296,7 @@ impl Shared {
         Ok(Answer { ok: success, text: message })
     }
 
-    /// Repeats the motion to the goal in force under these laws.
+    /// Repeats the motion to the goal in force, once under each of these laws.
     async fn race(&self, laws: [String; 2]) -> Answer {
         if self.kind == ServoKind::TwoArms {
             return Answer::refused("laws are compared with one arm");
@@ -319,7 +320,7 @@ impl Shared {
     }
 
     fn send_goal(&self, position: [f64; 3], orientation: [f64; 4]) -> Answer {
-        // The servo would reject it too, but reports that only in its status.
+        // The servo would reject the goal too, but reports that only in its status.
         if let Err(why) = servo::Goal::new(position, orientation, "", "") {
             return Answer::refused(why);
         }
@@ -332,7 +333,7 @@ impl Shared {
         Answer::done("goal sent")
     }
 
-    /// Publishes a twist in the goal frame. The servo's status tells whether it moves the arm.
+    /// Publishes a twist in the goal frame. The servo's status tells whether the twist moves the arm.
     fn jog(&self, linear: [f64; 3], angular: [f64; 3]) -> Answer {
         if self.twists.readers() == 0 {
             return Answer::refused(format!("no servo subscribes to {}", self.twists.topic()));
@@ -367,7 +368,7 @@ impl Shared {
         self.client(&self.pause, self.kind.node_name(), "pause").await
     }
 
-    /// Resets the simulated arms. Returns why if one of them fails.
+    /// Resets the simulated arms. Returns the reason if a reset fails.
     async fn reset(&self) -> Result<Answer, RosError> {
         let mut answer = Answer::refused("there is no arm");
         for arm in self.kind.arms() {
@@ -388,7 +389,7 @@ impl Shared {
         Ok(answer)
     }
 
-    /// Returns the client in `cell`, which is connected at its first use.
+    /// Returns the client in `cell`, which is connected at the first call.
     async fn client<'a, S: ServiceType>(
         &self,
         cell: &'a OnceCell<Client<S>>,

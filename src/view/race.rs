@@ -20,11 +20,11 @@ pub struct Race {
     pub start: Vec<f64>,
     /// The goal of both arms in the base frame.
     pub goal: PoseNumbers,
-    /// The parameters of both servos, except for the law.
+    /// The parameters of both servos, without the law.
     pub parameters: Vec<(String, Value)>,
 }
 
-/// Observes the two arms of a race, each in its own namespace.
+/// Observes the two arms of a race. Each arm is in its own namespace.
 pub struct RaceWatch {
     arms: Vec<RaceArm>,
     robot: Robot,

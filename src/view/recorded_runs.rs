@@ -2,8 +2,8 @@
 
 use super::robot::{link_frames, link_points, reach, units};
 use dq_algebra::UnitDualQuaternion;
-use dq_core::servo::GoalError;
 use dq_kinematics::arm::ArmError;
+use dq_metrics::GoalError;
 use dq_runs::{ChangeKind, RecordedRun, Sample};
 use dq_wire::pose_numbers;
 use serde_json::{Value, json};
@@ -45,7 +45,7 @@ fn sample(run: &RecordedRun, state: &Sample) -> Result<Value, ArmError> {
         tools.push(arm.forward_kinematics(own)?);
         first += arm.joint_count();
     }
-    // The goal of two arms is that of the right tool relative to the left one.
+    // The goal of two arms is the pose of the right tool relative to the left one.
     let frame = if let [left, _] = &tools[..] { *left } else { UnitDualQuaternion::identity() };
     let goal = latest(run.goals.iter().map(|(since, goal)| (*since, goal)), *time);
     let error = latest(run.errors.iter().map(|(since, error)| (*since, error)), *time);
@@ -65,7 +65,7 @@ fn sample(run: &RecordedRun, state: &Sample) -> Result<Value, ArmError> {
     }))
 }
 
-/// Returns the last value that is in force at `time`, of values with the times since which they are.
+/// Returns the last value that is in force at `time`. `values` has each value with the time since which it is in force.
 fn latest<'a, T>(values: impl DoubleEndedIterator<Item = (f64, &'a T)>, time: f64) -> Option<&'a T> {
     values.rev().find(|(since, _)| *since <= time).map(|(_, value)| value)
 }

@@ -1,4 +1,4 @@
-//! What changes seldom: the arm and the servo's parameters.
+//! The data that seldom change: the arm and the servo's parameters.
 
 use super::arm_shape::Model;
 use super::parameters::Entry;
@@ -11,7 +11,7 @@ use dq_params::{ParameterError, Value};
 use dq_wire::{ServoKind, pose_numbers};
 use serde_json::json;
 
-/// The robot as described by its servo's parameters.
+/// The robot, as the parameters of its servo describe it.
 pub(super) struct Robot {
     kind: ServoKind,
     values: Vec<(String, Value)>,
@@ -39,7 +39,7 @@ impl Robot {
         Ok(Self { kind, entries, values, typed })
     }
 
-    /// Returns the arms, in the base frame of the first.
+    /// Returns the arms, in the base frame of the first arm.
     pub fn chains(&self) -> impl Iterator<Item = &Chain> {
         self.typed.arms.chains()
     }
@@ -54,7 +54,8 @@ impl Robot {
         self.kind.joint_names(&self.typed.joints)
     }
 
-    /// Returns how far the arms reach from the origin of the base frame \[m\]. Prismatic joints without limits are ignored.
+    /// Returns the farthest distance from the origin of the base frame that the arms reach \[m\]. Prismatic joints without limits
+    /// are ignored.
     pub fn reach(&self) -> f64 {
         reach(self.chains(), &self.typed.settings.limits)
     }
@@ -64,7 +65,7 @@ impl Robot {
         self.entries.iter().find(|entry| entry.name == name)
     }
 
-    /// Applies the changes that the servo announced. Invalid values are ignored.
+    /// Applies the changes that the servo announced. Ignores invalid values.
     pub fn take(&mut self, event: &ParameterEvent) {
         for changed in &event.changed_parameters {
             let Some(value) = changed.value.clone().into_value() else { continue };
@@ -85,7 +86,7 @@ impl Robot {
         &self.values
     }
 
-    /// Returns the model of the robot description `text`; `None` without a text, or if the servo's arm has no description.
+    /// Returns the model of the robot description `text`; `None` if there is no text, or if the servo's arm has no description.
     pub fn model(&self, text: &str) -> Option<Model> {
         let named = |wanted: &str| self.values.iter().find(|(name, _)| name == wanted);
         let value = |wanted: &str| match named(wanted) {
@@ -134,7 +135,7 @@ impl Robot {
     }
 }
 
-/// Returns how far the arms with these limits reach from the origin \[m\].
+/// Returns the farthest distance from the origin that arms with these limits reach \[m\].
 pub(super) fn reach<'a>(arms: impl IntoIterator<Item = &'a Chain>, limits: &Limits) -> f64 {
     let known = |limit: f64| if limit.abs() < bounds::JOINT_ANGLE { limit } else { 0.0 };
     let ranges = limits.position.ranges();
@@ -166,12 +167,12 @@ pub(super) fn link_frames(arm: &Chain, positions: &[f64]) -> Result<Vec<PoseNumb
     Ok(arm.link_poses(positions)?.iter().map(pose_numbers).collect())
 }
 
-/// Returns the units of the joint positions of all arms, rad or m.
+/// Returns the units of the joint positions of all arms: rad or m.
 pub(super) fn units<'a>(arms: impl IntoIterator<Item = &'a Chain>) -> Vec<&'static str> {
     arms.into_iter().flat_map(Chain::kinds).map(|kind| kind.unit()).collect()
 }
 
-/// Converts the values to parameters of this version. A servo of another version may have unknown parameters, which are ignored.
+/// Converts the values to parameters of this version. Ignores unknown parameters, which a servo of another version may have.
 fn typed(kind: ServoKind, values: &[(String, Value)]) -> Result<ServoParameters, ParameterError> {
     let mut store = kind.store()?;
     for (name, value) in values {

@@ -26,19 +26,19 @@ use std::time::Duration;
 use tokio::net::{TcpListener, TcpStream, lookup_host};
 use tokio::sync::{Notify, OwnedSemaphorePermit, Semaphore, watch};
 
-/// The largest numbers of connections: without the token, with the token but without a session, and sessions.
+/// The largest numbers of connections of each kind: without the token, with the token but without a session, and sessions.
 const MOST_STRANGERS: usize = 256;
 const MOST_GUESTS: usize = 64;
 const MOST_VIEWERS: usize = 32;
 
-/// The time after which a connection without the token is closed, so that browsers with the token soon get a place. A lost packet is
-/// retransmitted within this time.
+/// The time after which a connection without the token is closed, so that browsers with the token soon get a place. A lost packet
+/// is retransmitted within this time.
 const STRANGER_TIME: Duration = Duration::from_secs(2);
 
 /// The time within which a browser must send the head of a request.
 const HEAD_TIME: Duration = Duration::from_secs(5);
 
-/// The largest head of a request \[bytes\], and its largest number of lines.
+/// The largest size of the head of a request \[bytes\], and its largest number of lines.
 const HEAD_BYTES: usize = 16 * 1024;
 const HEAD_LINES: usize = 64;
 
@@ -51,7 +51,7 @@ pub struct Settings {
     pub listen: String,
     /// The token that admits browsers; `None` for a random one.
     pub token: Option<String>,
-    /// Whether browsers may send requests, or only watch.
+    /// Whether browsers may send requests. If false, they may only watch.
     pub drive: bool,
     /// The guide, as text.
     pub guide: &'static str,
@@ -131,7 +131,7 @@ impl Server {
         self.shared.watched.subscribe()
     }
 
-    /// Serves browsers until it is dropped.
+    /// Serves browsers until the returned future is dropped.
     pub async fn serve(self) {
         let strangers = Arc::new(Semaphore::new(MOST_STRANGERS));
         // Further connections wait in the operating system's queue.
@@ -139,7 +139,7 @@ impl Server {
             let stream = match self.listener.accept().await {
                 Ok((stream, _)) => stream,
                 Err(why) => {
-                    // Usually there are no free file descriptors; some will be closed.
+                    // Usually there are no free file descriptors at this time; some will be closed.
                     self.shared.complaints.add(&format!("no connection can be taken: {why}"));
                     tokio::time::sleep(Duration::from_millis(100)).await;
                     continue;
@@ -150,12 +150,12 @@ impl Server {
     }
 }
 
-/// Returns an address of this host at which others reach a server that listens on `listening`.
+/// Returns an address of this host at which other hosts reach a server that listens on `listening`.
 fn reachable(listening: IpAddr) -> IpAddr {
     if !listening.is_unspecified() {
         return listening;
     }
-    // Connecting sends nothing: it selects the local address from which this documentation address (RFC 5737) would be reached.
+    // Connecting sends nothing. It selects the local address from which this documentation address (RFC 5737) would be reached.
     let outward = UdpSocket::bind((Ipv4Addr::UNSPECIFIED, 0)).and_then(|socket| {
         socket.connect((Ipv4Addr::new(192, 0, 2, 1), 9))?;
         socket.local_addr()
@@ -163,13 +163,13 @@ fn reachable(listening: IpAddr) -> IpAddr {
     outward.map_or(Ipv4Addr::LOCALHOST.into(), |address| address.ip())
 }
 
-/// Answers a connection, which occupies `place` until it shows the token.
+/// Answers a connection, which occupies `place` until the browser sends the token.
 async fn receive(stream: TcpStream, shared: Arc<Shared>, place: OwnedSemaphorePermit) {
     let admitted = Arc::new(Notify::new());
     let service = TowerToHyperService::new(router(shared.clone(), admitted.clone()));
     let mut conversation = pin!(converse(stream, service));
     tokio::select! {
-        // The browser is notified of errors, or has gone.
+        // The browser has either been told the error, or has gone.
         _ = &mut conversation => return,
         () = tokio::time::sleep(STRANGER_TIME) => return,
         () = admitted.notified() => drop(place),
@@ -193,7 +193,7 @@ async fn converse(stream: TcpStream, service: TowerToHyperService<Router>) -> hy
         .await
 }
 
-/// Creates the router of one connection. It notifies `admitted` when the browser is admitted.
+/// Creates the router of one connection. The router notifies `admitted` when the browser is admitted.
 fn router(shared: Arc<Shared>, admitted: Arc<Notify>) -> Router {
     let files = assets::paths().fold(Router::new(), |router, path| {
         router.route(path, get(move || std::future::ready(assets::file(path))))
@@ -238,12 +238,12 @@ async fn arm_shape(State(shared): State<Arc<Shared>>) -> Bytes {
     Bytes::from_owner(shared.page.arm_shape.borrow().clone())
 }
 
-/// Returns the guide. Browsers show plain text, but offer Markdown as a file to save.
+/// Returns the guide as plain text, which browsers show. They would only offer to save Markdown as a file.
 async fn guide(State(shared): State<Arc<Shared>>) -> &'static str {
     shared.guide
 }
 
-/// Returns the recorded runs, or "not found" on a page that shows a robot.
+/// Returns the recorded runs. On a page that shows a robot, returns "not found".
 async fn runs(State(shared): State<Arc<Shared>>) -> Result<Bytes, StatusCode> {
     shared.runs.clone().ok_or(StatusCode::NOT_FOUND)
 }

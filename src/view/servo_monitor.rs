@@ -1,12 +1,13 @@
-//! What changes all the time: the messages of the servo and its arm, and the frame that shows them.
+//! The data that change all the time: the messages of the servo and its arm, and the frame that shows them.
 
 use super::explain::explain;
 use super::robot::{Robot, link_frames, link_points};
 use dq_algebra::UnitDualQuaternion;
-use dq_core::servo::{GoalError, GoalReading, JointOrder};
+use dq_core::servo::{GoalReading, JointOrder};
 use dq_kinematics::arm::{ArmError, Chain};
 use dq_messages::messages::{DiagnosticStatus, JointState, Message, PoseStamped, TwistStamped};
 use dq_messages::{Direction, PoseNumbers};
+use dq_metrics::GoalError;
 use dq_ros::ros::{Node, RosError, Subscription};
 use dq_wire::{Contract, ServoKind, error_distance, goal_reading, pose_numbers};
 use dq_wire::{MotionReport, Outcome, StatusReport};
@@ -22,7 +23,7 @@ pub(super) struct ServoMonitor {
     motions: Subscription<DiagnosticStatus>,
     poses: Subscription<PoseStamped>,
     errors: Subscription<TwistStamped>,
-    /// One subscription per arm.
+    /// The subscription to the joint states of each arm.
     joint_states: Vec<Subscription<JointState>>,
     status: Option<HeardStatus>,
     /// The last motion.
@@ -30,9 +31,9 @@ pub(super) struct ServoMonitor {
     rejected: Option<RejectedGoal>,
     pose: Option<PoseStamped>,
     error: Option<TwistStamped>,
-    /// The state of each arm that was heard.
+    /// The state of each arm; `None` for an arm that was not heard.
     arms: Vec<Option<ArmState>>,
-    /// Whether there is a servo for two arms instead.
+    /// Whether there is a servo for two arms instead of one for one arm.
     pub two_arms: bool,
 }
 
@@ -60,7 +61,7 @@ struct ArmState {
 }
 
 impl ServoMonitor {
-    /// Subscribes to the servo `servo` of this kind, whose full name is `full_name`.
+    /// Subscribes to the servo `servo` of this kind. The servo's full name is `full_name`.
     pub fn new(node: &mut Node, kind: ServoKind, servo: &str, full_name: String) -> Result<Self, RosError> {
         let (out, incoming) = (Direction::Out, Direction::In);
         let mut joint_states = Vec::new();
@@ -86,7 +87,7 @@ impl ServoMonitor {
         })
     }
 
-    /// Processes the received messages. Returns whether there were any.
+    /// Processes the received messages. Returns whether there were any messages.
     pub fn take(&mut self, robot: Option<&Robot>) -> bool {
         let mut has_new = self.take_status();
         has_new |= self.take_motions();
@@ -144,12 +145,12 @@ impl ServoMonitor {
         self.status.as_ref().map(|status| &status.report)
     }
 
-    /// Returns the joint positions of all arms \[rad, prismatic: m\], once each arm was heard.
+    /// Returns the joint positions of all arms \[rad, prismatic: m\]; `None` until each arm was heard.
     pub fn positions(&self) -> Option<Vec<f64>> {
         self.heard_arms().map(|arms| arms.iter().flat_map(|arm| &arm.positions).copied().collect())
     }
 
-    /// Returns the joint velocities [rad/s, prismatic: m/s], as far as the robot reports them.
+    /// Returns the joint velocities of the arms that report them [rad/s, prismatic: m/s]; `None` until each arm was heard.
     fn velocities(&self) -> Option<Vec<f64>> {
         self.heard_arms().map(|arms| arms.iter().flat_map(|arm| &arm.velocities).copied().collect())
     }
@@ -191,8 +192,8 @@ impl ServoMonitor {
         })
     }
 
-    /// Returns the frame that shows the state. `tool` and everything of the arms are in the base frame; `pose` and the goal are in the goal
-    /// frame, which for two arms is that of the left tool, `goal_frame`.
+    /// Returns the frame that shows the state. `tool` and the data of the arms are in the base frame. `pose` and the goal are in
+    /// the goal frame. For two arms this is the frame of the left tool, `goal_frame`.
     pub fn frame(&self, robot: Option<&Robot>) -> String {
         let pose = self.pose.as_ref().map(pose);
         let tools = self.tools(robot);
@@ -258,8 +259,8 @@ impl ServoMonitor {
     }
 }
 
-/// Subscribes with best effort to the servo's topic `entry` as `topic`. So no publisher stores samples for a viewer that does not read, and
-/// any publisher matches.
+/// Subscribes with best effort to the servo's topic `entry` under the name `topic`. So no publisher stores samples for a viewer
+/// that does not read, and any publisher matches.
 fn listen<M: Message>(
     kind: ServoKind,
     node: &mut Node,

@@ -13,10 +13,10 @@ use tokio::time::{interval, timeout};
 /// The largest message from a browser \[bytes\].
 pub(super) const LARGEST: usize = 16 * 1024;
 
-/// A browser that takes longer to receive a message is disconnected.
+/// The time within which a browser must receive a message. Otherwise it is disconnected.
 pub(super) const PATIENCE: Duration = Duration::from_secs(3);
 
-/// How often browsers must show a sign of life, and after which silence they are disconnected.
+/// The interval at which browsers must show a sign of life, and the silence after which they are disconnected.
 const PING: Duration = Duration::from_secs(2);
 const SILENCE: Duration = Duration::from_secs(10);
 
@@ -39,7 +39,7 @@ pub(super) struct Session {
     heard: Instant,
 }
 
-/// The next event.
+/// An event in a session.
 enum Event {
     Robot,
     Now,
@@ -91,7 +91,7 @@ impl Session {
             Event::Now => self.show(|page| &mut page.now).await,
             Event::Race => self.show(|page| &mut page.race).await,
             Event::Markers => self.show(|page| &mut page.markers).await,
-            // The browser fetches the data itself.
+            // The browser then requests the shape.
             Event::ArmShape => {
                 let size = self.page.arm_shape.borrow_and_update().len();
                 self.send(json!({ "arm_shape": { "size": size } }).to_string()).await
@@ -117,7 +117,7 @@ impl Session {
             Some(Ok(Message::Ping(_) | Message::Pong(_))) => Ok(()),
             Some(Err(why)) => {
                 let reason = "this is not a message of the protocol, or it is too large".into();
-                // A browser that has just disconnected breaks no rule, and cannot be written to.
+                // A browser that has just disconnected has not broken a rule, and cannot receive the frame.
                 self.push(Message::Close(Some(CloseFrame { code: PROTOCOL_ERROR, reason }))).await?;
                 self.complaints.add(&format!("a browser broke the protocol: {why}"));
                 Err(Gone)

@@ -1,4 +1,4 @@
-//! Triangles that are drawn together, in the page's format.
+//! A set of triangles that are drawn together, in the page's format.
 
 use dq_description::mesh_file;
 use dq_description::{Rgb, Shape};
@@ -19,7 +19,7 @@ pub(super) struct Corner {
     pub normal: Vector3<f64>,
 }
 
-/// The number of sides of cylinders and balls.
+/// The number of sides with which cylinders and balls are drawn.
 const SIDES: usize = 32;
 
 /// The features that equal corners share: the cell, the normal rounded to quarters, and the color.
@@ -36,7 +36,8 @@ pub(super) struct Surface {
 }
 
 impl Surface {
-    /// Adds a triangle. Equal corners in one cell of this size \[m\] are merged. Triangles smaller than a cell are left out.
+    /// Adds a triangle. Equal corners in one cell of the size `cell` \[m\] are merged. Triangles that are smaller than a cell are
+    /// left out.
     pub fn add(&mut self, triangle: &Triangle, color: Rgb, cell: f64) {
         let indices = triangle.map(|corner| self.corner(&corner, color, cell));
         let [a, b, c] = indices;
@@ -61,7 +62,7 @@ impl Surface {
     }
 }
 
-/// Returns the triangles of a shape other than a mesh, about its own origin.
+/// Returns the triangles of a shape that is not a mesh. The shape's origin is at 0.
 pub(super) fn triangles(shape: &Shape) -> Vec<Triangle> {
     match *shape {
         Shape::Mesh { .. } => Vec::new(),
@@ -84,7 +85,7 @@ pub(super) fn triangles(shape: &Shape) -> Vec<Triangle> {
     }
 }
 
-/// Returns the triangles of a capsule along z whose core has this length; of a ball for length 0.
+/// Returns the triangles of a capsule along z whose core has this length. A length of 0 gives a ball.
 fn ball(radius: f64, length: f64) -> Vec<Triangle> {
     let at = |step: usize, middle: f64| {
         let (sin, cos) = (TAU * (step as f64 / SIDES as f64 - 0.25)).sin_cos();
@@ -95,11 +96,11 @@ fn ball(radius: f64, length: f64) -> Vec<Triangle> {
     turned(&lower.chain(upper).collect::<Vec<_>>())
 }
 
-/// Returns the triangles of the mesh `file` without scaling, and their colors if it has some. `description` is the file of the robot
-/// description, if it came from a file.
+/// Returns the triangles of the mesh `file` without scaling, each with its color if it has one. `description` is the file of the
+/// robot description, if the description came from a file.
 ///
 /// # Errors
-/// Why the mesh cannot be read.
+/// The reason why the mesh cannot be read.
 pub(super) fn mesh(file: &str, description: Option<&Path>) -> Result<Vec<(Triangle, Option<Rgb>)>, String> {
     let scene = mesh_file::load(file, description)?;
     let color = |at: usize| scene.materials.get(at).and_then(|material| material.color.diffuse);
@@ -126,10 +127,10 @@ fn triangle(mesh: &Mesh, face: [u32; 3]) -> Option<Triangle> {
     triangle.iter().all(is_finite).then_some(triangle)
 }
 
-/// A point of a profile: its distance along z and from z \[m\], and the components of the normal.
+/// A point of a profile: its position along z and its distance from z \[m\], and the components of the normal.
 type Meridian = (f64, f64, (f64, f64));
 
-/// Returns the surface of revolution of a profile about z.
+/// Returns the surface that a profile sweeps when it turns about z.
 fn turned(profile: &[Meridian]) -> Vec<Triangle> {
     let corner = |&(along, away, (forward, out)): &Meridian, side: usize| {
         let (sin, cos) = (TAU * side as f64 / SIDES as f64).sin_cos();

@@ -1,4 +1,4 @@
-//! Warnings about browsers, limited so that nobody can flood the log.
+//! Warnings about browsers. They are limited so that nobody can flood the log.
 
 use dq_common::text::cut;
 use std::sync::{Mutex, PoisonError};
@@ -24,7 +24,7 @@ impl WarningLog {
         Self { warn, state: Mutex::default() }
     }
 
-    /// Logs the warning, or only counts it if another one was logged less than a second ago.
+    /// Logs the warning. If another one was logged less than a second ago, only counts it.
     pub fn add(&self, why: &str) {
         let unsaid = {
             // No code panics while it holds the lock.

@@ -1,13 +1,14 @@
-//! Commands to an arm as messages. Their topic and type depend on what the arm's controller takes.
+//! Commands to an arm as messages. Their topic and type depend on the arm's controller.
 
 use dq_core::servo::Interface;
 use dq_messages::messages::*;
 use std::time::Duration;
 
-/// The mark of a guard's commands, by which guards and servos distinguish them from a servo's.
+/// The mark of a guard's commands. By it, guards and servos can tell them from a servo's commands.
 const GUARD: &str = "guard";
 
-/// Returns the topic of the commands to an arm with this interface: the default name of ros2_control's controller for it.
+/// Returns the topic of the commands to an arm with this interface. It is the default topic of ros2_control's controller for the
+/// interface.
 pub fn command_topic(interface: Interface) -> &'static str {
     match interface {
         Interface::Velocity => "forward_velocity_controller/commands",
@@ -21,7 +22,7 @@ pub fn command_array(numbers: Vec<f64>) -> Float64MultiArray {
     Float64MultiArray { layout: MultiArrayLayout::default(), data: numbers }
 }
 
-/// Creates a trajectory of one point: `joints` are at `positions` \[rad\] after `time`.
+/// Creates a trajectory of one point: the `joints` should be at `positions` \[rad\] after `time`.
 pub fn command_trajectory(joints: Vec<String>, positions: Vec<f64>, time: Duration) -> JointTrajectory {
     let point = JointTrajectoryPoint { positions, time_from_start: time.into(), ..Default::default() };
     JointTrajectory { header: Header::default(), joint_names: joints, points: vec![point] }
@@ -29,7 +30,7 @@ pub fn command_trajectory(joints: Vec<String>, positions: Vec<f64>, time: Durati
 
 /// A command that can be overwritten without allocating.
 pub trait Rewrite {
-    /// Overwrites the numbers; there must be as many as before.
+    /// Overwrites the numbers. There must be as many as before.
     fn rewrite(&mut self, numbers: &[f64]);
 }
 
@@ -47,16 +48,16 @@ impl Rewrite for JointTrajectory {
 
 /// A command to an arm.
 pub trait Command: Message {
-    /// Returns the velocities [rad/s] or positions \[rad\] in the order of the servo's joints.
+    /// Returns the velocities [rad/s] or positions \[rad\], in the order of the servo's joints.
     fn numbers(self) -> Vec<f64>;
 
-    /// Returns the numbers in the order of `joints`. If the command names other joints, the result is empty.
+    /// Returns the numbers in the order of `joints`; none if the command names other joints.
     fn in_order(&self, joints: &[String]) -> Vec<f64>;
 
-    /// Returns whether a guard has sent it.
+    /// Returns whether a guard has sent the command.
     fn is_of_guard(&self) -> bool;
 
-    /// Returns the command, marked as a guard's.
+    /// Returns the command with the mark of a guard.
     #[must_use]
     fn of_guard(self) -> Self;
 }
@@ -90,7 +91,7 @@ impl Command for JointTrajectory {
         self.target(joints).map(|(positions, _)| positions).unwrap_or_default()
     }
 
-    /// The mark is in the frame of the header, which controllers ignore.
+    /// The mark is the frame in the header. Controllers ignore the frame.
     fn is_of_guard(&self) -> bool {
         self.header.frame_id == GUARD
     }
@@ -137,7 +138,7 @@ mod tests {
         assert_eq!(Duration::from(&negative), Duration::ZERO);
     }
 
-    /// With six joints, 48 bytes of the encoded command are the speeds. The rest is the encoding of their number and of an empty layout.
+    /// With six joints, 48 bytes of the encoded command are the speeds. The rest encodes their number and an empty layout.
     #[test]
     fn commands_carry_their_numbers_and_nothing_else() {
         let mut command = command_array(vec![0.0; 6]);

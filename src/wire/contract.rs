@@ -1,4 +1,4 @@
-//! The wire contract `msg_config/topics.yaml`, from which the nodes create their topics.
+//! The wire contract `msg_config/topics.yaml`. The nodes create their topics from it.
 
 use dq_messages::{NodeContract, WireError};
 use serde::Deserialize;
@@ -15,7 +15,8 @@ pub struct Contract {
     pub plant: NodeContract,
     /// The guard's topics.
     pub guard: NodeContract,
-    /// The additional topics of each servo for viewers. Recordings leave them out, because they can be computed from the others.
+    /// The additional topics of each servo for viewers. Recordings leave them out, because they can be computed from the other
+    /// topics.
     pub pictures: NodeContract,
 }
 

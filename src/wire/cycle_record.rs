@@ -1,8 +1,8 @@
 //! The record for replay on `~/events`: what the servo received, in the order of processing, and what it sent.
 //!
-//! A message has some consecutive cycles. A cycle is a sequence of values in the encoding of the crate `postcard`: its number and time
-//! \[ns\], each [`Recorded`] as a `Some`, a `None`, and the output. So the cycle can write each event at once, without knowing how many
-//! will follow.
+//! A message has some consecutive cycles. A cycle is a sequence of values in the encoding of the crate `postcard`: its number and
+//! time \[ns\], each [`Recorded`] as a `Some`, a `None`, and the output. So the cycle can write each event at once, without knowing
+//! how many more will follow.
 
 use super::servo_kind::ServoKind;
 use dq_common::text::MOST;
@@ -14,8 +14,8 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::borrow::Cow;
 use std::time::Duration;
 
-/// The longest message that is read \[bytes\]: eight times a message with all parameters. Decoded, it takes up to fifty times as much
-/// memory.
+/// The size of the longest message that is read \[bytes\]. It is eight times that of a message with all parameters. Decoding takes
+/// up to fifty times as much memory.
 const LONGEST: usize = 4 << 20;
 
 /// One cycle of a servo.
@@ -27,20 +27,21 @@ pub struct CycleRecord<'a> {
     pub now: Duration,
     /// The events in the order of processing.
     pub events: Vec<Recorded<'a>>,
-    /// The servo's output, arm after arm: velocities [rad/s, prismatic: m/s] or positions \[rad, prismatic: m\]; `None` if it sent nothing.
+    /// The servo's output, arm after arm: velocities [rad/s, prismatic: m/s] or positions \[rad, prismatic: m\]. `None` if the servo
+    /// sent nothing.
     pub output: Option<Vec<f64>>,
 }
 
-/// Parameters that were set.
+/// Parameters that were set, and the live keep-outs.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct RecordedParameters {
     /// The names and values.
     pub values: Vec<(String, Value)>,
-    /// All drawn keep-outs, as texts.
+    /// All live keep-outs, as texts.
     pub drawn: Vec<String>,
 }
 
-/// The encoded state of a servo: that of [`Servo::saved`].
+/// The encoded state of a servo, as [`Servo::saved`] returns it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Saved<'a>(pub Cow<'a, [u8]>);
 
@@ -57,54 +58,54 @@ impl<'de: 'a, 'a> Deserialize<'de> for Saved<'a> {
 }
 
 impl Saved<'_> {
-    /// Encodes the state of `servo` into `bytes`, replacing their contents.
+    /// Encodes the state of `servo` into `bytes`, and so replaces their contents.
     pub fn encode(servo: &Servo, bytes: &mut Vec<u8>) {
         bytes.clear();
         put(&servo.saved(), bytes);
     }
 
-    /// Restores `servo` to this state. Returns `None` if it cannot be decoded.
+    /// Restores `servo` to this state. `None` if the state cannot be decoded.
     pub fn restore(&self, servo: &mut Servo) -> Option<()> {
         servo.restore(&mut postcard::Deserializer::from_bytes(&self.0)).ok()
     }
 }
 
-/// An event of a servo: an [`Event`] that owns its lists after reading, with parameters in place of settings.
+/// An event of a servo, for a record. It is an [`Event`] that owns its lists after reading, and has parameters instead of settings.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Recorded<'a> {
-    /// The kind of the servo and all its parameters. A replay can begin at this cycle, from the state in [`Saved`](Self::Saved), the next
-    /// event.
+    /// The kind of the servo, and all its parameters. A replay can begin at this cycle, from the state in the next event,
+    /// [`Saved`](Self::Saved).
     Begin(ServoKind, RecordedParameters),
     /// The state of the servo before the cycle.
     Saved(Saved<'a>),
-    /// These parameters were set.
+    /// Parameters were set.
     Parameters(RecordedParameters),
     /// [`Event::Pause`].
     Pause {
-        /// Whether to pause or to go on.
+        /// Whether to pause or to resume.
         paused: bool,
-        /// The time since it was sent.
+        /// The time since the request was sent.
         ago: Duration,
     },
     /// [`Event::Stop`].
     Stop,
-    /// [`Event::Reconfigure`], with the time since it was sent.
+    /// [`Event::Reconfigure`], with the time since the request was sent.
     Reconfigure(Duration),
-    /// [`Event::Found`]: the time of the cycle that asked, the starts, and the positions.
+    /// [`Event::Found`]: the time of the cycle that asked, the number of starts, and the positions.
     Found(Duration, u32, Option<Cow<'a, [f64]>>),
     /// [`Event::JointState`].
     JointState {
         /// The number of the arm.
         arm: usize,
-        /// The joints' names; `None` for the arm's own in their order.
+        /// The names of the joints; `None` for the arm's own joints in their order.
         names: Option<Cow<'a, [String]>>,
-        /// Their positions \[rad, prismatic: m\].
+        /// The positions of the joints \[rad, prismatic: m\].
         positions: Cow<'a, [f64]>,
-        /// Their velocities [rad/s, prismatic: m/s].
+        /// The velocities of the joints [rad/s, prismatic: m/s].
         velocities: Cow<'a, [f64]>,
         /// The number of the publisher.
         source: u32,
-        /// The age of the state.
+        /// The age of the joint state by its stamp.
         stamp_age: Option<Duration>,
     },
     /// [`Event::Listeners`].
@@ -127,8 +128,8 @@ pub enum Recorded<'a> {
 }
 
 impl<'a> Recorded<'a> {
-    /// Converts an event of a servo with these joints for the record. Returns `None` for settings, which are recorded as
-    /// [`Parameters`](Self::Parameters), and for unusable messages, which change nothing.
+    /// Converts an event of a servo with these joints. `None` for settings, which are recorded as [`Parameters`](Self::Parameters),
+    /// and for unusable messages, which change nothing.
     pub fn of(event: &Event<'a>, joints: &[JointOrder]) -> Option<Self> {
         Some(match *event {
             Event::Pause { paused, ago } => Self::Pause { paused, ago },
@@ -159,7 +160,7 @@ impl<'a> Recorded<'a> {
         })
     }
 
-    /// Returns the event for a servo with these joints. Returns `None` for parameters, and for an arm that the servo does not have.
+    /// Returns the event for a servo with these joints. `None` for parameters, and for an arm that the servo does not have.
     pub fn event(&self, joints: &'a [JointOrder]) -> Option<Event<'_>> {
         let has = |arm: &usize| *arm < joints.len();
         Some(match self {
@@ -200,7 +201,7 @@ impl<'a> Recorded<'a> {
     }
 }
 
-/// Limits a time to what a cycle can have, so that a corrupt record cannot cause an overflow.
+/// Limits a time to the range that a cycle can have, so that a corrupt record cannot cause an overflow.
 fn bounded(time: Duration) -> Duration {
     time.min(Duration::from_nanos(u64::MAX))
 }
@@ -211,7 +212,7 @@ fn bounded_goal(goal: GoalReading<'_>) -> GoalReading<'_> {
 }
 
 fn put(value: &impl Serialize, record: &mut Vec<u8>) {
-    // Writing into a vector cannot fail, and every length is known.
+    // Writing to a vector cannot fail, and every length is known.
     let _ = postcard::to_io(value, record);
 }
 
@@ -222,17 +223,17 @@ fn take<'a, V: Deserialize<'a>>(record: &mut &'a [u8]) -> Option<V> {
 }
 
 impl<'a> CycleRecord<'a> {
-    /// Begins the record of a cycle, after those in `record`.
+    /// Begins the record of a cycle, after the records in `record`.
     pub fn begin(number: u64, now: Duration, record: &mut Vec<u8>) {
         put(&(number, u64::try_from(now.as_nanos()).unwrap_or(u64::MAX)), record);
     }
 
-    /// Ends the record with what is sent.
+    /// Ends the record of a cycle with the servo's output.
     pub fn end(output: Option<&[f64]>, record: &mut Vec<u8>) {
         put(&(None::<()>, output), record);
     }
 
-    /// Reads the cycles of a message. Returns `None` if it is damaged, of another version, or too long.
+    /// Reads the cycles of a message. `None` if the message is damaged, of another version, or too long.
     pub fn read_all(mut record: &'a [u8]) -> Option<Vec<Self>> {
         if record.len() > LONGEST {
             return None;

@@ -1,6 +1,6 @@
 //! The wire formats of the servo as data, without DDS: the topic contract, the status, the motions and the record for replay.
 #![warn(clippy::unwrap_used, clippy::expect_used)]
-// Both macros panic if nobody reads the stream. Results go through `cli::print`, everything else through stderr.
+// Both macros panic if nobody reads the stream. Results go through `cli::print`, everything else through `stderr`.
 #![warn(clippy::print_stdout, clippy::print_stderr)]
 
 mod commands;

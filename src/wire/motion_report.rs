@@ -6,25 +6,26 @@ use super::status::{CycleJitter, KeyValues, distance, parse_goal};
 use dq_algebra::UnitDualQuaternion;
 use dq_common::named;
 use dq_common::text::cut;
-use dq_core::servo::{self, Figures, Motion, Reconfiguration};
+use dq_core::servo::{self, Motion, Reconfiguration};
 use dq_messages::PoseNumbers;
 use dq_messages::messages::{DiagnosticStatus, KeyValue, Time};
+use dq_metrics::Figures;
 use std::collections::BTreeMap;
 
 named! {
     /// The outcome of a motion or a goal.
     "outcome" Outcome {
-        /// The motion goes on.
+        /// The motion is under way.
         Underway = "underway",
         /// The arm has settled at the goal.
         Arrived = "arrived",
-        /// The arm gets no nearer. The motion goes on if something changes.
+        /// The motion has stalled. It continues if something changes.
         Stalled = "stalled",
         /// Another goal replaced this one before the motion ended.
         Replaced = "replaced",
         /// Consent was revoked before the motion ended.
         Revoked = "revoked",
-        /// The goal was rejected, so that no motion began.
+        /// The servo rejected the goal, so that no motion began.
         Rejected = "rejected",
     }
 }
@@ -32,15 +33,15 @@ named! {
 /// The report of a motion, or of a rejected goal, on `~/motions`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MotionReport {
-    /// The number of the motion since the servo's start, from 1; 0 for a rejected goal.
+    /// The number of the motion since the servo's start, counted from 1; 0 for a rejected goal.
     pub number: u64,
     /// The outcome so far.
     pub outcome: Outcome,
-    /// The reason, if the outcome alone does not tell.
+    /// The reason for the outcome, if the outcome needs one to be understood.
     pub why: Option<String>,
-    /// The goal in the servo's own frame: x y z \[m\], then qx qy qz qw; `None` if it was rejected.
+    /// The goal in the servo's own frame: x y z \[m\], then qx qy qz qw. `None` for a rejected goal.
     pub goal: Option<PoseNumbers>,
-    /// The frame of the goal's message; empty if the goal was rejected.
+    /// The frame of the goal's message; empty for a rejected goal.
     pub goal_frame: String,
     /// The stamp of the goal's message.
     pub goal_stamp: String,
@@ -48,7 +49,8 @@ pub struct MotionReport {
     pub asked_by: Option<String>,
     /// The name of the law.
     pub law: String,
-    /// The controlled part of the pose: the primitive of two arms, or the task of one arm unless it is the whole pose.
+    /// The components of the pose that the law controls: the primitive of two arms, or the task of one arm. `None` for the whole
+    /// pose of one arm.
     pub aim: Option<String>,
     /// The gains of the law, as text.
     pub gains: String,
@@ -56,11 +58,11 @@ pub struct MotionReport {
     pub start: Option<PoseNumbers>,
     /// The tool, in the tool frame of the arm.
     pub tool: Option<PoseNumbers>,
-    /// When the motion began, by the servo's host \[ns since 1970\].
+    /// When the motion began, by the clock of the servo's host \[ns since 1970\].
     pub began: Option<i64>,
-    /// The state of the search for another configuration that reaches the goal; empty in bags of earlier versions.
+    /// Information about another configuration that reaches the goal; empty in bags of earlier versions.
     pub reconfiguration: String,
-    /// Whether the arm has moved to another configuration on its way.
+    /// Whether the arm has started a reconfiguration during the motion.
     pub reconfigured: bool,
     /// The figures of the motion so far.
     pub figures: Figures,
@@ -77,7 +79,7 @@ pub struct MotionContext<'a> {
     pub law: LawNames,
     /// The gains of the law, as text.
     pub gains: String,
-    /// The reason of the outcome.
+    /// The reason for the outcome.
     pub why: Option<String>,
     /// The frame in which the goal was given.
     pub goal_frame: &'a str,
@@ -138,12 +140,12 @@ impl MotionReport {
         }
     }
 
-    /// Returns the law, and for two arms what it controls.
+    /// Returns the name of the law; for two arms also the name of what it controls.
     pub fn law_and_aim(&self) -> String {
         law_and_aim(&self.law, self.aim.as_deref())
     }
 
-    /// Returns whether the arm has stalled, but can go on in another configuration on request.
+    /// Returns whether the arm has stalled but would move to another configuration on request.
     pub fn may_be_reconfigured(&self) -> bool {
         self.outcome == Outcome::Stalled && self.reconfiguration == Reconfiguration::FOUND
     }
@@ -198,7 +200,7 @@ impl MotionReport {
         self.cycle_jitter.add_to(values);
     }
 
-    /// Reads such a message; `None` if it is not from a servo, or if a number in it is not one.
+    /// Reads the report from such a message. `None` if the message is not from a servo, or if a number in it is invalid.
     pub fn from_message(message: &DiagnosticStatus) -> Option<Self> {
         let values: BTreeMap<_, _> =
             message.values.iter().map(|KeyValue { key, value }| (key.as_str(), value.as_str())).collect();
@@ -241,7 +243,7 @@ impl From<&servo::Outcome> for Outcome {
     }
 }
 
-/// Formats numbers separated by spaces.
+/// Formats numbers with spaces between them.
 fn spaced(numbers: &[f64]) -> String {
     numbers.iter().map(f64::to_string).collect::<Vec<_>>().join(" ")
 }

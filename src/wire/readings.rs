@@ -1,8 +1,9 @@
-//! Conversions of messages to the servo's inputs.
+//! Converts messages to the servo's inputs.
 
 use dq_algebra::UnitDualQuaternion;
-use dq_core::servo::{GoalError, GoalReading, JointReading, Sent, TwistReading, stamp_age};
+use dq_core::servo::{GoalReading, JointReading, Sent, TwistReading, stamp_age};
 use dq_messages::messages::{JointState, PoseStamped, Transform, TransformStamped, TwistStamped, Vector3};
+use dq_metrics::GoalError;
 use dq_space::frames;
 use nalgebra::Vector6;
 use std::time::Duration;
@@ -31,7 +32,7 @@ pub fn twist_reading(twist: &TwistStamped) -> TwistReading<'_> {
     }
 }
 
-/// Returns the distance to the goal from the screw log of the error, which `~/pose_error` has.
+/// Returns the distance from the goal. `screw_log` is the screw log of the error, as in `~/pose_error`.
 pub fn error_distance(screw_log: &TwistStamped) -> GoalError {
     let (a, l) = (&screw_log.twist.angular, &screw_log.twist.linear);
     let error = UnitDualQuaternion::screw_exp(&Vector6::new(a.x, a.y, a.z, l.x, l.y, l.z));
@@ -50,7 +51,8 @@ pub fn transform_reading(message: &TransformStamped) -> frames::Transform<'_> {
     }
 }
 
-/// Converts a joint state from publisher number `source`. `clock` \[ns\] is the time of this host's clock; without it the stamp is ignored.
+/// Converts a joint state from the publisher `source`. `clock` is the time of this host's clock \[ns\]; without it, the stamp is
+/// ignored.
 pub fn joint_reading(state: &JointState, source: u32, clock: Option<i64>) -> JointReading<'_> {
     JointReading {
         names: &state.name,

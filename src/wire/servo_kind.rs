@@ -1,4 +1,4 @@
-//! The differences between a servo for one arm and one for two: names, topics, parameters.
+//! The differences between a servo for one arm and a servo for two arms: names, topics, parameters.
 
 use super::contract::Contract;
 use dq_config::{DualParameters, NodeParameters, ServoParameters};
@@ -11,20 +11,20 @@ use serde::{Deserialize, Serialize};
 /// The kind of a servo node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum ServoKind {
-    /// For one arm.
+    /// A servo for one arm.
     OneArm,
-    /// For two arms: it controls one tool relative to the other.
+    /// A servo for two arms, which controls one tool relative to the other.
     TwoArms,
 }
 
-/// The names of the law in force.
+/// The names of the present law.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LawNames {
-    /// The name of the law, or of two arms' Jacobian map.
+    /// The name of the law; for two arms, of the Jacobian map.
     pub law: &'static str,
-    /// The controlled part of the pose; `None` if one arm's law controls the whole pose.
+    /// The name of the components of the pose that the law controls; `None` if it is the whole pose of one arm.
     pub aim: Option<&'static str>,
-    /// The key of `aim` in the status.
+    /// The key under which the status has `aim`.
     pub aim_key: &'static str,
 }
 
@@ -34,7 +34,7 @@ impl std::fmt::Display for LawNames {
     }
 }
 
-/// Joins a law and what it controls, if that is given.
+/// Joins the name of a law and that of what it controls, if there is one.
 pub(super) fn law_and_aim(law: &str, aim: Option<&str>) -> String {
     aim.map_or_else(|| law.to_owned(), |aim| format!("{law} {aim}"))
 }
@@ -69,7 +69,7 @@ impl ServoKind {
         self == Self::OneArm
     }
 
-    /// Returns a parameter that none of our other nodes has, to identify the node.
+    /// Returns a parameter by which the node can be recognized: no other node of this program has it.
     pub fn own_parameter(self) -> &'static str {
         match self {
             Self::OneArm => "gains.diffc",
@@ -115,7 +115,7 @@ impl ServoKind {
         }
     }
 
-    /// Returns the law in force as the status reports it.
+    /// Returns the names of the present law, as the status reports them.
     pub fn law(self, controller: &Controller) -> LawNames {
         let Controller { law, aim, .. } = controller;
         match self {
@@ -130,7 +130,7 @@ impl ServoKind {
         }
     }
 
-    /// Returns the gains of the law in force, as text.
+    /// Returns the gains of the present law, as text.
     pub fn gains(self, controller: &Controller) -> String {
         match self {
             Self::OneArm => controller.describe_gains(),

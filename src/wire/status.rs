@@ -3,52 +3,54 @@
 use super::poses::pose_numbers;
 use super::servo_kind::{LawNames, law_and_aim};
 use super::timing::{SpreadFigures, TimingFigures};
+use dq_check::GuardState;
 use dq_common::text::cut;
-use dq_core::servo::{Figures, Input, Reconfiguration, RejectionCounts, Requester, State, Status};
-use dq_limits::check::GuardState;
+use dq_core::servo::{Input, Reconfiguration, RejectionCounts, Requester, State, Status};
 use dq_messages::PoseNumbers;
 use dq_messages::messages::{DiagnosticStatus, KeyValue, Time};
+use dq_metrics::Figures;
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-/// The content of `~/status` that its readers need.
+/// The content of `~/status` that readers need.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StatusReport {
     /// The state.
     pub state: State,
-    /// The law in force.
+    /// The present law.
     pub law: String,
-    /// The controlled part of the pose: the primitive of two arms, or the task of one arm unless it is the whole pose.
+    /// The components of the pose that the law controls: the primitive of two arms, or the task of one arm. `None` for the whole
+    /// pose of one arm.
     pub aim: Option<String>,
-    /// The input that controls the arm; `None` in bags of earlier versions.
+    /// The input that moves the arm; `None` in bags of earlier versions.
     pub input: Option<Input>,
-    /// The goal in force: x y z \[m\], then qx qy qz qw.
+    /// The current goal: x y z \[m\], then qx qy qz qw.
     pub goal: Option<PoseNumbers>,
     /// Whether the goal is beyond reach.
     pub goal_beyond_reach: bool,
-    /// The number of goals that have begun a motion since the servo's start.
+    /// The number of motions that have begun since the servo's start.
     pub goal_count: u64,
-    /// The stamp of the last message with the goal in force.
+    /// The stamp of the current goal's last message.
     pub goal_stamp: Option<String>,
-    /// Why the arm does not arrive and what to try, if the state alone does not tell.
+    /// The reason why the arm does not arrive and what to try, if the state needs one to be understood.
     pub reason: Option<String>,
-    /// The joint that its position limit holds back.
+    /// The name of the joint that its position limit stops.
     pub joint_at_limit: Option<String>,
-    /// The distance between the two nearest parts \[m\], if constraints are on and some are near.
+    /// The distance between the two nearest parts \[m\]; `None` if constraints are off or nothing is near.
     pub clearance: Option<f64>,
-    /// The state of the search for another configuration that reaches the goal; `None` in bags of earlier versions.
+    /// Information about another configuration that reaches the goal; `None` in bags of earlier versions.
     pub reconfiguration: Option<String>,
-    /// The figures of the motion; `None` until the arm was heard.
+    /// The figures of the motion; `None` until the first joint state.
     pub figures: Option<Figures>,
-    /// The lateness of the cycle since the goal was taken.
+    /// The lateness of the cycle since the motion began.
     pub cycle_jitter: CycleJitter,
 }
 
 /// The lateness of the cycle \[µs\].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CycleJitter {
-    /// The bound of 99 % of the cycles.
+    /// The lateness that 99 % of the cycles do not exceed.
     pub p99: f64,
     /// The largest value.
     pub max: f64,
@@ -66,24 +68,24 @@ impl CycleJitter {
         values.add("cycle_jitter_max_us", self.max);
     }
 
-    /// Reads it from the numbers of its keys.
+    /// Reads the lateness from the numbers that `number` returns for its keys.
     pub(crate) fn from_named(number: impl Fn(&str) -> Option<f64>) -> Self {
         let amount = |key| number(key).unwrap_or_default();
         Self { p99: amount("cycle_jitter_p99_us"), max: amount("cycle_jitter_max_us") }
     }
 }
 
-/// What a servo reports about itself: its [`Status`], and what is needed in addition.
+/// A servo's report about itself: its [`Status`] and further information.
 pub struct ServoReport<'a> {
     /// The law in force.
     pub law: LawNames,
-    /// The joint that its position limit holds back.
+    /// The name of the joint that its position limit stops.
     pub joint_at_limit: Option<&'a str>,
-    /// Why the arm does not arrive, and what to try.
+    /// The reason why the arm does not arrive, and what to try.
     pub reason: Option<String>,
-    /// The number of keep-outs and keep-ins that are obeyed, if constraints are on.
+    /// The number of keep-outs and keep-ins that the servo obeys; `None` if constraints are off.
     pub keep_outs: Option<usize>,
-    /// The smallest singular value of the Jacobian of what is controlled.
+    /// The smallest singular value of the controlled Jacobian.
     pub smallest_singular_value: f64,
     /// The time of the last cycle.
     pub now: Duration,
@@ -91,19 +93,19 @@ pub struct ServoReport<'a> {
     pub asker: Option<String>,
     /// The status of the last cycle.
     pub status: &'a Status,
-    /// Whether every arm was heard.
+    /// Whether the servo has received a joint state of every arm.
     pub heard: bool,
-    /// The messages that were rejected.
+    /// The counts of rejected messages.
     pub rejections: &'a RejectionCounts,
 }
 
-/// Everything from which a status message is built.
+/// The information from which a status message is built.
 pub struct Reported<'a> {
     /// The node's name.
     pub node: &'a str,
     /// Whether the arms have guards.
     pub guard: GuardState,
-    /// Which keep-outs and keep-ins are not obeyed, and why.
+    /// A text about the keep-outs and keep-ins that the servo does not obey, and why.
     pub not_obeyed: Option<String>,
     /// The servo's report.
     pub servo: ServoReport<'a>,
@@ -127,7 +129,7 @@ impl Reported<'_> {
     }
 }
 
-/// Formats a value for messages.
+/// Formats a value for a message.
 fn text(value: Value) -> String {
     match value {
         Value::String(text) => text,
@@ -138,7 +140,7 @@ fn text(value: Value) -> String {
 }
 
 impl ServoReport<'_> {
-    /// Returns the keys and values of the servo in `~/status`, in this order.
+    /// Returns the keys and values of the servo in `~/status`, in their order.
     pub fn values(&self) -> Vec<(&'static str, Value)> {
         let Self { status, rejections, .. } = self;
         let LawNames { law, aim, aim_key } = self.law;
@@ -176,7 +178,7 @@ impl ServoReport<'_> {
         values
     }
 
-    /// Returns who asked for motion and what last revoked it, each with the time since \[s\].
+    /// Returns who requested motion and what last revoked the request, each with the time since then \[s\].
     fn consent(&self) -> Vec<(&'static str, Value)> {
         let consent = &self.status.consent;
         let ago = |time: Duration| Value::from(microseconds(self.now.saturating_sub(time)).round() / 1e6);
@@ -197,7 +199,7 @@ impl ServoReport<'_> {
     }
 }
 
-/// Returns a warning about several publishers of commands for one arm.
+/// Returns a warning about several publishers of commands to one arm.
 pub fn rivalry(topic: &str, publishers: usize) -> String {
     format!("{publishers} publishers on {topic}: only one may command the arm")
 }
@@ -208,12 +210,12 @@ pub struct KeyValues {
     list: Vec<KeyValue>,
 }
 
-/// Converts seconds to milliseconds, rounded to microseconds. An estimate that decays would otherwise have hundreds of digits.
+/// Converts seconds to milliseconds, rounded to microseconds. Otherwise an estimate that decays would have hundreds of digits.
 pub fn milliseconds(seconds: f64) -> f64 {
     (seconds * 1e6).round() / 1e3
 }
 
-/// Converts `time` to microseconds. Nanoseconds as a number of seconds, multiplied, would have more digits: 24208.994000000002.
+/// Converts `time` to microseconds. A product of seconds would have more digits, such as 24208.994000000002.
 pub fn microseconds(time: Duration) -> f64 {
     time.as_nanos() as f64 / 1e3
 }
@@ -239,10 +241,10 @@ impl KeyValues {
 }
 
 impl StatusReport {
-    /// A servo that is silent for longer than this has gone.
+    /// A servo that is silent for longer than this has ended.
     pub const SILENCE: Duration = Duration::from_secs(2);
 
-    /// Reads a status message; `None` if it is not from a servo.
+    /// Reads a status message. `None` if it is not from a servo.
     pub fn from_message(message: &DiagnosticStatus) -> Option<Self> {
         let values: BTreeMap<_, _> =
             message.values.iter().map(|pair| (pair.key.as_str(), pair.value.as_str())).collect();
@@ -268,17 +270,18 @@ impl StatusReport {
 }
 
 impl StatusReport {
-    /// Returns the law, and for two arms what it controls.
+    /// Returns the name of the law; for two arms also the name of what it controls.
     pub fn law_and_aim(&self) -> String {
         law_and_aim(&self.law, self.aim.as_deref())
     }
 
-    /// Returns whether the arm has stalled, but can go on in another configuration on request.
+    /// Returns whether the arm has stalled but would move to another configuration on request.
     pub fn may_be_reconfigured(&self) -> bool {
         self.state == State::Stalled && self.reconfiguration.as_deref() == Some(Reconfiguration::FOUND)
     }
 
-    /// Returns a sentence with what the servo is doing, why the arm does not arrive, and how far the goal is, as far as known.
+    /// Returns a sentence about what the servo is doing, why the arm does not arrive, and how far the goal is, as far as this is
+    /// known.
     pub fn sentence(&self) -> String {
         if let (State::Settled, Some(Figures { arrival_time: Some(time), path_length, .. })) =
             (self.state, self.figures)

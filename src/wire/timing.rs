@@ -1,8 +1,8 @@
-//! Measures how late the cycle woke, and how long it worked.
+//! Measures how late the cycle wakes, and how long it works.
 
 use std::time::Duration;
 
-/// The lateness of the cycle's wake-ups, how long the cycles worked, and the number of skipped cycles.
+/// Collects the lateness of the cycle's wake-ups, the working times of the cycles, and the number of skipped cycles.
 #[derive(Clone, Debug, Default)]
 pub struct CycleTiming {
     lateness: Spread,
@@ -10,10 +10,10 @@ pub struct CycleTiming {
     overruns: u64,
 }
 
-/// The distribution of times.
+/// The distribution of a time.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SpreadFigures {
-    /// The median. It and the next two are at most 1 % too long.
+    /// The median. It and the two quantiles may be up to 1 % too long.
     pub median: Duration,
     /// The 99 % quantile.
     pub p99: Duration,
@@ -28,9 +28,9 @@ pub struct SpreadFigures {
 pub struct TimingFigures {
     /// The lateness of the wake-ups.
     pub lateness: SpreadFigures,
-    /// How long the cycles worked, from wake-up to end.
+    /// The working times of the cycles, from wake-up to end.
     pub work: SpreadFigures,
-    /// The number of deadlines skipped since the start.
+    /// The number of deadlines that were skipped since the start.
     pub overruns: u64,
 }
 
@@ -46,7 +46,7 @@ impl CycleTiming {
         self.work.add(time);
     }
 
-    /// Clears the distributions, for example at the start of a motion. Overruns continue to count.
+    /// Clears the distributions, for example when a motion begins. Overruns continue to count.
     pub fn restart(&mut self) {
         self.lateness.clear();
         self.work.clear();
@@ -62,7 +62,7 @@ impl CycleTiming {
     }
 }
 
-/// A histogram of times, whose bins each end 1 % later than the previous one.
+/// A histogram of times. Each bin ends 1 % later than the previous one.
 #[derive(Clone, Debug)]
 struct Spread {
     bins: Vec<u32>,
@@ -70,13 +70,13 @@ struct Spread {
     max: Duration,
 }
 
-/// The ratio of the ends of successive bins; the first bin ends at [`FIRST`].
+/// The ratio of the ends of successive bins. The first bin ends at [`FIRST`].
 const RATIO: f64 = 1.01;
 
-/// The end of the first bin [s].
+/// The end of the first bin \[s\].
 const FIRST: f64 = 1e-7;
 
-/// The number of bins: enough for an hour.
+/// Number of bins, which is enough for an hour.
 const BINS: usize = 2444;
 
 impl Default for Spread {
@@ -104,7 +104,7 @@ impl Spread {
         SpreadFigures { median, p99, p999, max: self.max }
     }
 
-    /// Returns the quantiles at these fractions, which must be in ascending order.
+    /// Returns the quantiles at the fractions `parts`, which must be in ascending order.
     fn quantiles<const N: usize>(&self, parts: [f64; N]) -> [Duration; N] {
         let (mut seen, mut bins) = (0, self.bins.iter().enumerate());
         let mut end = Duration::ZERO;

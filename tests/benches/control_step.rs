@@ -1,6 +1,6 @@
-//! Measures a control step against the same step written as plain formulas: `cargo bench --bench control_step`.
+//! Measures a control step, and the same step written as plain formulas: `cargo bench --bench control_step`.
 //!
-//! Each call takes the next of 1024 random configurations of the PUMA 560, with another one as the goal.
+//! Each call takes the next of 1024 random configurations of the PUMA 560. The goal is the pose of another configuration.
 
 #[path = "../../src/kinematics/tests/plain.rs"]
 mod plain;
@@ -29,7 +29,7 @@ fn built_in() -> ServoParameters {
     ServoParameters::from_store(&store).unwrap()
 }
 
-/// Returns joint angles in [−π, π], the same in every run. Multiples of numbers like the golden ratio are spread evenly.
+/// Returns joint angles in [−π, π], which are the same in every run. Multiples of numbers like the golden ratio are spread evenly.
 fn angles(number: usize) -> [f64; 6] {
     std::array::from_fn(|joint| {
         let step = [0.618_034, 0.414_214, 0.732_051, 0.236_068, 0.645_751, 0.316_625][joint];

@@ -1,6 +1,6 @@
-//! Measures how punctual the servo's cycle is, compared with a bare loop that only waits for the same deadlines: `cargo bench --bench cycle
-//! [-- SECONDS]`, for each rate and load, 20 s by default. Servos without and with a priority, and such loops, run at the same time, so
-//! that other work of the machine affects all of them. Priorities need root.
+//! Measures how punctual the servo's cycle is, and how punctual a bare loop is that only waits for the same deadlines. Run `cargo
+//! bench --bench cycle [-- SECONDS]`, for each rate and load, 20 s by default. Servos and loops, each without and with a priority,
+//! run at the same time, so that other work of the machine affects all of them. Priorities need root.
 
 #[path = "../dds/host.rs"]
 mod host;
@@ -19,13 +19,13 @@ use thread_priority::{
     thread_native_id,
 };
 
-/// The hosts' peer, which is not used here.
+/// The path of the peer program, which this bench does not use.
 const PEER: &str = "";
 
 /// A goal that takes the arm across its space [m; quaternion x y z w].
 const GOAL: [&str; 7] = ["-0.125", "0.2", "0.2", "0", "0", "0", "1"];
 
-/// The priority of rows that have one.
+/// The priority in the rows that have one.
 const PRIORITY: u8 = 40;
 
 fn main() {
@@ -62,7 +62,7 @@ fn rows(rate: u32, busy: bool, time: Duration) {
     for (_, host) in &mut hosts {
         assert_success(&host.run(&[&["goal"], &GOAL[..]].concat()));
     }
-    // The servos' figures count from their goals, some seconds earlier.
+    // The figures of the servos are counted from their goals, some seconds earlier.
     let period = Duration::from_secs(1) / rate;
     let loops: Vec<_> = hosts
         .iter()
@@ -154,7 +154,7 @@ fn shown(figures: &TimingFigures) -> String {
     format!("{late} | {work} | {}", figures.overruns)
 }
 
-/// Returns the servo's last report, and the number of cycles that it missed since its first report.
+/// Returns the servo's last report, and the number of cycles that the servo missed since its first report.
 fn reported(bag: &std::path::Path) -> String {
     let mut reports: Vec<BTreeMap<String, String>> = Vec::new();
     for message in Bag::open(bag).unwrap() {

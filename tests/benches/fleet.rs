@@ -17,12 +17,12 @@ use node::{GOALS, goal, join};
 use std::io::{BufRead, BufReader};
 use std::time::{Duration, Instant};
 
-/// The hosts' peer, which is not used here.
+/// The path of the peer program, which this bench does not use.
 const PEER: &str = "";
 
-/// How long a fleet is measured.
+/// The time for which a fleet is measured.
 const WINDOW: Duration = Duration::from_secs(15);
-/// How long all nodes may take to find each other.
+/// The longest time that all nodes may take to find each other.
 const PATIENCE: Duration = Duration::from_secs(120);
 /// The time between two goals.
 const MOTION: Duration = Duration::from_secs(3);
@@ -74,7 +74,7 @@ fn row(count: usize, rate: &str, apart: bool) {
     }
     let pids: Vec<_> = names.iter().map(|name| host.pid(name)).collect();
     let (before, begun) = (cpu(&pids), Instant::now());
-    // The watcher's figures come at the end of its window.
+    // The watcher prints its figures at the end of the measured time.
     let figures = lines.next().unwrap_or_default();
     let share = 100.0 * (cpu(&pids) - before) / begun.elapsed().as_secs_f64() / count as f64;
     let memory = names.iter().map(|name| host.memory(name)).sum::<f64>() / count as f64;
@@ -110,7 +110,7 @@ fn ros_arguments(number: usize, rate: &str) -> Vec<String> {
     ["--ros-args", "-r", &namespace, "-p", &rate, "--log-level", "error"].map(str::to_owned).to_vec()
 }
 
-/// Returns the CPU time that these processes have used [s].
+/// Returns the CPU time that these processes have used \[s\].
 fn cpu(pids: &[u32]) -> f64 {
     let of = |pid: &u32| {
         let stat = std::fs::read_to_string(format!("/proc/{pid}/stat")).unwrap();
@@ -168,7 +168,7 @@ impl Watched {
         self.goals.wait_for_readers(PATIENCE).await.unwrap();
     }
 
-    /// Returns what is missing now, in words.
+    /// Returns what is missing at present, in words.
     async fn missing(&self) -> Option<&'static str> {
         let moment = Duration::from_millis(500);
         let heard = tokio::time::timeout(moment, self.is_heard()).await.is_ok();
@@ -181,7 +181,7 @@ impl Watched {
         }
     }
 
-    /// Returns the median of the latency that the servo reports [ms], and its last jitter [µs].
+    /// Returns the median of the latency that the servo reports \[ms\], and its last jitter [µs].
     async fn figures(&self, end: Instant) -> (f64, f64) {
         let (mut latencies, mut jitter, mut number) = (Vec::new(), 0.0, 0);
         let mut next = Instant::now();
@@ -201,7 +201,8 @@ impl Watched {
     }
 }
 
-/// Prints when all servos receive from their arms. Then sends goals to each, and prints what they reported meanwhile.
+/// Prints when all servos receive from their arms. Then sends goals to each, and prints the figures that the servos report during
+/// this time.
 async fn watch(count: usize) {
     let (mut node, _session) = join("watch");
     let servos: Vec<_> = (0..count).map(|number| Watched::new(&mut node, number)).collect();

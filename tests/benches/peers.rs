@@ -1,5 +1,5 @@
-//! This program's control step, or nalgebra's own dual quaternions, as one of the peers that `tests/benches/peers.sh` measures. Answers the
-//! requests of `peers/measure.py` on stdin and stdout.
+//! One of the peers that `tests/benches/peers.sh` measures: the control step of this program, or nalgebra's own dual quaternions.
+//! Answers the requests of `peers/measure.py` on stdin and stdout.
 
 use dq_algebra::{UnitDualQuaternion, Vector8};
 use dq_config::{NodeParameters, ServoParameters};
@@ -16,12 +16,12 @@ use std::time::Instant;
 /// The start and the goal of each configuration \[rad\].
 type Inputs = Vec<([f64; 6], [f64; 6])>;
 
-/// Runs a task over these of the configurations.
+/// A task that runs over these configurations.
 type Task<'a> = Box<dyn FnMut(Range<usize>) + 'a>;
 
 struct Peer<'a> {
     tasks: BTreeMap<&'static str, Task<'a>>,
-    /// The poses and Jacobians of all configurations, once per form.
+    /// The poses and Jacobians of all configurations, once in each form.
     check: Vec<f64>,
 }
 
@@ -59,7 +59,7 @@ fn answer(mut peer: Peer) {
     }
 }
 
-/// Returns the nanoseconds per configuration. Each slice counts by its shortest time, so that interruptions do not count.
+/// Returns the nanoseconds per configuration. Of each slice the shortest time is used, so that interruptions do not count.
 fn measure(task: &mut Task) -> f64 {
     let slices = (0..COUNT).step_by(SLICE).map(|first| {
         let times = (0..ROUNDS).map(|_| {
@@ -126,7 +126,8 @@ fn ours<'a>(inputs: &'a Inputs, chain: &'a Chain, settings: &Controller) -> Peer
     Peer { tasks, check: check.collect() }
 }
 
-/// Returns position, rotation matrix and twist Jacobian by rows, the form of the peers without dual quaternions.
+/// Returns this program's step in the form of the peers without dual quaternions: position, rotation matrix and twist Jacobian, row
+/// by row.
 fn ours_as_twists<'a>(inputs: &Inputs, chain: &Chain) -> Peer<'a> {
     let check = inputs.iter().flat_map(|(start, _)| {
         let state = state(chain, start);

@@ -19,7 +19,7 @@ struct Loop {
     next: usize,
 }
 
-/// Position [m] and orientation (x, y, z, w).
+/// Position \[m\] and orientation (x, y, z, w).
 type Goal = ([f64; 3], [f64; 4]);
 
 impl Loop {
@@ -45,7 +45,7 @@ impl Loop {
         }
     }
 
-    /// Moves towards one of two goals and, when it has settled, towards the other.
+    /// Moves toward one of two goals and, when the arm has settled, toward the other.
     fn there_and_back(&mut self, goals: &[Goal; 2]) {
         if !matches!(self.servo.status().state, State::Tracking | State::JointLimit | State::Constrained) {
             self.next = 1 - self.next;
@@ -61,7 +61,7 @@ impl Loop {
     }
 }
 
-/// Creates a loop with the gains and limits of the built-in arm, without stalls.
+/// Creates a loop with the gains and limits of the built-in arm. The servo does not detect stalls.
 fn new_loop(parameters: ServoParameters, law: Law) -> Loop {
     let names = parameters.joints.iter().map(|arm| arm.names().to_vec()).collect();
     let parameters = parameters.with_period(PERIOD).with(|settings| {
@@ -89,7 +89,7 @@ fn things() -> Vec<String> {
     (0..19).map(thing).chain(["table half_space 0 0 1 -0.5".to_owned()]).collect()
 }
 
-/// Returns sixty hulls of a hundred points each, on a circle with this radius \[m\]; each is about 0.1 m large.
+/// Returns sixty hulls of a hundred points each, on a circle with the radius `away` \[m\]. Each hull is about 0.1 m large.
 fn hulls(away: f64) -> Vec<String> {
     let hull = |i: usize| {
         let (sin, cos) = (0.7 * i as f64).sin_cos();
@@ -104,7 +104,7 @@ fn hulls(away: f64) -> Vec<String> {
     (0..60).map(hull).collect()
 }
 
-/// Returns the parameters of the built-in arm with twelve capsules on its links, among these keep-outs.
+/// Returns the parameters of the built-in arm with twelve capsules on its links, and with these keep-outs.
 fn among_keep_outs(things: Vec<String>) -> ServoParameters {
     let capsule = |i: usize| {
         let (joint, from) = (["joint2", "joint3"][i % 2], 0.07 * (i / 2) as f64);
@@ -124,8 +124,8 @@ fn among_keep_outs(things: Vec<String>) -> ServoParameters {
     ServoParameters::from_store(&store).unwrap()
 }
 
-/// Prints how long this many cycles take, and the worst ones. The motion there and back is the same each time. So for each of its cycles,
-/// the fastest run shows the time of the servo, and the others include other work of the machine.
+/// Prints the times that this many cycles take, and the longest ones. The motion to a goal and back is the same each time. So for
+/// each of its cycles, the fastest run shows the time of the servo, and the others include other work of the machine.
 fn spread(name: &str, arm: &mut Loop) {
     const CYCLES: usize = 1_000_000;
     let (mut times, mut starts) = (Vec::with_capacity(CYCLES), Vec::new());
@@ -155,7 +155,8 @@ fn spread(name: &str, arm: &mut Loop) {
     );
 }
 
-/// The paper's start and goal, and two poses of one tool relative to the other, the second slightly farther away.
+/// The paper's start and goal, and two poses of one tool relative to the other. The tools are slightly farther apart in the second
+/// pose.
 const START: [f64; 6] = [0.7, 1.0, 2.3, 0.5, -0.7, 2.0];
 const GOALS: [Goal; 2] =
     [([-0.125, 0.2, 0.2], [0.0, 0.0, 0.0, 1.0]), ([-0.2, 0.3, 0.1], [0.0, 0.0, 0.0, 1.0])];

@@ -13,14 +13,14 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 use usage::Usage;
 
-/// The hosts' peer, which is not used here.
+/// The path of the peer program.
 const PEER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/dds/peer.py");
 
 /// The processes, and the allowed variation of their memory [MB]. RustDDS's buffers fill and empty; those of a recorder hold 10 000 samples
 /// of each topic, which are full after a quarter of an hour.
 const PROCESSES: [(&str, f64); 3] = [("servo", 3.0), ("plant", 3.0), ("recorder", 25.0)];
 
-/// Goals that the arm reaches from each other: position [m] and quaternion (x, y, z, w).
+/// Goals that the arm reaches from each other: position \[m\] and quaternion (x, y, z, w).
 const GOALS: [[&str; 7]; 3] = [
     ["-0.125", "0.2", "0.2", "0", "0", "0", "1"],
     ["0.2", "0.3", "0.1", "0", "0", "0.38268343236509", "0.92387953251129"],
@@ -81,7 +81,7 @@ fn drive(host: &Host, duration: Duration) -> (usize, Vec<(f64, Vec<Usage>)>) {
     (goals, rows)
 }
 
-/// Returns what has grown by more than noise.
+/// Returns a line for each process that has grown by more than noise.
 fn grown(first: &[Usage], last: &[Usage]) -> Vec<String> {
     let pairs = PROCESSES.iter().zip(first.iter().zip(last));
     pairs

@@ -11,7 +11,7 @@ use std::io::{BufRead, BufReader};
 use std::process::Stdio;
 use std::time::{Duration, Instant};
 
-/// The hosts' peer, which is not used here.
+/// The path of the peer program, which this bench does not use.
 const PEER: &str = "";
 
 /// The time between two goals.

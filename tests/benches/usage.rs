@@ -26,7 +26,7 @@ impl Usage {
         }
     }
 
-    /// Returns whether this usage is larger than the other, by more than `noise` [MB] of memory.
+    /// Returns whether this usage is larger than `other`. Memory must be larger by more than `noise` [MB].
     pub fn has_outgrown(&self, other: &Self, noise: f64) -> bool {
         self.memory > other.memory + noise
             || self.threads > other.threads

@@ -1,7 +1,7 @@
-//! Measures the latency over DDS at a peer of the servo: from a joint state to the command that was computed from it, and from a goal to
-//! the first command that takes it into account. For comparison, the same joint state is echoed in turn by Eclipse Cyclone DDS in C, and by
-//! a UDP socket. Run `cargo bench --bench wire [-- TIMES [PRIORITY]]`; the echo needs Debian's cyclonedds-dev, cyclonedds-tools and a C
-//! compiler.
+//! Measures the latency over DDS at a peer of the servo: from a joint state to the command that was computed from it, and from a
+//! goal to the first command that takes the goal into account. For comparison, the same joint state is also echoed by Eclipse
+//! Cyclone DDS in C, and by a UDP socket. Run `cargo bench --bench wire [-- TIMES [PRIORITY]]`; the echo needs Debian's
+//! cyclonedds-dev, cyclonedds-tools and a C compiler.
 
 #[path = "../dds/host.rs"]
 mod host;
@@ -19,7 +19,7 @@ use std::path::Path;
 use std::process::Command;
 use std::time::Duration;
 
-/// The hosts' peer, which is not used here.
+/// The path of the peer program, which this bench does not use.
 const PEER: &str = "";
 
 const RATE: f64 = 500.0;
@@ -100,10 +100,11 @@ struct Peer {
 }
 
 impl Peer {
-    /// Waits up to 8 ms, so that nothing synchronizes with the servo's cycle. The arm moves meanwhile, and its state is stamped.
+    /// Waits up to 8 ms, so that nothing synchronizes with the servo's cycle. During this time the arm moves, and its state is
+    /// stamped.
     fn pause(&mut self) {
         self.random = self.random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
-        // Tokio's sleep has a resolution of a millisecond, and would synchronize.
+        // The sleep of Tokio has a resolution of a millisecond, and would synchronize.
         std::thread::sleep(Duration::from_micros(2000 + (self.random >> 33) % 6000));
         if let Some(command) = self.commands.newest().message {
             self.state.velocity = command.data;
@@ -115,7 +116,8 @@ impl Peer {
         self.state.header.stamp = Time::now();
     }
 
-    /// Returns the time from `sent` to the wake-up of the first cycle whose record satisfies `knew`, and from there to its command.
+    /// Returns the time from `sent` to the wake-up of the first cycle whose record satisfies `knew`, and the time from this wake-up
+    /// to the cycle's command.
     async fn command(&self, sent: Duration, knew: impl Fn(&Recorded) -> bool) -> (Duration, Duration) {
         let mut commands = Vec::new();
         loop {

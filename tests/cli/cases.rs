@@ -5,7 +5,7 @@ use std::ffi::OsString;
 use std::path::Path;
 use std::process::Stdio;
 
-/// Runs `pose` with the file between two of its links. Returns the code, stdout and stderr.
+/// Runs `pose` on the file, with two of its links as base and tool. Returns the code, stdout and stderr.
 fn pose(file: &str, [base, tool]: [&str; 2], joints: usize) -> (Option<i32>, String, String) {
     let file = format!("robot_file:={file}");
     let (base, tool) = (format!("base_frame:={base}"), format!("tool_frame:={tool}"));
@@ -24,7 +24,7 @@ fn place(pose: &str) -> Vec<f64> {
     pose["position"].as_array().unwrap().iter().map(|number| number.as_f64().unwrap()).collect()
 }
 
-/// The tool of the made-up arm with all joints at 0, according to PyPI's `pin`.
+/// The position of the tool of the made-up arm with all joints at 0, according to `pin` from PyPI.
 const TOOL: [f64; 3] = [0.4, 0.0, 0.5];
 
 #[test]

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-/// A module, as the names from the crate's root on.
+/// A module, given by the names on the path from the crate's root.
 type Module = Vec<String>;
 
 /// The modules of a crate, each a file.
@@ -116,7 +116,7 @@ impl Crate {
         found
     }
 
-    /// Returns files each of which imports the next, the last one the first.
+    /// Returns a circle of files. Each file imports the next, and the last one imports the first.
     fn circle(&self) -> Option<Vec<&Path>> {
         let imports: BTreeMap<_, _> =
             self.files.keys().map(|module| (module, self.imports(module))).collect();
@@ -203,7 +203,7 @@ fn each_crate_imports_only_crates_above_it_in_the_readme() {
     let readme = std::fs::read_to_string(root.join("README.md")).unwrap();
     let (_, map) = readme.split_once("## Map").unwrap();
     let named = map.split("](src/").skip(1).filter_map(|rest| rest.split_once(')'));
-    // The crate that all share is listed last.
+    // The crate that all other crates share is listed last.
     let mut above = vec!["common"];
     above.extend(named.map(|(name, _)| name).filter(|name| *name != "common"));
     for entry in std::fs::read_dir(root.join("src")).unwrap() {

@@ -8,7 +8,7 @@ use std::os::unix::ffi::OsStrExt;
 use std::process::Stdio;
 use std::time::Duration;
 
-/// Returns the one line of an error with code 2 and no results.
+/// Returns the line that an error prints. The code must be 2, and there must be no results.
 #[track_caller]
 fn refused(command: &mut Command) -> String {
     let output = command.assert().code(2).get_output().clone();

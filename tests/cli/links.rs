@@ -27,7 +27,7 @@ fn target<'a>(text: &'a str, label: &str) -> Option<&'a str> {
     text.lines().find_map(|line| line.strip_prefix(&start))
 }
 
-/// Returns whether a heading of the page has this anchor, as in a forge.
+/// Returns whether a heading of the page has this anchor, as a forge would give it.
 fn has_anchor(page: &str, anchor: &str) -> bool {
     let headings = page.lines().filter(|line| line.starts_with('#'));
     let mut anchors = headings.map(|line| {

@@ -52,7 +52,7 @@ fn pose_warns_of_angles_beyond_a_full_turn() {
 fn help_and_version_are_not_errors() {
     dq_servo("--version").assert().success();
     for (arguments, said) in [
-        // Not a user at a terminal: a script without the subcommand.
+        // There is no user at a terminal, but a script that lacks the subcommand.
         ("", "Run the servo node"),
         ("--help", "-r __ns:=/left"),
         ("help", "resume"),

@@ -17,8 +17,9 @@ fn the_scripts_say_what_they_miss() {
     }
 }
 
-/// Returns the command line of each node that a launch file starts with these arguments, without the program. Also checks that a node that
-/// has lost the network is launched again after longer and longer pauses, and that any other end ends all.
+/// Returns the command line of each node that a launch file starts with these arguments, without the program. Also checks that a
+/// node that has lost the network is launched again after longer and longer pauses, and that any other end of a node ends all
+/// nodes.
 fn launched(name: &str, arguments: &[&str]) -> Result<Vec<String>, String> {
     let home = env!("CARGO_MANIFEST_DIR");
     let output = std::process::Command::new("python3")
@@ -126,7 +127,7 @@ fn the_scripts_have_their_own_help_and_end_with_the_code_of_the_part_that_failed
     for name in ["dq_servo", "dq_dual_servo"] {
         let help = Command::new(script(name)).arg("--help").assert().success().get_output().stdout.clone();
         assert!(String::from_utf8(help).unwrap().starts_with("Starts "));
-        // The failing part is once the first to start, and once the last.
+        // The part that fails is first the one that starts first, and then the one that starts last.
         for failing in ["puma560", "servo|dual"] {
             let folder = tempfile::tempdir().unwrap();
             let program = folder.path().join("dq_servo");

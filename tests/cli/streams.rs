@@ -57,7 +57,7 @@ fn closed_streams_change_no_code() {
 fn one_line_reports_that_no_thread_can_be_started() {
     let compare = concat!("compare --out ", env!("CARGO_TARGET_TMPDIR"), "/compared");
     for arguments in ["servo", "puma560", "param list", "goal 0 0 0 0 0 0 1", compare] {
-        // Like `ulimit -u`, but also for root: no thread can get a stack of this size.
+        // This is like `ulimit -u`, but also affects root: no thread can get a stack of this size.
         let output = dq_servo(arguments)
             .env("RUST_MIN_STACK", "100000000000000")
             .assert()

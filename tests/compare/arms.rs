@@ -7,8 +7,8 @@ use std::path::Path;
 
 #[test]
 fn the_arms_reach_where_their_makers_say() {
-    // The tool with the arm stretched out or upright, in meters: UR5e's zero pose; Panda's and iiwa's upright poses; xArm's zero pose (207,
-    // 112 mm).
+    // The positions of the tool with the arm stretched out or upright [m]: UR5e's zero pose; Panda's and iiwa's upright poses;
+    // xArm's zero pose (207, 112 mm).
     let cases: [(&str, &[f64], [f64; 3]); 4] = [
         ("ur5e", &[0.0; 6], [-0.8172, -0.2329, 0.0628]),
         ("panda", &[0.0; 7], [0.088, 0.0, 0.333 + 0.316 + 0.384 - 0.107]),

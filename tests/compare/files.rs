@@ -44,7 +44,7 @@ fn joined_parts_have_the_same_bytes_as_one_run_on_one_core() {
     }
     assert_eq!(fs::read(&whole).unwrap(), together);
     let cells = Summary::read(&study, &whole).unwrap().cells(1.96);
-    // Each cell, and each cell of all arms together.
+    // There is a cell for each arm, law and condition, and one for all arms together.
     assert_eq!(cells.len(), 2 * Law::ALL.len() * CONDITIONS);
     assert_eq!(cells.iter().map(|cell| cell.runs as u64).sum::<u64>(), 2 * study.run_count());
 }
@@ -108,7 +108,7 @@ fn a_file_of_another_study_is_not_continued() {
         fs::write(&file, text).unwrap();
         Summary::read(&one, &file).unwrap_err().to_string()
     };
-    // In the middle of a line.
+    // Cut in the middle of a line.
     let half = before.len() / 2 + usize::from(before[before.len() / 2 - 1] == b'\n');
     assert!(summary(&before[..half]).contains("is damaged: delete it"));
     let first = before.iter().position(|byte| *byte == b'\n').unwrap() + 1;
@@ -145,7 +145,7 @@ fn misplaced_lines_are_reported() {
     let (study, _folder, file) = written(study(2, 3));
     let text = fs::read_to_string(&file).unwrap();
     let lines: Vec<_> = text.split_inclusive('\n').collect();
-    // The next task, the next condition, the next law.
+    // The exchanged runs are those of the next task, the next condition, and the next law.
     for (one, other) in [(2, 3), (2, 4), (2, 2 + 2 * CONDITIONS)] {
         let mut moved = lines.clone();
         moved.swap(one, other);
@@ -163,7 +163,7 @@ fn two_arms_with_one_name_are_refused() {
     assert!(why.to_string().contains("\"ur5e\""));
 }
 
-/// The committed gains: for these arms in this order, and of this program.
+/// The committed gains are valid for these arms in this order, and for this program.
 #[test]
 fn gains_that_were_chosen_are_kept_and_those_of_another_program_refused() {
     let (folder, chosen) = (Folder::new(), committed().gains);

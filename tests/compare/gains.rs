@@ -5,7 +5,7 @@ use dq_kinematics::control::Law;
 use dq_studies::compare::{Arm, ClosedLoop, Outcome, PLANTS, Task, sign_test};
 use std::path::Path;
 
-/// The number of tasks on which a gain is chosen, and their seed, which the comparison does not use.
+/// The number of tasks on which a gain is chosen, and the seed of these tasks. The comparison does not use this seed.
 const TASKS: u32 = 50;
 const SEED: u64 = 0x6761_696e;
 
@@ -13,7 +13,7 @@ const SEED: u64 = 0x6761_696e;
 /// quarter.
 const GAINS: [f64; 3] = [1.0, 2.0, 4.0];
 
-/// The results of the laws on an arm's tasks under its limits, at one age of the joint states.
+/// The results of the laws on an arm's tasks under the arm's limits, with one age of the joint states.
 struct Runs {
     settled: Vec<bool>,
     times: Vec<f64>,
@@ -37,7 +37,7 @@ impl Runs {
         Self { settled, times, overshoots }
     }
 
-    /// Returns whether significantly fewer of the same tasks settle than of `other`.
+    /// Returns whether significantly fewer tasks settle than with `other`, which has the same tasks.
     fn is_worse_than(&self, other: &Self) -> bool {
         let pairs = || self.settled.iter().zip(&other.settled);
         let (lost, won) =
@@ -50,8 +50,9 @@ fn median(sorted: &[f64]) -> f64 {
     sorted[sorted.len() / 2]
 }
 
-/// Returns the gain of logc. It is the largest one at which not significantly fewer tasks settle than at any smaller one, and half of the
-/// motions overshoot by at most the tolerance. Both hold under the arm's limits, with joint states of age 0 and 20 ms.
+/// Returns the gain of logc. It is the largest one with which not significantly fewer tasks settle than with any smaller one, and
+/// half of the motions overshoot by at most the tolerance. Both conditions hold under the arm's limits, with joint states of age 0
+/// and 20 ms.
 fn choice(arm: &Arm) -> f64 {
     let tasks: Vec<_> = (0..TASKS).map(|number| arm.task(SEED, number).unwrap()).collect();
     let tolerance = arm.parameters.settings.goal_tolerance.linear;

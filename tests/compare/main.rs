@@ -12,7 +12,8 @@ mod switch;
 use dq_kinematics::control::Law;
 use dq_studies::compare::{Arm, Findings, Gain, Matched, Study};
 
-/// Four plants without and with limits, and ideal plants with gains for equal peak speed, without and with limits.
+/// The number of conditions: four plants without and with limits, and ideal plants with gains for equal peak speed, without and
+/// with limits.
 const CONDITIONS: usize = 2 * 6 + 2;
 
 /// Returns the `compare.json` from which the committed page was written.

@@ -46,7 +46,7 @@ fn a_small_run_says_the_same_as_the_committed_one() {
         assert!(overlap(&small.settled_percent, &large.settled_percent), "{small:?} {large:?}");
         let times = [small.settling_s, large.settling_s].map(Option::unwrap);
         assert!(overlap(&times[0], &times[1]), "{small:?} {large:?}");
-        // On tasks that all laws settle. With few tasks the interval is meaningless.
+        // Only tasks that all laws settle are compared. With few tasks the interval is meaningless.
         if small.common.is_none_or(|common| common < 6) {
             continue;
         }
@@ -70,8 +70,8 @@ fn overlap(one: &Interval, other: &Interval) -> bool {
     one.low - room <= other.high && other.low <= one.high + room
 }
 
-/// Judged on other tasks than those on which the gains were chosen. Medians of a thousand settling times are steady, those of peak speeds
-/// less so.
+/// The gains are judged on other tasks than those on which they were chosen. Medians of a thousand settling times vary little,
+/// those of peak speeds more.
 #[test]
 fn chosen_gains_reach_what_they_were_chosen_for() {
     for gain in committed().gains {
@@ -86,7 +86,8 @@ fn chosen_gains_reach_what_they_were_chosen_for() {
     }
 }
 
-/// Ages refer to all tasks that settle with fresh joint states, and lie between their bounds. The plants' results are those of the cells.
+/// Ages refer to all tasks that settle with fresh joint states, and lie between their bounds. The results of the plants equal those
+/// of the cells.
 #[test]
 fn ages_are_of_all_tasks_and_as_the_plants_show() {
     let committed = committed();
@@ -115,7 +116,7 @@ fn no_path_is_shorter_than_straight() {
     }
 }
 
-/// For a few tasks the page says that they are too few, instead of which law is best.
+/// If there are few tasks, the page says that they are too few, instead of which law is best.
 #[test]
 fn a_few_tasks_are_too_few_to_tell() {
     let mut study = study(2, 1);

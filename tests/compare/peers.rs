@@ -8,7 +8,8 @@ use dq_studies::compare::{
 use std::fs;
 use std::path::Path;
 
-/// Returns the law's lines of these tasks under settling_time and fresh joint states, as if another program had written them.
+/// Returns the law's lines for these tasks under settling_time and fresh joint states, in the form that another program would
+/// write.
 fn as_another_program(lines: &str, name: &str, tasks: u32) -> String {
     let is_meant = |line: &&str| {
         let has = |part: &str| line.contains(part);
@@ -34,7 +35,7 @@ fn other_programs_are_paired_with_the_law_on_their_tasks() {
     let runs = folder.path().join("compare.jsonl");
     study.write(&runs, Part::WHOLE, |_| {}).unwrap();
     let same = as_another_program(&fs::read_to_string(&runs).unwrap(), "again", 3);
-    // A copy that is slower by a second in each task, and settles one task less.
+    // This copy is slower by a second in each task, and settles one task less.
     let mut other: Vec<serde_json::Value> =
         same.replace("again", "slower").lines().map(|line| serde_json::from_str(line).unwrap()).collect();
     other.iter_mut().filter(|run| run["settling_s"].is_number()).for_each(|run| {

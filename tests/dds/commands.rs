@@ -21,12 +21,12 @@ fn each_goal_has_its_own_outcome() {
     let host = Host::with_both_nodes();
     let there = host.output(&FAR);
     assert!(there.starts_with("arrived with logc after") && !there.contains("path 0.00"), "{there}");
-    // The arm is already at this pose; the goal is rejected nevertheless.
+    // The arm is already at this pose; nevertheless the goal is rejected.
     let rejected = host.run(&[&FAR[..], &["--frame", "nope"]].concat());
     assert_eq!(rejected.status.code(), Some(1), "{}", err(&rejected));
     assert!(err(&rejected).contains("the goal was rejected: frame_id is \"nope\""), "{}", err(&rejected));
     assert!(!err(&rejected).contains("withdrawn"), "the goal in force is another's");
-    // Sent again, the goal has no path, because the arm is there.
+    // The goal is sent again. It has no path, because the arm is there.
     let again = host.output(&FAR);
     assert!(again.contains("after 0.00 s: path 0.0000 m"), "{again}");
     assert_eq!(status(&host)["state"], "settled");
@@ -129,7 +129,7 @@ fn the_servo_is_stopped_paused_resumed_and_looked_at_without_ros() {
             "is the node running, in this domain? There is /dq_servo, /puma560",
         ),
     ];
-    // Each takes 5 s, so they run at the same time.
+    // Each command takes 5 s, so they run at the same time.
     std::thread::scope(|scope| {
         for (arguments, reason) in &unknown {
             let host = &host;
@@ -171,7 +171,7 @@ fn parameters_are_dumped_and_loaded_and_start_a_node() {
     assert_success(&loaded);
     assert!(err(&loaded).starts_with("2 of "), "{}", err(&loaded));
     assert_eq!(host.output(&["param", "dump"]), dump);
-    // All or nothing.
+    // Either all parameters of a file are set, or none.
     let bad = host.file("bad.yaml", "dq_servo: {ros__parameters: {controller: diffc, gains: {diffc: -1.0}}}");
     let refused = host.run(&["param", "load", "/dq_servo", &bad]);
     assert_eq!(refused.status.code(), Some(2));
@@ -182,7 +182,7 @@ fn parameters_are_dumped_and_loaded_and_start_a_node() {
         host.start("another", &["servo", "--ros-args", "-r", "__ns:=/left", "--params-file", &elsewhere]);
     wait_for_line(servo, "waiting for joint states");
     assert_eq!(host.output(&["param", "get", "/left/dq_servo", "gains.diffc"]), "77.0\n");
-    // Parameters for all nodes are ignored if they do not exist, as at a node's start.
+    // Parameters for all nodes are ignored if the node does not have them, as at the start of a node.
     let shared = host.file("shared.yaml", "/**: {ros__parameters: {nope: 1, gains: {diffc: 55.0}}}");
     assert!(err(&host.run(&["param", "load", &shared])).contains("no parameter \"nope\": ignored"));
     assert_eq!(host.parameter("gains.diffc"), "55.0");
@@ -272,7 +272,7 @@ fn a_goal_that_stalls_at_a_limit_is_reached_in_another_configuration_where_someb
     let replayed = replay(&mut Bag::open(&bag).unwrap()).unwrap();
     let motions = &replayed[0].motions;
     assert!(motions.len() == 1 && motions[0].outcome == "arrived" && motions[0].reconfigured, "{motions:?}");
-    // With `always` the arm goes on without a request.
+    // With `always` the arm continues without a request.
     host.output(&["reset"]);
     host.output(&["param", "set", "reconfigure", "always"]);
     host.output(&["stop"]);
@@ -280,10 +280,10 @@ fn a_goal_that_stalls_at_a_limit_is_reached_in_another_configuration_where_someb
     assert!(arrived.starts_with("arrived with logc in another configuration after"), "{arrived}");
 }
 
-/// 25 hulls of 50 corners do not fit into a reply of a service.
+/// The texts of 25 hulls of 50 corners do not fit into a reply of a service.
 #[test]
 fn values_that_are_too_long_for_a_reply_are_listed_dumped_and_loaded() {
-    // Corners on a ball.
+    // The corners lie on a ball.
     let corner = |i: usize, j: usize| {
         let (height, turn) = (1.0 - (j as f64 + 0.5) / 25.0, 2.4 * j as f64);
         let radius = (1.0 - height * height).sqrt();

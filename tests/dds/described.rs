@@ -15,7 +15,7 @@ fn of_tiago<'a>(command: &'a str, more: &[&'a str]) -> Vec<&'a str> {
     [&[command][..], &FRAMES, more].concat()
 }
 
-/// Returns the start of the plant.
+/// Returns the start position of the plant.
 fn start() -> Vec<f64> {
     let values = TIAGO
         .split_once(":=")
@@ -98,7 +98,7 @@ fn the_servo_waits_for_the_description_and_moves_the_arm_that_it_has() {
     go_and_record(&host, &[&["pose", "--json"][..], &FRAMES, &["-p", TIAGO, "--"], &theta].concat(), &bag);
     assert!(assert_replays(&bag) > 100, "by the joints of the description that the bag has");
 
-    // Another robot's description, and an invalid one, change nothing.
+    // The description of another robot changes nothing, and neither does an invalid one.
     let ur5 = concat!("robot_file:=", env!("CARGO_MANIFEST_DIR"), "/tests/data/urdf/ur5.urdf");
     let other = ["arm", "--ros-args", "-r", "__node:=other", "-r", "joint_states:=other", "-p", ur5];
     let frames = ["-p", "base_frame:=base_link", "-p", "tool_frame:=tool0"];
@@ -170,7 +170,7 @@ fn names_of_any_characters_are_names_over_dds_in_bags_and_in_figures() {
     let joints = [NAMES[1], NAMES[3], NAMES[5]];
     assert_eq!(param("joints"), Value::StringArray(joints.map(str::to_owned).to_vec()));
     let Value::StringArray(body) = param("body") else { panic!() };
-    // There is a shape on each link of the arm, none of whose joints is called base.
+    // There is a shape on each link of the arm. None of the arm's joints is called base.
     for name in joints.into_iter().chain(["base"]) {
         assert!(body.iter().any(|text| text.starts_with(&format!("{name} "))), "{name:?} in {body:?}");
     }

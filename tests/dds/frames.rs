@@ -43,7 +43,7 @@ fn shapes_on_keep_out_are_avoided_with_any_parameters() {
     assert!(!log.contains("there are 0"), "{log}");
 }
 
-/// Starts an arm whose servo lets a goal wait up to 1.5 s for its frame, and a peer that publishes the frame this many milliseconds after a
+/// Starts an arm whose servo lets a goal wait up to 1.5 s for its frame, and a peer that publishes the frame `milliseconds` after a
 /// goal.
 fn with_a_table_after(milliseconds: &str) -> Host {
     let mut host = Host::with_nodes(&[], &["--ros-args", "-p", "tf_timeout:=1.5"]);
@@ -69,7 +69,7 @@ fn a_goal_that_waits_for_its_frame_is_withdrawn_when_its_sender_gives_up() {
     assert!(err(&gave_up).contains("the goal is withdrawn"), "{}", err(&gave_up));
     wait_for_what_may_come();
     assert_eq!(status(&host)["goal_count"], 0, "nothing has moved");
-    // Another publisher's goal stays in force until the frame of this one is found.
+    // The goal of another publisher stays in force until the frame of this one is found.
     host.run(&[&FAR[..], &["--timeout", "0.5", "--keep-going"]].concat());
     let gave_up = go_by_the_table(&host, "0.2");
     assert!(err(&gave_up).contains("the goal is withdrawn"), "{}", err(&gave_up));

@@ -1,11 +1,11 @@
-//! Tests what other nodes see of ours: the same as of a node of rclcpp.
+//! Tests that other nodes see our nodes as they see a node of rclcpp.
 
 use crate::PEER;
 use crate::host::{FAR, Host, PYTHON, wait_for_line, wait_until};
 use std::io::{BufRead, BufReader};
 use std::process::{Child, Stdio};
 
-/// Starts a case of the peer that prints when it listens.
+/// Starts a case of the peer. The peer prints a line when it listens.
 fn listener(host: &Host, case: &str) -> Child {
     let mut peer = host.command(PYTHON).args([PEER, case]).stdout(Stdio::piped()).spawn().unwrap();
     let mut line = String::new();
@@ -37,7 +37,7 @@ fn types_are_described_to_clients_of_both_vendors() {
 #[test]
 fn a_description_that_fits_no_packet_is_answered() {
     let mut host = Host::new();
-    // Its addresses are not on loopback, so RustDDS keeps its packets as short as on Ethernet.
+    // The addresses of this interface are not on loopback, so RustDDS keeps its packets as short as on Ethernet.
     host.shell("ip link add e0 type veth peer name e1 && ip addr add 10.7.0.1/24 dev e0 && ip link set e0 up && ip link set e1 up");
     wait_for_line(host.start("servo", &["servo"]), "waiting for joint states");
     host.peer(&["describe_types_over_ethernet"]);

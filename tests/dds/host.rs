@@ -1,4 +1,5 @@
-//! A separate host for a test: a network namespace with loopback only, and its processes. For `dds` and for `faults`.
+//! A separate host for a test: a network namespace with loopback only, and its processes. The tests `dds`, `faults` and others use
+//! it.
 #![allow(dead_code, reason = "each of the two uses a part of it")]
 
 use std::collections::BTreeMap;
@@ -7,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
-/// The longest time of a process in a test [s].
+/// The longest time of a process in a test \[s\].
 const LIMIT: &str = "120";
 
 /// Arguments of a servo for tests that are not about its law: its motions take a second or two, and the recorder gets all inputs.
@@ -16,7 +17,8 @@ pub const FAST: [&str; 3] = ["--ros-args", "-p", "gains.logc:=[4.0, 4.0]"];
 /// A goal half a meter away from the start of the arm.
 pub const FAR: [&str; 8] = ["goal", "-0.125", "0.2", "0.2", "0", "0", "0", "1"];
 
-/// A network namespace, which a process keeps alive, and the processes that a test started in it. All end with this value.
+/// A network namespace, which a process keeps alive, and the processes that a test started in this namespace. All processes end
+/// when this value is dropped.
 pub struct Host {
     holder: Child,
     children: BTreeMap<String, Child>,
@@ -31,7 +33,7 @@ impl Host {
         Self::hold("ip link set lo up && ip link set lo multicast on && ip route add 224.0.0.0/4 dev lo")
     }
 
-    /// Creates such a host in which root keeps the rights of the machine's root; `None` if the user is not root.
+    /// Creates a host in which root keeps the rights of the machine's root; `None` if the user is not root.
     pub fn of_root() -> Option<Self> {
         let id = Command::new("id").arg("-u").output().unwrap();
         let set_up = "ip link set lo up && ip link set lo multicast on && ip route add 224.0.0.0/4 dev lo";
@@ -59,7 +61,7 @@ impl Host {
         Self::with_nodes(&[], &FAST)
     }
 
-    /// Creates such a host with these arguments for each node.
+    /// Creates a host with plant and servo. Each starts with these arguments. The servo has received its first joint state.
     pub fn with_nodes(plant: &[&str], servo: &[&str]) -> Self {
         let mut host = Self::new();
         host.start("plant", &[&["puma560"], plant].concat());
@@ -78,7 +80,7 @@ impl Host {
         Self::hold_by(command, set_up)
     }
 
-    /// Creates another host that this host's root may connect to this one.
+    /// Creates another host. Root of this host may connect the two.
     pub fn beside(&self) -> Self {
         let mut command = Command::new("nsenter");
         let holder = self.holder.id().to_string();
@@ -121,7 +123,7 @@ impl Host {
         self.start_with(name, arguments, &[])
     }
 
-    /// Starts it with these environment variables.
+    /// Starts `dq_servo` with `arguments` as `name`, with these environment variables.
     pub fn start_with(&mut self, name: &str, arguments: &[&str], variables: &[(&str, &str)]) -> &mut Child {
         let mut command = self.command(env!("CARGO_BIN_EXE_dq_servo"));
         command.args(arguments).envs(variables.iter().copied()).stderr(Stdio::piped());
@@ -136,14 +138,14 @@ impl Host {
         self.spawn(name, command)
     }
 
-    /// Starts it with its log going to `log`.
+    /// Starts `dq_servo` with `arguments` as `name`. Its log goes to `log`.
     pub fn start_logging_to(&mut self, name: &str, arguments: &[&str], log: impl Into<Stdio>) -> &mut Child {
         let mut command = self.command(env!("CARGO_BIN_EXE_dq_servo"));
         command.args(arguments).stderr(log);
         self.spawn(name, command)
     }
 
-    /// Starts `dq_servo` with its results going to `results`.
+    /// Starts `dq_servo` with `arguments` as `name`. Its results go to `results`.
     pub fn start_writing_to(&mut self, name: &str, arguments: &[&str], results: impl Into<Stdio>) {
         let mut command = self.command(env!("CARGO_BIN_EXE_dq_servo"));
         command.args(arguments).stdout(results).stderr(Stdio::piped());
@@ -163,20 +165,20 @@ impl Host {
         self.children.get_mut(name).unwrap()
     }
 
-    /// Starts a launch script of this checkout with this build of the program, as "script".
+    /// Starts a launch script of this checkout with this build of the program. The process is called "script".
     pub fn start_script(&mut self, script: &str, arguments: &[&str]) {
         let mut command = self.command(&format!("{}/{script}", env!("CARGO_MANIFEST_DIR")));
         command.args(arguments).env("DQ_SERVO", env!("CARGO_BIN_EXE_dq_servo")).stderr(Stdio::null());
         self.children.insert("script".to_owned(), command.spawn().unwrap());
     }
 
-    /// Runs `dq_servo` with `arguments` to its end.
+    /// Runs `dq_servo` with `arguments` until it ends.
     pub fn run(&self, arguments: &[&str]) -> Output {
         let mut command = self.command("timeout");
         command.args([LIMIT, env!("CARGO_BIN_EXE_dq_servo")]).args(arguments).output().unwrap()
     }
 
-    /// Runs it, which must succeed, and returns what it printed.
+    /// Runs `dq_servo` with `arguments`, which must succeed, and returns the text that it printed.
     #[track_caller]
     pub fn output(&self, arguments: &[&str]) -> String {
         let output = self.run(arguments);
@@ -190,7 +192,7 @@ impl Host {
         self.output(&["param", "get", name]).trim_end().to_owned()
     }
 
-    /// Records all topics, as "recorder".
+    /// Records all topics. The process is called "recorder".
     pub fn record(&mut self, bag: &Path) {
         self.start("recorder", &["record", "--out", bag.to_str().unwrap()]);
     }
@@ -211,12 +213,12 @@ impl Host {
         self.children.insert("peer".to_owned(), child);
     }
 
-    /// Runs a case of the peer, with another vendor's DDS.
+    /// Runs a case of the peer, which uses another vendor's DDS.
     pub fn peer(&self, case: &[&str]) {
         self.peer_with(&[], case);
     }
 
-    /// Runs it in a changed environment.
+    /// Runs a case of the peer in a changed environment.
     pub fn peer_with(&self, environment: &[(&str, &str)], case: &[&str]) {
         let mut peer = self.command("timeout");
         peer.args([LIMIT, PYTHON, crate::PEER]).args(case).envs(environment.iter().copied());
@@ -262,7 +264,7 @@ impl Host {
         log
     }
 
-    /// Interrupts `name`, like ctrl-C. Returns its exit code and what it printed.
+    /// Interrupts `name` as ctrl-C does. Returns the exit code and the printed text.
     pub fn interrupt(&mut self, name: &str) -> (Option<i32>, String) {
         self.signal(name, "INT");
         let code = self.wait(name);
@@ -278,7 +280,7 @@ impl Host {
         assert_success(&Command::new("kill").args([&option, &pid]).output().unwrap());
     }
 
-    /// Kills `name`, which cannot clean up.
+    /// Kills `name`. The process cannot clean up.
     pub fn kill(&mut self, name: &str) {
         let child = self.children.get_mut(name).unwrap();
         child.kill().unwrap();
@@ -292,7 +294,7 @@ impl Host {
         line.trim().trim_end_matches(" kB").parse::<f64>().unwrap() / 1e3
     }
 
-    /// Runs `dq_servo` with `arguments` to its end, with its files limited to some 50 or 100 kB.
+    /// Runs `dq_servo` with `arguments` until it ends. No file may grow beyond some 50 or 100 kB.
     pub fn run_with_file_limit(&self, arguments: &[&str]) -> Output {
         let mut command = self.command("timeout");
         let limited = "ulimit -f 100; exec \"$0\" \"$@\"";
@@ -314,7 +316,7 @@ impl Host {
 
 impl Drop for Host {
     fn drop(&mut self) {
-        // A script's children end with it only if it is asked to end.
+        // The children of a script end with it only if the script is asked to end.
         if let Some(script) = self.children.remove("script") {
             end_kindly(script);
         }
@@ -336,7 +338,7 @@ fn end_kindly(mut child: Child) {
     let _ = child.wait();
 }
 
-/// Waits up to `seconds` until `found` returns something, and returns that.
+/// Waits up to `seconds` until `found` returns a value, and returns that value.
 #[track_caller]
 pub fn wait_until<T>(seconds: f64, mut found: impl FnMut() -> Option<T>) -> T {
     let end = Instant::now() + Duration::from_secs_f64(seconds);

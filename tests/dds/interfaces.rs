@@ -27,7 +27,7 @@ fn there(interface: &str) -> u64 {
 fn assert_are_drawn(bag: &Path) {
     let runs = recorded(bag, "bag", &built_in()).unwrap().runs;
     let [run] = runs.as_slice() else { panic!("{} runs", runs.len()) };
-    // The curve has a gap where they begin.
+    // The curve has a gap where the commanded positions begin.
     let positions = &run.commands[0].positions;
     let sent = positions.iter().filter(|(_, sent)| sent.iter().all(|angle| angle.is_finite())).count();
     assert!(sent > 200 && !run.jitter.is_empty());
@@ -48,7 +48,7 @@ fn an_arm_that_takes_positions_arrives_and_its_bag_replays_bit_for_bit() {
     assert!(there("position") > 1000);
 }
 
-/// A robot that responds after 50 ms, with a law whose rate is far beyond the stable one: 140 1/s instead of 31 1/s.
+/// The robot responds after 50 ms, and the law's rate is far beyond the stable one: 140 1/s instead of 31 1/s.
 #[test]
 fn a_gain_that_the_robots_delay_does_not_allow_is_warned_of_when_the_robot_is_heard() {
     let mut host = Host::new();
@@ -65,7 +65,7 @@ fn an_arm_that_takes_trajectories_arrives_and_its_bag_replays_bit_for_bit() {
     assert!(there("trajectory") > 200);
 }
 
-/// Whenever the arm was moved by others, the servo sends nothing until the next goal. Cycles in between have no command.
+/// Whenever the arm was moved by others, the servo sends nothing until the next goal. The cycles until then have no command.
 #[test]
 fn positions_that_restart_after_a_silence_replay_bit_for_bit() {
     let position = ["--ros-args", "-p", "interface:=position"];

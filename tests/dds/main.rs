@@ -18,7 +18,7 @@ mod terminal;
 use host::{FAR, FAST, Host, assert_success, wait_for_line};
 use serde_json::Value;
 
-/// The peer with another vendor's DDS.
+/// The path of the peer program, which uses another vendor's DDS.
 const PEER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/dds/peer.py");
 
 #[test]
@@ -235,7 +235,7 @@ fn a_known_peer_that_returns_after_its_lease_ends_only_the_servo_that_heard_it()
     let errors = host.errors("servo");
     let error = errors.lines().find(|line| line.contains("is there again")).expect(&errors);
     assert!(error.starts_with("error: ") && error.contains("/goal_pose"), "{error}");
-    // The plant received nothing from there.
+    // The plant received nothing from the other domain.
     assert_eq!(host.child("plant").try_wait().unwrap(), None, "the plant has ended");
     // A servo that a supervisor restarts ignores earlier goals, and obeys new ones.
     host.start_servo("servo", &FAST);

@@ -2,7 +2,7 @@
 
 use crate::host::Host;
 
-/// Sends `count` goals in a frame whose name has `length` bytes. Returns by how much the servo has grown [MB].
+/// Sends `count` goals in a frame whose name has `length` bytes. Returns the growth of the servo's memory [MB].
 fn growth(host: &Host, count: u32, length: u32) -> f64 {
     let before = host.memory("servo");
     host.peer(&["bulk_goals", &count.to_string(), &length.to_string()]);

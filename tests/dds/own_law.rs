@@ -1,5 +1,5 @@
-//! Tests programs of users: one with its own law, by which the arm moves and which is compared, drawn and replayed like the others; and a
-//! node.
+//! Tests programs of users. One has its own law: the arm moves by it, and it is compared, drawn and replayed like the built-in
+//! ones. The other one is a node.
 
 use crate::host::{Host, assert_success};
 use crate::replay::place;
@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use std::process::Output;
 
 const LAW: &str = "boundary_layer";
-/// The first color that is not a built-in law's, in SVG format.
+/// The first color that is not the color of a built-in law, in SVG format.
 const COLOR: &str = "#CC3C8C";
 
 /// Returns the program of this example.
@@ -24,7 +24,7 @@ fn the_example_node_is_one_for_clients_of_both_vendors() {
     host.peer(&["counter"]);
 }
 
-/// Runs the example program `own_law` to its end.
+/// Runs the example program `own_law` until it ends.
 fn run(host: &Host, arguments: &[&str]) -> Output {
     host.command("timeout").arg("120").arg(example("own_law")).args(arguments).output().unwrap()
 }
@@ -55,7 +55,7 @@ fn a_registered_law_is_compared_with_the_others() {
     let (host, directory) = (Host::new(), tempfile::tempdir().unwrap());
     let committed: Findings = serde_json::from_str(include_str!("../data/compare.json")).unwrap();
     let mut gains: Vec<Gain> = committed.gains.into_iter().filter(|gain| gain.arm == "puma560").collect();
-    // Its own gains follow those of the built-in laws, for equal settling time and for equal peak speed.
+    // The gains of the own law are listed after those of the built-in laws, for equal settling time and for equal peak speed.
     for place in [12, 25] {
         let own = Gain { law: LAW.to_owned(), gain: 0.5, ..gains[place - 1].clone() };
         gains.insert(place, own);

@@ -1,21 +1,21 @@
-//! The numbers that the README prints after a command are those that the command prints.
+//! Tests that the numbers that the README prints after a command are those that the command prints.
 
 use crate::host::Host;
 
 const README: &str = include_str!("../../README.md");
 
-/// How far a number may be from the README's, relative and absolute: the demo's cycles are those of a busy machine.
+/// The largest relative and absolute differences between a number and the README's. The demo's cycles are those of a busy machine.
 const RELATIVE: f64 = 0.15;
 const ABSOLUTE: f64 = 0.1;
 
-/// The numbers in the line of `text` that contains `word`.
+/// Returns the numbers in the line of `text` that contains `word`.
 fn numbers(text: &str, word: &str) -> Vec<f64> {
     let line = text.lines().find(|line| line.contains(word)).unwrap_or_else(|| panic!("no {word:?}: {text}"));
     let (_, after) = line.split_once(word).unwrap();
     after.split_whitespace().filter_map(|part| part.trim_end_matches([':', ',']).parse().ok()).collect()
 }
 
-/// Compares the numbers after `printed_word` in what a command printed with those after `word` in the README.
+/// Compares the numbers after `printed_word` in the text that a command printed with those after `word` in the README.
 #[track_caller]
 fn assert_printed(printed: &str, printed_word: &str, word: &str) {
     let (ours, readme) = (numbers(printed, printed_word), numbers(README, word));

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use tempfile::TempDir;
 
-/// Records `host`, with these additional arguments. Returns the bag, and the folder that is deleted with the test.
+/// Records `host` with these additional arguments. Returns the bag, and the folder, which is deleted with the test.
 fn recording(host: &mut Host, more: &[&str]) -> (TempDir, PathBuf) {
     let (directory, bag) = place();
     host.start("recorder", &[&["record", "--out", bag.to_str().unwrap()], more].concat());
@@ -79,7 +79,7 @@ fn a_run_of_servo_and_plant_is_recorded_with_all_its_topics() {
     ] {
         assert!(count(name) >= at_least, "{name}: {}", count(name));
     }
-    // CDR's header, an empty layout, the number of speeds with its padding, and six speeds.
+    // The message consists of the header of CDR, an empty layout, the number of speeds with padding, and six speeds.
     let commands = messages(&path, "/forward_velocity_controller/commands");
     assert!(commands.iter().all(|command| command.cdr.len() == 4 + 16 + 48), "{:?}", commands[0].cdr);
     let states = messages(&path, "/joint_states");
@@ -91,7 +91,7 @@ fn a_run_of_servo_and_plant_is_recorded_with_all_its_topics() {
         let matched = of.iter().filter(|pose| stamps.contains(&pose.cdr[4..12].to_vec())).count();
         assert!(matched + 5 >= of.len() && matched > 20, "{topic}: {matched} of {}", of.len());
     }
-    // No message was dropped, however often the arm reports on a busy machine. Each is logged with its time of arrival.
+    // No message was dropped, even if the arm reports often on a busy machine. Each message is logged with its time of arrival.
     for state in &states {
         let stamp = state.decode::<JointState>().unwrap().header.stamp.nanoseconds();
         let late = Duration::from_nanos((state.log_time - stamp).try_into().unwrap());

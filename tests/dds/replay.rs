@@ -1,4 +1,4 @@
-//! Tests that runs recorded over DDS replay without it to the last bit, and their plots.
+//! Tests that runs that were recorded over DDS replay without DDS to the last bit, and tests their plots.
 
 use crate::commands::err;
 use crate::host::{FAR, FAST, Host, assert_success};
@@ -10,7 +10,7 @@ use dq_runs::{Replayed, recorded, replay};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
-/// Returns a path for a bag, which is deleted with the test.
+/// Returns a path for a bag. The bag is deleted with the test.
 pub fn place() -> (tempfile::TempDir, PathBuf) {
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("run");
@@ -33,7 +33,7 @@ fn replayed(bag: &Path) -> Replayed {
     servo.clone()
 }
 
-/// Records both nodes while another vendor's peer plays these cases. Returns the bag, and the number of its commands that replay to the
+/// Records both nodes while another vendor's peer runs these cases. Returns the bag, and the number of commands that replay to the
 /// bit.
 #[track_caller]
 pub fn recorded_and_replayed(cases: &[&str]) -> (tempfile::TempDir, PathBuf, u64) {
@@ -47,7 +47,7 @@ pub fn recorded_and_replayed(cases: &[&str]) -> (tempfile::TempDir, PathBuf, u64
     (directory, bag, commands)
 }
 
-/// Records the demo. Returns what it printed, and what `plot` prints for its bag.
+/// Records the demo. Returns the table that it printed, and the table that `plot` prints for its bag.
 fn demo_and_plot(arguments: &[&str], bag: &Path, figures: usize) -> (Vec<Value>, Vec<Value>) {
     let host = Host::new();
     let text = bag.to_str().unwrap();
@@ -58,7 +58,7 @@ fn demo_and_plot(arguments: &[&str], bag: &Path, figures: usize) -> (Vec<Value>,
     (serde_json::from_str(&demo).unwrap(), serde_json::from_str(&plot).unwrap())
 }
 
-/// Both repeat the servo's report.
+/// Checks that both tables repeat the servo's report.
 #[track_caller]
 fn assert_alike(told: &Value, plotted: &Value) {
     for key in [
@@ -137,7 +137,8 @@ fn the_demo_of_two_arms_in_both_forms_too() {
     assert_eq!(of("law"), ["transpose", "damped_inverse"]);
     assert_eq!(of("primitive"), ["relative_position", "relative_pose"]);
     for motion in &told {
-        // From |t_r| to twice as far, and back. When the whole pose is selected, the arms already begin to turn back.
+        // The distance is from |t_r| to twice |t_r|, and back. When the whole pose is selected, the arms already begin to turn
+        // back.
         assert!((motion["straight_line_m"].as_f64().unwrap() - 0.5587).abs() < 0.03, "{motion}");
         assert!(motion["position_error_m"].as_f64().unwrap() <= 1e-3, "{motion}");
     }
@@ -157,7 +158,7 @@ fn a_goal_is_recorded_from_the_start_with_the_parameters_in_force() {
     assert!(assert_replays(&bag) > 100);
     let runs = recorded(&bag, "run", &built_in()).unwrap().runs;
     let [run] = runs.as_slice() else { panic!("{} runs", runs.len()) };
-    // RustDDS keeps more of a latched topic than its depth, so laws from before the bag may be in it.
+    // RustDDS keeps more samples of a latched topic than its depth, so the bag may have laws from before its beginning.
     let law = run.laws.last().map(|(_, law)| law.as_str());
     assert_eq!((run.parameters_known, law), (true, Some("diffc")));
     // The next motion is recorded while the arm is held at its goal.
@@ -175,7 +176,7 @@ fn a_goal_is_recorded_from_the_start_with_the_parameters_in_force() {
     );
 }
 
-/// Typical recordings: the arm holds an earlier goal, is paused on its way, or has stalled.
+/// These recordings are typical: the arm holds an earlier goal, is paused during a motion, or has stalled.
 #[test]
 fn a_recording_that_starts_at_rest_replays_from_its_start() {
     let mut host = Host::with_nodes(
@@ -225,7 +226,7 @@ fn a_recording_that_starts_at_rest_replays_from_its_start() {
         let servo = replayed(&bag);
         let judged = (servo.different, servo.inputs_missing, servo.not_judged, servo.judged_s.len());
         assert_eq!(judged, (0, 0, 0, 1), "{case:?} {servo:?}");
-        // The goal that was in force at the start of the record goes on until the next one.
+        // The goal that was in force at the start of the record continues until the next one.
         let motions = match case {
             Case::Settled => 2,
             Case::Paused => 4,
@@ -275,7 +276,7 @@ fn recorders_change_nothing_for_the_arm_and_nothing_for_each_other() {
             (0, 0, 1),
             "{name} {servo:?}"
         );
-        // The message in progress when it joined may lack a beginning for it.
+        // The recorder may lack the beginning of the message that was in progress when it joined.
         assert!(servo.not_judged <= 100, "{name} {servo:?}");
         assert!(servo.motions.len() >= motions && servo.commands > 300, "{name} {servo:?}");
     }
@@ -301,7 +302,7 @@ fn a_record_that_begins_in_motion_replays_from_there_on() {
     assert_eq!(outcomes, ["arrived"; 2]);
 }
 
-/// Returns the arms that are presumed for a bag without parameters.
+/// Returns the parameters that are presumed for a bag without parameters.
 pub fn built_in() -> ServoParameters {
     Prepared::<ServoParameters>::new(&RosArgs::default()).unwrap().parameters().clone()
 }

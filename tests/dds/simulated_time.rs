@@ -16,7 +16,7 @@ fn a_goal_in_a_frame_has_the_time_of_the_servo() {
     let mut host = Host::with_nodes(&simulated, &simulated);
     host.start_peer(&["simulated_table"]);
     let goal = ["goal", "-0.225", "0.2", "0.2", "--rpy", "0", "0", "0", "--frame", "table"];
-    // The table comes to be known some time after its publisher has started.
+    // The frame `table` becomes known some time after its publisher has started.
     let is_unknown = |output: &Output| err(output).contains("TF has no frame");
     let went = (0..20).map(|_| host.run(&goal)).find(|output| !is_unknown(output)).unwrap();
     assert_success(&went);

@@ -1,5 +1,5 @@
-//! Drives a simulated arm over DDS with a servo in your own program, which receives joint states and sends velocities like the node. Both
-//! run in this process, in their own domain on this host. A real arm is driven in the same way.
+//! Drives a simulated arm over DDS with a servo in your own program. The program receives joint states and sends velocities like
+//! the node. Both run in this process, in their own domain on this host. A real arm is driven in the same way.
 
 use dq_config::{ForArm, PlantParameters, ServoParameters};
 use dq_core::servo::{Event, Servo, State};
@@ -26,7 +26,7 @@ pub(crate) async fn main() -> Result<(), Box<dyn Error>> {
         .build()?;
     let (began, mut asked) = (Instant::now(), false);
     while began.elapsed() < Duration::from_secs(30) {
-        // One cycle per joint state.
+        // Run one cycle per joint state.
         let state = states.next().await;
         servo.cycle_with(began.elapsed(), [Event::JointState(0, joint_reading(&state, 0, None))]);
         if let Some(velocities) = servo.output() {

@@ -1,4 +1,4 @@
-//! `dq_servo` with your own law, that of the example `your_law`: every subcommand knows it.
+//! `dq_servo` with your own law, which is that of the example `your_law`. Every subcommand knows this law.
 
 #[allow(dead_code)]
 mod your_law;

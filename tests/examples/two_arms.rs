@@ -12,7 +12,7 @@ const PERIOD: Duration = Duration::from_millis(2);
 pub(crate) fn main() -> Result<(), Box<dyn Error>> {
     let left_base_from_right_base = Isometry3::translation(0.0, 0.8, 0.0).into();
     let mut servo = ServoParameters::for_two_arms("ur5e", &left_base_from_right_base)?.build()?;
-    // Six angles of the left arm, then six of the right one [rad].
+    // Six angles of the left arm, and then six angles of the right one [rad].
     let mut angles = [0.0, -1.57, 1.57, -1.57, -1.57, 0.0].repeat(2);
     let mut speeds = vec![0.0; 12];
     for cycle in 1..5000 {

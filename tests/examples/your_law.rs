@@ -1,5 +1,5 @@
-//! Drives a Panda with your own control law and all safety rules of the servo. The law is registered, and then named like the built-in
-//! ones.
+//! Drives a Panda with your own control law and all safety rules of the servo. The law is registered. After that its name can be
+//! used like those of the built-in laws.
 
 use dq_config::{ForArm, ServoParameters};
 use dq_core::servo::{Measured, State};

@@ -7,8 +7,8 @@ use std::time::Duration;
 /// Debian's libfaketime. The loader replaces `$LIB` by the machine's library directory.
 const FAKETIME: &str = "/usr/$LIB/faketime/libfaketime.so.1";
 
-/// A publisher that appears while the servo runs cannot have sent anything before. One that appears together with the servo may have, so it
-/// is obeyed after 5 s.
+/// A publisher that appears while the servo runs cannot have sent anything before. A publisher that appears together with the servo
+/// may have, so it is obeyed after 5 s.
 #[test]
 fn a_sender_whose_clock_is_a_minute_behind_is_obeyed() {
     let mut host = Host::with_both_nodes();
@@ -22,7 +22,7 @@ fn a_sender_whose_clock_is_a_minute_behind_is_obeyed() {
 fn a_servo_whose_wall_clock_is_set_back_in_motion_arrives() {
     let mut host = Host::new();
     host.start("plant", &["puma560"]);
-    // Only the servo's clock: setting the machine's clock would affect everything.
+    // Only the servo's clock is changed: setting the machine's clock would affect everything.
     let offset = host.file("clock", "+0\n");
     let variables = [
         ("LD_PRELOAD", FAKETIME),

@@ -14,7 +14,7 @@ cases! {
     a_thousand_goals_a_second_break_no_limit_and_the_last_is_arrived_at => "goal_flood" [];
 }
 
-/// Runs a case with servo and plant; the servo has these parameters.
+/// Runs a case with servo and plant. The servo has these parameters.
 fn run_with_parameters(parameters: &[&str], case: &str) {
     run(&Host::with_nodes(&[], &[&["--ros-args"], parameters].concat()), case, &[]);
 }

@@ -1,4 +1,4 @@
-//! Tests joint states that are invalid, late, odd or missing. The peer plays the robot.
+//! Tests joint states that are invalid, late, odd or missing. The peer acts as the robot.
 
 use crate::host::Host;
 use crate::outcome::{cases, check_memory, run};

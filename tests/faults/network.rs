@@ -6,7 +6,7 @@ use std::process::{Child, Stdio};
 
 const RELAY: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/faults/relay.py");
 
-/// The impairment of frames in each direction.
+/// The impairment of frames. It is the same in both directions.
 #[derive(Default)]
 pub struct Impairment {
     /// The fraction of frames that are lost.
@@ -19,8 +19,8 @@ pub struct Impairment {
     pub duplicate: f64,
 }
 
-/// Two hosts, each in its own network namespace, and the relay between them. This kernel has no `netem`, and others may lack it too. So the
-/// relay is our own program (relay.py) in a third namespace.
+/// Two hosts, each in its own network namespace, and the relay between them. The kernel here has no `netem`, and others may lack it
+/// too. So the relay is our own program (relay.py) in a third namespace.
 pub struct Network {
     relay: Child,
     pub servo_side: Host,

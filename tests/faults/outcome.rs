@@ -1,14 +1,14 @@
-//! What must hold at the end of every case.
+//! Checks what must hold at the end of every case.
 
 use crate::host::Host;
+use dq_check::Invariants;
 use dq_config::{NodeParameters, ServoParameters};
 use dq_core::servo::Interface;
-use dq_limits::check::Invariants;
 use dq_params::Value;
 use dq_wire::{CycleRecord, Recorded};
 use std::time::Duration;
 
-/// Declares a test for each case. Its name tells the outcome, and the function runs the case with these arguments.
+/// Declares a test for each case. The name of a test tells the outcome, and the function runs the case with these arguments.
 macro_rules! cases {
     ($run:ident: $($name:ident => $case:literal $arguments:expr;)*) => {
         $(
@@ -21,7 +21,7 @@ macro_rules! cases {
 }
 pub(crate) use cases;
 
-/// The largest memory of a node [MB], whatever is sent to it.
+/// The largest memory that a node may use [MB], regardless of the messages that it gets.
 const MEMORY: f64 = 100.0;
 
 /// Runs a case (cases_*.py) on `host`, and checks the recorded commands of the servo against the invariants.
@@ -38,7 +38,7 @@ pub fn run_at(rate: u32, host: &Host, case: &str, arguments: &[&str]) {
     assert!(count > 0 || WITHOUT_COMMANDS.contains(&case), "no commands were check");
 }
 
-/// Runs a case with servo and plant on this host, which must not grow.
+/// Runs a case with servo and plant on one host. The memory of both must not grow.
 pub fn run_with_both_nodes(case: &str, arguments: &[&str]) {
     let host = Host::with_both_nodes();
     run(&host, case, arguments);
@@ -81,7 +81,7 @@ fn check_commands(lines: &str, period: Duration) -> usize {
     count
 }
 
-/// A robot that was silent for longer than this counts as new: the default of state_timeout.
+/// A robot that was silent for longer than this counts as new. This is the default of state_timeout.
 const SILENCE: Duration = Duration::from_millis(100);
 
 /// The inputs of the servo.

@@ -4,7 +4,7 @@ use crate::host::FAST;
 use crate::network::{Impairment, Network};
 use crate::outcome::{check_memory, run};
 
-/// Starts the servo here and the plant there, and waits until they have found each other.
+/// Starts the servo on one host and the plant on the other, and waits until they have found each other.
 fn with_nodes(impairment: &Impairment) -> Network {
     let mut network = Network::new(impairment);
     network.plant_side.start("plant", &["puma560"]);

@@ -72,10 +72,10 @@ fn a_plant_reset_in_motion_is_followed_from_its_start() {
     run_with_both_nodes("reset_in_motion", &[]);
 }
 
-/// The capacity of a pipe (pipe(7)) [bytes].
+/// The capacity of a pipe (pipe(7)) \[bytes\].
 const PIPE: usize = 65_536;
 
-/// Runs a servo whose log goes into this pipe. It must work nevertheless, and end on request.
+/// Runs a servo whose log goes into this pipe. The servo must work nevertheless, and end on request.
 fn with_log(log: PipeWriter) {
     let mut host = Host::new();
     host.start("plant", &["puma560"]);
@@ -98,7 +98,8 @@ fn a_servo_whose_log_is_not_read_any_more_moves_stops_and_ends() {
     with_log(writer);
 }
 
-/// Starts a plant that continues at its last velocity for 10 s, like real controllers do forever, with a servo and these guards.
+/// Starts a plant that continues at its last velocity for 10 s, as real controllers do forever. Also starts a servo and these
+/// guards.
 fn guarded(guards: &[&str], interface: &str) -> Host {
     let mut host = Host::new();
     let interface = format!("interface:={interface}");
@@ -143,7 +144,7 @@ impl Drop for Busy {
 #[test]
 fn a_guard_that_gets_no_time_sends_nothing_while_the_servo_lives() {
     let host = guarded(&["guard"], "velocity");
-    // It gets only the time that nobody else needs on the first core.
+    // The guard gets only the time that nobody else needs on the first core.
     let guard = host.pid("guard");
     host.shell(&format!("taskset --all-tasks --cpu-list --pid 0 {guard}"));
     host.shell(&format!("chrt --all-tasks --idle --pid 0 {guard}"));

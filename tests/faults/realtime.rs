@@ -14,7 +14,7 @@ fn scheduling(pid: u32) -> Vec<(String, u32, u32)> {
         let stat = std::fs::read_to_string(task.path().join("stat")).unwrap();
         let (before, after) = stat.rsplit_once(") ").unwrap();
         let (_, name) = before.split_once('(').unwrap();
-        // The first of these is field 3; field 40 is the real-time priority, 41 the policy.
+        // The first field after the name is field 3. Field 40 is the real-time priority, and 41 the policy.
         let fields: Vec<_> = after.split(' ').collect();
         let (priority, policy) = (fields[37].parse().unwrap(), fields[38].parse().unwrap());
         if policy != 0 {
@@ -31,7 +31,7 @@ fn locked_memory(pid: u32) -> u64 {
     line.trim().trim_end_matches(" kB").parse().unwrap()
 }
 
-/// Returns whether a process without these capabilities may still use real-time priorities, because of its limits.
+/// Returns whether the limits of a process let it use real-time priorities even without these capabilities.
 fn is_allowed_anyway(limit: &str) -> bool {
     let shown =
         std::process::Command::new("prlimit").args(["--raw", "--noheadings", "-o", "SOFT", limit]).output();

@@ -8,7 +8,7 @@ fn two_publishers_of_commands_are_reported_by_servo_and_plant() {
     run_with_both_nodes("rival", &[]);
 }
 
-/// The servo runs as fast as possible: a frozen process counts as gone after 10 s, and must miss enough samples before.
+/// The servo runs as fast as possible. A frozen process counts as gone after 10 s, and must miss enough samples within this time.
 #[test]
 fn a_frozen_subscriber_of_commands_and_one_that_never_reads_delay_no_other() {
     let host = Host::with_nodes(&[], &[&FAST[..], &["-p", "update_rate:=2000"]].concat());

@@ -17,7 +17,7 @@ const VARIABLES: [&str; 7] = [
     "ROS_SECURITY_ENCLAVE_OVERRIDE",
 ];
 
-/// A keystore with two enclaves, and a folder outside of it.
+/// A folder with a keystore that has two enclaves, and with a folder outside of the keystore.
 static KEYSTORE: LazyLock<tempfile::TempDir> = LazyLock::new(|| {
     let directory = tempfile::tempdir().unwrap();
     for folder in ["keystore/enclaves/a/b", "outside"] {

@@ -1,7 +1,7 @@
 //! Tests damaged input: every reader answers without a panic, with one line, and in bounded memory.
 //!
-//! Starts from a corpus (tests/data/fuzz, the files of msg_config, messages of a real ROS 2) and damages it at random. CI runs some seconds
-//! of it; `FUZZ_FACTOR=1000 cargo test --test fuzz` runs that many times as many cases.
+//! Starts from a corpus (tests/data/fuzz, the files of msg_config, messages of a real ROS 2) and damages it at random. CI runs
+//! cases for some seconds. `FUZZ_FACTOR=1000 cargo test --test fuzz` runs 1000 times as many cases.
 
 #[path = "../record/damage.rs"]
 mod damage;
@@ -17,7 +17,8 @@ use memory::measured;
 use proptest::prelude::ProptestConfig;
 use std::fmt::Display;
 
-/// Returns the number of cases for CI times `FUZZ_FACTOR`. They follow the seeds of earlier failures (tests/proptest-regressions).
+/// Returns the number of cases: `in_ci` times `FUZZ_FACTOR`. The seeds of earlier failures (tests/proptest-regressions) are run
+/// first.
 fn cases(in_ci: u32) -> ProptestConfig {
     let factor =
         std::env::var("FUZZ_FACTOR").map_or(1, |text| text.parse().expect("FUZZ_FACTOR is a number"));

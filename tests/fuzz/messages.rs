@@ -18,8 +18,8 @@ static ORIGINALS: LazyLock<Vec<Vec<u8>>> = LazyLock::new(|| {
     all.iter().map(|case| hex::decode(case["cdr"].as_str().unwrap()).unwrap()).collect()
 });
 
-/// The largest memory that a decoder may allocate before it has the data, whatever length they claim: serde stops at 1 MiB per sequence. It
-/// also covers parallel tests \[bytes\].
+/// The largest memory that a decoder may allocate before it has the data, even if lengths claim more: serde stops at 1 MiB per
+/// sequence. The limit also covers parallel tests \[bytes\].
 const AHEAD: usize = 8 << 20;
 /// The largest ratio of a decoded value to its encoding: an empty string of four bytes takes 24 bytes here.
 const FACTOR: usize = 32;
@@ -41,9 +41,8 @@ fn check<M: Message>(bytes: &[u8]) -> bool {
             return false;
         }
     };
-    // Encoding need not give the same bytes: padding, byte order and the end of an empty string may differ. But the second encoding equals
-    // the first.
-    // they do from then on.
+    // Encoding need not give the same bytes: padding, byte order and the end of an empty string may differ. But the second encoding
+    // equals the first.
     let encoded = encode(&message);
     assert_eq!(encode(&decode::<M>(&encoded).unwrap()), encoded, "{}", M::TYPE);
     true
@@ -75,7 +74,7 @@ fn the_originals_are_messages() {
 
 #[test]
 fn claimed_lengths_take_no_memory() {
-    // Each word of each message in turn claims to be the largest possible length.
+    // In turn, each word of each message claims to be the largest possible length.
     for original in ORIGINALS.iter() {
         for at in (4..original.len()).step_by(4) {
             for length in [u32::MAX, 1 << 31, 1 << 28, 1 << 20] {

@@ -11,7 +11,7 @@ use std::sync::LazyLock;
 /// Command lines, one per line.
 static LINES: LazyLock<Vec<&str>> = LazyLock::new(|| corpus(include_str!("../data/fuzz/args.txt")));
 
-/// Typical names of nodes' topics.
+/// Typical names of topics of nodes.
 const NAMES: [&str; 8] =
     ["goal_pose", "~/status", "/tf", "left/joint_states", "{node}/x", "{ns}/y", "~", "rostopic://goal_pose"];
 
@@ -29,7 +29,7 @@ fn check(line: Vec<String>) -> bool {
     let Ok(resolver) = Resolver::new("dq_servo", &ros).inspect_err(|why| assert_one_line(why)) else {
         return false;
     };
-    // A resolved name resolves to itself without rules.
+    // A resolved name resolves to itself if there are no rules.
     assert_eq!(NodeName::parse(&resolver.node().fully_qualified()).as_ref(), Ok(resolver.node()));
     let plain = Resolver::new("plain", &args::RosArgs::default()).unwrap();
     for name in NAMES {

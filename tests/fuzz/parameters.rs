@@ -10,7 +10,7 @@ use std::sync::LazyLock;
 
 const DUAL: &str = include_str!("../../msg_config/dual.yaml");
 
-/// Valid files, and files that found bugs or might have.
+/// Valid files, and files that have found bugs or were likely to.
 static ORIGINALS: LazyLock<Vec<&str>> = LazyLock::new(|| {
     let spoilt = include_str!("../data/fuzz/parameters.yaml").split("\n---\n");
     [BUILTIN_FILE, DUAL].into_iter().chain(spoilt).collect()
@@ -19,7 +19,7 @@ static ORIGINALS: LazyLock<Vec<&str>> = LazyLock::new(|| {
 /// Values for `-p name:=value`.
 static VALUES: LazyLock<Vec<&str>> = LazyLock::new(|| corpus(include_str!("../data/fuzz/values.txt")));
 
-/// The largest memory of the parser, whatever a file of some kilobytes contains \[bytes\].
+/// The largest memory of the parser for any file of some kilobytes \[bytes\].
 const MEMORY: usize = 64 << 20;
 
 /// Sets up a node from the file. Returns whether it could run.

@@ -66,7 +66,7 @@ fn claim<'a>(reproduction: &'a Reproduction, needle: &str) -> &'a Claim {
 #[test]
 fn what_the_paper_claims_is_judged() {
     let holds: Vec<_> = reproduction().claims.iter().map(|claim| claim.holds).collect();
-    // The refuted claims are: that the wrist settles within 10 s, and both laws alike; that the translation comes first in the joints; that
+    // The refuted claims are: the wrist settles within 10 s, and with both laws alike; the translation comes first in the joints;
     // an 8×8 matrix of rank 6 is positive definite; equations 31 and 32.
     let (yes, no) = (true, false);
     assert_eq!(holds, [no, no, yes, yes, yes, no, yes, yes, yes, no, no, no, yes]);
@@ -118,7 +118,7 @@ fn a_crossed_singularity_is_called_crossed() {
             (Some(true), Some(0.0))
         );
     }
-    // A motion that stays on its side of the elbow singularity.
+    // This motion stays on one side of the elbow singularity.
     let mut lab = laboratory();
     lab.experiment.theta_desired.clone_from(&lab.experiment.theta_initial);
     lab.experiment.theta_desired[0] += 0.3;
@@ -130,8 +130,8 @@ fn a_crossed_singularity_is_called_crossed() {
     );
 }
 
-/// The elbow's factor of the determinant is the derivative by θ₃ of the distance from shoulder to wrist. The shoulder's factor is the
-/// wrist's distance from the first joint's axis.
+/// The elbow's factor of the determinant is the derivative by θ₃ of the distance from shoulder to wrist. The shoulder's factor is
+/// the distance of the wrist from the first joint's axis.
 #[test]
 fn which_singularity_is_crossed() {
     let lab = laboratory();

@@ -32,7 +32,8 @@ impl From<BagMessage> for Sample {
     }
 }
 
-/// Returns all recordable messages that a real ROS 2 Jazzy encoded, `rounds` times, a millisecond apart.
+/// Returns all recordable messages that a real ROS 2 Jazzy encoded, `rounds` times. The times of the messages are a millisecond
+/// apart.
 pub fn samples(rounds: usize) -> Vec<Sample> {
     let all: Vec<Value> = serde_json::from_str(include_str!("../data/cdr_jazzy.json")).unwrap();
     let text = |case: &Value, key: &str| case[key].as_str().unwrap().to_owned();
@@ -82,10 +83,10 @@ pub fn read(path: &Path) -> Vec<Sample> {
     samples
 }
 
-/// Messages, topics, and losses.
+/// The messages, topics and losses of a bag.
 type Contents = (Vec<Sample>, Vec<Topic>, Vec<String>);
 
-/// Returns everything in a bag.
+/// Returns all messages, topics and losses of a bag.
 pub fn read_through(path: &Path) -> Result<Contents, BagError> {
     let mut bag = Bag::open(path)?;
     let samples = bag.by_ref().map(Sample::from).collect();
@@ -127,7 +128,7 @@ pub fn data_file(directory: &Path) -> PathBuf {
     files.swap_remove(0)
 }
 
-/// Encodes a message as it is on the wire.
+/// Encodes a message in the form in which it is sent.
 pub fn encode(message: &impl Message) -> Vec<u8> {
     let mut bytes = vec![0, 1, 0, 0];
     to_writer_with_rep_id(&mut bytes, message, RepresentationIdentifier::CDR_LE).unwrap();
@@ -162,7 +163,7 @@ pub fn cycles_of(samples: &[Sample]) -> usize {
     messages.map(|message| CycleRecord::read_all(&message.data).unwrap().len()).sum()
 }
 
-/// Returns a path in a folder that is deleted with the test.
+/// Returns a path in a folder. The folder is deleted with the test.
 pub fn place(name: &str) -> (tempfile::TempDir, PathBuf) {
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join(name);
@@ -172,7 +173,7 @@ pub fn place(name: &str) -> (tempfile::TempDir, PathBuf) {
 /// The bag of the demo.
 pub const DEMO: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/bag_demo");
 
-/// The topic of its servo's record.
+/// The topic of the record of the demo's servo.
 pub const EVENTS: &str = "/dq_servo/events";
 
 pub fn demo() -> Vec<Sample> {
@@ -202,7 +203,7 @@ pub fn altered_records(path: &Path, mut change: impl FnMut(&mut CycleRecord)) {
     });
 }
 
-/// Writes the demo's bag without some of its messages, like `ros2 bag record -a`, which subscribes late.
+/// Writes the demo's bag without some messages, as `ros2 bag record -a` does, which subscribes late.
 pub fn demo_without(path: &Path, mut is_missing: impl FnMut(&Sample) -> bool) {
     demo_with(path, |samples| samples.retain(|sample| !is_missing(sample)));
 }

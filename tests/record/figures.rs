@@ -10,7 +10,7 @@ use dq_runs::{RecordedRun, plot, recorded};
 use std::ffi::OsStr;
 use std::path::Path;
 
-/// A run there and back under two laws: goals, laws and threshold are shown.
+/// The arm moves to a goal under one law and back under another. Goals, laws and threshold are shown.
 #[test]
 fn figures_show_goals_laws_and_the_threshold_of_damping() {
     let run = only_run(Path::new(DEMO));
@@ -28,7 +28,7 @@ fn figures_show_goals_laws_and_the_threshold_of_damping() {
     assert_eq!(threshold["points"][0][1], 0.05, "damping.threshold");
 }
 
-/// The case of two arms whose law and primitive are set one after the other before a goal.
+/// This happens with two arms whose law and primitive are set one after the other before a goal.
 #[test]
 fn a_law_without_a_motion_has_no_curve() {
     let run = only_run(Path::new(DEMO));
@@ -51,7 +51,8 @@ fn a_law_without_a_motion_has_no_curve() {
     assert_eq!(legend(&set_between), legend(&run));
 }
 
-/// A message with stamp 0, one a year ahead, and a run of another day. The axis shows the rest, and what is left out is named.
+/// A message with stamp 0, a message from a year ahead, and a run of another day are left out. The axis shows the rest, and a note
+/// says what is left out.
 #[test]
 fn states_far_from_the_rest_of_a_run_are_left_out_of_its_figures_and_reported() {
     const DAY: i64 = 86_400_000_000_000;
@@ -119,8 +120,8 @@ fn figures_show_limits_that_were_in_force() {
     assert_eq!((drawn("joint_positions", 0).len(), drawn("joint_positions", 1).len()), (1, 0));
 }
 
-/// Several runs share one line if their limits are equal. Otherwise each has its own line with its name and color. The same holds for
-/// position limits and the threshold of damping.
+/// Several runs share one line if their limits are equal. Otherwise each run has its own line with its name and color. The same is
+/// true of position limits and the threshold of damping.
 #[test]
 fn figures_show_the_limits_of_each_run() {
     let one = only_run(Path::new(DEMO));
@@ -143,7 +144,7 @@ fn figures_show_the_limits_of_each_run() {
     let speed = one.limits[0].1.joint_velocity[0];
     let (bounds, _) = drawn(&[&one, &other], "joint_velocities");
     assert_eq!(bounds, named(&[("limit", speed), ("limit", -speed)]));
-    // A limit of something else than joint velocities does not count here.
+    // A limit of another quantity than joint velocities does not count here.
     other.limits[0].1.joint_acceleration[0] += 1.0;
     assert_eq!(drawn(&[&one, &other], "joint_velocities").0, bounds);
     let lowest = one.samples.iter().map(|sample| sample.positions[0]).fold(f64::INFINITY, f64::min);
@@ -227,7 +228,7 @@ fn plot_writes_its_figures_and_a_table_or_json() {
     }
 }
 
-/// Labels have 8 pt at the stated width. Everything is on the sheet, whose height is at most that of a page.
+/// Labels are 8 pt high at the stated width. Everything is on the sheet. The sheet is at most as high as a page.
 #[test]
 fn figures_for_a_paper_are_as_wide_as_its_columns() {
     let directory = tempfile::tempdir().unwrap();
@@ -261,7 +262,7 @@ fn figures_for_a_paper_are_as_wide_as_its_columns() {
     }
 }
 
-/// Like a full disk: no file may grow beyond 10 kB.
+/// As on a full disk, no file may grow beyond 10 kB.
 #[test]
 fn figures_that_cannot_be_written_completely_leave_earlier_ones_unchanged() {
     let directory = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! Tests damaged bytes: the reader always answers.
+//! Tests damaged bytes: the reader always returns.
 
 use crate::bags::{data_file, jazzy, samples, write};
 use crate::damage::{apply, damage};
@@ -17,7 +17,7 @@ use std::sync::{LazyLock, Mutex};
 
 static PUMA560: LazyLock<ServoParameters> = LazyLock::new(crate::runs::puma560);
 
-/// Complete files by name: bags of ours and of a real ROS 2, and their metadata.
+/// Complete files with their names: our bags, those of a real ROS 2, and their metadata.
 static ORIGINALS: LazyLock<Vec<(&str, Vec<u8>)>> = LazyLock::new(|| {
     let directory = tempfile::tempdir().unwrap();
     let path = |name: &str| directory.path().join(name);
@@ -37,10 +37,10 @@ static ORIGINALS: LazyLock<Vec<(&str, Vec<u8>)>> = LazyLock::new(|| {
     all
 });
 
-/// Outcomes that were already processed. Much damage has the same outcome, because a chunk is read completely or not at all.
+/// The outcomes that were already processed. Much damage has the same outcome, because a chunk is read completely or not at all.
 static EXPLAINED: LazyLock<Mutex<HashSet<u64>>> = LazyLock::new(Mutex::default);
 
-/// Reads, draws and replays everything. It must return.
+/// Reads, draws and replays all data in `bytes`, which must return. Returns the number of messages.
 fn take_in(bytes: &[u8]) -> usize {
     let directory = tempfile::tempdir().unwrap();
     let path: PathBuf = directory.path().join("file");

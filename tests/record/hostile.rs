@@ -27,7 +27,7 @@ fn assert_lines(losses: &[String], path: &Path) {
     assert!(losses.iter().all(is_line), "{losses:?}");
 }
 
-/// Flips one bit in every 23rd byte in turn. What precedes it is read, except for its `chunk`, and losses are reported.
+/// Flips one bit in every 23rd byte in turn. Everything before this byte is read, except for its `chunk`, and losses are reported.
 fn flip_each(path: &Path, samples: &[Sample], chunk: usize) {
     let whole = std::fs::read(path).unwrap();
     for at in (8..whole.len() - 8).step_by(23) {
@@ -56,7 +56,7 @@ fn one_flipped_bit_ends_the_reading_at_its_chunk_and_is_reported() {
     assert_eq!(read, samples[..read.len()]);
 }
 
-/// Times and numbers have no checksum there, so a flipped bit in them is not detected. Every loss is reported.
+/// In such a file, times and numbers have no checksum, so a flipped bit in them is not detected. Every loss is reported.
 #[test]
 fn one_flipped_bit_in_a_file_without_chunks_ends_the_reading_there() {
     let (_directory, path) = place("file.mcap");
@@ -219,7 +219,7 @@ fn a_record_of_27_mb_that_is_not_of_a_cycle_is_refused_in_bounded_memory() {
     let (refused, memory) = measured(|| replay(&mut Bag::open(&path).unwrap()));
     assert!(refused.unwrap_err().to_string().contains("damaged, or of another version"));
     assert!(memory < 200 << 20, "{memory} bytes");
-    // A shorter message is read too.
+    // A shorter message is read before it is refused.
     let (_directory, path) = place("bag");
     record_of_stops(&path, 4 << 20);
     let (refused, memory) = measured(|| replay(&mut Bag::open(&path).unwrap()));
@@ -345,7 +345,7 @@ fn times_and_numbers_of_2_to_the_63_are_taken_as_they_are() {
     }
 }
 
-/// Whatever the bag says about the servo's inputs.
+/// This holds for any other content of the bag.
 #[test]
 fn saved_states_that_no_servo_can_have_are_skipped() {
     let (_directory, path) = place("bag");
@@ -436,7 +436,7 @@ fn the_program_says_what_was_lost_and_draws_the_rest() {
     };
     let (code, said) = plot_damaged_at(2000);
     assert!(code == Some(2) && said.contains("damaged or cut off at byte"), "{said}");
-    // Not every byte there belongs to a message.
+    // Some bytes in this range do not belong to a message.
     let damages = (0..20).map(|number| plot_damaged_at(whole.len() / 2 + 997 * number));
     let losses = |said: &str| said.lines().filter(|line| line.starts_with("warning: ")).count();
     let (code, said) = damages.into_iter().find(|(_, said)| losses(said) == 2).unwrap();

@@ -1,4 +1,4 @@
-//! Tests bags without DDS: written bags are read by us and by others, and no bytes crash the reader.
+//! Tests bags without DDS: our reader and others read the written bags, and no bytes crash our reader.
 
 mod bags;
 mod damage;

@@ -6,7 +6,7 @@ use std::sync::{Mutex, PoisonError};
 #[global_allocator]
 static MEMORY: PeakAlloc = PeakAlloc;
 
-/// Returns the result of `work`, and the increase of memory at the peak \[bytes\], including that of parallel tests.
+/// Returns the result of `work`, and the largest increase of memory during `work` \[bytes\], including that of parallel tests.
 pub fn measured<T>(work: impl FnOnce() -> T) -> (T, usize) {
     // One measurement at a time, because all tests share the memory.
     static ALONE: Mutex<()> = Mutex::new(());

@@ -1,18 +1,18 @@
-//! Tests bags with a part of a run: what is missing is reported, and no figure invents it.
+//! Tests bags that have only a part of a run: missing parts are reported, and figures leave them empty.
 
 use crate::bags::{DEMO, Sample, alter, demo, demo_with, dq_servo, read, write};
 use crate::runs::only_run;
 use dq_bags::WriterOptions;
-use dq_core::servo::GoalError;
 use dq_figures::{Figure, Width};
 use dq_messages::ParameterEvent;
 use dq_messages::messages::JointState;
+use dq_metrics::GoalError;
 use dq_runs::{RecordedRun, plot};
 use std::path::Path;
 
 const SECOND: i64 = 1_000_000_000;
 
-/// Returns when the first goal of the demo arrived \[ns\].
+/// Returns the time at which the first goal of the demo arrived \[ns\].
 fn first_goal(messages: &[Sample]) -> i64 {
     messages.iter().find(|message| message.topic == "/goal_pose").unwrap().time
 }
@@ -49,7 +49,7 @@ fn figure(run: &RecordedRun, name: &str) -> Figure {
     plot(std::slice::from_ref(run)).into_iter().find(|figure| figure.name == name).unwrap()
 }
 
-/// Returns the number of lines of a figure in the colors of the demo's laws.
+/// Returns the number of lines in a figure that have a color of one of the demo's laws.
 fn lines(run: &RecordedRun, name: &str) -> usize {
     let colored = |line: &&str| line.contains("#D55E00") || line.contains("#0072B2");
     figure(run, name)

@@ -1,4 +1,4 @@
-//! Tests the memory for drawing long runs, and bags with many changes: it depends on what is drawn.
+//! Tests the memory that drawing needs for long runs and for bags with many changes. This memory depends only on what is drawn.
 
 use crate::bags::{Sample, alter, demo, place, write};
 use crate::measured;
@@ -8,7 +8,7 @@ use dq_figures::Width;
 use dq_messages::messages::{DiagnosticStatus, JointState, KeyValue, Time};
 use dq_runs::{RecordedRun, plot, recorded};
 
-/// The limit, including parallel tests \[bytes\].
+/// The limit of memory, including parallel tests \[bytes\].
 const LIMIT: usize = 200 << 20;
 
 fn of(topic: &str) -> Sample {
@@ -34,7 +34,7 @@ fn a_long_run_takes_what_its_figures_show() {
         let mut state = Sample { time, ..state.clone() };
         alter(&mut state, |state: &mut JointState| {
             state.header.stamp = Time::from_nanoseconds(time);
-            // As noisy as sensors, so that each point differs from the previous one.
+            // The positions are as noisy as those of sensors, so that each point differs from the previous one.
             state.position[0] = 0.3 * (1e-3 * i as f64).sin() + 1e-3 * (i % 7) as f64;
         });
         [state, Sample { time: time + 1_000_000, ..command.clone() }]

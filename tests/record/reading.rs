@@ -62,7 +62,7 @@ pub fn mcap_file(path: &Path, options: WriteOptions, encoding: &str, samples: &[
     writer.finish().unwrap();
 }
 
-/// Returns every way to store messages in an MCAP file, by name.
+/// Returns the options for every form in which an MCAP file can store messages, with their names.
 pub fn mcap_kinds() -> [(&'static str, WriteOptions); 5] {
     let small = || WriteOptions::new().chunk_size(Some(4096));
     [

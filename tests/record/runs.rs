@@ -30,7 +30,7 @@ fn the_example_explains_and_replays_the_demo() {
 
 const SECOND: i64 = 1_000_000_000;
 
-/// Returns the PUMA 560's parameters, for bags without parameters.
+/// Returns the parameters of the PUMA 560, for bags without parameters.
 pub fn puma560() -> ServoParameters {
     Prepared::<ServoParameters>::new(&RosArgs::default()).unwrap().parameters().clone()
 }
@@ -70,7 +70,7 @@ fn the_run_of_a_real_ros_2_is_explained_from_either_storage() {
         let run = only_run(&jazzy(directory.path(), storage));
         let commands = run.commands[0].velocities.len();
         assert_eq!((run.samples.len(), commands, run.parameters_known), (800, 800, false));
-        // diffc with K = 185, held for 10 ms each: the reference work's motion, except for the first steps, which jump.
+        // This is the reference work's motion, diffc with K = 185 held for 10 ms each, except for the first steps, which jump.
         assert!((way(&run) / 0.7001 - 1.0).abs() < 0.03, "{}", way(&run));
         assert!(run.motions.is_empty(), "it is of a program that says none");
         let figures = plot(&[run]);
@@ -93,8 +93,8 @@ fn a_bag_written_by_rosbags_with_foreign_topics_is_explained_the_same_way() {
     }
 }
 
-/// The regression test of the cycle: it still computes the same commands. The bag was made by `dq_servo demo --record … --ros-args -p
-/// update_rate:=100`. It must be replaced if the cycle is changed on purpose.
+/// The regression test of the cycle: it still computes the same commands. The bag was made by `dq_servo demo --record … --ros-args
+/// -p update_rate:=100`. It must be replaced if the cycle is changed on purpose.
 #[test]
 fn a_run_of_old_replays() {
     let servo = replay_demo(Path::new(DEMO));
@@ -103,7 +103,8 @@ fn a_run_of_old_replays() {
     assert!(servo.largest_difference < 1e-9, "{servo:?}");
 }
 
-/// The machine paused for 0.4 s while `bag_late` was recorded, and many messages arrived late. The demo printed 0.633 and 0.701 m.
+/// The machine paused for 0.4 s while `bag_late` was recorded, and many messages arrived late. The demo printed path lengths of
+/// 0.633 and 0.701 m.
 #[test]
 fn late_messages_are_not_detours() {
     let run = only_run(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/bag_late")));
@@ -262,7 +263,7 @@ fn an_arm_that_was_in_what_it_must_keep_out_of_is_named() {
     assert_eq!(ends("keep-outs"), [2; 12], "all edges of the box, of the floor far below none");
 }
 
-/// The servo's reports of its motions count, whatever else is missing. A gripper on its own topic causes a warning.
+/// The servo's reports of its motions count, even if everything else is missing. A gripper on its own topic causes a warning.
 #[test]
 fn motions_are_as_the_servo_reported_them() {
     let whole = only_run(Path::new(DEMO)).motions;
@@ -285,7 +286,7 @@ fn motions_are_as_the_servo_reported_them() {
     assert!(warnings.len() == 1 && warnings[0].contains("gripper"), "{warnings:?}");
 }
 
-/// A motion that ended before the recording does not count, and one that was under way has its true figures.
+/// A motion that ended before the recording does not count. A motion that was under way has its true figures.
 #[test]
 fn a_recording_that_starts_late_has_its_motions_with_all_their_figures() {
     let directory = tempfile::tempdir().unwrap();
@@ -308,7 +309,7 @@ fn a_recording_that_starts_late_has_its_motions_with_all_their_figures() {
     }
 }
 
-/// For example a bag of an arm that was jogged.
+/// Such a bag is, for example, that of an arm that was jogged.
 #[test]
 fn a_bag_without_goals_is_drawn_and_has_no_motions() {
     let directory = tempfile::tempdir().unwrap();
@@ -356,13 +357,13 @@ fn replay_compares_cycles_with_complete_inputs_and_reports_their_number() {
     assert_eq!((damaged.inputs_missing, damaged.damaged), (missing, 1), "{damaged:?}");
     assert_eq!(damaged.commands, gap.commands, "{damaged:?}");
     assert!(dq_servo(&[&"replay", &path("damaged")]).1.contains("1 messages are damaged"));
-    // Nothing else is needed.
+    // The record alone is sufficient.
     demo_without(&path("alone"), |message| message.topic != EVENTS);
     let alone = replay_demo(&path("alone"));
     assert_eq!((alone.commands, alone.different), (whole.commands, whole.different), "{alone:?}");
 }
 
-/// Two recordings in one bag, interleaved or one after the other: each cycle counts once.
+/// There are two recordings in one bag, interleaved or one after the other: each cycle counts once.
 #[test]
 fn cycles_that_are_in_a_bag_twice_are_compared_once_and_named() {
     let directory = tempfile::tempdir().unwrap();
@@ -414,7 +415,7 @@ fn with_cycles(path: &Path, mut change: impl FnMut(&mut Vec<CycleRecord>)) {
     });
 }
 
-/// A comparison without commands is a failure.
+/// If no command was compared, the result is a failure.
 #[test]
 fn a_bag_of_which_no_command_can_be_compared_says_why_and_fails() {
     let directory = tempfile::tempdir().unwrap();
@@ -425,7 +426,7 @@ fn a_bag_of_which_no_command_can_be_compared_says_why_and_fails() {
         cycles.iter_mut().filter(begins).for_each(|cycle| drop(cycle.events.drain(..2)));
     });
     with_cycles(&path("silent"), |cycles| cycles.retain(|cycle| cycle.output.is_none()));
-    // The recorder keeps one message and is too slow.
+    // This recorder keeps one message and is too slow.
     with_cycles(&path("cut"), |cycles| cycles.truncate(1));
     demo_without(&path("blind"), |message| message.topic == EVENTS);
     altered::<UInt8MultiArray>(&path("other"), |record| record.data.truncate(record.data.len() - 1));
@@ -443,8 +444,8 @@ fn a_bag_of_which_no_command_can_be_compared_says_why_and_fails() {
     }
 }
 
-/// The replay creates the same motions that the servo reported, even if the bag lacks the reports. A second servo without a beginning does
-/// not prevent it.
+/// The replay creates the same motions that the servo reported, even if the bag lacks the reports. A second servo without a
+/// beginning of its record does not prevent this.
 #[test]
 fn replay_makes_the_motions_of_a_bag_that_does_not_have_them() {
     let (_directory, bag) = place("bag");

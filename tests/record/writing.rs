@@ -1,4 +1,4 @@
-//! Tests the writer.
+//! Tests the writer of bags.
 
 use crate::bags::{Sample, data_file, place, read, read_through, samples, topics, write};
 use dq_bags::{Bag, BagError, BagWriter, TopicRecord, WriterOptions};
@@ -112,7 +112,7 @@ fn what_was_flushed_is_read_while_the_bag_is_written_and_however_it_ends() {
     bag.flush().unwrap();
     lost.iter().for_each(|sample| bag.write(id, sample.time, sample.time, &sample.cdr).unwrap());
     assert_eq!(read(&path), flushed, "it is whole to any reader");
-    // The files that a kill leaves.
+    // These are the files that a killed recorder leaves.
     let killed = directory.path().join("killed");
     std::fs::create_dir(&killed).unwrap();
     std::fs::copy(data_file(&path), killed.join("killed_0.mcap")).unwrap();
@@ -136,7 +136,7 @@ fn places_and_types_that_cannot_be_are_refused() {
     assert!(matches!(bag.add_topic(&record), Err(BagError::UnknownType { .. })));
 }
 
-/// A type of the caller, one of ROS 2 that this program does not have, and one that uses others.
+/// The types are a type of the caller, a type of ROS 2 that this program does not have, and a type that uses other types.
 #[test]
 fn types_that_only_the_caller_defines_are_recorded_for_any_reader() {
     let (_directory, path) = place("bag");
@@ -189,7 +189,7 @@ fn a_writer_refuses_the_topic_of_another() {
     assert_eq!(ours.finish().unwrap().messages, 1);
 }
 
-/// A killed recorder closes nothing.
+/// Begins a bag and writes the samples. Like a killed recorder, the caller never closes the bag.
 fn begun(bag: &Path, samples: &[crate::bags::Sample]) -> BagWriter {
     let mut writer = BagWriter::create(bag, WriterOptions::default()).unwrap();
     let mut ids = std::collections::BTreeMap::new();

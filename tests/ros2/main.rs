@@ -5,7 +5,7 @@ mod host;
 
 use host::{FAR, FAST, Host, assert_success, wait_for_line};
 
-/// The peer on Eclipse Cyclone is not used here.
+/// The path of the peer program on Eclipse Cyclone, which these tests do not use.
 const PEER: &str = "";
 
 /// The cases of the nodes of rclpy.

@@ -5,9 +5,9 @@ use crate::insiders::Site;
 use crate::keystore::{Keystore, Variables};
 use std::process::Output;
 
-/// Runs a case of the peer with the keys of `enclave`, and runs it again if it found nobody. This happened in 11 of 874 starts. If a node
-/// on Fast DDS before 3.2 sends the first request, it and RustDDS 0.15.1 derive different keys once in 256 times (`compute_shared_secret`).
-/// More rarely, Fast DDS ignores the answer.
+/// Runs a case of the peer with the keys of `enclave`. Runs the case again if the peer found nobody, which happened in 11 of 874
+/// starts. If a node on Fast DDS before 3.2 sends the first request, that node and RustDDS 0.15.1 derive different keys once in 256
+/// times (`compute_shared_secret`). More rarely, Fast DDS ignores the answer.
 pub fn peer(site: &Site, variables: &Variables, case: &str, enclave: &str) -> Output {
     // Built by tests/install.sh.
     let program = concat!(env!("CARGO_MANIFEST_DIR"), "/target/peers/security");

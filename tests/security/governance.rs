@@ -1,4 +1,4 @@
-//! Tests that governances under which nodes on Fast DDS cannot be received are detected.
+//! Tests that governances are detected with which nodes on Fast DDS cannot be received.
 
 use crate::fastdds::peer;
 use crate::host::{Host, assert_success};
@@ -12,7 +12,7 @@ const ENCRYPT: &str = "<data_protection_kind>ENCRYPT";
 #[test]
 fn a_governance_under_which_calls_hang_is_named_with_a_remedy_that_works() {
     let keystore = Keystore::new();
-    // Like sros2 writes it.
+    // This is the governance that sros2 writes.
     keystore.govern(|own| own.replace(NONE, ENCRYPT));
     let warning = |site: &Site| {
         let output = site.run(&["param", "get", "controller"], "/dq_servo_param");

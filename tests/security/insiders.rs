@@ -10,7 +10,7 @@ use std::collections::BTreeSet;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
-/// Servo and plant on a host, and a recorder of everything that they publish.
+/// A host with servo and plant, and a recorder of everything that they publish.
 pub struct Site {
     pub host: Host,
     variables: Variables,
@@ -23,7 +23,7 @@ pub fn arguments<'a>(command: &[&'a str], enclave: &'a str) -> Vec<&'a str> {
     [command, &["--ros-args", "--enclave", enclave]].concat()
 }
 
-/// Starts `command` of dq_servo with the keys of `enclave`, as `name`.
+/// Starts `command` of dq_servo with the keys of `enclave`. The process is called `name`.
 pub fn start<'a>(
     host: &'a mut Host,
     variables: &Variables,
@@ -35,7 +35,7 @@ pub fn start<'a>(
     host.start_with(name, &arguments(command, enclave), &variables)
 }
 
-/// Runs `command` of dq_servo with the keys of `enclave` to its end.
+/// Runs `command` of dq_servo with the keys of `enclave` until it ends.
 pub fn run(host: &Host, variables: &Variables, command: &[&str], enclave: &str) -> Output {
     let mut process = host.command("timeout");
     process.args(["60", env!("CARGO_BIN_EXE_dq_servo")]).args(arguments(command, enclave));
@@ -48,7 +48,7 @@ impl Site {
         Self::recording(variables, &[])
     }
 
-    /// Creates such a site whose recorder records these topics.
+    /// Creates a site whose processes have these variables, and whose recorder records these topics.
     pub fn recording(variables: Variables, topics: &[&str]) -> Self {
         let directory = tempfile::tempdir().unwrap();
         let bag = directory.path().join("seen");
@@ -87,14 +87,14 @@ impl Site {
 
     /// Returns a summary of what the recorder has received.
     pub fn summary(mut self) -> BagSummary {
-        // 3: messages were lost, as forged sequence numbers make it seem.
+        // Code 3 means that messages were lost. Forged sequence numbers look like lost messages.
         let code = self.host.interrupt("recorder").0;
         assert!(matches!(code, Some(0 | 3)), "{code:?}");
         BagSummary::read(&self.bag)
     }
 }
 
-/// A summary of what was recorded.
+/// A summary of the recorded messages.
 pub struct BagSummary {
     pub positions: Vec<Vec<f64>>,
     pub states: Vec<String>,
@@ -117,7 +117,7 @@ impl BagSummary {
         }
     }
 
-    /// Returns how far any joint moved from its first position \[rad\].
+    /// Returns the largest distance of any joint from its first position \[rad\].
     pub fn motion(&self) -> f64 {
         let first = &self.positions[0];
         let from_first =

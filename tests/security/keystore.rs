@@ -1,4 +1,4 @@
-//! Keystores made by this checkout's script.
+//! Keystores that the script of this checkout makes.
 
 use crate::host::assert_success;
 use std::path::PathBuf;
@@ -11,12 +11,12 @@ pub const PROGRAM: &str = env!("CARGO_BIN_EXE_dq_servo");
 /// Environment variables.
 pub type Variables = Vec<(&'static str, String)>;
 
-/// Returns the variables that make a process unsecured, whatever its environment.
+/// Returns the variables that make a process unsecured in any environment.
 pub fn unsecured() -> Variables {
     vec![("ROS_SECURITY_ENABLE", "false".to_owned())]
 }
 
-/// A keystore, which is deleted when this is dropped.
+/// A keystore. It is deleted when this value is dropped.
 pub struct Keystore(TempDir);
 
 impl Keystore {
@@ -30,7 +30,7 @@ impl Keystore {
         Self(directory)
     }
 
-    /// Copies it, with the same authority and keys.
+    /// Returns a copy of the keystore, with the same authority and keys.
     pub fn copy(&self) -> Self {
         let directory = tempfile::tempdir().unwrap();
         let copied = Command::new("cp").arg("-a").arg(self.path(".")).arg(directory.path()).output();
@@ -47,7 +47,7 @@ impl Keystore {
         ]
     }
 
-    /// Returns the path of a file or folder in it.
+    /// Returns the path of a file or folder in the keystore.
     pub fn path(&self, name: &str) -> PathBuf {
         self.0.path().join(name)
     }
@@ -62,7 +62,7 @@ impl Keystore {
         );
     }
 
-    /// Runs a shell command in it.
+    /// Runs a shell command in the folder of the keystore.
     pub fn shell(&self, script: &str) {
         assert_success(
             &Command::new("sh")

@@ -1,5 +1,5 @@
-//! Tests real processes over secured DDS, each in its own network namespace: members communicate, others get nothing, and a node that
-//! cannot be secured does not run.
+//! Tests real processes over secured DDS, each in its own network namespace: members communicate, others get nothing, and a node
+//! that cannot be secured does not run.
 
 #[path = "../dds/host.rs"]
 mod host;
@@ -13,5 +13,5 @@ mod refusals;
 mod view;
 mod wire;
 
-/// The outsider with another vendor's DDS.
+/// The path of the outsider program, which uses another vendor's DDS.
 const PEER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/security/outsider.py");

@@ -7,15 +7,15 @@ use crate::keystore::{Keystore, Variables, unsecured};
 use dq_bags::Bag;
 use serde_json::Value;
 
-/// How long an outsider tries \[s\]. The positive controls show that this is enough.
+/// The time for which an outsider tries \[s\]. The positive controls show that this is long enough.
 const SECONDS: u64 = 4;
 
-/// What an outsider got.
+/// The data that an outsider got.
 #[derive(Debug, PartialEq)]
 struct Loot {
-    /// The topics of the servo from which it read a message.
+    /// The topics of the servo from which the outsider read a message.
     topics: Vec<String>,
-    /// Whether its service call was answered.
+    /// Whether the outsider's service call was answered.
     answered: bool,
 }
 
@@ -25,8 +25,8 @@ impl Loot {
     }
 }
 
-/// Runs a participant of our kind with these variables. It records everything, publishes joint states of a differently bent arm, and sets a
-/// parameter.
+/// Runs a participant of our own program with these variables. It records everything, publishes joint states of an arm with other
+/// joint positions, and sets a parameter.
 fn of_our_kind(host: &mut Host, variables: &Variables) -> Loot {
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("loot");
@@ -36,7 +36,7 @@ fn of_our_kind(host: &mut Host, variables: &Variables) -> Loot {
     let set = run(host, variables, &["param", "set", "controller", "diffc"], "/dq_servo_param");
     std::thread::sleep(std::time::Duration::from_secs(SECONDS));
     assert_eq!(host.interrupt("impostor").0, Some(0), "it could run");
-    // 3: messages that it could not read count as lost.
+    // Code 3 means that messages were lost. Messages that this process could not read count as lost.
     let code = host.interrupt("spy").0;
     assert!(matches!(code, Some(0 | 3)), "{code:?}");
     let mut heard: Vec<_> =

@@ -52,7 +52,7 @@ fn an_enclave_s_own_files_that_are_wrong_or_out_of_date_are_named() {
                 .to_owned(),
             "dq_servo/cert.pem: not signed by identity_ca.cert.pem",
         ),
-        // A signed document with a changed word, one of another domain, and an expired one.
+        // These are a signed document with a changed word, a document of another domain, and an expired one.
         ("sed -i s/goal_pose/goal_p0se/ enclaves/dq_servo/permissions.p7s".to_owned(), "enclaves/dq_servo: "),
         ("sed -i s/ENCRYPT/NONE/ enclaves/governance.p7s".to_owned(), "enclaves/dq_servo: "),
         (

@@ -43,7 +43,7 @@ fn the_secured_demo_shows_its_page() {
     drive(&mut host, "demo");
 }
 
-/// Removes topics from the permissions of an enclave, as in an earlier version.
+/// Removes topics from the permissions of an enclave, as they are missing in enclaves of earlier versions.
 fn without(keystore: &Keystore, enclave: &str, topics: &str) {
     let file = format!("enclaves/{enclave}/permissions");
     keystore.shell(&format!(

@@ -8,8 +8,8 @@ use std::io::{BufRead, BufReader};
 use std::process::Stdio;
 use std::time::Duration;
 
-/// Runs an eavesdropper on the network of a site. Returns the number of packets with each word, and how far the arm was seen to move
-/// \[rad\].
+/// Runs an eavesdropper on the network of a site. Returns the number of packets with each word, and the largest distance of a joint
+/// from its first position \[rad\].
 fn somebody_on_the_wire(variables: Variables) -> (Vec<u64>, f64) {
     let site = Site::new(variables);
     let mut wire = site.host.command("timeout");

@@ -1,4 +1,4 @@
-"""Finds what `ros2 run dq_servo dq_servo --version` and `ros2 launch dq_servo NAME` need, by ament's index in AMENT_PREFIX_PATH."""
+"""Finds what `ros2 run dq_servo dq_servo --version` and `ros2 launch dq_servo NAME` need, by the index of ament in AMENT_PREFIX_PATH."""
 
 import json
 import os

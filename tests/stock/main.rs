@@ -1,4 +1,4 @@
-//! Tests the expectations of a stock ROS 2, as far as its parts are in the registries: nodes on eProsima Fast DDS like those of
+//! Tests the expectations of a stock ROS 2, if the registries have its parts: nodes on eProsima Fast DDS like those of
 //! rmw_fastrtps, and colcon workspaces.
 
 #[path = "../dds/host.rs"]
@@ -7,5 +7,5 @@ mod host;
 mod fastdds;
 mod workspace;
 
-/// The peer on Eclipse Cyclone is not used here.
+/// The path of the peer program on Eclipse Cyclone, which these tests do not use.
 const PEER: &str = "";

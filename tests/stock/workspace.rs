@@ -12,7 +12,7 @@ fn install_and_find(build: &[&str]) {
     let workspace = tempfile::tempdir().unwrap();
     let built = Command::new(COLCON).arg("build").args(build).current_dir(workspace.path()).output();
     assert_success(&built.unwrap());
-    // Twice, because existing files are replaced.
+    // Install twice, because existing files are replaced.
     for _ in 0..2 {
         let script = concat!(env!("CARGO_MANIFEST_DIR"), "/launch_scripts/install_into_workspace.sh");
         let program = env!("CARGO_BIN_EXE_dq_servo");

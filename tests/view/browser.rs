@@ -11,7 +11,7 @@ const SCRIPT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/view/browser.mj
 /// The folder of screenshots.
 const SHOTS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/target/view");
 
-/// The modules that control the browser and check accessibility, from tests/install.sh.
+/// The modules that control the browser and check accessibility. tests/install.sh installs them.
 const MODULES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/target/node");
 
 /// The address of the page on each host.
@@ -20,7 +20,7 @@ const PLACE: &str = "http://127.0.0.1:8123/?token=";
 /// A token that stays the same when the page is restarted.
 const TOKEN: &str = "a-token-for-the-tests-of-the-page";
 
-/// A case of the script, in a browser on `host`.
+/// A case of the script. The browser runs on `host`.
 struct Browser {
     child: Child,
     lines: Receiver<String>,
@@ -45,7 +45,7 @@ impl Browser {
         loop {
             match self.lines.recv_timeout(Duration::from_secs(310)) {
                 Ok(said) if said == line => return,
-                // Other output, for example how evenly the pictures come.
+                // Other output says, for example, how evenly the pictures arrive.
                 Ok(said) => println!("{said}"),
                 Err(_) => {
                     let mut errors = String::new();
@@ -170,7 +170,7 @@ fn two_arms_are_shown_and_driven() {
 
 #[test]
 fn two_laws_race_side_by_side_from_where_the_last_motion_began() {
-    // Slow enough for a slow browser to see both in motion.
+    // This is slow enough for a slow browser to see both in motion.
     let gains = ["gains.logc:=[0.5, 0.5]", "gains.double_geodesic:=[0.5, 0.5]"];
     let gains = gains.into_iter().flat_map(|gain| ["-p", gain]);
     let mut host = Host::with_nodes(&[], &["--ros-args"].into_iter().chain(gains).collect::<Vec<_>>());
@@ -200,7 +200,7 @@ fn joint_limits_are_shown_and_a_recording_is_begun_and_ended() {
     }
 }
 
-/// A SCARA: its quill slides, and its task is a position.
+/// The arm is a SCARA: its quill slides, and its task is a position.
 #[test]
 fn an_arm_that_slides_is_shown_in_millimetres_with_its_rail() {
     let mut host = Host::new();
@@ -229,7 +229,7 @@ fn unrelated_signals_do_not_end_a_program_and_a_time_limit_does() {
 #[test]
 fn a_demo_without_a_terminal_offers_its_page_and_prints_its_table() {
     let mut host = Host::new();
-    // Slow, so that the browser connects in time.
+    // The motion is slow, so that the browser connects in time.
     let arguments = ["demo", "--ros-args", "-p", "gains.logc:=[0.25, 0.25]"];
     let demo = host.start_with("demo", &arguments, &[("DQ_SERVO_VIEW_TOKEN", TOKEN)]);
     let link = format!("{PLACE}{TOKEN}");

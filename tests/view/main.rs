@@ -6,5 +6,5 @@ mod host;
 mod page;
 mod server;
 
-/// The hosts' peer, which is not used here.
+/// The path of the peer program, which these tests do not use.
 const PEER: &str = "";

@@ -54,7 +54,7 @@ impl Page {
         Self { robot, link, token, warnings, address, server: tokio::spawn(server.serve()) }
     }
 
-    /// Returns the response to a request of these lines, in which `{}` stands for the server's address.
+    /// Returns the response to a request with these lines. `{}` stands for the server's address in them.
     pub async fn request(&self, lines: &[&str]) -> String {
         let head: String = lines
             .iter()
@@ -68,7 +68,7 @@ impl Page {
         String::from_utf8_lossy(&response).into_owned()
     }
 
-    /// Returns the answer to `GET path` of an admitted browser.
+    /// Returns the answer to `GET path` if an admitted browser sends it.
     pub async fn get(&self, path: &str) -> String {
         self.request(&[&format!("GET {path} HTTP/1.1"), "Host: {}", &self.cookie()]).await
     }
@@ -120,7 +120,7 @@ impl Browser {
         self.socket.send(Message::binary(bytes)).await.unwrap();
     }
 
-    /// Returns the next nonempty frame, within a time that pings do not extend.
+    /// Returns the next nonempty frame. The wait is limited, and pings do not extend it.
     pub async fn next(&mut self) -> Result<Value, Option<(u16, String)>> {
         timeout(SOON, self.next_text()).await.expect("a frame, or the end")
     }

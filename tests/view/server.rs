@@ -73,7 +73,7 @@ async fn the_page_is_served_with_every_file_it_names_and_no_site_may_use_it() {
     }
 }
 
-/// DNS rebinding: the page of another site cannot change the host name that the browser sends.
+/// This is DNS rebinding: the page of another site cannot change the host name that the browser sends.
 #[tokio::test]
 async fn a_foreign_host_and_a_foreign_origin_are_refused_and_logged() {
     let page = Page::new().await;
@@ -128,7 +128,7 @@ async fn only_a_browser_with_the_link_gets_the_page_on_this_host_and_beyond() {
     }
 }
 
-/// Connects, sends `line`, waits for the end, and repeats this forever.
+/// Forever connects, sends `line` and waits for the end of the connection.
 async fn pester(address: std::net::SocketAddr, line: &'static [u8]) {
     loop {
         if let Ok(mut stream) = TcpStream::connect(address).await {
@@ -250,7 +250,7 @@ async fn a_frame_that_is_too_large_ends_its_session_alone() {
     let page = Page::new().await;
     let (mut large, mut other) = (page.browser().await, page.browser().await);
     large.frame("hello").await;
-    // The connection may be closed in the middle of it.
+    // The connection may be closed while the message is being sent.
     let _ = futures::SinkExt::send(&mut large.socket, "x".repeat(100_000).into()).await;
     large.next().await.expect_err("the session ended");
     page.warned_of("broke the protocol").await;
@@ -275,7 +275,7 @@ async fn the_simultaneous_requests_of_a_browser_are_limited() {
     }
     let answer = browser.frame("answer").await;
     assert_eq!((&answer["id"], &answer["ok"]), (&json!(16), &json!(false)), "{answer}");
-    // Others have room, and this browser has room again after its answers.
+    // Other browsers have room, and this browser has room again after its answers.
     let mut other = page.browser().await;
     other.send(r#"{"id":99,"ask":"stop"}"#).await;
     for _ in 0..16 {
@@ -317,7 +317,7 @@ async fn a_frozen_browser_is_dropped_and_delays_no_other() {
         assert!(started.elapsed() < Duration::from_secs(30), "it is still there");
         number += 1;
         page.robot.now.send_replace(format!(r#"{{"now":{{"number":{number},"pad":"{large}"}}}}"#).into());
-        // It gets each frame, whatever the frozen browser does.
+        // The second browser gets each frame, even if the first one is frozen.
         while other.frame("now").await["number"] != number {}
         tokio::time::sleep(Duration::from_millis(20)).await;
     }

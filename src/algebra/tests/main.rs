@@ -1,4 +1,4 @@
-//! Laws of the algebra, on a grid and for random poses.
+//! The rules of the algebra, on a grid and for random poses.
 
 mod reference;
 mod tolerance;
@@ -10,14 +10,14 @@ use reference::{distance, json, numbers};
 use std::f64::consts::PI;
 use tolerance::{ALGEBRA, REFERENCE};
 
-/// The tolerance of logarithms near π, where the lever arm of the translation amplifies the rounding of the angle.
+/// Tolerance of logarithms near π, where the distance of the translation amplifies the rounding error of the angle.
 const LOG: f64 = 1e-11;
 
 fn assert_close(a: &[f64], b: &[f64], tolerance: f64) {
     assert!(distance(a, b) <= tolerance, "{a:?}\nis not\n{b:?}");
 }
 
-/// Returns twists from zero to just past a half turn, including pure translations.
+/// Returns twists with angles from zero to just past a half turn, including pure translations.
 fn twists() -> Vec<Vector6<f64>> {
     let axes = [Vector3::z(), Vector3::new(0.6, 0.0, -0.8), Vector3::new(1.0, -2.0, 2.0) / 3.0];
     let angles =
@@ -41,7 +41,7 @@ fn any_twist() -> impl Strategy<Value = Vector6<f64>> {
     prop::array::uniform6(-1.7..1.7f64).prop_map(Vector6::from)
 }
 
-/// Eight arbitrary numbers, which are usually not a pose.
+/// Returns eight arbitrary numbers, which are usually not a pose.
 fn any_numbers() -> impl Strategy<Value = DualQuaternion> {
     prop::array::uniform8(-2.0..2.0f64)
         .prop_map(|numbers| DualQuaternion::from_vector8(&Vector8::from(numbers)))
@@ -131,7 +131,7 @@ fn normalising_gives_the_nearest_pose_or_says_why_not() {
     assert_eq!(nan, Err(DqError::NonFinite(f64::INFINITY)));
 }
 
-/// Real parts whose squares or inverses are not representable.
+/// Here the squares or the inverses of the real part are not representable.
 #[test]
 fn normalising_takes_real_parts_of_any_size() {
     let pose = UnitDualQuaternion::screw_exp(&Vector6::new(0.3, -0.2, 0.7, 0.1, 0.2, -0.1));
@@ -190,7 +190,7 @@ fn poses_come_from_and_go_to_nalgebra() {
     assert_eq!((turned.rotation(), turned.translation()), (rotation, Vector3::zeros()));
 }
 
-/// For each start, checks screws of every angle, with both signs of `other`.
+/// For each start, this checks screws of every angle, with both signs of `other`.
 #[test]
 fn sclerp_follows_the_shorter_screw() {
     let starts = [Vector6::zeros(), Vector6::new(0.3, -0.2, 0.7, 0.1, 0.2, -0.1)]
@@ -226,7 +226,7 @@ fn at_a_half_turn_sclerp_ends_at_the_other_pose() {
     }
 }
 
-/// The reasons in the README for a type other than nalgebra's.
+/// The README gives these reasons for a type other than nalgebra's.
 #[test]
 fn nalgebra_lacks_what_the_readme_says() {
     use nalgebra::UnitDualQuaternion as Theirs;
@@ -296,7 +296,7 @@ proptest! {
     #[test]
     fn sclerp_agrees_with_nalgebra((a, b) in (any_pose(), any_pose()), t in 0.0..1.0f64) {
         let theirs = |q: &UnitDualQuaternion| nalgebra::UnitDualQuaternion::from_isometry(&q.frame());
-        // At a half turn nalgebra has no result, and near it fewer digits.
+        // At a half turn nalgebra has no result; near it, fewer digits.
         prop_assume!(a.real().dot(&b.real()).abs() > 1e-3);
         let expected = theirs(&a).try_sclerp(&theirs(&b), t, 0.0).unwrap().to_isometry();
         let [distance, turn] = a.sclerp(&b, t).distances(&expected.into());
@@ -319,7 +319,7 @@ proptest! {
         prop_assert!((moved.to_vector8() - conjugated.to_vector8()).norm() < LOG);
     }
 
-    /// `Hp`, `Hn`, `dHp` and `dHn` of appendix A, for arbitrary numbers (eq. 9–11).
+    /// These are `Hp`, `Hn`, `dHp` and `dHn` of appendix A, for arbitrary numbers (eq. 9–11).
     #[test]
     fn hamilton_operators_of_any_numbers_are_products((p, q) in (any_numbers(), any_numbers())) {
         let product = (p * q).to_vector8();
@@ -330,14 +330,14 @@ proptest! {
         prop_assert!((a * b - b * a).norm() < ALGEBRA * 10.0);
     }
 
-    /// `cdualq`: the conjugate of a product is the product of the conjugates in reverse order.
+    /// This is `cdualq`: the conjugate of a product is the product of the conjugates in reverse order.
     #[test]
     fn conjugates_turn_products_round((p, q) in (any_numbers(), any_numbers())) {
         let (left, right) = ((p * q).conjugate(), q.conjugate() * p.conjugate());
         prop_assert!((left.to_vector8() - right.to_vector8()).norm() < ALGEBRA * 10.0);
     }
 
-    /// `logdq` and `explogdq` are inverses (eq. 32), and so are the logarithm and the exponential of SE(3).
+    /// These are `logdq` and `explogdq` (eq. 32), and the logarithm and the exponential of SE(3). Each pair is inverse.
     #[test]
     fn logarithms_of_any_pose_lead_back_to_it(pose in any_pose()) {
         for back in [

@@ -12,7 +12,7 @@ use dq_bags::BagError;
 use dq_ros::ros::{NetworkEnd, RosError};
 use thiserror::Error;
 
-/// Why the recording has ended.
+/// The reason why the recording has ended.
 #[derive(Debug, Error)]
 pub enum RecordingError {
     /// The bag cannot be written.
@@ -24,9 +24,9 @@ pub enum RecordingError {
     /// This process has lost the network.
     #[error("{why}: the bag has the {messages} messages received before")]
     Deaf {
-        /// The number of messages in the bag, which is complete up to then.
+        /// The number of messages in the bag. No message before the loss is missing.
         messages: u64,
-        /// How the network was lost.
+        /// The cause of the loss.
         why: NetworkEnd,
     },
     /// The recorder cannot take part in the graph.

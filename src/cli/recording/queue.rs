@@ -1,4 +1,4 @@
-//! The thread that writes a bag, with a bounded queue, so that a slow disk never blocks the receivers.
+//! The thread that writes a bag. It has a bounded queue, so that a slow disk never blocks the receivers.
 
 use super::RecordingError;
 use dq_bags::{BagError, BagWriter, TopicId, TopicRecord, WrittenBag};
@@ -16,7 +16,7 @@ const CAPACITY: usize = 65_536;
 /// The largest size of the messages in the queue \[bytes\]; a single message may be larger.
 const ROOM: usize = 64 << 20;
 
-/// How often the bag is flushed to the disk.
+/// The interval at which the bag is flushed to the disk.
 const FLUSH: Duration = Duration::from_millis(500);
 
 /// An item for the writer.
@@ -30,11 +30,11 @@ enum Item {
 struct Counts {
     written: AtomicU64,
     dropped: AtomicU64,
-    /// The bytes that wait for the writer.
+    /// The size of the messages that wait for the writer \[bytes\].
     waiting: AtomicUsize,
 }
 
-/// The numbers of messages written and dropped so far.
+/// The numbers of messages that were written and dropped since the start.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Progress {
     /// Messages in the bag.
@@ -51,7 +51,7 @@ pub(super) struct Queue {
 }
 
 impl Queue {
-    /// Announces a topic, so that it is in the bag even without messages.
+    /// Announces a topic, so that the bag has the topic even if it has no messages.
     pub fn topic(&self, topic: &Arc<TopicRecord>) {
         // If the queue is full, the topic will be added with its first message.
         let _ = self.items.try_send(Item::Topic(topic.clone()));
@@ -86,7 +86,7 @@ impl Queue {
 pub(super) struct WritingThread {
     handle: JoinHandle<Result<WrittenBag, RecordingError>>,
     counts: Arc<Counts>,
-    /// The error that ended the thread, once it has; the sender is dropped with the thread.
+    /// The error that ended the thread; `None` if the thread has not failed. The sender is dropped with the thread.
     failure: watch::Receiver<Option<String>>,
 }
 
@@ -101,7 +101,7 @@ impl WritingThread {
         let (tell, failure) = watch::channel(None);
         let sink = Sink { bag, topics: HashMap::new(), counts: counts.clone() };
         let run = move || {
-            // Report the error last, after receiving has ended.
+            // Report the error at the end, when receiving has ended.
             sink.run(receiver)
                 .inspect_err(|why| drop(tell.send_replace(Some(why.to_string()))))
                 .map_err(RecordingError::from)
@@ -136,7 +136,7 @@ impl WritingThread {
 /// The writer's end of the queue.
 struct Sink {
     bag: BagWriter,
-    /// The topics by name, because a topic may be announced again with other publishers.
+    /// The topics by name. A topic may be announced again with other publishers.
     topics: HashMap<String, TopicId>,
     counts: Arc<Counts>,
 }
@@ -201,9 +201,9 @@ mod tests {
         for number in 0..MESSAGES {
             let mut cdr = vec![0; 120];
             cdr[..8].copy_from_slice(&number.to_le_bytes());
-            // Numbers that change like those of a moving arm.
+            // The numbers change like those of a moving arm.
             cdr[112..].copy_from_slice(&(number as f64 * 1e-3).sin().to_le_bytes());
-            // Not faster than the writer: a full queue would drop messages.
+            // Do not send faster than the writer writes: a full queue would drop messages.
             while number - queue.progress().written > 50_000 {
                 std::thread::yield_now();
             }
@@ -230,7 +230,7 @@ mod tests {
         let (items, receiver) = sync_channel(CAPACITY);
         let counts = Arc::new(Counts::default());
         let queue = Queue { items, counts: counts.clone() };
-        // No thread writes yet.
+        // At this time no thread writes.
         (0..CAPACITY + 10).for_each(|_| queue.message(&topic(), 0, 0, vec![0; 8]));
         assert_eq!(queue.progress(), Progress { written: 0, dropped: 10 });
         drop(queue);

@@ -13,7 +13,8 @@ use std::time::Duration;
 use tokio::sync::watch;
 use tokio::task::{JoinHandle, JoinSet};
 
-/// Records what other participants publish, from its start until [`Recorder::finish`]. Later topics are recorded from their appearance on.
+/// Records what other participants publish, from the start until [`Recorder::finish`]. Topics that appear later are recorded from
+/// then on.
 pub struct Recorder {
     thread: WritingThread,
     queue: Queue,
@@ -50,39 +51,39 @@ impl Recorder {
         Ok(Self { thread, queue, watcher, recorded, heard })
     }
 
-    /// Returns the progress.
+    /// Returns the numbers of messages that were written and dropped.
     pub fn progress(&self) -> Progress {
         self.queue.progress()
     }
 
-    /// Returns the topics that are recorded so far: those with a publisher.
+    /// Returns the topics that are already being recorded: those with a publisher.
     pub fn topics(&self) -> BTreeSet<String> {
         self.recorded.borrow().clone()
     }
 
-    /// Waits up to `patience` until all these topics are recorded, and returns whether they are. A publisher may still take some
-    /// milliseconds to discover the recorder; to lose nothing it must wait for its readers.
+    /// Waits up to `patience` until all these topics are recorded, and returns whether all are. A publisher may still take some
+    /// milliseconds to discover the recorder. To lose no message, the publisher must wait for its readers.
     pub async fn wait_for(&self, topics: &[&str], patience: Duration) -> bool {
         contains(&self.recorded, topics, patience).await
     }
 
-    /// Waits up to `patience` until all these topics have received a message, and returns whether they have.
+    /// Waits up to `patience` until all these topics have received a message, and returns whether all have.
     pub async fn wait_for_messages(&self, topics: &[&str], patience: Duration) -> bool {
         contains(&self.heard.subscribe(), topics, patience).await
     }
 
-    /// Like [`wait_for_messages`](Self::wait_for_messages), but counts only messages from now on.
+    /// Waits as [`wait_for_messages`](Self::wait_for_messages) does, but counts only messages that arrive during this call.
     pub async fn wait_for_next_messages(&self, topics: &[&str], patience: Duration) -> bool {
         self.heard.send_modify(|heard| heard.retain(|topic| !topics.contains(&topic.as_str())));
         self.wait_for_messages(topics, patience).await
     }
 
-    /// Waits until writing fails, and returns why. [`Recorder::finish`] then returns the same error.
+    /// Waits until writing fails, and returns the reason. [`Recorder::finish`] then returns the same error.
     pub fn write_failure(&self) -> impl Future<Output = String> + Send + use<> {
         self.thread.failed()
     }
 
-    /// Waits until writing fails or this process loses the network. [`Recorder::finish`] then returns why.
+    /// Waits until writing fails or this process loses the network. [`Recorder::finish`] then returns the reason.
     pub async fn failed(&self) {
         tokio::select! {
             _ = self.write_failure() => {}
@@ -97,7 +98,7 @@ impl Recorder {
     pub async fn finish(self) -> Result<WrittenBag, RecordingError> {
         let Self { thread, queue, watcher, .. } = self;
         let heard = NetworkWatch::default().check();
-        // Let the receivers take what has arrived.
+        // Let the receivers take the messages that have arrived.
         tokio::time::sleep(LAST_TAKE).await;
         watcher.abort();
         // The task ends as aborted. Its subscriptions and their ends of the queue are dropped with it.
@@ -112,7 +113,7 @@ impl Recorder {
     }
 }
 
-/// How long to take arrived messages at the end.
+/// The time at the end in which arrived messages are still taken.
 const LAST_TAKE: Duration = Duration::from_millis(100);
 
 /// The QoS of a subscription.
@@ -123,7 +124,7 @@ struct Delivery {
 }
 
 impl Delivery {
-    /// For topics without a publisher: the default of ROS 2's publishers.
+    /// The presumed QoS of topics that have no publisher yet: the default of ROS 2's publishers.
     const PRESUMED: Self = Self { reliable: true, transient_local: false };
 
     /// Returns the strictest QoS that all publishers offer; `None` without a publisher.
@@ -135,7 +136,7 @@ impl Delivery {
         })
     }
 
-    /// Returns what both have in common.
+    /// Returns the strictest QoS that fulfills both.
     fn and(self, other: Self) -> Self {
         Self {
             reliable: self.reliable && other.reliable,
@@ -144,9 +145,9 @@ impl Delivery {
     }
 }
 
-/// A topic's subscription, and the task that reads it. Both end when this is dropped.
+/// A topic's subscription, and the task that reads the subscription. Both end when this value is dropped.
 struct Receiving {
-    /// `None` until a publisher appears.
+    /// The QoS of the subscription; `None` until a publisher appears.
     delivery: Option<Delivery>,
     message: String,
     sequences: Sequences,
@@ -215,7 +216,7 @@ impl Watcher {
             let message = topic.message.clone();
             return self.warn(BagError::UnknownType { topic: name.to_owned(), message }.to_string());
         }
-        // The old subscription ends before the new one begins. Messages in between are missed, and counted.
+        // The old subscription ends before the new one begins. Messages that arrive in between are missed, and counted.
         let sequences = self.receiving.remove(name).map(|old| old.sequences.clone()).unwrap_or_default();
         let Delivery { reliable, transient_local } = delivery.unwrap_or(Delivery::PRESUMED);
         let subscription = self.node.raw_subscription(name, &topic.message, reliable, transient_local);
@@ -262,7 +263,7 @@ fn record(name: &str, topic: &GraphTopic) -> TopicRecord {
 struct Sequences(Arc<Mutex<HashMap<[u8; 16], i64>>>);
 
 impl Sequences {
-    /// Returns how many earlier messages of the publisher were missed, or `None` if the message is a repetition.
+    /// Returns how many earlier messages of the publisher were missed; `None` if the message is a repetition.
     fn take(&self, publisher: [u8; 16], sequence: i64) -> Option<u64> {
         let mut last = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let missed = match last.get(&publisher) {
@@ -276,7 +277,7 @@ impl Sequences {
     }
 }
 
-/// Reads a subscription into the queue.
+/// Reads messages from a subscription and queues them.
 struct Receiver {
     topic: Arc<TopicRecord>,
     queue: Queue,
@@ -303,7 +304,7 @@ impl Receiver {
     }
 }
 
-/// Waits up to `patience` until all these topics are in the set.
+/// Waits up to `patience` until all these topics are in the set. Returns whether all are.
 async fn contains(set: &watch::Receiver<BTreeSet<String>>, topics: &[&str], patience: Duration) -> bool {
     let mut set = set.clone();
     let all = set.wait_for(|set| topics.iter().all(|topic| set.contains(*topic)));

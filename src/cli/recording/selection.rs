@@ -5,7 +5,7 @@ use dq_ros::ros::{Resolver, RosArgs, RosError};
 use dq_wire::Contract;
 use std::collections::BTreeSet;
 
-/// The topics that every ROS 2 node has, and that bags should have.
+/// The topics that every ROS 2 node has, and that are recorded too.
 const EVERY_NODE: [(&str, &str); 2] =
     [("/parameter_events", "rcl_interfaces/msg/ParameterEvent"), ("/rosout", "rcl_interfaces/msg/Log")];
 
@@ -15,15 +15,15 @@ pub struct Selection(Rule);
 
 #[derive(Clone, Debug)]
 enum Rule {
-    /// These fully qualified names.
+    /// The topics with these fully qualified names.
     Names(BTreeSet<String>),
-    /// These names with their types: absolute names, or names below any namespace.
+    /// The topics with these names and types, in every namespace.
     Contract(Vec<(String, String)>),
 }
 
 impl Selection {
-    /// Selects the topics of `msg_config/topics.yaml` in every namespace, by name and type, with `/parameter_events` and `/rosout`. Topics
-    /// that these ROS arguments remap are selected under their new names too.
+    /// Selects the topics of `msg_config/topics.yaml` in every namespace, by name and type, and also `/parameter_events` and
+    /// `/rosout`. Topics that these ROS arguments remap are selected under their new names too.
     ///
     /// # Errors
     /// [`RosError::Wire`], [`RosError::Name`].
@@ -53,7 +53,8 @@ impl Selection {
     }
 }
 
-/// Returns the remapped topics of the nodes: in the nodes' own namespace, and relative names in every namespace.
+/// Returns the topics of the nodes under their remapped names. The names are fully qualified. Relative new names are also returned
+/// as they are.
 fn remapped(contract: &Contract, ros_args: &RosArgs) -> Result<Vec<(String, String)>, RosError> {
     let nodes = [
         (&contract.servo, ServoParameters::NODE_NAME),

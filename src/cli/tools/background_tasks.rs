@@ -16,7 +16,8 @@ pub(super) struct Runner {
     environment: Environment,
     ros_args: RosArgs,
     show: watch::Sender<Arc<str>>,
-    /// The number of the last race. It starts at the time of the start \[ms\], so that a page that was open before recognizes a new race.
+    /// The number of the last race. It counts up from the time at which this program started [ms since 1970]. So a page that was
+    /// opened before a restart does not take a new race for an old one.
     races: u64,
     /// The race that is running, if any.
     race: JoinSet<()>,
@@ -31,7 +32,7 @@ impl Runner {
         Self { environment, ros_args, show, races, race: JoinSet::new(), recording: None }
     }
 
-    /// Performs the requests. Ends what is running when no one can send requests any more.
+    /// Performs the requests. When nobody can send requests any more, ends the tasks that are running.
     pub async fn run(mut self, mut tasks: BackgroundTasks) {
         loop {
             let failed = async {
@@ -77,7 +78,7 @@ impl Runner {
         Ok(done)
     }
 
-    /// Records into a directory that is named after the time.
+    /// Records into a directory whose name is the time.
     fn record(&mut self) -> anyhow::Result<Answer> {
         if let Some((_, directory)) = &self.recording {
             return Ok(Answer::refused(format!("a recording is going on already: {}", directory.display())));

@@ -30,13 +30,15 @@ pub(in crate::cli) struct Compare {
     /// Check the N parts in the folder, join them as compare.jsonl, and continue as without parts
     #[arg(long, value_name = "N", conflicts_with = "part", value_parser = count::<u64>(1..=Part::MOST))]
     merge: Option<u64>,
-    /// Only compare how many tasks settle under the servo's limits with `reconfigure` at `always` and `never`, in reconfigure.md
+    /// Only count how many tasks settle under the servo's limits with `reconfigure` at `always` and at `never`, and write
+    /// reconfigure.md
     #[arg(long, conflicts_with_all = ["part", "merge"])]
     reconfigure: bool,
-    /// Only compare `constraints` at `false` and `true`, and the programs in peers.jsonl, in constraints.md
+    /// Only count how many tasks settle with `constraints` at `false` and at `true`, and with the programs in peers.jsonl, and
+    /// write constraints.md
     #[arg(long, conflicts_with_all = ["part", "merge", "reconfigure"])]
     constraints: bool,
-    /// Only compare `posture.gain` at 0 and 1, in posture.gain.md
+    /// Only count how many tasks settle with `posture.gain` at 0 and at 1, and write posture.gain.md
     #[arg(long, conflicts_with_all = ["part", "merge", "reconfigure", "constraints"])]
     posture: bool,
 }
@@ -55,7 +57,7 @@ impl Compare {
         if let Some(switch) = self.switch() {
             return self.switched(&study, switch);
         }
-        // Other programs may run them at the same time.
+        // Other programs may run these tasks at the same time.
         study.write_tasks(&self.out.join("tasks.jsonl"))?;
         let part = self.part.unwrap_or(Part::WHOLE);
         let name = self.part.map_or("compare.jsonl".to_owned(), |part| part.file_name());

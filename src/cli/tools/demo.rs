@@ -1,4 +1,4 @@
-//! `dq_servo demo`: runs the nodes on this host, and moves the arm there and back as in the paper.
+//! `dq_servo demo`: runs the nodes on this host, and moves the arm to a goal and back as in the paper.
 
 use super::enter;
 use super::node_set::{Interrupted, NodeSet, Setting};
@@ -68,7 +68,7 @@ impl Demo {
             };
         }
         let setting = Setting { environment, ros_args, recording: recording.as_ref() };
-        // Someone who processes the output does not need the page.
+        // If the output is processed further, the page is not needed.
         let has_page = !self.dual && !self.json && self.record.is_none();
         let page = if has_page { View::offer(&setting.environment, ros_args).await.ok() } else { None };
         let played = match self.dual {
@@ -83,7 +83,7 @@ impl Demo {
     }
 }
 
-/// What a demo will play.
+/// The nodes, the start and the goal of a demo.
 struct Scene<'a> {
     nodes: NodeSet<'a>,
     /// The pose at which the arm starts.
@@ -93,7 +93,7 @@ struct Scene<'a> {
     joints: Vec<JointKind>,
 }
 
-/// What a demo has played.
+/// The motions that a demo has made.
 struct Played {
     motions: Vec<MotionReport>,
     joints: Vec<JointKind>,
@@ -101,8 +101,8 @@ struct Played {
 
 /// Moves to the goal with the law of the parameters, and back with another law.
 ///
-/// If someone watches the `page` at the end, the results are printed here, and the user controls the arm until a signal. Then no motions
-/// are returned.
+/// If a browser shows the `page` at the end, the results are printed here, and the user controls the arm until a signal. Then no
+/// motions are returned.
 async fn one_arm(
     setting: &Setting<'_>,
     arm: &RobotChoice,
@@ -138,7 +138,8 @@ async fn one_arm(
     }
 }
 
-/// Prints the link of the page. On a terminal, then waits for a browser, for the enter key, or for one minute.
+/// Prints the link of the page. On a terminal, then waits until a browser connects, the enter key is pressed, or one minute has
+/// passed.
 async fn invite(page: &Page) {
     let Some(pressed) = enter::pressed() else {
         return stderr::line(format!("watch the arm move: {}", page.link));
@@ -164,13 +165,13 @@ async fn there_and_back(
     Ok(vec![there, nodes.go(start).await?])
 }
 
-/// Prepares the arm, its servo, its start and its goal. The paper's arm has the paper's goal. For another arm the goal is a tool pose near
-/// its start that one law reaches and from which another law returns.
+/// Prepares the arm, its servo, its start and its goal. For the paper's arm, the goal is the paper's. For another arm, the goal is
+/// a tool pose near the start. One law reaches this goal, and another law returns from it.
 fn one_arm_scene<'a>(setting: &Setting<'a>, arm: &RobotChoice) -> anyhow::Result<Scene<'a>> {
     let servo = Prepared::<ServoParameters>::new(&arm.and(setting.ros_args))?;
     let parameters = servo.parameters();
     let (chain, papers) = (parameters.arms.chain(), papers_chain()?);
-    // Ignore the tool.
+    // Leave out the tool.
     let mut bare = chain.clone();
     bare.set_tool_offset(papers.tool_offset());
     let is_builtin = !arm.is_some() && bare == papers;
@@ -191,7 +192,7 @@ fn papers_chain() -> anyhow::Result<Chain> {
     Ok(ServoParameters::from_store(&store)?.arms.chain().clone())
 }
 
-/// Opens the page, moves the arm to the goal once a browser is connected, and then leaves the arm to the user until a signal.
+/// Opens the page, and moves the arm to the goal once a browser is connected. After that the user controls the arm until a signal.
 async fn in_a_browser(
     setting: &Setting<'_>,
     Scene { nodes, goal, .. }: Scene<'_>,
@@ -201,7 +202,7 @@ async fn in_a_browser(
     print_line!("{}", page.link)?;
     let play = async |nodes: &mut NodeSet<'_>| {
         let _ = page.watched.wait_for(|watched| *watched).await;
-        // Whatever the result, from now on the user controls the arm and may have sent another goal already.
+        // The result is not used: from now on the user controls the arm and may have sent another goal already.
         let _ = nodes.go(goal).await;
         std::future::pending::<anyhow::Result<()>>().await
     };
@@ -213,8 +214,8 @@ async fn in_a_browser(
     }
 }
 
-/// Plays the paper's relative position control: to twice the distance with the transposed form, and back, including the orientation, with
-/// the inverse form.
+/// Makes the paper's motions of relative position control: to twice the distance with the transposed form, and back with the
+/// inverse form. The way back includes the orientation.
 async fn two_arms(setting: &Setting<'_>, signals: &mut Signals) -> anyhow::Result<Option<Played>> {
     let Scene { nodes, start, goal, joints } = two_arm_scene(setting)?;
     let play = async |nodes: &mut NodeSet<'_>| {
@@ -245,7 +246,8 @@ fn two_arm_scene<'a>(setting: &Setting<'a>) -> anyhow::Result<Scene<'a>> {
     Ok(Scene { nodes: NodeSet::set(setting, servo, vec![left, right])?, start, goal, joints })
 }
 
-/// Returns the command line of the plant in the namespace `side`, whose default start is `theta` \[rad\].
+/// Returns the command line of the plant in the namespace `side`. The plant starts at `theta` \[rad\] unless `ros_args` say
+/// otherwise.
 fn of_arm(side: &str, theta: &[f64], ros_args: &RosArgs) -> RosArgs {
     let mut args = ros_args.clone();
     let namespace = args.remaps.iter().find(|rule| rule.from == "__ns").map_or("", |rule| &rule.to);
@@ -270,7 +272,7 @@ fn json(motions: &[MotionReport]) -> serde_json::Value {
     serde_json::Value::from_iter(motions.iter().map(motion))
 }
 
-/// Returns the table of the motions, and below it how late the servo's cycles woke.
+/// Returns the table of the motions, and below it the lateness of the servo's cycles.
 fn table(Played { motions, joints }: &Played) -> String {
     let mut table = table::motions(&["law"], joints, &[table::AT_GOAL]);
     for report in motions {

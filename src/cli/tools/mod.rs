@@ -89,7 +89,7 @@ impl Offline {
     }
 }
 
-/// Returns whether the error of one of these subcommands is in the request, not in its execution.
+/// Returns whether the cause of the error is the user's request, not its execution.
 pub(super) fn is_usage(error: &anyhow::Error) -> bool {
     let bag = |error: &BagError| !matches!(error, BagError::Write { .. });
     let recording = |error: &RecordingError| match error {

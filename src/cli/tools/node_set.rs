@@ -18,7 +18,7 @@ use std::time::Duration;
 /// The longest time for one motion. `diffc` with the paper's gain takes about 20 s to the goal tolerance.
 const MOTION_TIMEOUT: Duration = Duration::from_secs(90);
 
-/// How long a parameter service may take.
+/// The longest time that a parameter service may take.
 const SERVICE: Duration = Duration::from_secs(10);
 
 /// A signal ended the demo.
@@ -33,14 +33,14 @@ pub(super) struct Setting<'a> {
     pub recording: Option<&'a Recording>,
 }
 
-/// The nodes of a demo. Each is its own participant, so that they communicate over DDS.
+/// The nodes of a demo. Each has its own participant, so that they communicate over DDS.
 pub(super) struct NodeSet<'a> {
     watch: Watch,
     recording: Option<&'a Recording>,
     names: Resolver,
     kind: ServoKind,
     servo_name: String,
-    // In the order of leaving: the servo sends its final zeros while the robots are still there.
+    // These fields are dropped in this order: the servo sends its final zeros while the robots are still there.
     node: Node,
     servo: ServoNode,
     _plants: Vec<PlantNode>,

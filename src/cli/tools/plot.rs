@@ -82,7 +82,7 @@ impl Plot {
 }
 
 impl Plot {
-    /// Notes in the folder which bags its figures show.
+    /// Writes into the folder which bags its figures show.
     ///
     /// # Errors
     /// [`Usage`] if the folder has figures of other bags, which are not overwritten.
@@ -114,8 +114,8 @@ impl Plot {
     }
 }
 
-/// Reads the runs of all bags, after listing on stderr what could not be read. Runs without recorded parameters get those of a servo with
-/// these ROS arguments.
+/// Reads the runs of all bags, and lists on stderr what could not be read. Runs without recorded parameters get the parameters of a
+/// servo with these ROS arguments.
 pub(super) fn read_all(bags: &[PathBuf], ros_args: &RosArgs) -> anyhow::Result<Vec<RecordedRun>> {
     let servo = crate::cli::offline(ros_args.clone())?;
     let mut runs = Vec::new();
@@ -127,7 +127,7 @@ pub(super) fn read_all(bags: &[PathBuf], ros_args: &RosArgs) -> anyhow::Result<V
     Ok(runs)
 }
 
-/// Returns a bag's name, or its path if another bag has the same name.
+/// Returns the name of a bag, or its path if another bag has the same name.
 fn name(bag: &Path, bags: &[PathBuf]) -> String {
     let is_shared = bags.iter().any(|other| other != bag && other.file_name() == bag.file_name());
     let name = bag.file_name().filter(|_| !is_shared).unwrap_or(bag.as_os_str());
@@ -144,7 +144,7 @@ fn notes(motions: &[&MotionRow]) -> String {
     motions.iter().filter_map(note).collect()
 }
 
-/// Returns a line for each run in which parts came near each other, with the least distance.
+/// Returns a line for each run in which parts came near each other, with the smallest distance.
 fn clearances(runs: &[RecordedRun]) -> String {
     let least = |run: &RecordedRun| {
         run.least_clearance()
@@ -154,7 +154,7 @@ fn clearances(runs: &[RecordedRun]) -> String {
 }
 
 pub(super) fn table(motions: &[&MotionRow], joints: &[JointKind]) -> Table {
-    // With a single run, the name is omitted.
+    // If there is a single run, its name is omitted.
     let run = usize::from(motions.iter().all(|motion| motion.run == motions[0].run));
     let mut table = table::motions(&["run", "#", "law"][run..], joints, &[table::AT_GOAL]);
     for motion in motions {

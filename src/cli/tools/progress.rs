@@ -1,4 +1,4 @@
-//! The progress of a long task on stderr: a bar on a terminal, otherwise a line now and then.
+//! The progress of a long task on stderr: a bar on a terminal, otherwise a line every few seconds.
 
 use dq_ros::stderr;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -13,7 +13,7 @@ const PAUSE: Duration = Duration::from_secs(10);
 pub(super) struct Progress {
     bar: ProgressBar,
     what: &'static str,
-    /// When the next line is due; `None` on a terminal, which has the bar.
+    /// The time at which the next line is due; `None` on a terminal, where the bar is shown.
     due: Option<Mutex<Duration>>,
 }
 
@@ -25,7 +25,7 @@ impl Progress {
 
     fn shown(what: &'static str, count: u64, on_terminal: bool) -> Self {
         let bar = ProgressBar::new(count).with_message(what);
-        // The template is a constant; if it were invalid, the default would do.
+        // The template is constant. If it were invalid, the default template would be used.
         let bar = match ProgressStyle::with_template("{msg} {bar:40} {pos}/{len}, {eta} left") {
             Ok(style) => bar.with_style(style),
             Err(_) => bar,
@@ -41,7 +41,7 @@ impl Progress {
         }
     }
 
-    /// Returns the line after this time, if one is due.
+    /// Returns the line that is due after the time `elapsed`, if one is due.
     fn line(&self, elapsed: Duration) -> Option<String> {
         let mut due = self.due.as_ref()?.lock().unwrap_or_else(PoisonError::into_inner);
         if elapsed < *due {

@@ -1,4 +1,4 @@
-//! A race for the page: two servos with an arm each, in their own domain, move to the same goal under two laws.
+//! A race for the page: two servos with an arm each move to the same goal under two laws. They are in a domain of their own.
 
 use anyhow::ensure;
 use dq_config::{NodeParameters, PlantParameters, ServoParameters};
@@ -15,7 +15,7 @@ use tokio::sync::watch;
 /// The interval between the pictures of a race.
 const FRAME: Duration = Duration::from_millis(40);
 
-/// How long two servos and their arms may take to find each other.
+/// The longest time that two servos and their arms may take to find each other.
 const DISCOVERY: Duration = Duration::from_secs(10);
 
 /// The longest duration of a race.
@@ -27,7 +27,7 @@ pub(super) struct RaceNodes {
     servos: Vec<ServoNode>,
     _plants: Vec<PlantNode>,
     _sessions: Vec<Session>,
-    // Kept until the end, so that nobody else takes the domain.
+    // The domain is kept until the end, so that nobody else takes it.
     _domain: OwnDomain,
 }
 
@@ -56,7 +56,7 @@ impl RaceNodes {
         Ok(Self { watch, servos, _plants: plants, _sessions: sessions, _domain: domain })
     }
 
-    /// Runs race number `number` to its end, and shows it.
+    /// Runs race number `number` to its end, and shows it on the page.
     pub async fn run(mut self, goal: PoseNumbers, number: u64, show: watch::Sender<Arc<str>>) {
         let mut frames = tokio::time::interval(FRAME);
         let mut since = Instant::now();
@@ -90,7 +90,7 @@ fn in_namespace(namespace: &str) -> RosArgs {
     RosArgs { remaps, log_level: Some(LogLevel::Warn), ..RosArgs::default() }
 }
 
-/// Returns the command line of both nodes under a law: the parameters of the watched servo, with this law.
+/// Returns the command line of both nodes under a law: the parameters of the watched servo, but with this law.
 fn arguments(namespace: &str, law: &str, race: &Race) -> Result<RosArgs, ParameterError> {
     let give = |node, name: &str, value| Override::Value { node: Some(node), name: name.to_owned(), value };
     let mut args = in_namespace(namespace);

@@ -31,10 +31,10 @@ pub(in crate::cli) struct Record {
     max_duration: Option<f64>,
 }
 
-/// The shortest duration of a file; a shorter file would have only a message or two.
+/// The shortest duration of a file. A shorter file would have only one or two messages.
 const SHORTEST: Duration = Duration::from_millis(100);
 
-/// How often progress is shown on a terminal.
+/// The interval at which progress is shown on a terminal.
 const PROGRESS: Duration = Duration::from_millis(200);
 
 impl Record {

@@ -1,4 +1,4 @@
-//! `--record DIR`: a bag of what the command does.
+//! `--record DIR`: a bag of the motions that the command makes.
 
 use super::super::recording::{Recorder, Selection};
 use crate::cli::error::Incomplete;
@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 use tokio::task::JoinSet;
 
-/// A recording in progress. It is its own participant, so that topics of this process are recorded too.
+/// A recording in progress. It has its own participant, so that topics of this process are recorded too.
 pub(in crate::cli) struct Recording {
     recorder: Recorder,
     directory: PathBuf,
@@ -23,7 +23,7 @@ pub(in crate::cli) struct Recording {
     _session: Session,
 }
 
-/// How long the recorder may take to discover what it records.
+/// The longest time that the recorder may take to discover the publishers.
 const DISCOVERY: Duration = Duration::from_secs(10);
 
 impl Recording {
@@ -78,8 +78,8 @@ impl Recording {
         Ok(())
     }
 
-    /// Ends the recording, if there is one, of a command with this `result`. Returns the result and that of the recording. If both failed,
-    /// the recording's failure is only logged.
+    /// Ends the recording of a command, if there is one. `result` is the result of the command. Returns this result and that of the
+    /// recording. If both failed, the recording's failure is only logged.
     pub async fn end<T>(
         recording: Option<Self>,
         result: anyhow::Result<T>,
@@ -105,7 +105,7 @@ impl Recording {
     /// Ends the recording, and prints what was recorded.
     pub async fn finish(self) -> anyhow::Result<()> {
         let Self { recorder, directory, mut watch, _session } = self;
-        // The end is intended now, so it needs no warning.
+        // The recording is ended on purpose, so no warning is needed.
         watch.shutdown().await;
         let summary = recorder.finish().await?;
         stderr::line(recording_summary(&directory, &summary));
@@ -124,7 +124,7 @@ pub(in crate::cli) fn is_complete(directory: &Path, summary: &WrittenBag) -> Res
     }
 }
 
-/// Returns what was recorded, in a line. Prints to stderr from when on each servo can be replayed.
+/// Returns a line that says what was recorded. Prints to stderr the time from which on each servo can be replayed.
 pub(super) fn recording_summary(directory: &Path, summary: &WrittenBag) -> String {
     let servos = Bag::open(directory).map(replayable_from).unwrap_or_default();
     for (servo, since) in servos {

@@ -9,7 +9,7 @@ use std::time::Duration;
 /// The longest motion that is worth watching.
 const PATIENCE: Duration = Duration::from_secs(20);
 
-/// Fractions of the distance from the start. The first one is used at which each law goes there and back.
+/// Fractions of the distance from the start. The first fraction is used at which one law reaches the goal and another returns.
 const PARTS: [f64; 5] = [1.0, 0.5, 0.25, 0.125, 0.0625];
 
 /// Returns the law for the way back.
@@ -17,8 +17,8 @@ pub(super) fn return_law(there: Law) -> Law {
     if there == Law::Diffc { Law::Logc } else { Law::Diffc }
 }
 
-/// Returns joint positions \[rad, prismatic: m\] near `from` that the servo's law reaches, and from which another law returns. If there are
-/// none, returns nearby positions without this property.
+/// Returns joint positions [rad, prismatic: m] near `from` that the servo's law reaches, and from which another law returns. If
+/// there are none, returns nearby positions without this property.
 pub(super) fn nearby(parameters: &ServoParameters, from: &[f64]) -> anyhow::Result<Vec<f64>> {
     let chain = parameters.arms.chain();
     let beside = parameters.settings.limits.position.beside(from, chain.kinds());
@@ -80,7 +80,7 @@ mod tests {
             let parameters = ServoParameters::for_arm(arm).unwrap();
             let chain = parameters.arms.chain();
             let ranges = parameters.settings.limits.position.ranges();
-            // Two of its joints are a tenth of a degree beside a limit.
+            // Two joints are at a tenth of a degree from a limit.
             let from: Vec<_> = ranges
                 .enumerate()
                 .map(|(joint, (lower, upper))| match joint {

@@ -1,4 +1,4 @@
-//! `dq_servo replay`: a recorded run through the servo cycle, without DDS.
+//! `dq_servo replay`: passes a recorded run through the servo cycle, without DDS.
 
 use super::plot;
 use crate::cli::print::print_line;
@@ -53,7 +53,7 @@ impl Replay {
     }
 }
 
-/// Returns the result of one servo, in a line.
+/// Returns a line with the result of one servo.
 fn line(servo: &Replayed) -> String {
     let Replayed { node, commands, different, largest_difference, unit, .. } = servo;
     let mut judged =
@@ -67,7 +67,7 @@ fn line(servo: &Replayed) -> String {
     judged + &skipped(servo)
 }
 
-/// Returns what was not compared, and why.
+/// Returns a text that says what was not compared, and why.
 fn skipped(servo: &Replayed) -> String {
     let Replayed { judged_s, not_judged, inputs_missing, repeated, damaged, .. } = servo;
     const SHOWN: usize = 5;

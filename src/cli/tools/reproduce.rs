@@ -1,4 +1,4 @@
-//! `dq_servo reproduce`: everything in the paper, offline.
+//! `dq_servo reproduce`: repeats everything in the paper, without a graph.
 
 use super::table::{self, seconds};
 use crate::cli::arm::ArmChoice;
@@ -30,7 +30,7 @@ impl Reproduce {
             Some(file) => Experiment::from_file(file)?,
             None => Experiment::builtin()?,
         };
-        // Create the folder first: results that cannot be saved need not be computed.
+        // Create the folder first: if the results cannot be saved, they need not be computed.
         dq_figures::make_folder(&self.out)?;
         let (chain, settings) = (parameters.arms.chain().clone(), parameters.settings.clone());
         let lab = Laboratory { chain, settings, experiment };

@@ -1,15 +1,15 @@
 //! The tables of all subcommands.
 
 use comfy_table::{CellAlignment, ColumnConstraint, ContentArrangement, Table, presets};
-use dq_core::servo::Figures;
 use dq_kinematics::arm::JointKind;
+use dq_metrics::Figures;
 use rustix::stdio::stdout;
 use rustix::termios::tcgetwinsize;
 
 /// The default width of a terminal.
 const WIDTH: u16 = 80;
 
-/// The columns of names. All other columns have numbers, which are right-aligned and never wrapped.
+/// The columns with names. All other columns have numbers, which are right-aligned and never wrapped.
 const NAMES: [&str; 2] = ["run", "law"];
 
 /// Creates a table without lines, with these column names. If stdout is a terminal, names are wrapped to its width.
@@ -41,7 +41,7 @@ fn table_in<'a>(width: Option<u16>, header: impl IntoIterator<Item = &'a str>) -
     table
 }
 
-/// Returns the column names of the figures of a motion, in the order of [`figures`], for arms with joints of these kinds.
+/// Returns the column names of the figures of a motion, in the order of [`figures`]. The arms have joints of these kinds.
 fn heads(joints: &[JointKind]) -> [&'static str; 9] {
     let [peak, effort] = match [JointKind::Revolute, JointKind::Prismatic].map(|kind| joints.contains(&kind))
     {
@@ -65,7 +65,7 @@ fn heads(joints: &[JointKind]) -> [&'static str; 9] {
 /// The column of the time at which the goal's tolerances were met.
 pub(super) const AT_GOAL: &str = "at\ngoal\ns";
 
-/// Creates a table of motions of arms with joints of these kinds. The columns of the figures are between `before` and `after`.
+/// Creates a table of motions. The arms have joints of these kinds. The columns of the figures are between `before` and `after`.
 pub(super) fn motions(before: &[&str], joints: &[JointKind], after: &[&str]) -> Table {
     table([before, &heads(joints), after].concat())
 }
@@ -92,7 +92,7 @@ pub(super) fn seconds(time: Option<f64>) -> String {
     time.map_or("-".to_owned(), |time| format!("{time:.2}"))
 }
 
-/// Wraps a name into short lines after its underscores and spaces.
+/// Wraps a name into short lines. Lines end after underscores and spaces.
 pub(super) fn in_lines(name: &str) -> String {
     const WIDTH: usize = 12;
     let mut lines: Vec<String> = Vec::new();

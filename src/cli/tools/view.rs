@@ -1,4 +1,4 @@
-//! `dq_servo view`: the servo, or a recorded run, in a browser.
+//! `dq_servo view`: shows the servo, or a recorded run, in a browser.
 
 use super::background_tasks::Runner;
 use super::plot::read_all;
@@ -16,7 +16,7 @@ use tokio::task::{JoinHandle, JoinSet};
 /// The default address of the page: on this host only.
 const LISTEN: &str = "127.0.0.1:8123";
 
-/// The environment variable with the token of the link, to keep the token at each start.
+/// The environment variable with the token of the link. With it, each start uses the same token.
 const TOKEN: &str = "DQ_SERVO_VIEW_TOKEN";
 
 /// The address on this host with any free port.
@@ -64,12 +64,12 @@ impl View {
         ended
     }
 
-    /// Plays the bags until a signal comes. While they are read, a signal ends the program at once.
+    /// Plays the bags until a signal arrives. While the bags are read, a signal ends the program at once.
     async fn play(&self, ros_args: &RosArgs) -> anyhow::Result<()> {
         let runs = read_all(&self.bags, &self.arm.and(ros_args))?;
         let mut signals = Signals::new()?;
         let warn = |why: &str| dq_ros::stderr::line(format!("warning: {why}"));
-        // The robot's end stays open: without it, sessions would have nothing to wait for.
+        // Keep the robot's end open. Otherwise sessions would have nothing to wait for.
         let (_robot, browsers) = dq_view::ends();
         let server = self.server(browsers, Some(dq_view::recorded_runs(&runs)), Box::new(warn)).await?;
         let page = Page::new(server, async |closed| drop(closed.await));
@@ -79,7 +79,7 @@ impl View {
         ended
     }
 
-    /// Opens the page for a servo of this kind. The page closes when it is dropped.
+    /// Opens the page for a servo of this kind. The page closes when the returned value is dropped.
     pub(super) async fn open(
         &self,
         kind: ServoKind,
@@ -96,8 +96,8 @@ impl View {
         }))
     }
 
-    /// Opens the page, at another port if the default one is taken. It joins the graph once a browser connects, and until then uses no
-    /// resources.
+    /// Opens the page, at another port if the default one is taken. The page joins the graph once a browser connects, and uses no
+    /// resources until then.
     pub(super) async fn offer(environment: &Environment, ros_args: &RosArgs) -> anyhow::Result<Page> {
         let (robot, browsers) = dq_view::ends();
         let warn = || Box::new(|why: &str| dq_ros::stderr::line(format!("warning: {why}")));
@@ -132,7 +132,7 @@ impl View {
         runs: Option<String>,
         warn: Box<dyn Fn(&str) + Send + Sync>,
     ) -> Result<Server, dq_view::ViewError> {
-        // Not on the command line, which all users of a host can read.
+        // The token is not on the command line, which all users of a host can read.
         let token = std::env::var(TOKEN).ok().filter(|token| !token.is_empty());
         let (listen, guide) = (self.listen.clone(), include_str!("../../guide/view.md"));
         let settings = Settings { listen, token, drive: !self.watch_only, guide, runs, warn };
@@ -142,7 +142,7 @@ impl View {
 
 /// An open page.
 pub(super) struct Page {
-    /// The link that opens it.
+    /// The link that opens the page.
     pub link: String,
     /// Whether a browser has connected.
     pub watched: watch::Receiver<bool>,
@@ -196,7 +196,7 @@ impl ViewerNode {
         Ok(Self { peer, tasks: tokio::spawn(runner.run(tasks)), _session: session })
     }
 
-    /// Leaves the graph after all tasks have ended. Without the peer no new requests arrive.
+    /// Leaves the graph after all tasks have ended. After the peer is dropped, no new requests arrive.
     async fn leave(self) {
         let Self { peer, tasks, _session } = self;
         drop(peer);

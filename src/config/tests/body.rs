@@ -8,7 +8,7 @@ use dq_space::space::Body;
 use nalgebra::{Point3, Vector3};
 use proptest::prelude::*;
 
-/// A stand, an arm with a revolute and a prismatic joint, a flange with a finger, and a lamp on its own joint.
+/// A robot with a stand, an arm with a revolute and a prismatic joint, a flange with a finger, and a lamp on its own joint.
 const ROBOT: &str = r#"<robot name="r">
   <link name="stand"><collision><geometry><box size="2 2 0.5"/></geometry></collision></link>
   <link name="base"><collision><origin xyz="0 0 0.1"/><geometry><cylinder radius="0.1" length="0.2"/></geometry></collision></link>
@@ -31,7 +31,7 @@ const ROBOT: &str = r#"<robot name="r">
     <limit lower="0.02" upper="0.04" velocity="1" effort="1"/></joint>
 </robot>"#;
 
-/// A wedge, in mm.
+/// The mesh of a wedge, in millimeters.
 const FORE: &str = "v 0 0 0\nv 200 0 0\nv 0 80 0\nv 0 0 40\nf 1 2 3\nf 1 2 4\nf 1 3 4\nf 2 3 4\n";
 
 fn store(text: &str, given: &[(&str, Value)]) -> (ParameterStore, Vec<String>) {
@@ -77,7 +77,7 @@ proptest! {
         let (text, body) = (ROBOT, body_with_mesh(&folder));
         let description = Description::read(text, "base", "flange").unwrap();
         let frames = description.arm.chain().unwrap().link_poses(&positions).unwrap();
-        // The poses of the links by the joints of the description.
+        // The poses of the links, by the joints of the description.
         let [turn, slide, wrist] = &description.arm.joints[..] else { panic!() };
         let upper = turn.parent_from_child(positions[0]);
         let fore = upper * slide.parent_from_child(positions[1]);
@@ -113,7 +113,7 @@ proptest! {
 fn the_shapes_of_the_arms_links_are_the_body_unless_one_is_given() {
     let joints = |body: &Body| body.capsules.iter().map(|capsule| capsule.link).collect::<Vec<_>>();
     let body = body_with_mesh(&with_mesh());
-    // The stand is not part of the arm, and the lamp moves independently.
+    // The stand is not part of the arm, and the lamp moves independently of the arm.
     assert_eq!(joints(&body)[..2], [0, 1], "{body:?}");
     assert!(body.capsules.iter().all(|capsule| capsule.radius < 0.2), "{body:?}");
     let (given, _) = store(ROBOT, &[("body", Value::StringArray(vec!["0.07".to_owned()]))]);
@@ -134,7 +134,7 @@ fn a_link_with_an_unusable_shape_gets_a_capsule_and_a_warning() {
         texts.iter().any(|text| text.starts_with("slide 0 0 0 ") && text.ends_with(" 0.0501")),
         "{texts:?}"
     );
-    // Nothing is reported without constraints.
+    // Without constraints, nothing is reported.
     assert_eq!(store(ROBOT, &[]).1, Vec::<String>::new());
     let huge =
         ROBOT.replace("radius=\"0.04\"", "radius=\"40\"").replace("<sphere radius=\"0.05\"/>", "<capsule/>");

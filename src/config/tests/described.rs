@@ -1,4 +1,4 @@
-//! Tests of what nodes take from a robot description.
+//! Tests of the values that nodes take from a robot description.
 
 use crate::{given, start, started, text};
 use dq_config::{ForArm, NodeParameters, PlantParameters, ServoParameters};
@@ -60,7 +60,7 @@ fn an_incomplete_description_is_rejected() {
     let why = with(std::slice::from_ref(&description)).unwrap_err();
     assert!(why.contains("\"j3\"") && why.contains("limits.joint_velocity"), "{why}");
     with(&[description.clone(), ("limits.joint_velocity", Value::DoubleArray(vec![1.0; 3]))]).unwrap();
-    // Its frames are guessed.
+    // The frames are guessed.
     let why = started(&[description]).unwrap_err();
     assert!(why.contains("limits.joint_velocity"), "{why}");
     let why = with(&[]).unwrap_err();
@@ -88,7 +88,7 @@ fn a_description_from_a_file_is_the_same_arm() {
     assert_eq!(parameters.joints[0].names()[0], "torso_lift_joint");
 }
 
-/// The lever, which drives the forearm, is not a link between base and tool.
+/// The lever drives the forearm, but is not a link between base and tool.
 #[test]
 fn an_arm_with_mimic_joints_is_moved_by_their_drivers() {
     let mut values = frames("base_link", "tool0").to_vec();

@@ -1,5 +1,5 @@
-//! Tests of limits in descriptions: those that are not limits (0, missing, or an empty range, as many exporters write them), and those of a
-//! description made from DH rows.
+//! Tests of limits in descriptions. Many exporters write numbers that are not limits: 0, none, or an empty range. Also, tests of
+//! the limits of a description that is made from DH rows.
 
 use crate::described::{GANTRY, frames};
 use crate::{given, started, text};
@@ -8,7 +8,7 @@ use dq_description::{DescribedArm, Description, Motion};
 use dq_params::{ParameterOverride, Value, parameters_for};
 use nalgebra::Vector3;
 
-/// A parameter with its numbers.
+/// A parameter that is a list, with its numbers.
 type List = (&'static str, Vec<f64>);
 
 fn values(document: &str, more: &[List]) -> Vec<(&'static str, Value)> {
@@ -61,19 +61,20 @@ fn an_invalid_limit_is_rejected_with_advice_and_can_be_overridden() {
             "{why}"
         );
     }
-    // An invalid given value is reported itself, not its consequences.
+    // An invalid value that the user has set is reported, not its consequences.
     let fast = values(GANTRY, &[]).into_iter().chain([("limits.joint_velocity", text("fast"))]);
     for wrong in [values(GANTRY, &[("limits.joint_velocity", vec![1.0, 0.0, 1.0])]), fast.collect()] {
         let refused = started(&wrong).unwrap_err();
         assert!(refused.starts_with("parameter \"limits.joint_velocity\""), "{refused}");
     }
-    // Half of a range is not enough.
+    // Half of a range does not count.
     let flat = with("lower='-1' upper='2' ", "");
     let refused = started(&values(&flat, &range[..1])).unwrap_err();
     assert!(refused.contains("limits.joint_position_lower and limits.joint_position_upper"), "{refused}");
 }
 
-/// A controller should keep within the soft limits, which are inside of the hard ones: there the robot's own controller stops or brakes.
+/// A controller should keep within the soft limits. They are inside the hard limits, at which the robot's own controller stops or
+/// brakes.
 #[test]
 fn the_tighter_of_a_hard_and_a_soft_limit_counts() {
     let limit = "<limit lower='-1' upper='2' velocity='1.5' effort='1'/>";
@@ -120,7 +121,7 @@ fn limits_of_extreme_size_count_as_none() {
     assert_eq!(limits.joint_acceleration[0], 3.0);
 }
 
-/// For a sliding joint, each limit counts independently, as for a turning joint.
+/// For a prismatic joint, each limit counts independently, as for a revolute joint.
 #[test]
 fn a_sliding_joint_may_have_no_limit() {
     for lower in ["-1e9", "-1e16", "-inf"] {
@@ -131,7 +132,7 @@ fn a_sliding_joint_may_have_no_limit() {
     }
 }
 
-/// A parameter that replaces the limits silences the warning.
+/// If a parameter replaces the limits, there is no warning.
 #[test]
 fn limits_that_look_like_degrees_cause_a_warning() {
     let range = [
@@ -154,7 +155,7 @@ fn limits_that_look_like_degrees_cause_a_warning() {
     }
 }
 
-/// A body along the links has one capsule for each.
+/// A body along the links has one capsule per link.
 #[test]
 fn an_arm_may_have_64_joints() {
     let (mut links, mut joints) = ("<link name='l0'/>".to_owned(), String::new());
@@ -172,7 +173,7 @@ fn an_arm_may_have_64_joints() {
     assert_eq!(servo.joints[0].names().len(), 64);
 }
 
-/// A rail along x from 0 to 4 m, with a post of 0.3 m, a swivel and an arm of 0.5 m on it.
+/// A rail along x from 0 to 4 m. It carries a post of 0.3 m, a swivel, and an arm of 0.5 m.
 const RAIL: &str = "<robot name='r'><link name='a'/><link name='b'/><link name='c'/><link name='e'/>
   <joint name='rail' type='prismatic'><parent link='a'/><child link='b'/><limit lower='0' upper='4' velocity='1' effort='1'/></joint>
   <joint name='swivel' type='continuous'><parent link='b'/><child link='c'/><origin xyz='0 0 0.3'/><limit velocity='1' effort='1'/></joint>
@@ -183,10 +184,10 @@ fn is_beyond(document: &str, goal: [f64; 3], more: &[List]) -> bool {
     servo.arms.reach(&Vector3::from(goal), servo.settings.limits.position.ranges()).is_beyond(1e-3)
 }
 
-/// The reach of prismatic joints depends on the effective limits, not on those of the description.
+/// The reach of prismatic joints depends on the effective limits, not on those in the description.
 #[test]
 fn an_arm_reaches_as_far_as_its_limits_let_it_slide() {
-    // Links of 0.37 m and 0.5 m, and 0.4 m of sliding.
+    // The links have 0.37 m and 0.5 m, and the prismatic joint has 0.4 m.
     assert!(!is_beyond(GANTRY, [1.27, 0.0, 0.0], &[]) && is_beyond(GANTRY, [1.28, 0.0, 0.0], &[]));
     let farther = [
         ("limits.joint_position_lower", vec![-1.0, -7.0, -9.0]),
@@ -207,7 +208,7 @@ fn an_arm_on_a_rail_reaches_as_far_as_its_links_from_any_point_of_the_rail() {
     ] {
         assert_eq!(is_beyond(RAIL, goal, &[]), beyond, "{goal:?}");
     }
-    // If all joints are prismatic, only their range itself is within reach.
+    // If all joints are prismatic, only their own range is within reach.
     let slides = RAIL.replace("type='continuous'", "type='prismatic'").replace(
         "<limit velocity='1' effort='1'/>",
         "<axis xyz='0 0.6 0.8'/><limit lower='-1' upper='1' velocity='1' effort='1'/>",
@@ -239,7 +240,7 @@ pub fn of_arm(name: &str) -> Vec<ParameterOverride> {
     values.map(|(name, value)| ParameterOverride::new(name, value, "the box")).collect()
 }
 
-/// RViz and other tools read the limits from the description of an arm of rows.
+/// RViz and other tools read the limits from the description that is made from the rows.
 #[test]
 fn the_description_of_rows_has_the_limits_of_the_parameters() {
     let (store, _) = PlantParameters::start("/arm", of_arm("ur5e")).unwrap();
@@ -255,7 +256,7 @@ fn the_description_of_rows_has_the_limits_of_the_parameters() {
     assert_eq!((limits[2].lower, limits[2].upper), (Some(of_servo.0), Some(of_servo.1)));
     assert_eq!(limits[2].velocity, Some(of_servo.2));
     assert!(read.moving().all(|joint| joint.motion == Motion::Revolute));
-    // URDF requires a speed with position limits.
+    // URDF requires a speed if there are position limits.
     let without_speeds = |value: &ParameterOverride| value.name != "limits.joint_velocity";
     let given: Vec<_> = of_arm("ur5e").into_iter().filter(without_speeds).collect();
     let (store, _) = PlantParameters::start("/arm", given).unwrap();
@@ -264,7 +265,7 @@ fn the_description_of_rows_has_the_limits_of_the_parameters() {
     let read =
         Description::read(&arm.unwrap().with_limits(plant.limits).drawn_urdf(), "base", "tool0").unwrap().arm;
     assert!(read.moving().all(|joint| joint.motion == Motion::Continuous));
-    // The built-in arm only has speeds, and an arm of bare rows has no limits.
+    // The built-in arm has only speeds, and an arm of rows alone has no limits.
     let limits = |given| {
         let (store, _) = PlantParameters::start("/arm", given).unwrap();
         PlantParameters::from_store(&store).unwrap().limits

@@ -9,7 +9,7 @@ fn bytes(hex: &str) -> Vec<u8> {
     pairs.map(|pair| u8::from_str_radix(pair, 16).unwrap()).collect()
 }
 
-/// Returns the mutation of a line, and urdfdom's result, as explained in `make.py` with the data.
+/// Returns the mutated description of a line, and urdfdom's result. `make.py`, beside the data, explains both.
 fn mutation<'a>(robot: &str, line: &'a str) -> (Vec<u8>, Option<&'a str>) {
     let [at, cut, piece, verdict] = line.splitn(4, ' ').collect::<Vec<_>>().try_into().unwrap();
     let [at, cut]: [usize; 2] = [at, cut].map(|number| number.parse().unwrap());
@@ -19,7 +19,7 @@ fn mutation<'a>(robot: &str, line: &'a str) -> (Vec<u8>, Option<&'a str>) {
     (text, Some(verdict).filter(|verdict| *verdict != "-"))
 }
 
-/// Returns the joints' names in hexadecimal, and the position of the tool with all joints at 0.
+/// Returns the joint names in hexadecimal, and the position of the tool with all joints at 0.
 fn verdict(store: &ParameterStore) -> (Vec<String>, [f64; 3]) {
     let parameters = ServoParameters::from_store(store).unwrap();
     let hex = |name: &String| name.bytes().map(|byte| format!("{byte:02x}")).collect::<String>();

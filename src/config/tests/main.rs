@@ -1,4 +1,4 @@
-//! Tests of the parameters of the nodes, and of the arms that they describe.
+//! Tests of the nodes' parameters, and of the arms that they describe.
 
 mod body;
 mod described;
@@ -25,7 +25,7 @@ fn start(values: &[(&str, Value)]) -> Result<(ParameterStore, Vec<String>), Para
     ServoParameters::start("/dq_servo", given(values))
 }
 
-/// Returns the typed parameters of a servo; it must not warn.
+/// Returns the typed parameters of a servo. The servo must not warn.
 fn started(values: &[(&str, Value)]) -> Result<ServoParameters, String> {
     let (store, warnings) = start(values).map_err(|why| why.to_string())?;
     assert_eq!(warnings, [""; 0]);

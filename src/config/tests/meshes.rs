@@ -1,4 +1,4 @@
-//! Tests of meshes as programs write them, and of invalid ones.
+//! Tests of meshes as programs write them, and of invalid meshes.
 
 use crate::{start, started, text};
 use dq_config::{NodeParameters, ServoParameters};
@@ -13,7 +13,7 @@ fn data(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/data/cases").join(name)
 }
 
-/// The smallest and the largest of each coordinate, computed with PyPI's trimesh (5.2.0), in meters.
+/// The smallest and the largest value of each coordinate \[m\], computed with PyPI's trimesh (5.2.0).
 type Bounds = [[f32; 3]; 2];
 
 fn bounds(file: &Path) -> Result<Bounds, String> {
@@ -63,7 +63,7 @@ fn stl_files_are_read_as_programs_write_them() {
     let own = [
         with_head(b"solid by a program\r\nfacet normal\r\n"),
         [with_head(b"SOLID part"), b"\r\nmore".to_vec()].concat(),
-        // Without the number of triangles.
+        // The number of triangles is missing.
         [&binary[..80], &[0; 4], &binary[84..]].concat(),
         text.to_uppercase().replace('\n', "\r\n").into_bytes(),
         format!("\n solid a b\tc {}{text}", '\u{e9}').into_bytes(),
@@ -80,9 +80,9 @@ fn the_unit_of_a_collada_file_applies_to_everything_in_it() {
     assert_bounds(&data("mesh/unit_translate_small.dae"), [[0.03, 0.0, 0.0], [0.13, 0.06, 0.2]]);
     assert_bounds(&data("mesh/unit_nested.dae"), [[0.05, 0.0, 0.0], [0.15, 0.06, 0.2]]);
     assert_bounds(&data("own/turned.dae"), [[0.494, 0.1, 0.0], [0.5, 0.12, 0.02]]);
-    // One geometry in two places.
+    // A geometry that occurs at two places.
     assert_bounds(&data("own/twice.dae"), [[-0.0001, 0.0, 0.007], [0.001, 0.001, 0.302]]);
-    // A translation may be less than 1 cm, and a library node appears where it is referenced.
+    // A translation may be less than 1 cm. A library node appears at the place that refers to it.
     let text = std::fs::read_to_string(data("mesh/unit_translate_small.dae")).unwrap();
     let node =
         "<node id=\"n\" name=\"n\"><translate>30 0 0</translate><instance_geometry url=\"#g\"/></node>";
@@ -114,7 +114,7 @@ fn a_file_with_deep_or_circular_nesting_is_rejected() {
     }
 }
 
-/// Returns the body and the warnings of an arm whose first link has this mesh.
+/// Returns the body and the warnings of an arm whose first link has the mesh `mesh`.
 fn fitted(mesh: &[u8], scale: &str) -> (Vec<String>, Vec<String>) {
     let (folder, _) = written("mesh.stl", mesh);
     let robot = std::fs::read_to_string(data("mesh/tail.stl.urdf")).unwrap();
@@ -157,8 +157,8 @@ fn a_mesh_without_size_or_with_nan_gets_a_capsule_along_its_link_and_a_warning()
     }
 }
 
-/// Moves an arm with one joint about z and two about y towards a quarter turn, while a post blocks the part that its first link carries.
-/// Returns the first joint's position at the end \[rad\], and how near the part's axis came to the post \[m\].
+/// Moves an arm with one joint about z and two about y toward a quarter turn. A post blocks the part that its first link carries.
+/// Returns the first joint's position at the end \[rad\], and the smallest distance between the part's axis and the post \[m\].
 fn way_past_a_post(robot: &Path) -> (f64, f64) {
     const POST: [f64; 3] = [0.0, 0.35, 0.0];
     let parameters = started(&[
@@ -180,7 +180,7 @@ fn way_past_a_post(robot: &Path) -> (f64, f64) {
             speeds.copy_from_slice(output);
         }
         angles.iter_mut().zip(&speeds).for_each(|(angle, speed)| *angle += 0.002 * speed);
-        // The center line of the paddle is 0.4 m long, from the axis.
+        // The center line of the paddle begins at the axis and is 0.4 m long.
         let (sin, cos) = angles[0].sin_cos();
         let along = (POST[0] * cos + POST[1] * sin).clamp(0.0, 0.4);
         nearest = nearest.min((POST[0] - along * cos).hypot(POST[1] - along * sin));
@@ -191,7 +191,7 @@ fn way_past_a_post(robot: &Path) -> (f64, f64) {
 #[test]
 fn a_paddle_stops_at_a_keep_out_whatever_the_joint_names() {
     let (plain, distance) = way_past_a_post(&data("mesh/paddle_without.urdf"));
-    // 5 cm of the post plus at least 4 cm of the paddle, and the path is not completed.
+    // The post has 5 cm, and the paddle at least 4 cm. The path is not completed.
     assert!(distance > 0.09 && plain < 1.4 && plain > 0.3, "{plain} {distance}");
     assert_eq!(way_past_a_post(&data("mesh/paddle_with_spaces.urdf")), (plain, distance));
     let text = std::fs::read_to_string(data("mesh/paddle_without.urdf")).unwrap();

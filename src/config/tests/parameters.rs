@@ -1,4 +1,4 @@
-//! Tests of the parameters of the nodes: accepted and rejected values, and the description of an arm.
+//! Tests of the nodes' parameters: accepted and rejected values, and the description of an arm.
 
 use dq_config::*;
 use dq_core::servo::{Posture, Settings};
@@ -95,7 +95,7 @@ fn a_deceleration_that_does_not_stop_each_joint_within_a_second_is_rejected() {
     let expected = "parameter \"limits.joint_deceleration\" cannot be 4.9 for joint 3: expected at least 5 rad/s^2, which stops it from its velocity limit in 1 s";
     assert_eq!(slow, expected);
     assert!(with(&[(deceleration, "[5, 5, 5, 5, 5, 5]"), (velocity, "[5, 5, 5, 5, 5, 5.1]")]).is_err());
-    // Missing decelerations equal the accelerations, but at least stop within a second.
+    // Missing decelerations equal the accelerations, but are at least large enough to stop within a second.
     let limits = with(&[("limits.joint_acceleration", "[1e-6, 50, 50, 50, 50, 50]")]).unwrap();
     assert_eq!((limits.deceleration(0), limits.deceleration(1)), (5.0, 50.0));
 }
@@ -271,7 +271,7 @@ fn a_guard_timeout_below_three_periods_of_its_servo_is_rejected() {
     }
 }
 
-/// A plant's robot_description with limits that the servo rejects could not be read either.
+/// If the servo rejects limits, a plant's robot_description with these limits could not be read either.
 #[test]
 fn empty_position_ranges_are_rejected_by_servo_and_plant() {
     let crossed = given(&[
@@ -334,7 +334,7 @@ fn a_running_servo_accepts_what_the_parameters_accept() {
     assert!(servo.configure(spoilt.settings).is_err());
 }
 
-/// No other parameters exist in these namespaces, and whoever sets one expects an effect.
+/// There are no other parameters in these namespaces, and a user who sets one expects an effect.
 #[test]
 fn unknown_names_in_our_namespaces_are_rejected_for_every_node() {
     for (name, near) in [
@@ -352,7 +352,7 @@ fn unknown_names_in_our_namespaces_are_rejected_for_every_node() {
     assert!(PlantParameters::start("/puma560", given(&[("gains.diffc", "1")])).unwrap().1.is_empty());
 }
 
-/// A value that the store accepts is the one that is read.
+/// The parameters read exactly the value that the store accepts.
 #[test]
 fn each_live_number_is_read_as_it_was_set() {
     let store = store();

@@ -1,4 +1,4 @@
-//! Tests of URDF 1.2: rotations as quaternions, capsules, limits of acceleration, deceleration and jerk.
+//! Tests of URDF 1.2: rotations as quaternions, capsules, and limits on acceleration, deceleration and jerk.
 
 use crate::text;
 use dq_config::{NodeParameters, ServoParameters};
@@ -26,7 +26,8 @@ fn with_rotation(rotation: &str) -> String {
 fn a_quaternion_equals_the_rotation_by_angles() {
     let read = |text: &str| Description::read(text, "base", "l6").unwrap().arm.chain().unwrap();
     let place = |text: &str| read(text).forward_kinematics(&[0.1, 0.2, 0.3, 0.4, 0.5, 0.6]).unwrap();
-    // (0, y, 0, w) is a rotation about y, of any length. The others are two rotations one after the other, with matrices from pin (4.1.0).
+    // (0, y, 0, w) is a rotation about y; its length does not matter. The others are two successive rotations, with matrices from
+    // pin (4.1.0).
     let same = [
         ("quat_xyzw=\"0 0.7071068 0 0.7071068\"", "rpy=\"0 1.5707963267948966 0\""),
         ("quat_xyzw=\"0 2 0 2\"", "rpy=\"0 1.5707963267948966 0\""),
@@ -59,14 +60,14 @@ fn accelerations_decelerations_and_jerks_are_defaults() {
     let (store, warnings) = start(ARM, &[]);
     assert_eq!(warnings, Vec::<String>::new());
     assert_eq!(numbers(&store, "limits.joint_acceleration"), [10.0, 10.0, 10.0, 4.0, 4.0, 4.0]);
-    // A missing deceleration equals the acceleration, and a missing jerk is practically unlimited.
+    // A missing deceleration equals the acceleration. A missing jerk is practically unlimited.
     assert_eq!(numbers(&store, "limits.joint_deceleration"), [5.0, 5.0, 5.0, 4.0, 4.0, 4.0]);
     assert_eq!(numbers(&store, "limits.jerk"), [50.0, 50.0, 50.0, 1e6, 1e6, 1e6]);
     assert!(ServoParameters::from_store(&store).is_ok());
     let own = Value::DoubleArray(vec![2.0; 6]);
     let (store, _) = start(ARM, &[("limits.joint_deceleration", own.clone())]);
     assert_eq!(numbers(&store, "limits.joint_deceleration"), [2.0; 6], "parameters come first");
-    // If a parameter gives more acceleration, the jerk must reach it in time.
+    // If a parameter sets a larger acceleration, the jerk must still reach it in time.
     let (store, warnings) = start(ARM, &[("limits.joint_acceleration", Value::DoubleArray(vec![40.0; 6]))]);
     assert_eq!(numbers(&store, "limits.jerk")[0], 200.0);
     assert!(
@@ -98,8 +99,8 @@ fn a_urdf_capsule_becomes_the_capsule_of_the_body() {
     let scene = ServoParameters::from_store(&store).unwrap().settings.scene.unwrap();
     let [first, second, ..] = &scene.body().capsules[..] else { panic!() };
     assert_eq!((first.link, second.link), (0, 1));
-    // 0.25 m to both sides of an origin 0.25 m above the joint; with its own radius, except for the tenth of a millimeter by which the
-    // parameter rounds.
+    // The capsule extends by 0.25 m to both sides of an origin 0.25 m above the joint. It has its own radius; the parameter rounds
+    // to a tenth of a millimeter.
     let mut ends = second.core.ends.map(|end| end.z);
     ends.sort_by(f64::total_cmp);
     assert_eq!(ends, [0.0, 0.5]);

@@ -1,23 +1,23 @@
-//! A pair of parts that are close to each other.
+//! Two parts that are close to each other.
 
 use dq_space::space::{Near, Pair, Scene};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-/// A pair of parts that are close to each other, and the gap between them.
+/// Two parts that are close to each other, and the gap between them.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ClosePair {
     /// The two parts.
     pub pair: Pair,
-    /// The gap between them \[m\].
+    /// The size of the gap \[m\].
     pub distance: f64,
-    /// The ends of the gap in the base frame \[m\]. The first is a point of the core of the first part. The second belongs to the second
-    /// part: it is a point of the core of another capsule, or of the surface of a keep-out or keep-in.
+    /// The two ends of the gap in the base frame \[m\]. The first end is on the axis of the first capsule. The second end is on the
+    /// axis of the other capsule, or on the surface of the keep-out or keep-in.
     pub points: [Vector3<f64>; 2],
 }
 
 impl ClosePair {
-    /// Converts `near`, a pair of `scene`.
+    /// Converts `near`, a pair of parts of `scene`.
     pub(super) fn of(scene: &Scene, near: &Near) -> Self {
         let gap = &near.gap;
         Self { pair: scene.pair(near.pair), distance: gap.distance, points: [gap.point, gap.other] }

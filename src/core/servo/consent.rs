@@ -1,33 +1,35 @@
 //! Consent: the arm moves only while someone's request is newer than the last event that revoked consent.
 //!
-//! A *push* begins with a request that follows no earlier one: the first message of a publisher of goals or twists after a silence or after
-//! a zero twist, or a request to `~/pause` (false), which asks for the current goal again. Later messages without a silence in between
-//! belong to the same push. So a publisher that only continues after a revocation does not give consent again. Every message counts, also
-//! one that is invalid or waits for its frame. A single goal is a stream of one.
+//! A *push* is a request after a silence. It begins with the first message of a publisher of goals or twists, with the first twist
+//! after a zero twist, or with a request to `~/pause` (false), which requests the current goal again. Later messages without a
+//! silence in between belong to the same push. So a publisher that only continues after a revocation does not give consent again.
+//! Every message counts, even an invalid one or one that waits for its frame. A single goal is a stream of one message.
 //!
-//! A revocation revokes every push up to a time: `~/stop` up to now, a robot that appeared up to `rearm_timeout` before that, a robot that
-//! jumped up to the joint state before. Two publishers that push at the same time are rivals, and revoke each other.
+//! A revocation revokes every push up to a time. For `~/stop` this is the time of the stop. For a robot that has appeared it is
+//! `rearm_timeout` earlier, and for a robot that has jumped it is the time of the joint state before the jump. Two publishers that
+//! push at the same time are rivals, and revoke each other.
 
 use super::Rejection;
 use super::revocation::{Contended, Revocation, Rivals};
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
-/// How long a publisher may be silent before its request lapses, unless `rearm_timeout` is longer. `ros2 topic pub` sends once a second.
+/// How long a publisher may be silent before its request lapses, unless `rearm_timeout` is longer. For comparison: `ros2 topic pub`
+/// sends once a second.
 pub const STREAM: Duration = Duration::from_millis(1500);
 
-/// Largest number of publishers that are told apart. While there are more, the push of an unknown publisher counts as older than every
-/// revocation.
+/// Largest number of publishers that the servo tells apart. While there are more, the push of an unknown publisher counts as older
+/// than every revocation.
 const MOST: usize = 16;
 
 /// The sender of a request for motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Requester {
-    /// The publisher with this number, by a goal.
+    /// The publisher with this number sent a goal.
     Goal(u32),
-    /// The publisher with this number, by a twist.
+    /// The publisher with this number sent a twist.
     Twist(u32),
-    /// A client of `~/pause`.
+    /// A client called `~/pause` (false).
     Resume,
 }
 
@@ -38,16 +40,16 @@ impl Requester {
     }
 }
 
-/// A request for motion, and the event that revoked it, if any. Times are by the cycle's clock.
+/// A request for motion, and the event that revoked it, if any. All times are by the cycle's clock.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MotionRequest {
     /// The sender of the request.
     pub by: Requester,
-    /// When the first message was sent.
+    /// When the first message of the push was sent.
     pub pushed: Duration,
-    /// When the last message arrived.
+    /// When the last message of the push arrived.
     pub heard: Duration,
-    /// The event that has revoked it since, if any.
+    /// The event that has revoked the request, if any.
     pub revoked: Option<Revocation>,
 }
 
@@ -56,14 +58,14 @@ pub struct MotionRequest {
 pub struct Revoked {
     /// Every push up to this time is revoked.
     pub until: Duration,
-    /// When it happened.
+    /// When the revoking event happened.
     pub at: Duration,
-    /// What happened.
+    /// The revoking event.
     pub why: Revocation,
 }
 
 impl Revoked {
-    /// Returns the revocation as it applies to a request with this time of push.
+    /// Returns the revocation as it applies to a request that was pushed at `pushed`.
     fn why_of(&self, pushed: Duration) -> Revocation {
         match self.why {
             Revocation::CameLater(_) => Revocation::CameLater(self.at.saturating_sub(pushed).as_secs_f64()),
@@ -71,7 +73,7 @@ impl Revoked {
         }
     }
 
-    /// Revokes `request` if it was pushed at or before `until`. An earlier revocation of the request remains its reason.
+    /// Revokes `request` if it was pushed at or before `until`. If the request is already revoked, it keeps its reason.
     fn apply(&self, request: &mut MotionRequest) {
         if request.pushed <= self.until {
             request.revoked.get_or_insert(self.why_of(request.pushed));
@@ -79,7 +81,7 @@ impl Revoked {
     }
 }
 
-/// Whether the arm may move: the last request, and what has revoked it.
+/// Whether the arm may move: the last request, and the event that has revoked it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Consent {
     request: Option<MotionRequest>,
@@ -89,7 +91,7 @@ pub struct Consent {
 }
 
 impl Consent {
-    /// Returns the last request, or `None` if nobody asks for motion anymore.
+    /// Returns the last request, or `None` if it was withdrawn.
     pub fn request(&self) -> Option<&MotionRequest> {
         self.request.as_ref()
     }
@@ -119,7 +121,7 @@ impl Consent {
         self.is_asked() && !self.paused && !self.stopping
     }
 
-    /// Returns what has revoked the current request.
+    /// Returns the event that has revoked the current request, if any.
     pub fn revocation(&self) -> Option<Revocation> {
         self.request.and_then(|request| request.revoked)
     }
@@ -135,29 +137,29 @@ impl Consent {
 struct Push {
     request: MotionRequest,
     came: Duration,
-    /// Whether any of its messages asked for a motion that is possible.
+    /// Whether at least one message of the push requests a possible motion.
     is_usable: bool,
 }
 
 impl Push {
-    /// Returns whether its publisher has not been silent for longer than `silence` at `now`.
+    /// Returns whether the publisher has been silent for at most `silence` at `now`.
     fn goes_on(&self, now: Duration, silence: Duration) -> bool {
         now.saturating_sub(self.request.heard) <= silence
     }
 
-    /// Returns whether it is a stream of goals that continues.
+    /// Returns whether the push is a stream of goals that continues.
     fn streams(&self, now: Duration, silence: Duration) -> bool {
         let is_stream = self.request.by.is_for_goal() && self.is_usable && self.came != self.request.heard;
         is_stream && self.goes_on(now, silence)
     }
 }
 
-/// All requests, and the consent that results from them. Nothing else writes the consent.
+/// All requests, and the consent that follows from them. No other code changes the consent.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct MotionRequests {
     consent: Consent,
     pushes: Vec<Push>,
-    /// When a twist last moved the arm, which revokes every goal pushed until then.
+    /// When a twist last moved the arm. It revokes every goal pushed until then.
     jogged: Option<Revoked>,
 }
 
@@ -168,14 +170,14 @@ impl Default for MotionRequests {
 }
 
 impl MotionRequests {
-    /// Returns the resulting consent.
+    /// Returns the consent that follows from the requests.
     pub fn consent(&self) -> &Consent {
         &self.consent
     }
 
-    /// Notes a message of `by` that arrived at `came` and was sent `ago` before. A publisher that was silent for longer than `silence`
-    /// begins a new push. Messages that are not usable count too: a publisher that sends them is not silent. A goal that waits for its
-    /// frame is heard when it arrives, and again, with the same times, when its frame is found.
+    /// Notes a message of `by` that arrived at `came` and was sent `ago` earlier. A publisher that was silent for longer than
+    /// `silence` begins a new push. Unusable messages end a silence, too. For a goal that waits for its frame, call this on
+    /// arrival, and again with the same times when the frame is found.
     pub fn hear(
         &mut self,
         by: Requester,
@@ -200,7 +202,7 @@ impl MotionRequests {
         request
     }
 
-    /// Makes room for another publisher by removing the oldest one that was heard only once, because it is not a stream.
+    /// Makes room for another publisher: removes the oldest one that was heard only once, and so is not a stream.
     fn make_room(&mut self) {
         let singles = self.pushes.iter().enumerate().filter(|(_, push)| push.came == push.request.heard);
         let oldest = singles.min_by_key(|(_, push)| push.came).map(|(place, _)| place);
@@ -209,14 +211,14 @@ impl MotionRequests {
         }
     }
 
-    /// Returns what has revoked a push that was sent at `pushed` and arrives only now. If a push and a revocation have the same time, the
-    /// one that arrives later counts as later.
+    /// Returns the event that has revoked a push that was sent at `pushed` and arrives only now, if any. If the push has the same
+    /// time as a revocation, it counts as later.
     fn revoked_before(&self, by: Requester, pushed: Duration) -> Option<Revocation> {
         let jogged = self.jogged.filter(|jogged| by.is_for_goal() && pushed <= jogged.until);
         jogged.or(self.consent.revoked.filter(|last| pushed < last.until)).map(|last| last.why_of(pushed))
     }
 
-    /// Notes that a publisher no longer asks for motion.
+    /// Notes that a publisher no longer requests motion.
     pub fn release(&mut self, by: Requester) {
         self.pushes.retain(|push| push.request.by != by);
     }
@@ -236,7 +238,8 @@ impl MotionRequests {
         before.is_none_or(|before| (before.by, before.pushed) != (request.by, pushed))
     }
 
-    /// Returns two publishers of one kind that push at the same time: the first one was heard again after the other began.
+    /// Returns two publishers of the same kind that push at the same time. They do if the first one was heard again after the other
+    /// began.
     pub fn rivals(&self, now: Duration, silence: Duration) -> Option<Rivals> {
         let is_asking = |push: &&Push| {
             let is_valid = matches!(push.request.revoked, None | Some(Revocation::Rivals(_)));
@@ -268,7 +271,7 @@ impl MotionRequests {
         }
     }
 
-    /// Notes that a twist moves the arm at `now`, which revokes every goal until then.
+    /// Notes that a twist moves the arm at `now`. It revokes every goal until then.
     pub fn jog(&mut self, now: Duration) {
         let jogged = Revoked { until: now, at: now, why: Revocation::Jogged };
         let goals =
@@ -282,12 +285,12 @@ impl MotionRequests {
         self.consent.paused = true;
     }
 
-    /// Ends a pause, and asks again for the current goal, if there is one. The request was `sent` at that time and arrived at `now`.
+    /// Ends a pause, and requests the current goal again, if there is one. The request was sent at `sent` and arrived at `now`.
     /// Returns whether the goal had been revoked.
     ///
     /// # Errors
-    /// [`Rejection::Overtaken`] if a revocation is newer than the request, [`Rejection::StreamsOn`] if a publisher still sends revoked
-    /// goals without a silence longer than `silence`. Then nothing changes.
+    /// [`Rejection::Overtaken`] if a revocation is newer than the request, [`Rejection::StreamsOn`] if a publisher still sends
+    /// revoked goals without a silence longer than `silence`. Nothing changes then.
     pub fn resume(&mut self, sent: Duration, now: Duration, silence: Duration) -> Result<bool, Rejection> {
         if let Some(last) = self.consent.revoked.filter(|last| sent < last.until) {
             return Err(Rejection::Overtaken(last.why_of(sent)));
@@ -307,11 +310,11 @@ impl MotionRequests {
         Ok(was_revoked)
     }
 
-    /// Stops the arm at `now`: nothing moves it before it has come to rest, and the goal is dropped.
+    /// Stops the arm at `now`. Drops the goal, and lets nothing move the arm until it has come to rest.
     pub fn stop(&mut self, now: Duration) {
         self.revoke(now, now, Revocation::Stopped);
         self.consent.stopping = true;
-        // A stick that is still held remains a request, but a revoked one.
+        // A stick that is still held remains a request, which is revoked.
         self.consent.request = self.consent.request.filter(|request| !request.by.is_for_goal());
     }
 
@@ -332,7 +335,7 @@ mod tests {
 
     const MS: Duration = Duration::from_millis(1);
 
-    /// Notes a goal of publisher `by` at the time `at` \[ms\], and takes it unless it is revoked.
+    /// Notes a goal of publisher `by` at the time `at` \[ms\], and takes it unless it is revoked. Returns the revocation.
     fn goal(requests: &mut MotionRequests, by: u32, at: u32) -> Option<Revocation> {
         let request = requests.hear(Requester::Goal(by), Duration::ZERO, at * MS, STREAM, true);
         if request.revoked.is_none() {
@@ -341,7 +344,7 @@ mod tests {
         request.revoked
     }
 
-    /// Resumes at the time `at` \[ms\]; returns true if the current goal had been revoked.
+    /// Resumes at the time `at` \[ms\]. Returns whether the current goal had been revoked.
     fn resume(requests: &mut MotionRequests, at: u32) -> bool {
         requests.resume(at * MS, at * MS, STREAM).unwrap()
     }

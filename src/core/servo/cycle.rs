@@ -32,11 +32,11 @@ use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use std::time::Duration;
 
-/// The servo: takes joint states, goals and settings, and makes one command per cycle.
+/// A servo: takes joint states, goals and settings, and computes one command per cycle.
 ///
 /// Call [`cycle`](Self::cycle) once per control period with the measured joint positions. If there are more inputs, call
-/// [`cycle_with`](Self::cycle_with), or take each input individually and then call [`step`](Self::step). Send the robot what
-/// [`output`](Self::output) returns; if that is `None`, send nothing.
+/// [`cycle_with`](Self::cycle_with), or take each input individually and then call [`step`](Self::step). Send the output that
+/// [`output`](Self::output) returns to the robot; if it is `None`, send nothing.
 pub struct Servo {
     robot: Robot,
     frames: Frames,
@@ -45,18 +45,18 @@ pub struct Servo {
     configurations: u64,
     configured: Option<Duration>,
     clock: Clock,
-    /// The requests, and the resulting consent.
+    /// The requests, and the consent that follows from them.
     requests: MotionRequests,
     mode: Mode,
-    /// The goal that [`Servo::set_goal`] has set since the last cycle.
+    /// The goal that the program has set by [`Servo::set_goal`] since the last cycle.
     set: Option<UnitDualQuaternion>,
-    /// The recent goals, and whether the tool's motion explains the motion of the goals.
+    /// The recent goals of a stream. They show how the goal moves, and whether the tool carries it.
     stream: GoalStream,
     explanation: Explanation,
     escape: Escape,
     joint_line: JointLine,
     output: Output,
-    /// The updates of motions that nobody has collected yet.
+    /// The updates of motions that wait for [`Servo::take_motions`].
     motions: MotionLog,
     status: Status,
     rejections: Arc<RejectionCounts>,
@@ -90,13 +90,13 @@ struct Clock {
 }
 
 impl Servo {
-    /// Creates a servo at rest that waits for its first joint states, with one cycle every `period`. `joints` are the joint names of each
-    /// arm; goals are given in `goal_frame`. To allow twists in the tool's own frame, name it with
+    /// Creates a servo at rest that waits for its first joint states. It runs one cycle every `period`. `joints` are the joint
+    /// names of each arm; goals are in `goal_frame`. To allow twists in the tool's own frame, name that frame with
     /// [`with_tool_frame`](Self::with_tool_frame).
     ///
     /// # Errors
-    /// [`SettingsError`] if the joint names or a list in the settings do not have one entry per joint, if a limit is NaN or below 0, or if
-    /// the period is 0.
+    /// [`SettingsError`] if the joint names or a list in the settings do not have one entry per joint, if a limit is NaN or below
+    /// 0, or if the period is 0.
     pub fn new(
         mut arms: Arms,
         joints: Vec<JointOrder>,
@@ -135,13 +135,13 @@ impl Servo {
         })
     }
 
-    /// Applies `settings` from the next cycle on. A change ends a stall if the change before was longer than `progress_timeout` ago:
-    /// constant changes do not restart a stalled motion. Another tool, or another aim, revokes consent, because nobody has asked for that
-    /// motion.
+    /// Applies `settings` from the next cycle on. A change ends a stall, unless the previous change was less than
+    /// `progress_timeout` ago: so constant changes do not restart a stalled motion. Another tool or another aim revokes consent,
+    /// because nobody has requested that motion.
     ///
     /// # Errors
-    /// [`SettingsError`] if [`new`](Self::new) would reject the settings, or if they are for another kind of command. Then the present
-    /// settings remain.
+    /// [`SettingsError`] if [`new`](Self::new) would reject the settings, or if their `interface` differs. The present settings
+    /// then remain.
     pub fn configure(&mut self, settings: Settings) -> Result<(), SettingsError> {
         settings.check(self.robot.arms.joint_count(), self.settings.interface)?;
         if self.settings.controller.aim != settings.controller.aim {
@@ -168,20 +168,20 @@ impl Servo {
         Ok(())
     }
 
-    /// Revokes all requests until the last cycle, because the tool or the aim has changed. Settings are answered before the cycle takes
-    /// them, so a goal in the same cycle may have been sent after the answer.
+    /// Revokes all requests until the last cycle, because the tool or the aim has changed. The node answers a change of settings
+    /// before the cycle applies it, so a goal in the same cycle may have been sent after the answer.
     fn revoke_motion(&mut self, why: Revocation) {
         self.set = None;
         self.requests.revoke(self.clock.stepped, self.clock.now, why);
         self.end_motion(Outcome::Revoked(why));
         if let Some(pursuit) = self.mode.pursuit_mut() {
-            // The figures belong to another tool, or to another part of the pose.
+            // The figures belong to another tool, or to other components of the pose.
             (pursuit.record.meter, pursuit.record.settled) = (None, false);
         }
     }
 
-    /// Pauses, or continues from the measured state. A paused arm decelerates and holds. Continuing is a new request for the current goal;
-    /// if it cannot be met, it counts as rejected.
+    /// Pauses, or resumes from the measured state. A paused arm decelerates and holds. Resuming requests the current goal again; if
+    /// that is impossible, the servo counts a rejection.
     pub fn pause(&mut self, paused: bool) {
         if paused {
             return self.requests.pause();
@@ -190,10 +190,10 @@ impl Servo {
         let _ = self.resume(Duration::ZERO);
     }
 
-    /// Asks again for the current goal, by a request sent `ago` before, and continues from the measured state.
+    /// Requests the current goal again, by a request that was sent `ago` earlier, and continues from the measured state.
     ///
     /// # Errors
-    /// [`Rejection::Late`], [`Rejection::Overtaken`] and [`Rejection::StreamsOn`], which are counted; the pause continues.
+    /// [`Rejection::Late`], [`Rejection::Overtaken`] and [`Rejection::StreamsOn`], which are counted. The servo stays paused.
     pub(super) fn resume(&mut self, ago: Duration) -> Result<(), Rejection> {
         let (now, silence) = (self.clock.now, self.silence());
         let resumed = match ago > self.settings.rearm_timeout {
@@ -213,8 +213,8 @@ impl Servo {
         Ok(())
     }
 
-    /// Decelerates to rest and drops the goal. A publisher that continues with goals or twists must be silent before it is heard again. A
-    /// paused servo stays paused.
+    /// Decelerates to rest and drops the goal. A publisher that continues with goals or twists must pause before the servo obeys it
+    /// again. A paused servo stays paused.
     pub fn stop(&mut self) {
         self.requests.stop(self.clock.now);
         self.drop_goal(Revocation::Stopped);
@@ -261,36 +261,37 @@ impl Servo {
         &self.output.command
     }
 
-    /// Returns what to send to the robot after this cycle, one number per joint: velocities [rad/s, prismatic: m/s] or positions \[rad,
-    /// prismatic: m\], by its [`Interface`](super::Interface). If it is `None`, send nothing. It is `None` before the arm was first driven,
-    /// since even a zero command may be a motion for another kind of controller; and for an arm that takes positions and has been moved by
-    /// something else since.
+    /// Returns the output for the robot after this cycle, one number per joint, or `None` if nothing is to be sent. These are
+    /// velocities [rad/s, prismatic: m/s] or positions \[rad, prismatic: m\], as [`Interface`](super::Interface) says.
+    ///
+    /// It is `None` until the arm is first driven, because a controller of another kind might take even a zero command for a
+    /// motion. It is also `None` for an arm that takes positions if something else has moved the arm since.
     pub fn output(&self) -> Option<&[f64]> {
         self.output.to_send()
     }
 
-    /// Returns the consent: the last request, what has revoked it, and whether the arm may move.
+    /// Returns the consent: the last request, the event that has revoked it, and whether the arm may move.
     pub fn consent(&self) -> &Consent {
         self.requests.consent()
     }
 
-    /// Returns the updates of motions since the last call, the oldest first. A motion has an update when it begins, when the arm stalls,
-    /// and when it ends. At most the latest [`MOTIONS`](super::MOTIONS) updates are kept.
+    /// Returns the updates of motions since the last call, the oldest first. There is an update when a motion begins, when the arm
+    /// stalls, and when the motion ends. The servo keeps at most the latest [`MOTIONS`](super::MOTIONS) updates.
     pub fn take_motions(&mut self) -> impl Iterator<Item = Motion> {
         self.motions.updates.drain(..)
     }
 
-    /// Returns what the last cycle did.
+    /// Returns the report of the last cycle.
     pub fn status(&self) -> &Status {
         &self.status
     }
 
-    /// Returns the counts of rejected messages so far. A clone of the `Arc` does not see later rejections.
+    /// Returns the counts of rejected messages so far. The servo does not update a clone of the `Arc`.
     pub fn rejections(&self) -> &Arc<RejectionCounts> {
         &self.rejections
     }
 
-    /// Returns the number of commands that the final check has replaced by those of a stop, and what was wrong with the last one.
+    /// Returns how many commands the final check has replaced by those of a stop, and the violation by the last one.
     pub fn replaced(&self) -> &Replaced {
         self.output.filters.replaced()
     }

@@ -1,11 +1,11 @@
-//! The trend of an error: whether an arm within its tolerances stays there, or passes through.
+//! The trend of an error. It shows whether an arm within its tolerances stays there or passes through.
 
 use dq_algebra::UnitDualQuaternion;
 use nalgebra::Vector6;
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
-/// Number of errors that are kept, and their spacing.
+/// Number of errors that are kept, and the time between them.
 const KEPT: usize = 32;
 const SPACING: Duration = Duration::from_millis(30);
 
@@ -14,7 +14,7 @@ const SPACING: Duration = Duration::from_millis(30);
 pub(super) struct ErrorTrend {
     /// The time \[s\] and the screw log of each error.
     errors: [(f64, Vector6<f64>); KEPT],
-    /// How many errors were noted so far.
+    /// Number of errors added so far.
     count: usize,
 }
 
@@ -24,7 +24,7 @@ impl ErrorTrend {
         self.count = 0;
     }
 
-    /// Adds the screw log of the error at `now`.
+    /// Adds an error at `now`; `log` is its screw log.
     pub fn note(&mut self, now: Duration, log: &Vector6<f64>) {
         let now = now.as_secs_f64();
         let is_due = self.count == 0 || now - self.errors[(self.count - 1) % KEPT].0 >= SPACING.as_secs_f64();
@@ -34,8 +34,8 @@ impl ErrorTrend {
         }
     }
 
-    /// Predicts the error at which the arm comes to rest: the error at `now`, whose screw log is `log`, plus its change in the last `time`
-    /// \[s\]. For an error that decays to 0, the prediction overshoots 0 by less than the present error.
+    /// Predicts the error at which the arm comes to rest: the error at `now`, whose screw log is `log`, plus its change in the last
+    /// `time` \[s\]. If an error decays to 0, the prediction overshoots 0 by less than the present error.
     pub fn leads_to(&self, now: Duration, log: &Vector6<f64>, time: f64) -> UnitDualQuaternion {
         let now = now.as_secs_f64();
         let kept = (self.count.saturating_sub(KEPT)..self.count).map(|number| &self.errors[number % KEPT]);
@@ -52,7 +52,7 @@ impl ErrorTrend {
 mod tests {
     use super::*;
 
-    /// Yields the error `of` each time from 1 s on, and the error to which it leads, in mm along x.
+    /// Yields, every cycle from 1 s on, the error `of` the time and its prediction, in mm along x.
     fn leads(of: impl Fn(f64) -> f64) -> impl Iterator<Item = (f64, f64)> {
         let mut trend = ErrorTrend::default();
         (0..1500).filter_map(move |cycle| {

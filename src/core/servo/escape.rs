@@ -1,9 +1,9 @@
-//! The escape from a singularity at which a law stands still although its error can be reduced there.
+//! The escape from a singularity at which a law stands still although the error can be reduced there.
 //!
-//! If the error `e` lies along a direction that the joints have lost, `Jᵀ e = 0`: a law that feeds back the error stands, and close to that
-//! configuration it takes long to get going. Such a configuration is a critical point of `½|e|²`. At a saddle, such as a folded elbow for a
-//! goal farther out, the error falls to second order along the direction of the most negative curvature, equally in both directions. At a
-//! minimum, no configuration nearby is nearer to the goal.
+//! If the error `e` lies along a direction that the joints have lost, `Jᵀ e = 0`: a law that feeds back the error stands. Close to
+//! that configuration it starts very slowly. Such a configuration is a critical point of `½|e|²`. At a saddle, such as a folded
+//! elbow and a goal farther out, the error falls to second order along the direction of the most negative curvature, in both senses
+//! alike. At a minimum, no configuration nearby is nearer to the goal.
 
 use super::{Arms, PositionLimits};
 use dq_algebra::UnitDualQuaternion;
@@ -12,26 +12,26 @@ use dq_kinematics::control::Controller;
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
-/// The least speed along the escape, over all joints [rad/s].
+/// The least speed of an escape, as the norm over all joints [rad/s].
 pub(super) const SPEED: f64 = 0.3;
 
-/// The least curvature of the error at which there is an escape, as a fraction of the squared error. If two joints have to move for the
-/// error to fall, as at a singular wrist, the curvature is proportional to the square of the error.
+/// The least curvature of the error at which there is an escape, as a fraction of the squared error. If two joints have to move to
+/// reduce the error, as at a singular wrist, the curvature is proportional to the square of the error.
 const LEAST_CURVATURE: f64 = 1e-3;
 
-/// Half the distance \[rad\] between the two configurations from which a curvature is computed.
+/// Half the distance between the two configurations from which a curvature is computed \[rad\].
 const STEP: f64 = 1e-5;
 
-/// Number of squarings of a matrix in the search for its largest eigenvalue: its 2²⁰th power separates eigenvalues that differ by 1e-5 of
-/// their size.
+/// Number of times that a matrix is squared in the search for its largest eigenvalue. Its 2²⁰th power separates eigenvalues that
+/// differ by 1e-5 of their size.
 const SQUARINGS: usize = 20;
 
 /// The result of the search for an escape.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum FoundEscape {
-    /// An escape that can be taken.
+    /// An escape that the arm can take.
     Open,
-    /// An escape that the position limits of this joint (counted from 0) block in both directions.
+    /// An escape that is blocked in both senses by the position limits of this joint (counted from 0).
     Barred(usize),
     /// No escape: no configuration nearby is nearer to the goal.
     None,
@@ -42,18 +42,18 @@ pub(super) enum FoundEscape {
 pub(super) struct EscapeDirection(DVector<f64>);
 
 impl EscapeDirection {
-    /// Raises the speed of `theta_dot` [rad/s] along the direction to the least speed of an escape.
+    /// Raises the component of `theta_dot` [rad/s] along the direction to the least speed of an escape.
     pub fn lead(&self, theta_dot: &mut [f64]) {
         let missing = (SPEED - self.along(theta_dot)).max(0.0);
         theta_dot.iter_mut().zip(&self.0).for_each(|(speed, part)| *speed += missing * part);
     }
 
-    /// Returns the component of `values`, one per joint, along the direction; for joint velocities that is the speed [rad/s].
+    /// Returns the component of `values`, one per joint, along the direction.
     pub fn along(&self, values: &[f64]) -> f64 {
         self.0.iter().zip(values).map(|(part, value)| part * value).sum()
     }
 
-    /// Returns the first joint that has a large share in the direction and is near its position limit there.
+    /// Returns the first joint with a large component in the direction that is near its position limit on that side.
     fn bar(&self, theta: &[f64], limits: &PositionLimits) -> Option<usize> {
         let mut joints = self.0.iter().zip(theta).enumerate();
         joints.find_map(|(joint, (part, angle))| {
@@ -62,49 +62,49 @@ impl EscapeDirection {
     }
 }
 
-/// How freely the joints can reduce the law's error.
+/// How far the joints are free to reduce the law's error.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Freedom {
     /// The law's error `|e|`.
     pub error: f64,
-    /// The fraction of the error that the joints can change, `|Jᵀ e| / |e|`.
+    /// The fraction of the error that the joints can reduce, `|Jᵀ e| / |e|`.
     pub part: f64,
-    /// The rate at which the error falls along the last escape, as a fraction of itself [1/rad].
+    /// The relative rate at which the error falls along the last escape [1/rad].
     pub fall: f64,
 }
 
-/// Finds escapes, with the buffers for that.
+/// Finds escapes. Owns the buffers for the search.
 pub(super) struct Escape {
     pub direction: EscapeDirection,
-    /// The arms at tried configurations.
+    /// The arms at a trial configuration.
     trial: Arms,
     search: Search,
     descent: Vec<f64>,
 }
 
 impl Escape {
-    /// Creates the finder for the arms of `trial`.
+    /// Creates the finder. `trial` is used to compute the kinematics at trial configurations.
     pub fn new(trial: Arms) -> Self {
         let joints = trial.joint_count();
         let direction = EscapeDirection(DVector::zeros(joints));
         Self { direction, trial, search: Search::new(joints), descent: vec![0.0; joints] }
     }
 
-    /// Sets the tool offset of the arms that are tried.
+    /// Sets the tool offset.
     pub fn set_tool_offset(&mut self, tool_offset: &UnitDualQuaternion) {
         self.trial.set_tool_offset(tool_offset);
     }
 
-    /// Returns how freely the joints of `arm` can reduce the error.
+    /// Returns how far the joints of `arm` are free to reduce the error.
     pub fn freedom(&mut self, arm: &ArmState, controller: &Controller, goal: &UnitDualQuaternion) -> Freedom {
         let error = controller.steepest_descent(arm, goal, &mut self.descent);
         let descent = self.descent.iter().map(|slope| slope * slope).sum::<f64>().sqrt();
-        // Without an error, the joints do not restrict the arm.
+        // Without an error, nothing restricts the joints.
         let part = if error > 0.0 { descent / error } else { 1.0 };
         Freedom { error, part, fall: self.direction.along(&self.descent) / error }
     }
 
-    /// Finds the escape at the joint positions `theta` \[rad\].
+    /// Finds an escape at the joint positions `theta` \[rad\].
     pub fn find(
         &mut self,
         controller: &Controller,
@@ -121,7 +121,7 @@ impl Escape {
         if !is_open {
             return FoundEscape::None;
         }
-        // Both directions are equal to second order; the slope of the error decides, however small.
+        // Both senses are equal to second order. The slope of the error, however small, decides between them.
         let slope = direction.along(descent);
         let largest = direction.0[direction.0.icamax()];
         if slope < 0.0 || (slope == 0.0 && largest < 0.0) {
@@ -152,7 +152,7 @@ impl Search {
         Self { bend: square.clone(), power: square.clone(), square, positions: zeros, descent }
     }
 
-    /// Sets `direction` to that in which the downward curvature of the error is largest, and returns the curvature [per rad²].
+    /// Sets `direction` to the direction of the largest downward curvature of the error. Returns that curvature \[per rad²\].
     fn steepest_bend(
         &mut self,
         arms: &mut Arms,
@@ -177,8 +177,9 @@ impl Search {
         self.largest_eigenvalue(direction)
     }
 
-    /// Returns the largest eigenvalue of the symmetric part of the curvature, and sets `direction` to its eigenvector. The matrix is
-    /// shifted so that no eigenvalue is negative; a high power of it is then proportional to the product of the eigenvector with itself.
+    /// Returns the largest eigenvalue of the symmetric part of the curvature. Sets `direction` to its eigenvector. The matrix is
+    /// shifted so that no eigenvalue is negative. A high power of it is then proportional to the product of the eigenvector with
+    /// itself.
     fn largest_eigenvalue(&mut self, direction: &mut DVector<f64>) -> f64 {
         let shift = self.bend.norm();
         self.bend.transpose_to(&mut self.square);

@@ -1,16 +1,16 @@
-//! The phase of a motion with respect to singularities.
+//! The phase of a motion while it passes a singularity.
 
 use super::escape::SPEED;
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
-/// The escape ends if the error rises along it by more than this fraction of itself per rad, because then the law alone does better.
+/// The escape ends if the error rises along it by more than this fraction of itself per rad. Then the law alone does better.
 const RISE: f64 = 1e-3;
 
-/// An escape that is longer than this \[rad\] has failed.
+/// An escape that has moved the joints farther than this \[rad\] has failed.
 const LONGEST: f64 = 3.0;
 
-/// The phase of a motion with respect to singularities.
+/// The phase of a motion, and the error at which its last escape began.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct EscapePhase {
     pub phase: Phase,
@@ -34,8 +34,9 @@ pub(super) enum Phase {
 }
 
 impl Phase {
-    /// Returns the next phase of an escape that has led the arm over `travelled` \[rad\]. It ends if the law alone moves the arm along it
-    /// at `speed` [rad/s] or more, or if the error rises (a negative `fall`, as a fraction of the error per rad). NaN ends the escape.
+    /// Returns the next phase of an escape that has moved the joints by `travelled` \[rad\]. The escape ends if the law alone moves
+    /// the joints along it at `speed` [rad/s] or more. It also ends if the error rises (a negative `fall`, as a fraction of the
+    /// error per rad), or at NaN.
     pub fn escaping(travelled: f64, speed: f64, fall: f64) -> Self {
         let leads_on = speed < SPEED && fall >= -RISE;
         match leads_on {
@@ -53,7 +54,7 @@ impl Default for EscapePhase {
 }
 
 impl EscapePhase {
-    /// Returns whether the arm is being led out of a singularity.
+    /// Returns whether the arm is escaping from a singularity.
     pub fn is_escaping(&self) -> bool {
         matches!(self.phase, Phase::Escaping { .. })
     }

@@ -1,16 +1,16 @@
-//! The events for a servo's next cycle. A node takes them from live messages, a replay from a bag, and a test from a list. Apart from that,
-//! only the clock and the use of the command differ.
+//! The input events of a servo. A node takes them from live messages, a replay from a bag, and a test from a list. These three
+//! differ only in their clock and in what they do with the command.
 
 use super::{Found, JointReading, Rejection, Servo, Settings};
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
-/// The sender of a message, and its age on arrival.
+/// The sender of a message, and the message's age on arrival.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Sent {
-    /// The number of its publisher.
+    /// The number of the publisher.
     pub by: u32,
-    /// The age of the message on arrival; 0 if unknown.
+    /// The age of the message on arrival; 0 if it is unknown.
     pub ago: Duration,
 }
 
@@ -19,10 +19,10 @@ pub struct Sent {
 pub enum Event<'a> {
     /// Calls [`Servo::configure`].
     Configure(Box<Settings>),
-    /// Calls [`Servo::pause`]. A request to continue counts from the time at which it was sent. It is rejected if it is older than
-    /// `rearm_timeout`, if something has revoked the goal since, or if a publisher still sends revoked goals.
+    /// Calls [`Servo::pause`]. The servo rejects a request to resume if it is older than `rearm_timeout`, if a revocation is newer
+    /// than the request, or if a publisher still sends revoked goals.
     Pause {
-        /// Whether to pause or to continue.
+        /// Whether to pause or to resume.
         paused: bool,
         /// The age of the request on arrival.
         ago: Duration,
@@ -34,7 +34,7 @@ pub enum Event<'a> {
         /// The age of the request on arrival.
         ago: Duration,
     },
-    /// The result of the search that was [asked](Servo::ask); ignored if the question is out of date.
+    /// The result of the search that the servo [asked](Servo::ask). The servo ignores it if the question is out of date.
     Found(Found<'a>),
     /// Calls [`Servo::take_joint_state`] for the arm with this number.
     JointState(usize, JointReading<'a>),
@@ -44,7 +44,7 @@ pub enum Event<'a> {
     Rival(usize, bool),
     /// Calls [`Servo::set_speed_scaling`] for the arm with this number.
     SpeedScaling(usize, f64),
-    /// A goal has arrived that waits for its frame. Until the frame is [found](GoalReading::waited), the publisher counts as heard.
+    /// A goal has arrived that waits for its frame. The publisher counts as heard while its goal [waits](GoalReading::waited).
     Waits(Sent),
     /// Calls [`Servo::take_stamped_goal`].
     Goal(GoalReading<'a>),
@@ -52,7 +52,7 @@ pub enum Event<'a> {
     GoalMotion(GoalMotion<'a>),
     /// Calls [`Servo::take_twist`].
     Twist(TwistReading<'a>),
-    /// A message that could not be converted, and why.
+    /// A message that could not be converted, with the reason.
     Unusable(Rejection),
 }
 
@@ -65,11 +65,11 @@ pub struct GoalReading<'a> {
     pub orientation_xyzw: [f64; 4],
     /// The frame of position and orientation; empty for the base frame.
     pub frame_id: &'a str,
-    /// The time stamp of its message \[ns\]; 0 if there is none.
+    /// The time stamp of the message \[ns\]; 0 if there is none.
     pub stamp: i64,
-    /// How long it has waited for its frame since it arrived.
+    /// How long the goal has waited for its frame since it arrived.
     pub waited: Duration,
-    /// Its sender, and its age on arrival.
+    /// The sender of the message, and its age on arrival.
     pub sent: Sent,
 }
 
@@ -92,14 +92,14 @@ pub struct TwistReading<'a> {
     pub angular: [f64; 3],
     /// The frame of both velocities; empty for the base frame.
     pub frame_id: &'a str,
-    /// Its sender, and its age on arrival.
+    /// The sender of the message, and its age on arrival.
     pub sent: Sent,
 }
 
 impl Servo {
-    /// Runs the whole cycle at time `now`: takes the events in their order, then the goal that was [set](Servo::set_goal), and makes the
-    /// [`step`](Self::step) to the next command. Returns its joint velocities [rad/s, prismatic: m/s]; to drive the arm, send
-    /// [`output`](Self::output) instead. Rejected events are counted, and the last valid one of their kind remains.
+    /// Runs a whole cycle at time `now`: takes the events in their order, then the goal set by [`set_goal`](Servo::set_goal), and
+    /// [computes](Self::step) the next command. Returns its joint velocities [rad/s, prismatic: m/s]; to drive the arm, send
+    /// [`output`](Self::output) instead. Rejected events are counted, and the last valid input of their kind remains.
     pub fn cycle_with<'a>(&mut self, now: Duration, events: impl IntoIterator<Item = Event<'a>>) -> &[f64] {
         self.begin(now);
         for event in events {
@@ -110,8 +110,8 @@ impl Servo {
         self.step(now)
     }
 
-    /// Takes one event since the last cycle; call it after [`begin`](Self::begin). Returns false for a joint state that is ignored, because
-    /// it is of a second publisher.
+    /// Takes one event. Call it after [`begin`](Self::begin). Returns false for a joint state of a second publisher, which the
+    /// servo ignores.
     ///
     /// # Errors
     /// The [`Rejection`], which is counted.

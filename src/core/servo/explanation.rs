@@ -1,88 +1,88 @@
 //! Determines whether the tool's own motion explains the motion of a goal.
 //!
-//! Visual servoing, hand guiding or "1 cm lower than now" publish the tool's pose of a moment ago with an offset. Feeding the velocity of
-//! such a goal forward would add the tool's own velocity to the law's, and the arm would run away. A frame on the tool, or on an object
-//! that the tool has grasped, also moves with the tool: the law would drive the arm towards it forever. One question answers both: is there
-//! a lag and a constant offset by which the tool's recent motion equals the goal's? The answer holds for a sliding window, and is computed
-//! again with each goal.
+//! Some programs, such as visual servoing, hand guiding or "1 cm lower than now", publish the tool's pose of a moment ago with an
+//! offset. Feeding the velocity of such a goal forward would add the tool's own velocity to the law's, and the arm would run away.
+//! A frame on the tool, or on an object that the tool has grasped, also moves with the tool: the law would drive the arm toward it
+//! forever. One question covers both cases: is there a lag and a constant offset by which the tool's recent motion equals the
+//! goal's? The servo answers it for a sliding window, again with each goal.
 //!
-//! A tool that tracks its goal well explains the goal's motion at lag zero. Then the window has no new evidence, and the last answer
-//! remains.
+//! A tool that tracks its goal well explains the goal's motion at lag zero. Then the window has no new evidence, and the last
+//! answer remains.
 
 mod places;
 
-use crate::servo::{GoalError, Tolerance};
 use dq_algebra::UnitDualQuaternion;
+use dq_metrics::{GoalError, Tolerance};
 use nalgebra::{UnitQuaternion, Vector3};
 use places::{Place, Spread, alike, noise};
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 use std::time::Duration;
 
-/// Goals are compared over this time \[s\], ...
+/// The length of the sliding window \[s\].
 const WINDOW: f64 = 0.6;
 
-/// ... at least at this interval \[s\], and if there are at least this many.
+/// The least interval of the goals that are compared \[s\], and the least number of them.
 const GOAL_STEP: f64 = 0.019;
 const FEWEST: usize = 4;
 const MOST_GOALS: usize = 33;
 
-/// Number of lags to compare, and their step \[s\]. Their product is the longest time after which a pose of the tool may return as a goal.
-/// With a longer lag the arm could hardly run away.
+/// Number of lags that are tried, and their step \[s\]. Their product is the longest delay after which a pose of the tool may
+/// return as a goal. With a longer delay the arm could hardly run away.
 const LAGS: u32 = 30;
 const LAG_STEP: f64 = 0.05;
 
 /// Number of times that the step is halved to refine the best lag.
 const HALVINGS: i32 = 4;
 
-/// The interval at which the tool's poses are kept \[s\], over the longest lag and the window.
+/// The interval at which the tool's poses are kept \[s\], and the number of poses for the longest lag and the window.
 const TOOL_STEP: f64 = 0.0099;
 const MOST_POSES: usize = 214;
 
-/// A goal moves if its root mean square spread is this large [m, rad]: 5 mm or 0.02 rad along a line.
+/// A goal counts as moving if its root mean square spread is at least this \[m, rad\]. Along a line this is 5 mm or 0.02 rad.
 const MOVES: [f64; 2] = [1.5e-3, 6e-3];
 
-/// A goal moves independently if the tool leaves more than this fraction of its spread, and more than this multiple of its noise,
-/// unexplained.
+/// A goal counts as moving independently if the tool leaves enough of its motion unexplained: more than this fraction of its
+/// spread, and more than this multiple of its noise.
 const BY_ITSELF: f64 = 0.05;
 const NOISE: f64 = 3.0;
 
-/// The tool tracks a goal if its error is below this fraction of the law's error without feed-forward.
+/// The tool counts as tracking a goal if its error is below this fraction of the error that the law has without feed-forward.
 const FOLLOWED: f64 = 0.4;
 
-/// The tool has reached a goal if the error is at most this many tolerances.
+/// The tool counts as having reached a goal if the error is at most this many tolerances.
 const REACHED: f64 = 10.0;
 
-/// The tool carries a goal if it has moved this far [m, rad] and still explains the goal's motion.
+/// The tool counts as carrying a goal if it has moved this far \[m, rad\] and still explains the goal's motion.
 const CARRIED: [f64; 2] = [0.1, 0.3];
 
-/// Compares the motion of a goal with the tool's. Arrays of two hold position and rotation.
+/// Compares the motion of a goal with the tool's. Each array of two has an element for position and one for rotation.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Explanation {
     tool: VecDeque<Place>,
     goals: VecDeque<Place>,
-    /// When the goal last jumped \[s\]; a jump is not a motion.
+    /// When the goal last jumped \[s\]. A jump does not count as a motion.
     leapt: f64,
     by_itself: [bool; 2],
-    /// The tool's pose when it began to carry the goal, if it does.
+    /// The tool's pose when it began to carry the goal; `None` if it does not carry it.
     carries_since: Option<UnitDualQuaternion>,
 }
 
-/// The tool's error with respect to its goal, and what counts as near.
+/// The tool's error with respect to its goal, and the numbers by which it counts as near.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Nearness {
     pub error: GoalError,
     pub tolerance: Tolerance,
-    /// The law's rates of position and rotation [1/s].
+    /// The law's rates for position and rotation [1/s].
     pub rates: [f64; 2],
 }
 
-/// What moves one part of a goal's pose in the window.
+/// What moves the goal's position, or its rotation, in the window.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Motion {
-    /// Nothing moves it, or there are too few goals.
+    /// Nothing moves it, or there are too few goals to tell.
     None,
-    /// The tool moves it.
+    /// The tool carries it.
     Tool,
     /// It moves independently of the tool.
     Goal,
@@ -107,7 +107,7 @@ impl Explanation {
         (self.by_itself, self.carries_since) = ([false; 2], None);
     }
 
-    /// Notes the measured pose of the tool at `now`. The newest pose is always kept.
+    /// Adds the measured pose of the tool at `now`. Always keeps the newest pose.
     pub fn note(&mut self, now: Duration, pose: UnitDualQuaternion) {
         let mut place = Place::of(now, &pose);
         if let Some(last) = self.tool.back() {
@@ -125,8 +125,8 @@ impl Explanation {
         self.tool.push_back(place);
     }
 
-    /// Compares a goal that arrived at `now`; `goes_on` tells whether it continues the one before, or has jumped. Returns true if the goal
-    /// provides new evidence.
+    /// Compares a goal that arrived at `now` with the tool's motion. `goes_on` tells whether the goal continues the previous one,
+    /// without a jump. Returns whether the goal provides new evidence.
     pub fn compare(
         &mut self,
         now: Duration,
@@ -158,12 +158,12 @@ impl Explanation {
         true
     }
 
-    /// Returns whether position and rotation of the goal move independently of the tool.
+    /// Returns whether the goal's position and rotation move independently of the tool.
     pub fn moves_by_itself(&self) -> [bool; 2] {
         self.by_itself
     }
 
-    /// Returns whether the `tool` carries the goal: it has moved along with the goal, but neither reaches nor tracks it.
+    /// Returns whether the `tool` carries the goal: it has moved together with the goal, but has neither reached nor tracked it.
     pub fn is_carried(&mut self, tool: &UnitDualQuaternion, nearness: &Nearness) -> bool {
         let Nearness { error, tolerance, .. } = nearness;
         let errors = [error.position / tolerance.linear, error.rotation / tolerance.angular];
@@ -177,7 +177,8 @@ impl Explanation {
         (0..2).any(|part| recedes(part) && travelled[part] >= CARRIED[part])
     }
 
-    /// Returns whether the tool is nearer to its goal than the law alone would be at the goal's speed.
+    /// Returns, for position and rotation, whether the tool is nearer to its goal than the law without feed-forward would be at the
+    /// goal's speed.
     fn follows(&self, nearness: &Nearness) -> [bool; 2] {
         let (Some(first), Some(last)) = (self.goals.front(), self.goals.back()) else { return [false; 2] };
         let Nearness { error, rates, .. } = nearness;
@@ -186,7 +187,7 @@ impl Explanation {
         std::array::from_fn(|part| errors[part] * rates[part] * seconds <= FOLLOWED * travelled[part])
     }
 
-    /// Returns what has moved the goal since the time `since`, within the window.
+    /// Returns what has moved the goal's position and rotation since the time `since`, within the window.
     fn motions(&self, since: f64) -> [Motion; 2] {
         let first = self.goals.partition_point(|goal| goal.time < since);
         let goals = || self.goals.range(first..);
@@ -211,7 +212,7 @@ impl Explanation {
         })
     }
 
-    /// Returns what the best lag leaves unexplained of the goals from index `first` on [m, rad].
+    /// Returns the part of the goals' motion that the best lag leaves unexplained, from goal `first` on \[m, rad\].
     fn least_unexplained(&self, first: usize) -> [f64; 2] {
         let mut best = [(0.0, f64::INFINITY); 2];
         let look = |lag: f64, best: &mut [(f64, f64); 2]| {
@@ -232,8 +233,8 @@ impl Explanation {
         best.map(|(_, left)| left)
     }
 
-    /// Returns what the tool's motion, `lag` earlier, leaves unexplained of the goals from index `first` on [m, rad]. The offset is
-    /// constant along the axes of the base or along those of the tool.
+    /// Returns the part of the goals' motion that the tool's motion, `lag` earlier, leaves unexplained, from goal `first` on [m,
+    /// rad]. The offset is constant along the axes of the base or of the tool.
     fn unexplained(&self, first: usize, lag: f64) -> [f64; 2] {
         let (mut by_base, mut by_tool) = (Spread::default(), Spread::default());
         for (point, turn, back) in self.goals.range(first..).filter_map(|goal| self.seen_from_tool(goal, lag))
@@ -245,8 +246,8 @@ impl Explanation {
         std::array::from_fn(|part| by_base[part].min(by_tool[part]))
     }
 
-    /// Returns the goal's position relative to the tool `lag` earlier along the base's axes, the goal's rotation, and the inverse of the
-    /// tool's rotation at that time. Before its first measurement the tool counts as standing.
+    /// Compares a goal with the tool at the time `lag` earlier. Returns the goal's position relative to that tool along the base's
+    /// axes, the goal's rotation, and the inverse of the tool's rotation. Before its first measurement the tool counts as standing.
     fn seen_from_tool(
         &self,
         goal: &Place,
@@ -256,7 +257,7 @@ impl Explanation {
         let newest = self.tool.len().checked_sub(1)?;
         let after = self.tool.partition_point(|place| place.time <= time).min(newest).max(1);
         let (before, next) = (self.tool.get(after - 1)?, self.tool.get(after)?);
-        // Beyond the newest pose, the last motion of the tool is extrapolated.
+        // Beyond the newest pose, the tool's last motion is extrapolated.
         let share = ((time - before.time) / (next.time - before.time)).clamp(0.0, 2.0);
         let (point, turn) = (before.point.lerp(&next.point, share), before.turn.nlerp(&next.turn, share));
         Some((goal.point - point, goal.turn, turn.inverse()))
@@ -271,7 +272,7 @@ mod tests {
         UnitDualQuaternion::from_translation_angle_axis(Vector3::new(x, 0.0, 0.0), angle, &Vector3::z_axis())
     }
 
-    /// Returns what is found within 2 s with a law of 4 1/s: whether position and rotation ever move independently, and whether the tool
+    /// Runs a law of 4 1/s for 2 s. Returns whether position and rotation ever move independently of the tool, and whether the tool
     /// carries the goal.
     fn found(
         tool: impl Fn(f64) -> UnitDualQuaternion,
@@ -297,7 +298,7 @@ mod tests {
         found
     }
 
-    /// A tool that starts at 0.2 s, at 0.5 m/s.
+    /// Returns the position of a tool that moves at 0.5 m/s from 0.2 s on.
     fn straight(time: f64) -> UnitDualQuaternion {
         at(0.5 * (time - 0.2).max(0.0), 0.0)
     }

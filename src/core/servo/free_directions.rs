@@ -1,30 +1,31 @@
-//! The directions in which an arm can move its tool, for a twist that it cannot follow.
+//! The directions in which an arm can move its tool. The servo reports them for a twist that the arm cannot follow.
 
 use super::Twist;
 use dq_kinematics::arm::ArmState;
 use dq_kinematics::control::Aim;
 use nalgebra::{Matrix6, UnitQuaternion, Vector3, Vector6};
 
-/// An arm follows a twist if it can follow at least this part of it.
+/// An arm counts as following a twist if it can follow at least this fraction of the twist.
 const FOLLOWED: f64 = 0.5;
 
-/// The arm can move in a direction if at most this part of the direction is missing from the motion.
+/// An arm counts as able to move in a direction if at most this fraction of the direction is missing from its motion.
 const MISSING: f64 = 1e-3;
 
-/// Singular values of the Jacobian below this [m/rad, prismatic: 1] do not move the tool.
+/// Directions of the joints whose singular value is below this do not move the tool [m/rad, prismatic: 1].
 const SMALLEST: f64 = 0.02;
 
-/// The axes along which an arm can move its tool, and about which it can turn it, each without the others.
+/// The axes along which an arm can move its tool, and those about which it can turn it, each one alone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FreeDirections {
-    /// About x, y and z, then along x, y and z.
+    /// Rotations about x, y and z, then motions along x, y and z.
     each: [bool; 6],
-    /// Whether the axes are the tool's; otherwise they are the base's.
+    /// Whether the axes are the tool's. Otherwise they are the base's.
     in_tool: bool,
 }
 
 impl FreeDirections {
-    /// Returns the directions of `arm`, whose tool has these `axes`, if it cannot follow the twist within the aim.
+    /// Returns the directions in which `arm` can move instead, if it cannot follow the twist. `axes` is the rotation of the tool.
+    /// `aim` tells which components of the twist count.
     pub(super) fn instead_of(
         twist: &Twist,
         aim: Aim,
@@ -57,7 +58,7 @@ impl FreeDirections {
         Some(Self { each, in_tool: twist.in_tool })
     }
 
-    /// Explains in a sentence that the arm cannot follow, and where it can move.
+    /// Explains that the arm cannot follow, and in which directions it can move.
     pub fn explain(&self) -> String {
         let [about, along] = [&self.each[..3], &self.each[3..]].map(|three| {
             let names = ["x", "y", "z"].into_iter().zip(three).filter(|(_, is_free)| **is_free);

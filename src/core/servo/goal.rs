@@ -1,9 +1,10 @@
-//! Goals, checked.
+//! Goals that the servo has checked.
 
-use super::{GoalError, Rejection, Tolerance};
+use super::Rejection;
 use dq_algebra::{UnitDualQuaternion, unit_rotation};
 use dq_common::text::cut;
 use dq_kinematics::arm::bounds;
+use dq_metrics::{GoalError, Tolerance};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
@@ -13,7 +14,7 @@ pub struct Goal {
     base_from_goal: UnitDualQuaternion,
 }
 
-/// q and −q are the same goal.
+/// q and −q are equal goals.
 impl PartialEq for Goal {
     fn eq(&self, other: &Self) -> bool {
         let (one, other) = (self.base_from_goal, other.base_from_goal);
@@ -49,7 +50,7 @@ impl Goal {
         Self { base_from_goal }
     }
 
-    /// Returns the distance of `other` from this goal. q and −q are the same.
+    /// Returns how far `other` is from this goal. q and −q are the same goal.
     pub fn distance(&self, other: &Self) -> GoalError {
         let [position, rotation] = self.base_from_goal.distances(&other.base_from_goal);
         GoalError { position, rotation }

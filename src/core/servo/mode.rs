@@ -1,20 +1,19 @@
-//! What the servo is doing: idle, moving to a goal, or following a twist. Each variant owns the state that its monitoring needs, so that
-//! state ends with the mode.
+//! What the servo is doing: idle, moving to a goal, or following a twist. Each variant owns the state that its monitoring needs, so
+//! the state ends with the mode.
 
 use super::error_trend::ErrorTrend;
 use super::escape_phase::EscapePhase;
 use super::oscillation::Oscillation;
 use super::progress::{BRISK, Progress, SHARE};
-use super::{
-    Goal, GoalError, MotionMeter, Outcome, Reconfiguration, Reconfigure, Requester, STREAM, Stall, Tolerance,
-    Twist,
-};
+use super::{Goal, Outcome, Reconfiguration, Reconfigure, Requester, STREAM, Stall, Twist};
 use dq_algebra::UnitDualQuaternion;
 use dq_kinematics::control::SignMemory;
+use dq_metrics::{GoalError, MotionMeter, Tolerance};
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
-/// The next goal of a stream restarts the monitoring of progress only if it has moved by more than this fraction of the remaining error.
+/// The next goal of a stream restarts the monitoring of progress only if it has moved by more than this fraction of the remaining
+/// error.
 const LEAST_MOTION: f64 = 0.1;
 
 /// What the servo is doing.
@@ -55,35 +54,37 @@ pub(super) struct Jog {
 #[derive(Serialize, Deserialize)]
 pub(super) struct Pursuit {
     pub goal: Goal,
-    /// The stamp of its last message \[ns\].
+    /// The stamp of the goal's last message \[ns\].
     pub stamp: i64,
-    /// The sender of its request.
+    /// The sender of the request.
     pub asker: Requester,
     /// When a message or the goal's frame last updated the goal.
     pub received: Duration,
-    /// When its last message arrived.
+    /// When the goal's last message arrived.
     heard: Duration,
-    /// The goal with which the motion began, or to which a stream last moved it. A goal within the tolerances of it counts as the same.
+    /// The goal with which the motion began, or to which a stream last moved it. Another goal within its tolerances counts as the
+    /// same goal.
     begun: Goal,
     /// When a stream last moved the goal, if one has.
     pub moved: Option<Duration>,
-    /// The joint positions with which the first of the motions in a row began \[rad, prismatic: m\]; empty before it begins.
+    /// The joint positions with which the motion began, or the first one of a sequence of motions \[rad, prismatic: m\]; empty until
+    /// then.
     pub posture: Vec<f64>,
-    /// The sign, chosen by the arm's pose when the goal is first tracked.
+    /// The sign of the goal's quaternion, chosen by the arm's pose when the servo first tracks the goal.
     pub sign: Option<SignMemory>,
-    /// Whether the goal is beyond reach, and the number of the settings for which that was determined.
+    /// Whether the goal is beyond reach, after the number of the settings to which this applies.
     pub beyond_reach: Option<(u64, bool)>,
-    /// Since when TF does not have the frame with which the goal moves.
+    /// Since when TF has lacked the frame with which the goal moves; `None` if TF has it.
     pub lost: Option<Duration>,
     pub record: Record,
     pub watch: Watch,
 }
 
-/// The figures of the motion so far.
+/// The record of the motion so far.
 #[derive(Default, Serialize, Deserialize)]
 pub(super) struct Record {
     pub meter: Option<MotionMeter>,
-    /// When the motion began, and the controlled pose then.
+    /// When the motion began, and the controlled pose at that time.
     pub start: Option<(Duration, UnitDualQuaternion)>,
     /// The largest commanded speed of each joint so far, as a fraction of its limit.
     pub peak_speeds: Vec<f64>,
@@ -93,7 +94,7 @@ pub(super) struct Record {
     pub outcome: Option<Outcome>,
     /// The recent errors.
     pub trend: ErrorTrend,
-    /// Whether the arm is within the tolerances of this goal; it may then leave them a little.
+    /// Whether the arm has settled. It may then exceed the tolerances a little.
     pub settled: bool,
     /// Whether the arm has started a reconfiguration.
     pub reconfigured: bool,
@@ -110,7 +111,7 @@ impl Record {
     }
 }
 
-/// Monitors whether the arm gets nearer while it is driven.
+/// Monitors whether a driven arm gets nearer to its goal.
 #[derive(Serialize, Deserialize)]
 pub(super) struct Watch {
     /// The goal for which the monitoring began.
@@ -118,17 +119,17 @@ pub(super) struct Watch {
     /// The error of the arm in the last cycle.
     pub error: GoalError,
     pub progress: Progress,
-    /// Progress of the law's own error by the larger fraction [`BRISK`](super::progress::BRISK), for an arm that need not wait for a
-    /// creeping law.
+    /// The progress of the law's own error by the larger fraction [`BRISK`](super::progress::BRISK), for an arm that need not wait
+    /// for a slow law.
     pub pace: Progress,
     /// The size of the law's own error.
     pub law_error: f64,
     /// The fraction of the law's gains that the delay allows.
     pub gain_factor: f64,
     pub escape: EscapePhase,
-    /// Why the motion has stalled, until there is a reason to try again.
+    /// The reason why the motion has stalled; `None` if it has not.
     pub stall: Option<Stall>,
-    /// The state of a possible reconfiguration.
+    /// Information about another configuration in which the goal can be reached.
     pub reconfiguration: Reconfiguration,
     pub oscillation: Oscillation,
 }
@@ -149,12 +150,13 @@ impl Watch {
         }
     }
 
-    /// Restarts for `goal`. Only the monitoring of oscillations continues, because a moving goal causes a restart every few cycles.
+    /// Restarts the monitoring for `goal`. Only the monitoring of oscillations continues, because a moving goal causes a restart
+    /// every few cycles.
     fn restart(&mut self, goal: Goal) {
         *self = Self { oscillation: std::mem::take(&mut self.oscillation), ..Self::new(goal) };
     }
 
-    /// Returns whether `goal`, of a stream, is too near to the last goal for a restart.
+    /// Returns whether `goal`, the next one of a stream, is so near to the last goal that the monitoring continues.
     fn goes_on_for(&self, goal: &Goal, tolerance: &Tolerance) -> bool {
         let reach = Tolerance {
             linear: tolerance.linear.max(LEAST_MOTION * self.error.position),
@@ -163,7 +165,8 @@ impl Watch {
         self.goal.is_same(goal, &reach)
     }
 
-    /// Stalls the motion for the reason `stall`. Starts the search for a reconfiguration if it is enabled and was not done yet.
+    /// Stalls the motion for the reason `stall`. If `reconfigure` allows it, starts a search for another configuration, unless
+    /// there was one already.
     pub fn give_up(&mut self, stall: Stall, reconfigure: Reconfigure, now: Duration) {
         self.stall = Some(stall);
         self.oscillation.restart();
@@ -180,7 +183,7 @@ impl Watch {
 }
 
 impl Pursuit {
-    /// Starts a motion to `goal`, received at `received` from `asker` in a message with time stamp `stamp` \[ns\].
+    /// Creates a motion to `goal`, received at `received` from `asker` in a message with time stamp `stamp` \[ns\].
     pub fn new(goal: Goal, stamp: i64, asker: Requester, received: Duration, joint_count: usize) -> Self {
         Self {
             goal,
@@ -213,8 +216,9 @@ impl Pursuit {
         (self.stamp, self.heard) = (stamp, now);
     }
 
-    /// Takes over from the previous motion: its posture, so that the arm does not drift from goal to goal. If that motion has ended, nothing
-    /// else carries over. Otherwise the new motion keeps the quaternion sign; and if its goal is the same within `tolerance`, a lack of progress carries over.
+    /// Takes over state from the previous motion. Always takes its posture, so that the arm does not drift from goal to goal.
+    /// Unless the previous motion has ended, also keeps the quaternion sign and the monitoring of oscillations. If the goal is the
+    /// same within `tolerance`, also keeps the monitoring of progress.
     pub fn take_over(&mut self, before: &mut Self, tolerance: &Tolerance) {
         std::mem::swap(&mut self.posture, &mut before.posture);
         if before.record.is_over() {
@@ -230,7 +234,7 @@ impl Pursuit {
         }
     }
 
-    /// Moves the goal to `goal`, where a stream or its frame has moved it by `now`.
+    /// Moves the goal to `goal`, at which a stream or the goal's frame has it at `now`.
     pub fn move_to(&mut self, goal: Goal, now: Duration, tolerance: &Tolerance) {
         let carried = |sign: &SignMemory| sign.carried(self.goal.base_from_goal(), goal.base_from_goal());
         self.sign = self.sign.as_ref().map(carried);
@@ -245,13 +249,13 @@ impl Pursuit {
         }
     }
 
-    /// Restarts the motion, as requested by `asker`.
+    /// Restarts the motion on a request of `asker`.
     pub fn restart_motion(&mut self, asker: Requester, joint_count: usize) {
         let Self { goal, stamp, received, lost, .. } = *self;
         *self = Self { lost, ..Self::new(goal, stamp, asker, received, joint_count) };
     }
 
-    /// Ends a stall and clears the monitoring since. A reconfiguration that is under way continues.
+    /// Ends a stall, and restarts the monitoring. A reconfiguration that is under way continues.
     pub fn try_again(&mut self) {
         let (underway, law_error, error) =
             (self.watch.reconfiguration, self.watch.law_error, self.watch.error);
@@ -263,12 +267,12 @@ impl Pursuit {
         }
     }
 
-    /// Returns whether the arm moves to another configuration.
+    /// Returns whether the arm is moving to another configuration.
     pub fn is_reconfiguring(&self) -> bool {
         matches!(self.watch.reconfiguration, Reconfiguration::Underway(_))
     }
 
-    /// Returns the sign chosen for the goal: +1 or −1.
+    /// Returns the sign chosen for the goal's quaternion: +1 or −1.
     pub fn sign(&self) -> f64 {
         self.sign.as_ref().map_or(1.0, SignMemory::sign)
     }

@@ -1,8 +1,9 @@
 //! The servo's record of its motions: the request, the outcome and the figures.
 
-use super::{Figures, Goal, Reconfiguration, Requester, Revocation, Stall};
+use super::{Goal, Reconfiguration, Requester, Revocation, Stall};
 use dq_algebra::UnitDualQuaternion;
 use dq_kinematics::control::Controller;
+use dq_metrics::Figures;
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
@@ -12,9 +13,9 @@ pub enum Outcome {
     /// The motion is under way.
     #[default]
     Underway,
-    /// The arm has settled at the goal, and no stream has moved the goal for [`STREAM`](super::STREAM).
+    /// The arm has settled at the goal, and for [`STREAM`](super::STREAM) no stream has moved the goal.
     Arrived,
-    /// The arm gets no nearer. The motion continues if something changes.
+    /// The motion has stalled. It continues if something changes.
     Stalled(Stall),
     /// Another goal was taken before the motion ended.
     Replaced,
@@ -29,31 +30,31 @@ impl Outcome {
     }
 }
 
-/// A motion to a goal, recorded when its outcome changes: when it begins, when the arm stalls, and at its end. A stream of goals is one
-/// motion. What the arm does after its arrival belongs to no motion.
+/// A motion to a goal. The servo records it when it begins, when the arm stalls, and when it ends. A stream of goals is one motion.
+/// The arm's behavior after its arrival belongs to no motion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Motion {
     /// The number of the motion since the servo's start, from 1.
     pub number: u64,
     /// The goal; for a stream, the last one.
     pub goal: Goal,
-    /// The stamp of its message \[ns\].
+    /// The stamp of the goal's message \[ns\].
     pub stamp: i64,
-    /// The sender of its request.
+    /// The sender of the request.
     pub asker: Requester,
-    /// The law and its gains.
+    /// The law and the gains.
     pub controller: Controller,
     /// The tool, in the tool frame of the arm.
     pub tool: UnitDualQuaternion,
-    /// The controlled pose at its beginning; `None` before the first joint state.
+    /// The controlled pose at the beginning; `None` before the first joint state.
     pub start: Option<UnitDualQuaternion>,
-    /// When it began, by the cycle's clock.
+    /// When the motion began, by the cycle's clock.
     pub began: Duration,
     /// The outcome.
     pub outcome: Outcome,
     /// Information about another configuration in which the goal can be reached.
     pub reconfiguration: Reconfiguration,
-    /// Whether the arm has started a reconfiguration on its way.
+    /// Whether the arm has started a reconfiguration during the motion.
     pub reconfigured: bool,
     /// The figures so far.
     pub figures: Figures,
@@ -62,7 +63,7 @@ pub struct Motion {
 }
 
 impl Motion {
-    /// Explains the outcome in words, if the outcome alone is not enough; `joint` names a joint by its number.
+    /// Explains the outcome in words, or returns `None` if the name of the outcome is enough. `joint` names a joint by its number.
     pub fn why(&self, joint: impl Fn(usize) -> String) -> Option<String> {
         match &self.outcome {
             Outcome::Stalled(stall) => Some(self.reconfiguration.explain(stall, joint)),
@@ -72,14 +73,14 @@ impl Motion {
     }
 }
 
-/// Largest number of motion updates that wait to be collected.
+/// Largest number of motion updates that the servo keeps until they are collected.
 pub const MOTIONS: usize = 100;
 
-/// The updates of motions that wait to be collected.
+/// The updates of motions that nobody has collected yet.
 #[derive(Clone, Debug)]
 pub(super) struct MotionLog {
     pub updates: Vec<Motion>,
-    /// How many motions have begun.
+    /// Number of motions that have begun.
     pub count: u64,
 }
 

@@ -1,35 +1,38 @@
-//! Detects that the commands oscillate instead of bringing the arm to its goal.
+//! Detects that the commands oscillate instead of moving the arm to its goal.
 //!
-//! A sound motion may reverse, too: a joint may change direction about ten times in two seconds. So reversals count as an oscillation only
-//! if they are frequent, or if the law's own error, which a sound motion only reduces, reverses with them.
+//! A sound motion may reverse, too: a joint may change its direction about ten times within two seconds. So reversals count as an
+//! oscillation only if they are frequent, or if the law's own error reverses with them. A sound motion only reduces that error.
 //!
-//! A moving goal also makes commands and errors reverse. A change of the error that the goal causes at once is not counted, and each such
-//! change may reverse a joint twice: there and back.
+//! A moving goal also makes commands and errors reverse. A change of the error that comes directly from a change of the goal does
+//! not count. Each change of the goal may also reverse a joint twice: there and back.
 
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
-/// The time over which reversals are counted; two successive windows decide.
+/// The window in which reversals are counted. Two successive windows decide.
 const WINDOW: Duration = Duration::from_millis(900);
 
-/// Least number of reversals of one joint per window that counts as an oscillation by itself: 4.4 Hz. A sound motion has fewer.
+/// Number of reversals of one joint per window from which they count as an oscillation on their own: 4.4 Hz. A sound motion has
+/// fewer.
 const MANY: u32 = 8;
 
-/// Least number of reversals of the law's error per window that counts as an oscillation, if some joint reverses with the error. A sound
-/// motion has fewer.
+/// Number of reversals of the law's error per window from which they count as an oscillation, if some joint reverses with the
+/// error. A sound motion has fewer.
 const ERROR_REVERSALS: u32 = 3;
 
-/// Least number of reversals per window at which a joint counts as reversing with the error.
+/// Number of reversals per window from which a joint counts as reversing with the error.
 const FEW: u32 = 2;
 
-/// Least swing of a joint between two reversals [rad/s]: `SWING` counts only if the error does not shrink, `LARGE_SWING` always.
+/// The least change of a joint's speed between two reversals [rad/s]. `SWING` counts only if the error does not shrink,
+/// `LARGE_SWING` always.
 const SWING: f64 = 0.05;
 const LARGE_SWING: f64 = 0.5;
 
-/// Least swing of the error's logarithm: a twentieth of the error.
+/// The least change of the error's logarithm between two reversals: a twentieth of the error.
 const ERROR_SWING: f64 = 0.05;
 
-/// Swings of the error up to this many typical changes by the goal do not count, because the arm follows such changes with a delay.
+/// A change of the error counts only if it exceeds the typical change by the goal times this factor, because the arm follows the
+/// goal with a delay.
 const CHANGES: f64 = 2.0;
 
 /// The weight of one change in the typical change.
@@ -38,7 +41,8 @@ const MEMORY: f64 = 0.2;
 /// Number of reversals of a joint that one change of the goal may cause.
 const TURNS: u32 = 2;
 
-/// The error counts as shrinking if its largest value in a window is below this fraction of that in the window before.
+/// The error counts as shrinking if its largest value in a window is below its largest value in the previous window times this
+/// factor.
 const SHRINKS: f64 = 0.8;
 
 /// Monitors the commands of a motion.
@@ -69,7 +73,7 @@ struct Verdict {
     worst_error: f64,
 }
 
-/// Counts the reversals of a number that goes up and down by more than a threshold.
+/// Counts the reversals of a number. A reversal counts if the number has changed by more than a threshold since the last extreme.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 struct Zigzag {
     rising: bool,
@@ -101,14 +105,15 @@ impl Oscillation {
         *self = Self { joints: std::mem::take(&mut self.joints), ..Self::default() };
     }
 
-    /// Notes that the goal has moved, which changed the law's own error from `before` to `after`.
+    /// Notes that a change of the goal has changed the law's own error from `before` to `after`.
     pub fn goal_moved(&mut self, before: f64, after: f64) {
         self.error.extreme += logarithm(after) - logarithm(before);
         self.change += MEMORY * ((after - before).abs() - self.change);
         self.changes += 1;
     }
 
-    /// Adds the `command` [rad/s] at `now`, with the size of the law's own error. Returns true if the arm has oscillated for two windows.
+    /// Adds the `command` [rad/s] at `now`; `error` is the size of the law's own error. Returns whether the arm has oscillated in
+    /// two successive windows.
     pub fn update(&mut self, now: Duration, command: &[f64], error: f64) -> bool {
         self.joints.resize(command.len(), Default::default());
         for ([small, large], speed) in self.joints.iter_mut().zip(command) {
@@ -140,7 +145,7 @@ impl Oscillation {
     }
 }
 
-/// Returns the logarithm of an error, which may be 0.
+/// Returns the logarithm of an error. It is finite even for an error of 0.
 fn logarithm(error: f64) -> f64 {
     error.max(f64::MIN_POSITIVE).ln()
 }
@@ -157,8 +162,8 @@ mod tests {
     use super::*;
     use std::f64::consts::TAU;
 
-    /// Returns when an oscillation with this frequency [Hz] and amplitude [rad/s] is detected. The error oscillates by the fraction `part`
-    /// of itself and shrinks at `rate` [1/s].
+    /// Returns when an oscillation with this frequency \[Hz\] and amplitude [rad/s] is detected \[s\]. The error oscillates by the
+    /// fraction `part` of itself and shrinks at `rate` [1/s].
     fn seen(frequency: f64, amplitude: f64, part: f64, rate: f64) -> Option<f64> {
         let mut oscillation = Oscillation::default();
         (0..5000).find_map(|cycle| {

@@ -1,39 +1,41 @@
 //! Monitors whether a motion still gets nearer to its goal.
 
-use super::{GoalError, Tolerance};
+use dq_metrics::{GoalError, Tolerance};
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
-/// The fraction of itself by which an error has to shrink in each `progress_timeout`. It is small, so that a slow law that arrives is not
-/// stalled: with 5 s it allows 52 min from 0.5 m to 1 mm, and a gain of 0.003/s is enough. The drift of a redundant arm under a payload
-/// changes its error by up to half of this fraction.
+/// The fraction of itself by which an error has to shrink within each `progress_timeout`. It is small, so that a slow law that
+/// arrives does not stall. A timeout of 5 s allows 52 min from 0.5 m to 1 mm, and a gain of 0.003/s is enough. The drift of a
+/// redundant arm under a payload changes its error by up to half of this fraction.
 pub(super) const SHARE: f64 = 1.0 / 100.0;
 
-/// The same fraction for an arm that need not wait for a creeping law, because there may be another path to its goal.
+/// The fraction for an arm that need not wait for a slow law, because there may be another path to its goal.
 pub(super) const BRISK: f64 = 0.2;
 
-/// The smallest errors of a motion so far, and for how long the arm was driven since the last progress.
+/// The smallest errors of a motion so far, and how long the arm was driven since the last progress.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Progress {
     position: f64,
     rotation: f64,
     law: f64,
-    /// The fraction of itself by which an error has to shrink to count.
+    /// The fraction of itself by which an error has to shrink to count as progress.
     share: f64,
     without: Duration,
 }
 
 impl Progress {
-    /// Starts without any error; an error counts if it shrinks by the fraction `share`.
+    /// Starts without any error. An error counts as progress if it shrinks by the fraction `share`.
     pub fn new(share: f64) -> Self {
         let most = f64::INFINITY;
         Self { position: most, rotation: most, law: most, share, without: Duration::ZERO }
     }
 
-    /// Adds the error of a cycle in which the arm was driven for the time `driven`. Returns the driven time since the last progress.
-    /// Progress is a new minimum of an error outside its tolerance, lower than the last by the fraction `share` or by its whole tolerance.
-    /// The law's own error counts too: a law may trade position for rotation, and the path to a goal that differs only in rotation may
-    /// begin with meters.
+    /// Adds the error of a cycle in which the arm was driven for the time `driven`. Returns how long it was driven since the last
+    /// progress.
+    ///
+    /// Progress is a new minimum of an error outside its tolerance. The minimum must be lower than the last one by the fraction
+    /// `share` or by a whole tolerance. The law's own error counts, too: a law may trade position for rotation, and the path to a
+    /// goal that differs only in rotation may begin with meters.
     pub fn update(
         &mut self,
         driven: Duration,
@@ -51,7 +53,8 @@ impl Progress {
     }
 }
 
-/// Returns whether `error` is below the `smallest` so far by the fraction `share` of it or by `amount`, and makes it the smallest.
+/// Returns whether `error` is below the `smallest` one so far by the fraction `share` of it or by `amount`. If so, makes it the
+/// smallest.
 fn shrinks(smallest: &mut f64, error: f64, amount: f64, share: f64) -> bool {
     let first = smallest.is_infinite() && error.is_finite();
     let shrinks = first || (error < *smallest && error <= *smallest - amount.min(share * *smallest));
@@ -67,7 +70,8 @@ mod tests {
 
     const TOLERANCE: Tolerance = Tolerance { linear: 1e-3, angular: 1e-2 };
 
-    /// Returns the longest time without progress over `seconds`, with the position error `position` and a rotation within its tolerance.
+    /// Returns the longest time without progress within `seconds`. The position error is `position`; the rotation is within its
+    /// tolerance.
     fn longest(seconds: f64, position: impl Fn(f64) -> f64) -> f64 {
         let error = |time: f64| GoalError { position: position(time), rotation: 5e-3 - 1e-5 * time };
         // The law's error is constant, so that only the position error counts.
@@ -103,7 +107,7 @@ mod tests {
     fn creeping_is_not_progress() {
         // 10 µm in 5 s, a tenth of a meter from the goal: it would take half a day.
         assert!(longest(20.0, |t| 0.1 - 2e-6 * t) > 15.0);
-        // Asymptotically to 20 mm from a goal that is out of reach.
+        // The error approaches 20 mm; the goal is out of reach.
         assert!(longest(20.0, |t| 0.02 + 0.5 * (-t).exp()) > 8.0);
         assert!(longest(400.0, |t| 0.02 + 0.1 / (1.0 + t)) > 10.0);
     }

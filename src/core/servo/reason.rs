@@ -4,16 +4,16 @@ use super::{Contended, Revocation, Rivals};
 use dq_kinematics::arm::JointKind;
 use std::time::Duration;
 
-/// A reason, for states that do not say enough by themselves.
+/// A reason, for states that need one to be understood.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Reason {
     /// The request is revoked (state `holding`).
     Revoked(Revocation),
     /// The request is a twist, and it is revoked (state `holding`).
     Release(Revocation),
-    /// An input that may have only one publisher has two (state `holding`).
+    /// Two publishers send an input that may have only one (state `holding`).
     Rivals(Rivals),
-    /// Joint states arrive with this interval, which is too long for `state_timeout` (state `stale_state`).
+    /// The interval of joint states is too long for `state_timeout` (state `stale_state`).
     RareStates(Duration),
     /// The stream of goals has ended (state `stale_goal`).
     StreamEnded,
@@ -21,14 +21,13 @@ pub enum Reason {
     FrameLost,
     /// Nobody subscribes to the commands for the arm with this number (state `not_following`).
     NobodyListens(usize),
-    /// The joint (counted from 1) moves at this speed [rad/s, prismatic: m/s] although it is commanded to stand (states `holding`,
-    /// `paused`, `stopping`).
+    /// A joint moves although it is commanded to stand (states `holding`, `paused`, `stopping`).
     Sagging {
-        /// The joint.
+        /// The number of the joint, counted from 1.
         joint: usize,
-        /// Its speed.
+        /// The speed of the joint [rad/s, prismatic: m/s].
         speed: f64,
-        /// Its kind.
+        /// Whether the joint is revolute or prismatic.
         kind: JointKind,
     },
     /// The joint with this number, counted from 1, does not move as commanded (state `not_following`).

@@ -10,82 +10,82 @@ use thiserror::Error;
 named! {
     /// Whether a stalled arm moves to another configuration of its joints.
     "reconfigure" Reconfigure {
-        /// Never. No configuration is searched.
+        /// Never. The servo does not search for one.
         Never = "never",
-        /// On request.
+        /// When the user requests it.
         Ask = "ask",
-        /// As soon as one is found.
+        /// As soon as the search has found another configuration.
         Always = "always",
     }
 }
 
-/// Another configuration, described by the joint that moves farthest for it.
+/// Another configuration, described by the joint that moves farthest on the way to it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Detour {
-    /// The joint, counted from 1 arm after arm.
+    /// The number of the joint, counted from 1 arm after arm.
     pub joint: usize,
-    /// Its kind.
+    /// Whether the joint is revolute or prismatic.
     pub kind: JointKind,
-    /// Its present position \[rad, prismatic: m\].
+    /// The present position of the joint \[rad, prismatic: m\].
     pub from: f64,
-    /// Its position in the other configuration \[rad, prismatic: m\].
+    /// The position of the joint in the other configuration \[rad, prismatic: m\].
     pub to: f64,
-    /// When it was found, by the cycle's clock. Only requests since then count.
+    /// When the search found the configuration, by the cycle's clock. A request counts only if it was sent later.
     pub found: Duration,
 }
 
-/// Information about another configuration within the joint limits in which the goal of a motion can be reached.
+/// Information about another configuration in which the goal of a motion can be reached within the joint limits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub enum Reconfiguration {
-    /// Nothing is known: no configuration was searched, or the search has not answered.
+    /// Nothing is known: there was no search, or it has not answered.
     #[default]
     Unknown,
-    /// A search is under way, since this time of the cycle's clock.
+    /// A search has been under way since this time of the cycle's clock.
     Searching(Duration),
-    /// There is one, and the arm moves there on request.
+    /// The search has found a configuration, to which the arm moves on request.
     Found(Detour),
-    /// The search found nothing.
+    /// The search has found nothing.
     NotFound {
-        /// The number of starts of the search.
+        /// The number of starts that the search tried.
         starts: u32,
     },
-    /// The arm moves there.
+    /// The arm is moving to the other configuration.
     Underway(Detour),
-    /// The arm has moved there, as far as it could. There is no further search.
+    /// The arm has moved to the other configuration, as far as it could. There is no further search.
     Taken,
 }
 
-/// Why a request to move to another configuration is rejected.
+/// The reason why the servo rejects a request to move to another configuration.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 pub enum NoWayRound {
-    /// No motion has stalled, or its consent is revoked.
+    /// No motion has stalled, or the consent of the motion is revoked.
     #[error("no motion has stalled: no other configuration is needed")]
     NothingStalled,
-    /// No configuration was searched, because the parameter `reconfigure` is `never`.
+    /// There was no search, because the parameter `reconfigure` is `never`.
     #[error("the parameter reconfigure is never")]
     Never,
-    /// No configuration was searched, because another one would not help, or the search has not answered.
+    /// There was no search, because another configuration would not help, or the search has not answered.
     #[error("no other configuration was searched: {}", .0.explain(|joint| format!("joint {joint}")))]
     NotLookedFor(Stall),
     /// The search is still under way.
     #[error("the search for another configuration goes on: ask again")]
     Searching,
-    /// No configuration was found.
+    /// The search found no configuration.
     #[error("no configuration within the limits was found in {starts} starts")]
     NotFound {
-        /// The number of starts of the search.
+        /// The number of starts that the search tried.
         starts: u32,
     },
-    /// The arm has already moved there.
+    /// The arm has already moved to the other configuration.
     #[error("the arm has already moved to the other configuration, and has stalled again")]
     Taken,
 }
 
 impl Reconfiguration {
-    /// The name of a configuration that waits for a request.
+    /// The name of a configuration to which the arm moves on request.
     pub const FOUND: &str = "found";
 
-    /// Returns a name for programs.
+    /// Returns the name for programs.
     pub fn name(&self) -> &'static str {
         match self {
             Self::Unknown => "unknown",
@@ -97,7 +97,7 @@ impl Reconfiguration {
         }
     }
 
-    /// Explains why a motion has stalled and what to do about it, in words; `joint` names a joint by its number.
+    /// Explains why a motion has stalled and what to do about it. `joint` names a joint by its number.
     pub fn explain(&self, stall: &Stall, joint: impl Fn(usize) -> String) -> String {
         match self {
             Self::Found(detour) => format!(
@@ -114,7 +114,7 @@ impl Reconfiguration {
 }
 
 impl Detour {
-    /// Describes the other configuration in words; `joint` names a joint by its number.
+    /// Describes the other configuration in words. `joint` names a joint by its number.
     pub fn explain(&self, joint: impl Fn(usize) -> String) -> String {
         let Self { joint: number, kind, from, to, .. } = self;
         let unit = kind.unit();

@@ -1,4 +1,4 @@
-//! Why a message or settings were rejected.
+//! The reasons why the servo rejects a message or settings.
 
 use super::{NoWayRound, Reach, Revocation, SettingsError};
 use dq_algebra::NotUnit;
@@ -9,13 +9,13 @@ use dq_space::frames::FrameError;
 use std::time::Duration;
 use thiserror::Error;
 
-/// A message, or settings, that the servo rejected. The last valid ones remain.
+/// The reason why the servo rejected a message or settings. The last valid ones remain.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum Rejection {
-    /// A number that is not finite or out of bounds.
+    /// A number is not finite or out of bounds.
     #[error(transparent)]
     Number(#[from] NumberError),
-    /// The quaternion's norm is too far from 1 to be rounding.
+    /// The quaternion's norm is too far from 1 to be a rounding error.
     #[error(transparent)]
     NotUnit(#[from] NotUnit),
     /// The frame of the goal is unknown to the servo.
@@ -33,46 +33,46 @@ pub enum Rejection {
         got: String,
         /// The base frame.
         expected: String,
-        /// Why TF does not have it.
+        /// The reason why TF does not have the frame.
         why: FrameError,
     },
-    /// A goal, twist or request that is too old, or was sent before the servo started.
+    /// The goal, twist or request is this old on arrival, or was sent before the servo started.
     #[error("it arrived {:.1} s after it was sent, by its sender's clock: send it again", .0.as_secs_f64())]
     Late(Duration),
-    /// A goal that the arm cannot reach.
+    /// The arm cannot reach the goal.
     #[error(
         "the goal is {:.3} m away, and the arm reaches {:.3} m (with goal_beyond_reach approach the arm goes as near as it can)",
         .0.goal, .0.longest
     )]
     BeyondReach(Reach),
-    /// A goal that arrived while a twist is in force.
+    /// The goal arrived while a twist is in force.
     #[error("a twist on target_twist is in force: goals are accepted again when it has ended")]
     Jogging,
-    /// A goal that was sent before a revocation, or whose publisher continued without a silence since.
+    /// The goal was sent before a revocation, or its publisher has continued without a silence since the revocation.
     #[error("after its publisher began to send {}: let it send nothing for 1.5 s, and then send the goal again", .0.explain(|joint| format!("joint {joint}")))]
     Superseded(Revocation),
-    /// A request to continue that was sent before its goal was revoked.
+    /// The request to resume was sent before its goal was revoked.
     #[error("after it was sent {}: ask again if the arm may go on", .0.explain(|joint| format!("joint {joint}")))]
     Overtaken(Revocation),
-    /// A request to continue to the goal of a stream that was revoked and had no silence since. The arm would move to that goal while later
-    /// ones are rejected.
+    /// The request to resume is for the goal of a stream that was revoked and still continues. The arm would move to that goal while
+    /// the servo rejects later ones.
     #[error("goals are sent on since {}: let their publisher send nothing for 1.5 s, and then ask again", .0.explain(|joint| format!("joint {joint}")))]
     StreamsOn(Revocation),
     /// The request to move to another configuration cannot be met.
     #[error(transparent)]
     NoWayRound(#[from] NoWayRound),
-    /// Invalid settings.
+    /// The settings are invalid.
     #[error("the settings are rejected: {0}")]
     Settings(#[from] SettingsError),
-    /// A joint state of an arm that the servo does not have.
+    /// The joint state is of an arm that the servo does not have.
     #[error("a joint state of the arm number {arm}, expected a number below {arms}")]
     UnknownArm {
         /// The number of the arm, counted from 0.
         arm: usize,
-        /// How many arms there are.
+        /// The number of arms.
         arms: usize,
     },
-    /// An invalid joint state.
+    /// The joint state is invalid.
     #[error(transparent)]
     State(#[from] StateError),
     /// The number of positions or velocities differs from the number of joints.
@@ -89,12 +89,12 @@ pub enum Rejection {
 }
 
 impl Rejection {
-    /// Returns the reason in words, cut to the length of a message.
+    /// Returns the reason in words, cut to the maximum length of a message.
     pub fn text(&self) -> String {
         cut(&self.to_string()).into_owned()
     }
 
-    /// Returns the reason in one word, as `/diagnostics` counts it.
+    /// Returns the name of the reason, as in `/diagnostics`.
     pub fn label(&self) -> &'static str {
         match self {
             Self::Number(number) => number.label(),
@@ -116,7 +116,7 @@ impl Rejection {
     }
 }
 
-/// The number of rejected messages by reason.
+/// The number of rejected messages for each reason.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RejectionCounts {
     counts: Vec<(&'static str, u64)>,
@@ -124,7 +124,7 @@ pub struct RejectionCounts {
 }
 
 impl RejectionCounts {
-    /// Counts one rejection. The cycle does so for up to a thousand messages, so the text is left to the reporter.
+    /// Counts one rejection. The cycle calls this for up to a thousand messages, so it does not write the text.
     pub fn count(&mut self, rejection: &Rejection) {
         let label = rejection.label();
         match self.counts.iter_mut().find(|(reason, _)| *reason == label) {
@@ -134,7 +134,7 @@ impl RejectionCounts {
         self.last = Some(rejection.clone());
     }
 
-    /// Returns each reason and its count, in the order of first appearance.
+    /// Returns each reason and its count, in the order in which the reasons first appeared.
     pub fn by_reason(&self) -> &[(&'static str, u64)] {
         &self.counts
     }

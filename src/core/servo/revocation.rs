@@ -3,7 +3,7 @@
 use dq_kinematics::arm::JointKind;
 use serde::{Deserialize, Serialize};
 
-/// An input that two publishers send at the same time although it may have only one.
+/// An input that may have only one publisher.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Contended {
     /// Joint states of the arm with this number.
@@ -19,7 +19,7 @@ pub enum Contended {
 /// Two publishers of an input that may have only one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Rivals {
-    /// The input.
+    /// The input that both publish.
     pub of: Contended,
     /// The number of the first publisher.
     pub first: u32,
@@ -34,17 +34,18 @@ pub enum Revocation {
     CameLater(f64),
     /// The robot was away for this time \[s\].
     WasAway(f64),
-    /// The joint (counted from 1 arm after arm, of this kind) jumped by this distance \[rad, prismatic: m\].
+    /// A joint jumped: its number (counted from 1 arm after arm), the distance \[rad, prismatic: m\], and its kind.
     IsElsewhere(usize, f64, JointKind),
-    /// There were two publishers.
+    /// Two publishers sent this input.
     Rivals(Contended),
-    /// The joint (counted from 1 arm after arm, of this kind) is this far \[rad, prismatic: m\] from its expected setpoint.
+    /// A joint is too far from its setpoint: its number (counted from 1 arm after arm), the distance from the expected position
+    /// \[rad, prismatic: m\], and its kind.
     FellBehind(usize, f64, JointKind),
-    /// The joint (counted from 1 arm after arm) has not obeyed for this time \[s\].
+    /// A joint did not obey: its number (counted from 1 arm after arm), and for how long \[s\].
     NotObeyed(usize, f64),
-    /// The joint (counted from 1 arm after arm) stopped following for the third time within 10 s.
+    /// The joint with this number (counted from 1 arm after arm) stopped following for the third time within 10 s.
     KeepsLosing(usize),
-    /// The frame with which the goal moves was lost for this time \[s\].
+    /// TF lacked the frame with which the goal moves for this time \[s\].
     FrameWasAway(f64),
     /// The goal's frame moves with the tool.
     MovesWithTool,
@@ -59,7 +60,7 @@ pub enum Revocation {
 }
 
 impl Revocation {
-    /// Explains what happened in words; `joint` names a joint by its number.
+    /// Explains the revocation in words. `joint` names a joint by its number.
     pub fn explain(&self, joint: impl Fn(usize) -> String) -> String {
         match self {
             Self::CameLater(seconds) => format!("the robot came {seconds:.1} s after it was asked to move"),

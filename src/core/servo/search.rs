@@ -1,70 +1,72 @@
-//! Searches joint positions within the limits at which the tool is at its goal, in any configuration of the arm.
+//! Searches for joint positions within the limits at which the tool is at its goal, in any configuration of the arm.
 //!
-//! From many starts, spread evenly over the joint ranges, the error is reduced by damped least squares (Wampler 1986; Nakamura & Hanafusa
-//! 1986). The damping falls with the error (Sugihara 2011), so that goals at singularities, for example at the edge of the workspace, are
-//! reached too. For random reachable poses of six and seven joints, 64 starts always found the goal. More starts make the path slightly
-//! shorter.
+//! From many starts, spread evenly over the joint ranges, the search reduces the error by damped least squares (Wampler 1986;
+//! Nakamura & Hanafusa 1986). The damping falls with the error (Sugihara 2011). So the search also reaches goals at singularities,
+//! such as at the edge of the workspace. For random reachable poses of six and seven joints, 64 starts always found the goal. More
+//! starts make the path slightly shorter.
 
-use super::{Arms, GoalError, PositionLimits, Settings, Tolerance};
+use super::{Arms, PositionLimits, Settings};
 use dq_algebra::UnitDualQuaternion;
 use dq_kinematics::arm::JointKind;
 use dq_kinematics::control::{Aim, Damping, PoseError, nearer_goal};
+use dq_metrics::{GoalError, Tolerance};
 use std::f64::consts::{PI, TAU};
 use std::time::Duration;
 
-/// The number of starts to try, if there is time.
+/// The number of starts that the search tries if there is time.
 pub const STARTS: u32 = 256;
 
-/// Largest number of steps from one start. Starts that need more converge slowly or never.
+/// Largest number of steps from one start. A start that needs more steps converges slowly or never.
 const STEPS: u32 = 60;
 
-/// Largest step of a joint \[rad, prismatic: m\], within which the linearization holds.
+/// Largest step of a joint \[rad, prismatic: m\]. Within it the linearization holds.
 const LONGEST_STEP: f64 = 0.5;
 
-/// λ of the damped inverse, and σ₀ below which it damps, are this fraction of the error, limited by `DAMPINGS`.
+/// λ of the damped inverse, and the singular value σ₀ below which it damps, are this fraction of the error, limited by `DAMPINGS`.
 const DAMPING: f64 = 0.3;
 
-/// The largest value of that fraction of the error, and the number that is added to it.
+/// The largest λ and σ₀, and the number that is added to both.
 const DAMPINGS: (f64, f64) = (0.2, 1e-3);
 
-/// The tool counts as at the goal within this fraction of the goal tolerance, so that the law then finds it settled.
+/// The search counts the goal as reached within this fraction of the goal tolerance, so that the law then settles there.
 const CLOSE: f64 = 0.1;
 
-/// The range of a prismatic joint without limits, to each side of its position \[m\].
+/// The range of a prismatic joint without limits, on each side of its position \[m\].
 const SLIDE: f64 = 1.0;
 
-/// A search: its question, its buffers and its result.
+/// A search for joint positions that reach a goal: its question, its buffers and its result.
 pub struct Search {
-    /// The time of the cycle that asks; `None` before the first question.
+    /// When the servo asked; `None` before the first question.
     asked: Option<Duration>,
     goal: UnitDualQuaternion,
     aim: Aim,
     tolerance: Tolerance,
     limits: PositionLimits,
-    /// The largest speed of each joint [rad/s, prismatic: m/s], by which displacements are compared in time.
+    /// The largest speed of each joint [rad/s, prismatic: m/s]. Displacements are divided by it, and so compared as travel times.
     speeds: Vec<f64>,
     /// The joint positions of the arm \[rad, prismatic: m\].
     from: Vec<f64>,
-    /// The arms at tried positions.
+    /// The arms at trial positions.
     trial: Arms,
     kinds: Vec<JointKind>,
     positions: Vec<f64>,
     step: Vec<f64>,
     starts: u32,
-    /// The positions found so far that are nearest in time.
+    /// The positions found so far that the arm reaches in the shortest time.
     nearest: Vec<f64>,
-    /// The time to reach them \[s\].
+    /// The travel time to these positions \[s\].
     shortest: f64,
 }
 
 /// The result of a search.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Found<'a> {
-    /// The time of the servo's cycle that asked.
+    /// When the servo asked, by the cycle's clock.
     pub asked: Duration,
-    /// The number of starts of the search.
+    /// The number of starts that the search has tried.
     pub starts: u32,
-    /// The joint positions \[rad, prismatic: m\] found, one per joint: those that are nearest in time. `None` if there are none.
+    /// The positions of all joints that reach the goal \[rad, prismatic: m\], with the shortest travel time; `None` if the search has
+    /// found none.
     pub positions: Option<&'a [f64]>,
 }
 
@@ -91,13 +93,13 @@ impl Search {
         }
     }
 
-    /// Returns when the question was asked; `None` before the first question.
+    /// Returns the time at which the servo asked; `None` before the first question.
     pub fn asked(&self) -> Option<Duration> {
         self.asked
     }
 
-    /// Sets the question, asked at the time `asked`: reach `goal` from the joint positions `from` \[rad, prismatic: m\], one per joint,
-    /// under `settings`. Allocates nothing.
+    /// Sets the question, which the servo asked at the time `asked`: reach `goal` from the joint positions `from` [rad, prismatic:
+    /// m] under `settings`. Allocates nothing.
     pub fn put(&mut self, asked: Duration, goal: &UnitDualQuaternion, from: &[f64], settings: &Settings) {
         let Settings { controller, limits, goal_tolerance, tool_offset, .. } = settings;
         (self.asked, self.goal, self.aim) = (Some(asked), *goal, controller.aim);
@@ -110,7 +112,7 @@ impl Search {
         (self.starts, self.shortest) = (0, f64::INFINITY);
     }
 
-    /// Searches from up to `most` starts while `goes_on` returns true. Allocates nothing.
+    /// Searches from up to `most` starts, as long as `goes_on` returns true. Allocates nothing.
     pub fn run(&mut self, most: u32, mut goes_on: impl FnMut() -> bool) {
         while self.starts < most && goes_on() {
             self.start();
@@ -127,8 +129,8 @@ impl Search {
         Found { asked: self.asked.unwrap_or_default(), starts: self.starts, positions }
     }
 
-    /// Sets the positions to the next start: first those of the arm, then the points `frac(½ + n φᵢ)` of the range of each joint, with `φᵢ
-    /// = g⁻ⁱ`, `g^(d+1) = g + 1`, for d joints, a sequence that leaves no large gaps (Roberts 2018).
+    /// Sets the positions to the next start: first the arm's own positions, then the points `frac(½ + n φᵢ)` of each joint's range.
+    /// Here `φᵢ = g⁻ⁱ` and `g^(d+1) = g + 1` for d joints. This sequence leaves no large gaps (Roberts 2018).
     fn start(&mut self) {
         let (from, limits) = (&self.from, &self.limits);
         let root = (0..ROOT_STEPS).fold(1.5_f64, |g, _| (1.0 + g).powf(1.0 / (from.len() as f64 + 1.0)));
@@ -137,7 +139,7 @@ impl Search {
         for (((position, from), (lower, upper)), kind) in joints {
             step /= root;
             let half = if *kind == JointKind::Revolute { PI } else { SLIDE };
-            // For a revolute joint a whole turn covers all positions, within its range.
+            // For a revolute joint, one whole turn within its range covers all positions.
             let lowest = (from - half).min(upper - 2.0 * half).max(lower);
             let highest = (lowest + 2.0 * half).min(upper);
             *position = match self.starts {
@@ -147,7 +149,7 @@ impl Search {
         }
     }
 
-    /// Reduces the error from the present positions, and returns whether the goal is reached.
+    /// Reduces the error from the present positions. Returns whether that reaches the goal.
     fn reaches_goal(&mut self) -> bool {
         let (goal, aim, limits) = (&self.goal, self.aim, &self.limits);
         let Tolerance { linear, angular } = self.tolerance;
@@ -173,8 +175,8 @@ impl Search {
         false
     }
 
-    /// Keeps the positions if they are nearer in time than any before. Revolute joints are first shifted by whole turns to the nearest
-    /// equal position within their limits.
+    /// Keeps the positions if the arm reaches them sooner than any before. First shifts revolute joints by whole turns to the
+    /// nearest equal position within their limits.
     fn keep(&mut self) {
         let (from, limits, speeds) = (&self.from, &self.limits, &self.speeds);
         let mut time = 0.0_f64;
@@ -195,5 +197,5 @@ impl Search {
     }
 }
 
-/// Number of fixed-point steps to the root of `g^(d+1) = g + 1`; each divides the error by three or more.
+/// Number of fixed-point steps to the root of `g^(d+1) = g + 1`. Each step divides the error by three or more.
 const ROOT_STEPS: u32 = 34;

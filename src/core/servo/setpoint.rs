@@ -1,10 +1,11 @@
-//! The setpoint of an arm that takes positions: the velocity command, integrated from the position of the arm.
+//! The setpoint of an arm that takes positions: the integral of the velocity commands, from the arm's position on.
 
 use super::PositionLimits;
 use dq_kinematics::arm::JointKind;
 use serde::{Deserialize, Serialize};
 
-/// The position setpoints \[rad\] of all joints. There are none before the arm is driven, and after something else has moved it.
+/// The position setpoints of all joints \[rad\]. There are none until the arm is driven, nor after something else has moved the
+/// arm.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Setpoint {
     positions: Vec<f64>,
@@ -14,17 +15,17 @@ pub(super) struct Setpoint {
     phase: Phase,
 }
 
-/// How the setpoints change.
+/// How the setpoints change from cycle to cycle.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 enum Phase {
-    /// Nothing is sent: the controller holds its last setpoint.
+    /// There are no setpoints, and nothing is sent. The controller holds its last setpoint.
     Released,
-    /// They advance by the commands.
+    /// The setpoints advance by the commands.
     Leading,
-    /// The arm does not follow. Once it should stand, the setpoints become its measured positions, so that it does not jump when it is
-    /// freed.
+    /// The arm does not follow. Once it should stand, the setpoints return to its measured positions, so that it does not jump when
+    /// it is freed.
     GivingWay,
-    /// They are the measured positions, and are sent once more.
+    /// The setpoints are the measured positions, and are sent one last time.
     Back,
 }
 
@@ -40,7 +41,7 @@ impl Setpoint {
         (self.phase != Phase::Released).then_some(self.positions.as_slice())
     }
 
-    /// Returns the speed of the setpoints [rad/s]; after missed cycles it is lower than the command.
+    /// Returns the speeds of the setpoints [rad/s]. After missed cycles they are lower than the command.
     pub fn speeds(&self) -> &[f64] {
         &self.speeds
     }
@@ -58,7 +59,7 @@ impl Setpoint {
         }
     }
 
-    /// Continues with a driven arm. Without positions, the setpoint begins at the `measured` positions \[rad\].
+    /// Continues with a driven arm. If there are no setpoints yet, they begin at the `measured` positions \[rad\].
     pub fn lead(&mut self, measured: &[f64]) {
         if self.phase == Phase::Released {
             self.positions.copy_from_slice(measured);
@@ -66,7 +67,7 @@ impl Setpoint {
         self.phase = Phase::Leading;
     }
 
-    /// Sets the setpoints of a standing arm that does not follow to the `measured` positions \[rad\]. After that nothing is sent.
+    /// Sets the setpoints of a standing arm that does not follow to the `measured` positions \[rad\]. They are sent once.
     pub fn go_back(&mut self, measured: &[f64]) {
         match self.phase {
             Phase::GivingWay => {
@@ -78,8 +79,9 @@ impl Setpoint {
         }
     }
 
-    /// Advances the positions, if there are any, by the `command` [rad/s] of one `period` \[s\], `cycles` periods after the last cycle.
-    /// They advance by one period only, so that no step exceeds the speed limits, and never past a position limit.
+    /// Advances the setpoints, if there are any, by the `command` [rad/s] during one `period` \[s\]. `cycles` periods have passed
+    /// since the last cycle. The setpoints still advance by one period only, so that no step exceeds the speed limits. They never
+    /// pass a position limit.
     pub fn advance(&mut self, command: &[f64], limits: &PositionLimits, period: f64, cycles: f64) {
         if self.phase == Phase::Released {
             return;
@@ -94,8 +96,8 @@ impl Setpoint {
         }
     }
 
-    /// Returns the joint (counted from 1) that is farthest from its setpoint, its distance \[rad, prismatic: m\] and its kind. The arm
-    /// should be at `expected`.
+    /// Returns the joint (counted from 1) that is farthest from its setpoint, its distance \[rad, prismatic: m\], and its kind.
+    /// `expected` are the positions at which the arm should be.
     pub fn farthest(&self, expected: &[f64]) -> Option<(usize, f64, JointKind)> {
         let leads = self.get()?.iter().zip(expected).zip(&self.kinds);
         let leads = leads.map(|((sent, is), kind)| (kind.displacement(*is, *sent).abs(), *kind));

@@ -5,40 +5,29 @@ use dq_kinematics::arm::bounds;
 use dq_kinematics::control::Controller;
 use dq_params::Parameters;
 
-use super::{Interface, Limits, POSITIVE, Reconfigure};
+use super::{Interface, Limits, Reconfigure};
 use dq_algebra::UnitDualQuaternion;
+use dq_metrics::Tolerance;
 use dq_space::space::{KeepOut, Scene, SceneError};
 use std::sync::Arc;
 use std::time::Duration;
 
-/// The goal tolerance within which the arm counts as arrived.
-#[derive(Clone, Copy, Debug, PartialEq, Parameters)]
-#[parameters(prefix = "goal_tolerance.")]
-pub struct Tolerance {
-    /// distance to the goal that counts as arrived \[m\]
-    #[parameter(default = 0.001, range = POSITIVE..=1.0)]
-    pub linear: f64,
-    /// angle to the goal that counts as arrived \[rad\]
-    #[parameter(default = 0.01, range = POSITIVE..=3.0)]
-    pub angular: f64,
-}
-
 named! {
-    /// What to do with a goal that the arm cannot reach.
+    /// What the servo does with a goal that the arm cannot reach.
     "goal_beyond_reach" BeyondReach {
-        /// Reject it.
+        /// Rejects the goal.
         Reject = "reject",
-        /// Move as near to it as possible.
+        /// Moves the arm as near to the goal as possible.
         Approach = "approach",
     }
 }
 
 named! {
-    /// What to do with a goal in a frame that moves.
+    /// What the servo does with a goal in a frame that moves.
     "mode" GoalFrameMode {
-        /// Leave it at its pose at the time of its stamp.
+        /// The goal stays at its pose at the time of its stamp.
         Latch = "latch",
-        /// Move it with its frame.
+        /// The goal moves with its frame.
         Follow = "follow",
     }
 }
@@ -46,11 +35,12 @@ named! {
 /// How to treat goals in TF frames.
 #[derive(Clone, Copy, Debug, PartialEq, Parameters)]
 pub struct GoalFrames {
-    /// how long a goal in a TF frame waits for its transform, and how long the transform of a followed frame may be missing \[s\]
+    /// how long a goal in a TF frame waits for its transform, and how long a followed frame may lack one \[s\]
     // At most `STREAM`: found later, its stream would no longer count as heard.
     #[parameter(default = GoalFrames::default().tf_timeout.as_secs_f64(), range = 0.0..=1.5)]
     pub tf_timeout: Duration,
-    /// what happens to the next goal in a TF frame: latch, it stays at its pose at the time of its stamp; follow, it moves with its frame
+    /// how the next goal in a TF frame behaves. latch: it stays at its pose at the time of its stamp. follow: it moves with its
+    /// frame
     #[parameter(name = "frame_mode", one_of = GoalFrameMode::NAMES, default = GoalFrames::default().mode)]
     pub mode: GoalFrameMode,
 }
@@ -61,13 +51,13 @@ impl Default for GoalFrames {
     }
 }
 
-/// The posture to which an arm with joints to spare moves them as far as the tool leaves them free. That of [`default`](Self::default) has no
-/// effect.
+/// The posture: joint positions to which an arm with joints to spare moves its joints, as far as the tool leaves them free. The
+/// [`default`](Self::default) has no effect.
 #[derive(Clone, Debug, Default, PartialEq, Parameters)]
 #[parameters(prefix = "posture.")]
 pub struct Posture {
-    /// posture to which joints that the task does not need move as far as the tool leaves them free, one number per joint; empty: the one in
-    /// which the motion began \[rad, m\]
+    /// posture: an arm with joints to spare moves its joints to these positions, as far as the tool leaves them free. One number
+    /// per joint; empty: the positions in which the motion began \[rad, m\]
     #[parameter(range = -bounds::JOINT_ANGLE..=bounds::JOINT_ANGLE)]
     pub positions: Vec<f64>,
     /// rate at which the joints move to the posture; 0: not at all [1/s]
@@ -75,7 +65,7 @@ pub struct Posture {
     pub gain: f64,
 }
 
-/// The servo's live settings. The fields that are parameters here are declared by every servo; law, tool, frames, scene and posture are
+/// The servo's live settings. Each servo declares the fields that are parameters here. Law, tool, frames, scene and posture are
 /// declared elsewhere.
 #[derive(Clone, Debug, PartialEq, Parameters)]
 pub struct Settings {
@@ -85,13 +75,14 @@ pub struct Settings {
     pub tool_offset: UnitDualQuaternion,
     /// How to treat goals in TF frames.
     pub goal_frames: GoalFrames,
-    /// what happens to a goal that the arm cannot reach: reject, or approach, by which the arm moves as near to it as it can
+    /// what happens to a goal that the arm cannot reach. reject: the servo rejects it. approach: the arm moves as near to it as it
+    /// can
     #[parameter(name = "goal_beyond_reach", one_of = BeyondReach::NAMES, default = BeyondReach::Reject)]
     pub beyond_reach: BeyondReach,
     /// adds the motion of a moving goal to the law's, so that the tool does not lag behind
     #[parameter(default = true)]
     pub feed_forward: bool,
-    /// how far past a half turn the sign of the goal is kept
+    /// how far past a half turn the law keeps the sign of the goal
     // δ of the double-cover rule.
     #[parameter(default = 0.1, range = 0.0..=0.9)]
     pub hysteresis: f64,
@@ -100,42 +91,42 @@ pub struct Settings {
     pub limits: Limits,
     /// The obstacles that the arm must keep clear of, and its body; `None` if there is nothing to keep clear of.
     pub scene: Option<Arc<Scene>>,
-    /// What an arm does with the joints that the tool leaves free.
+    /// The posture to which joints move that the tool leaves free.
     pub posture: Posture,
     /// The goal tolerance.
     #[parameter(group)]
     pub goal_tolerance: Tolerance,
-    /// age at which a joint state is stale: the arm decelerates \[s\]
+    /// age from which a joint state is stale; the arm then decelerates \[s\]
     #[parameter(default = 0.1, range = 0.001..=10.0)]
     pub state_timeout: Duration,
-    /// a robot that was away for longer is driven again only by a new goal or ~/pause (false); a goal that is older is rejected; a stick
-    /// that is silent for longer counts as released \[s\]
+    /// a robot that was away for longer moves again only after a new goal or ~/pause (false); a goal older than this is rejected; a
+    /// stick that is silent for longer counts as released \[s\]
     #[parameter(default = 1.0, range = 0.1..=3600.0)]
     pub rearm_timeout: Duration,
-    /// time from a command to the joint state that shows it; 0: estimated from stamps and motion \[s\]
+    /// time from a command to the joint state that shows its effect; 0: estimated from stamps and motion \[s\]
     #[parameter(range = 0.0..=0.5)]
     pub latency: Option<Duration>,
-    /// rate at which a payload, or gravity that the robot does not compensate, is balanced; only for an arm that takes velocities; 0: not
-    /// at all [1/s]
+    /// rate at which the servo balances a payload, or gravity that the robot does not compensate for; only for an arm that takes
+    /// velocities; 0: not at all [1/s]
     #[parameter(range = 0.0..=10.0)]
     pub integral: f64,
-    /// age at which a goal is stale; 0: goals are latched \[s\]
+    /// age from which a goal is stale; 0: goals never are \[s\]
     #[parameter(range = 0.0..=3600.0)]
     pub goal_timeout: Option<Duration>,
-    /// age at which a twist is stale: the arm decelerates, and holds \[s\]
+    /// age from which a twist is stale; the arm then decelerates, and holds \[s\]
     #[parameter(default = 0.1, range = 0.01..=1.0)]
     pub twist_timeout: Duration,
-    /// time without progress after which a motion stalls, and the arm holds; 0: never \[s\]
+    /// time without progress after which a motion stalls and the arm holds; 0: never \[s\]
     #[parameter(default = 5.0, range = 0.0..=3600.0)]
     pub progress_timeout: Option<Duration>,
-    /// whether a stalled arm moves to another configuration in which the goal can be reached, along a straight line in joint space: never,
-    /// ask (when ~/reconfigure is called), or always
+    /// whether a stalled arm moves to another configuration in which it can reach the goal, along a straight line in joint space.
+    /// never, ask (when ~/reconfigure is called), or always
     #[parameter(one_of = Reconfigure::NAMES, default = Reconfigure::Ask)]
     pub reconfigure: Reconfigure,
     /// The kind of commands that the robot takes. It does not change while the servo runs.
     #[parameter(group)]
     pub interface: Interface,
-    /// how far a joint that takes positions may be from its expected setpoint: beyond, the arm holds \[rad, m\]
+    /// how far a joint that takes positions may be from its expected setpoint; if it is farther, the arm holds \[rad, m\]
     #[parameter(default = 0.2, range = 0.001..=3.0)]
     pub following_error: f64,
 }

@@ -9,27 +9,27 @@ use thiserror::Error;
 /// Invalid settings or joint names.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum SettingsError {
-    /// A list that does not have one entry per joint, of all arms together.
+    /// A list does not have one entry for each joint of all arms.
     #[error("{list} has {got} entries, expected {expected}: one a joint")]
     Length {
-        /// The list.
+        /// The name of the list.
         list: &'static str,
         /// The number of joints.
         expected: usize,
         /// The number of entries in the list.
         got: usize,
     },
-    /// An invalid number.
+    /// A number is invalid.
     #[error("{name} has {value}, expected {expected}")]
     Number {
-        /// Its name.
+        /// The name of the number.
         name: &'static str,
         /// The number.
         value: f64,
-        /// The valid numbers.
+        /// A description of the valid numbers.
         expected: &'static str,
     },
-    /// Commands of another kind than the servo was created for.
+    /// The settings are for another kind of commands than the servo was created for.
     #[error("interface is {got}, expected {expected}: it cannot change while the servo runs")]
     AnotherInterface {
         /// The kind that the servo was created for.
@@ -39,7 +39,7 @@ pub enum SettingsError {
     },
 }
 
-/// Checks that the list with this name has one entry per joint.
+/// Checks that the list `list` has one entry per joint.
 pub(super) fn check_length(list: &'static str, got: usize, expected: usize) -> Result<(), SettingsError> {
     if got == expected { Ok(()) } else { Err(SettingsError::Length { list, expected, got }) }
 }
@@ -52,7 +52,7 @@ pub(super) fn check_period(period: Duration) -> Result<(), SettingsError> {
     }
 }
 
-/// A check of a number, and the description of valid numbers.
+/// A check of a number, and a description of the valid numbers.
 type Taken = (fn(f64) -> bool, &'static str);
 
 const FINITE: Taken = (f64::is_finite, "a finite number");
@@ -60,12 +60,19 @@ const SIZE: Taken = (|value| value.is_finite() && value >= 0.0, "a finite number
 const BOUND: Taken = (|value| !value.is_nan(), "a number, or an infinite one for no limit");
 const TOLERANCE: Taken = (|value| value >= 0.0, "a number not below 0");
 
+fn check_each(name: &'static str, numbers: &[f64], (is_taken, expected): Taken) -> Result<(), SettingsError> {
+    match numbers.iter().copied().find(|number| !is_taken(*number)) {
+        Some(value) => Err(SettingsError::Number { name, value, expected }),
+        None => Ok(()),
+    }
+}
+
 impl Settings {
-    /// Checks that these are valid settings for a servo with `joint_count` joints and commands of the kind `interface`. Such a servo
-    /// accepts valid settings at any time.
+    /// Checks that these settings are valid for a servo with `joint_count` joints and commands of the kind `interface`. The servo
+    /// then accepts them at any time.
     ///
     /// # Errors
-    /// [`SettingsError`] for the first fault.
+    /// [`SettingsError`] for the first invalid setting.
     pub fn check(&self, joint_count: usize, interface: Interface) -> Result<(), SettingsError> {
         self.check_lengths(joint_count)?;
         self.check_numbers()?;
@@ -101,7 +108,7 @@ impl Settings {
             &self.limits;
         let Controller { damping, .. } = &self.controller;
         let offset = self.tool_offset.to_vector8();
-        let numbers: [(&str, &[f64], Taken); 18] = [
+        let numbers: [(&'static str, &[f64], Taken); 18] = [
             ("tool_offset", offset.as_slice(), FINITE),
             ("hysteresis", from_ref(&self.hysteresis), SIZE),
             ("damping.max", from_ref(&damping.max), SIZE),
@@ -121,12 +128,11 @@ impl Settings {
             ("goal_tolerance.angular", from_ref(&self.goal_tolerance.angular), TOLERANCE),
             ("following_error", from_ref(&self.following_error), TOLERANCE),
         ];
-        let gains: Vec<_> = Law::all().map(|law| (law.parameter(), self.controller.gains(law))).collect();
-        let gains = gains.iter().map(|(name, gains)| (*name, &gains[..], SIZE));
-        for (name, numbers, (is_taken, expected)) in numbers.into_iter().chain(gains) {
-            if let Some(value) = numbers.iter().copied().find(|number| !is_taken(*number)) {
-                return Err(SettingsError::Number { name, value, expected });
-            }
+        for (name, numbers, taken) in numbers {
+            check_each(name, numbers, taken)?;
+        }
+        for law in Law::all() {
+            check_each(law.parameter(), &self.controller.gains(law), SIZE)?;
         }
         let mut ranges = position.ranges();
         let crossed = ranges.find_map(|(lower, upper)| (upper < lower).then_some(upper));

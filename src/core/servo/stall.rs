@@ -1,7 +1,8 @@
 //! The reasons why a motion stalls.
 
-use super::{ClosePair, GoalError, Reach};
+use super::{ClosePair, Reach};
 use dq_kinematics::arm::JointKind;
+use dq_metrics::GoalError;
 use serde::{Deserialize, Serialize};
 
 /// The reason why a motion has stalled. Joints are counted from 1, arm after arm.
@@ -9,39 +10,39 @@ use serde::{Deserialize, Serialize};
 pub enum Stall {
     /// The goal is farther away than the links are long.
     BeyondReach(Reach),
-    /// No small motion of the joints brings the arm nearer.
+    /// No small motion of the joints moves the arm nearer to the goal.
     Unreachable,
-    /// The goal lies along a direction that the joints have lost, and there was no escape, or it failed.
+    /// The goal lies along a direction that the joints have lost. There was no escape, or it failed.
     Singular {
         /// The smallest singular value of the Jacobian.
         sigma: f64,
     },
     /// A joint is at its position limit.
     AtLimit {
-        /// The joint.
+        /// The number of the joint.
         joint: usize,
     },
     /// The arm would come too close to an obstacle or to itself.
     Constrained(ClosePair),
     /// The commands oscillate.
     Oscillating,
-    /// Something pulls at the joints as strongly as the law does: the arm stands off its goal.
+    /// A pull at the joints balances the law, so that the arm stands beside its goal.
     Sagging {
-        /// The joint with the largest pull.
+        /// The number of the joint with the largest pull.
         joint: usize,
-        /// How much slower than commanded it moves [rad/s, prismatic: m/s].
+        /// The difference between the commanded and the real speed of the joint [rad/s, prismatic: m/s].
         speed: f64,
-        /// Its kind.
+        /// Whether the joint is revolute or prismatic.
         kind: JointKind,
         /// The error of the arm with respect to its goal.
         error: GoalError,
     },
-    /// The law drives the arm, too slowly or without effect.
+    /// The law drives the arm too slowly or without effect.
     NoProgress,
 }
 
 impl Stall {
-    /// Returns a name for programs.
+    /// Returns the name for programs.
     pub fn name(&self) -> &'static str {
         match self {
             Self::BeyondReach(_) | Self::Unreachable => "unreachable",
@@ -54,12 +55,12 @@ impl Stall {
         }
     }
 
-    /// Returns the joint that is at its position limit.
+    /// Returns the number of the joint that is at its position limit, if that is the reason.
     pub(super) fn joint(&self) -> Option<usize> {
         if let Self::AtLimit { joint } = self { Some(*joint) } else { None }
     }
 
-    /// Returns the pair that would come too close to each other.
+    /// Returns the pair that would come too close to each other, if that is the reason.
     pub(super) fn pair(&self) -> Option<ClosePair> {
         if let Self::Constrained(pair) = self { Some(*pair) } else { None }
     }
@@ -69,7 +70,7 @@ impl Stall {
         matches!(self, Self::Unreachable | Self::Singular { .. } | Self::AtLimit { .. })
     }
 
-    /// Explains the stall in a sentence, and what to try; `joint` names a joint by its number.
+    /// Explains the stall and what to try. `joint` names a joint by its number.
     pub fn explain(&self, joint: impl Fn(usize) -> String) -> String {
         let advice = match self {
             Self::BeyondReach(_) => "",
@@ -86,7 +87,7 @@ impl Stall {
         self.what(joint) + advice
     }
 
-    /// Describes what stops the arm; `joint` names a joint by its number.
+    /// Describes what stops the arm. `joint` names a joint by its number.
     pub(super) fn what(&self, joint: impl Fn(usize) -> String) -> String {
         match self {
             Self::BeyondReach(Reach { goal, longest }) => {

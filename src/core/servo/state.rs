@@ -3,7 +3,7 @@
 use dq_common::named;
 
 named! {
-    /// The servo's state, one at a time. `~/status` carries its name.
+    /// The servo's state. It is in one state at a time. `~/status` has its name.
     "state" State {
         /// No joint state has arrived yet.
         WaitingForState = "waiting_for_state",
@@ -15,7 +15,8 @@ named! {
         Reconfiguring = "reconfiguring",
         /// Moving by a twist.
         Jogging = "jogging",
-        /// Arrived: at the goal, within the tolerances. The settling time to 2 % is something else: see [`Figures`](super::Figures).
+        /// Settled at the goal, within the tolerances. The settling time to 2 % is defined otherwise: see
+        /// [`Figures`](super::Figures).
         Settled = "settled",
         /// No progress for `progress_timeout`: decelerating, then standing, until there is a reason to try again.
         Stalled = "stalled",
@@ -23,11 +24,13 @@ named! {
         JointLimit = "joint_limit",
         /// On the way to the goal, but an obstacle or the arm itself is in the path.
         Constrained = "constrained",
-        /// The arm does not move as commanded, or nobody subscribes to the commands: zeros, except for a gentle attempt once a second.
+        /// The arm does not move as commanded, or nobody subscribes to the commands. The servo sends zeros, and tries gently once a
+        /// second.
         NotFollowing = "not_following",
         /// The joint state is older than `state_timeout`: decelerating, then standing.
         StaleState = "stale_state",
-        /// No goal has arrived for longer than `goal_timeout`, or the frame with which the goal moves is lost: decelerating, then standing.
+        /// For longer than `goal_timeout` no goal has arrived, or TF lacks the frame with which the goal moves: decelerating, then
+        /// standing.
         StaleGoal = "stale_goal",
         /// Paused by the service `~/pause`: decelerating, then standing.
         Paused = "paused",
@@ -37,7 +40,7 @@ named! {
 }
 
 impl State {
-    /// Returns whether the arm may move in this state, other than to come to rest.
+    /// Returns whether the servo drives the arm in this state, other than to rest.
     pub fn is_driven(self) -> bool {
         matches!(
             self,

@@ -2,15 +2,16 @@
 
 use dq_common::named;
 
-use super::{ClosePair, Consent, Figures, FreeDirections, Goal, Reason, Reconfiguration, Stall, State};
+use super::{ClosePair, Consent, FreeDirections, Goal, Reason, Reconfiguration, Stall, State};
+use dq_metrics::Figures;
 use nalgebra::Vector6;
 
 named! {
-    /// The input in force.
+    /// The input that moves the arm.
     "input" Input {
-        /// None: the arm stands.
+        /// There is none, and the arm stands.
         None = "none",
-        /// The goal.
+        /// A goal.
         Goal = "goal",
         /// A twist.
         Twist = "twist",
@@ -20,37 +21,39 @@ named! {
 /// The report of the last cycle.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Status {
-    /// The state.
+    /// The servo's state.
     pub state: State,
-    /// The reason, if the state alone does not say enough.
+    /// The reason for the state, if the state needs one to be understood.
     pub reason: Option<Reason>,
-    /// The last request, and what has revoked it.
+    /// The last request, and the event that has revoked it.
     pub consent: Consent,
-    /// The input in force.
+    /// The input that moves the arm.
     pub input: Input,
-    /// Number of motions begun since the start: to another goal, or to a goal that was revoked and requested again.
+    /// Number of motions that have begun. A goal that was revoked and requested again begins another motion.
     pub goal_count: u64,
     /// The current goal.
     pub goal: Option<Goal>,
-    /// The stamp of its last message \[ns\].
+    /// The stamp of the goal's last message \[ns\].
     pub goal_stamp: i64,
     /// Whether the goal is beyond the reach of the arm.
     pub goal_beyond_reach: bool,
     /// The sign chosen for the goal's dual quaternion (+1 or −1).
     pub sign: f64,
-    /// The joint that its position limit stops, counted from 1, arm after arm.
+    /// The joint that its position limit stops, counted from 1 arm after arm.
     pub joint_at_limit: Option<usize>,
     /// The pair that keeps the arm from its desired motion: a part of the body, and an obstacle or another part of the body.
     pub held_by: Option<ClosePair>,
-    /// The closest such pair, if one is near.
+    /// The closest pair of a part of the body and an obstacle or another part of the body. `None` if nothing is near.
     pub closest: Option<ClosePair>,
-    /// The joint (counted from 1 arm after arm) that moves too far, and the ratio of its motion to the command.
+    /// A joint that moves farther than commanded: its number (counted from 1 arm after arm), and the ratio of its motion to the
+    /// command.
     pub too_far: Option<(usize, f64)>,
-    /// The fraction of the commanded speed at which the robot moves, as estimated or reported; below 1 if the robot was told to be slow.
+    /// The fraction of the commanded speed at which the robot moves, as estimated or as reported. It is below 1 if somebody has
+    /// told the robot to move slowly.
     pub speed_factor: f64,
-    /// Whether the arm is being led out of a singularity at which the law stands still.
+    /// Whether the arm is escaping from a singularity at which the law stands still.
     pub leaving_singularity: bool,
-    /// The directions in which the arm can move, if it cannot follow the twist in force.
+    /// The directions in which the arm can move, if it cannot follow the present twist.
     pub instead_of_twist: Option<FreeDirections>,
     /// Why the motion has stalled, in the state `stalled`.
     pub stall: Option<Stall>,
@@ -58,25 +61,26 @@ pub struct Status {
     pub reconfiguration: Reconfiguration,
     /// The figures of the motion to the goal.
     pub figures: Figures,
-    /// The screw log of the pose error, `(ω, v)` [rad, m], without the parts of the goal that the aim ignores.
+    /// The screw log of the pose error, `(ω, v)` \[rad, m\]. Components that the [`Aim`](dq_kinematics::control::Aim) leaves free are
+    /// 0.
     pub pose_error: Vector6<f64>,
-    /// The estimated time from a command to the joint state that shows it \[s\].
+    /// The estimated time from a command to the joint state that shows its effect \[s\].
     pub latency: f64,
-    /// The fraction of the law's gain that this latency allows; 1 if it does not limit the gain.
+    /// The fraction of the law's gain that the latency allows; 1 if it does not limit the gain.
     pub gain_factor: f64,
 }
 
-/// A robot that moves at less than this fraction of the commanded speed was told to be slow.
+/// A robot that moves at less than this fraction of the commanded speed was told to move slowly.
 const SLOW: f64 = 0.7;
 
-/// Returns the name of the joint with this number, counted from 1 among the names of all joints, arm after arm.
+/// Returns the name of the joint `number`, counted from 1 arm after arm. `joints` are the names of all joints in that order.
 pub fn joint_name(number: usize, joints: &[String]) -> String {
     joints.get(number.wrapping_sub(1)).cloned().unwrap_or_else(|| number.to_string())
 }
 
 impl Status {
-    /// Explains why the arm does not arrive and what to try, if there is no [`Reason`]; `None` if nothing stops it. `joints` are the names
-    /// of all joints, arm after arm.
+    /// Explains why the arm does not arrive and what to try; `None` if nothing stops the arm or there is a [`Reason`]. `joints` are
+    /// the names of all joints, arm after arm.
     pub fn explain(&self, joints: &[String]) -> Option<String> {
         let name = |number: usize| joint_name(number, joints);
         match self.state {

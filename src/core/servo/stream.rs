@@ -1,4 +1,4 @@
-//! The motion of a goal that is sent repeatedly: its twist, estimated from the recent poses.
+//! The motion of a goal that is sent repeatedly. Its twist is estimated from the recent poses.
 
 use dq_algebra::UnitDualQuaternion;
 use nalgebra::{Matrix3, SMatrix, Vector3, Vector6};
@@ -6,37 +6,37 @@ use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 use std::time::Duration;
 
-/// Poses are used over this time \[s\].
+/// The twist is estimated from the poses of this time \[s\].
 const WINDOW: f64 = 0.12;
 
-/// The least and the largest number of poses that are used, whatever time they span.
+/// The least and the largest number of poses for an estimate, whatever time they span.
 const FEWEST: usize = 3;
 const MOST: usize = 64;
 
-/// A motion counts only if it is shown by this many poses, over this time \[s\].
+/// The least number of poses, and the least time that they span \[s\], for a goal to count as moving.
 const PROOF: usize = 3;
 const SPAN: f64 = 0.03;
 
-/// Poses with a longer interval \[s\] are single goals.
+/// Poses that are farther apart in time than this are single goals \[s\].
 const LONGEST_INTERVAL: f64 = 0.25;
 
-/// Stamps are used if all messages had the same transport time, within this \[s\] plus this fraction of the time span. Otherwise the
-/// sender's clock is wrong.
+/// The largest difference between the transport times of messages for which stamps are used: this time \[s\] plus a fraction of the
+/// time that the poses span. If the difference is larger, the sender's clock is wrong.
 const SPREAD: f64 = 0.01;
 const SPREAD_SHARE: f64 = 0.25;
 
-/// A pose has jumped if it differs from the expected pose by more than this fraction of the goal's motion plus this [rad, m]. Earlier poses
-/// then no longer count.
+/// A goal has jumped if its pose differs from the expected one by more than this fraction of its motion plus a step \[rad, m\].
+/// Earlier poses then no longer count.
 const JUMP: f64 = 0.5;
 const STEP: [f64; 2] = [5e-3, 1e-3];
 
-/// A velocity counts as noise up to this many of its standard errors.
+/// A velocity counts as noise up to this many times its standard error.
 const NOISE: f64 = 2.0;
 
-/// The weight of one pose in the estimated noise.
+/// The weight of one pose in the estimate of the noise.
 const MEMORY: f64 = 0.1;
 
-/// A goal that moves by less than this [rad, m] stands.
+/// A goal that moves by less than this is standing \[rad, m\].
 const ROUNDING: f64 = 1e-6;
 
 /// A pose as received.
@@ -45,19 +45,19 @@ struct StampedPose {
     pose: UnitDualQuaternion,
     stamp: i64,
     received: i64,
-    /// The time at which it is valid, by the cycle's clock \[ns\].
+    /// The time at which the goal is at the pose, by the cycle's clock \[ns\].
     time: i64,
 }
 
-/// The goal's motion about the newest pose.
+/// A goal's motion relative to its newest pose.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Fit {
     pose: UnitDualQuaternion,
     /// The time of the newest pose, by the cycle's clock \[ns\].
     time: i64,
-    /// The fitted pose relative to `pose`, its twist and the rate of change of the twist, as screw logs over time \[s\].
+    /// Three screw logs over time \[s\]: the fitted pose relative to `pose`, the twist, and the rate of change of the twist.
     coefficients: [Vector6<f64>; 3],
-    /// The inverse of the normal matrix, for powers of the time divided by `span` \[s\].
+    /// The inverse of the normal matrix. Its rows are for powers of the time divided by `span` \[s\].
     covariance: Matrix3<f64>,
     span: f64,
 }
@@ -65,14 +65,14 @@ struct Fit {
 /// A moving goal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct MovingGoal {
-    /// Its expected pose.
+    /// The expected pose of the goal.
     pub pose: UnitDualQuaternion,
-    /// Its body twist `(ω, v)` [rad/s, m/s].
+    /// The body twist of the goal, `(ω, v)` [rad/s, m/s].
     pub twist: Vector6<f64>,
 }
 
 impl MovingGoal {
-    /// Returns the same goal `seconds` later.
+    /// Returns the goal `seconds` later.
     pub fn after(&self, seconds: f64) -> Self {
         Self { pose: self.pose * UnitDualQuaternion::screw_exp(&(seconds * self.twist)), ..*self }
     }
@@ -83,9 +83,9 @@ impl MovingGoal {
 pub(super) struct GoalStream {
     samples: VecDeque<StampedPose>,
     fit: Option<Fit>,
-    /// The variance of the poses' noise, of rotation [rad²] and position [m²].
+    /// The variance of the noise of the poses' rotation \[rad²\] and position \[m²\].
     noise: [f64; 2],
-    /// The number of poses in that estimate.
+    /// Number of poses from which the noise is estimated.
     heard: u32,
 }
 
@@ -110,8 +110,8 @@ impl GoalStream {
         (self.fit, self.noise, self.heard) = (None, [0.0; 2], 0);
     }
 
-    /// Adds a pose that its sender stamped `stamp` \[ns\], received at `now`. Of several in one cycle the last counts. Returns true if it
-    /// continues the poses before; false after a jump or a pause.
+    /// Adds a pose that its sender stamped `stamp` \[ns\], received at `now`. Of several poses in one cycle, the last one counts.
+    /// Returns true if the pose continues the earlier ones, false after a jump or a pause.
     pub fn add(&mut self, pose: &UnitDualQuaternion, stamp: i64, now: Duration) -> bool {
         let received = nanoseconds(now);
         if self.samples.back().is_some_and(|last| last.received >= received) {
@@ -141,8 +141,8 @@ impl GoalStream {
         goes_on
     }
 
-    /// Sets the times from the stamps, as if every message had the transport time of the fastest, if the stamps are usable; otherwise from
-    /// receipt.
+    /// Sets the time of each pose. If the stamps are usable, this is the stamp plus the shortest transport time of all messages;
+    /// otherwise it is the time of receipt.
     fn set_times(&mut self) {
         let mut stamps = self.samples.iter().zip(self.samples.iter().skip(1));
         let in_order = stamps.all(|(one, next)| one.stamp < next.stamp);
@@ -157,7 +157,7 @@ impl GoalStream {
         }
     }
 
-    /// Returns whether the newest pose deviates too far from the motion of the poses before. Otherwise the deviation updates the noise.
+    /// Returns whether the newest pose is too far from the motion of the earlier ones. If not, its deviation updates the noise.
     fn has_jumped(&mut self) -> bool {
         let (Some(fit), Some(newest)) = (&self.fit, self.samples.back()) else { return false };
         let interval = seconds(newest.time.saturating_sub(fit.time));
@@ -186,7 +186,8 @@ impl GoalStream {
         }
     }
 
-    /// Fits a motion with a constant twist by least squares; with three poses or more, a twist that changes at a constant rate.
+    /// Fits a motion to the poses by least squares. Fewer than three poses give a constant twist; otherwise the twist changes at a
+    /// constant rate.
     fn find_fit(&self) -> Option<Fit> {
         let (first, newest) = (self.samples.front()?, self.samples.back()?);
         let span = seconds(newest.time.saturating_sub(first.time));
@@ -216,11 +217,11 @@ impl GoalStream {
         finite.then_some(Fit { pose: newest.pose, time: newest.time, coefficients, covariance, span })
     }
 
-    /// Returns the goal's pose and twist at `now`; `None` if it stands, or has no significant motion. `by_itself` tells whether position
-    /// and rotation move independently of the tool; only such parts count.
+    /// Returns the goal's pose and twist at `now`; `None` if it stands or has no significant motion. `by_itself` tells whether
+    /// position and rotation move independently of the tool. Others count as standing.
     ///
-    /// Extrapolates for at most the longest recent age of a pose. For the same time after that, returns the last extrapolated pose with a
-    /// twist of zero.
+    /// Extrapolates for at most the longest recent age of a pose. Then, for the same time again, returns the last extrapolated pose
+    /// with a twist of zero.
     pub fn at(&self, now: Duration, by_itself: [bool; 2]) -> Option<MovingGoal> {
         let fit = self.believed(by_itself)?;
         let (age, longest) = (seconds(nanoseconds(now).saturating_sub(fit.time)), self.longest_age());
@@ -231,7 +232,7 @@ impl GoalStream {
         (age <= 2.0 * longest).then_some(stands)
     }
 
-    /// Returns the motion without what may be noise, for rotation and translation separately; `None` if nothing is left.
+    /// Returns the motion without the part that may be noise, for rotation and translation separately; `None` if nothing is left.
     fn believed(&self, [position, rotation]: [bool; 2]) -> Option<Fit> {
         let mut fit = self.fit.filter(|fit| self.samples.len() >= PROOF && fit.span >= SPAN)?;
         let error = fit.covariance[(1, 1)] / fit.span.powi(2);
@@ -250,7 +251,7 @@ impl GoalStream {
         moves.then_some(fit)
     }
 
-    /// Returns the longest age of a pose before the next one arrived \[s\].
+    /// Returns the largest age that a pose reached before the next one arrived \[s\].
     fn longest_age(&self) -> f64 {
         let ages = self.samples.iter().zip(self.samples.iter().skip(1));
         ages.map(|(one, next)| seconds(next.received.saturating_sub(one.time)))
@@ -259,20 +260,20 @@ impl GoalStream {
     }
 }
 
-/// Splits a log into rotation and translation.
+/// Splits a screw log into rotation and translation.
 fn halves(log: &Vector6<f64>) -> [Vector3<f64>; 2] {
     [log.fixed_rows::<3>(0).into(), log.fixed_rows::<3>(3).into()]
 }
 
 impl Fit {
-    /// Returns the variance of the pose at `s` \[s\] after the newest one, relative to that of a single pose.
+    /// Returns the variance of the fitted pose `s` \[s\] after the newest one, relative to the variance of a single pose.
     fn variance_at(&self, s: f64) -> f64 {
         let s = s / self.span;
         let basis = Vector3::new(1.0, s, s * s);
         basis.dot(&(self.covariance * basis))
     }
 
-    /// Returns the goal at `s` \[s\] after the newest pose.
+    /// Returns the goal `s` \[s\] after its newest pose.
     fn after(&self, s: f64) -> MovingGoal {
         let [place, twist, change] = &self.coefficients;
         let log = place + s * twist + 0.5 * s * s * change;

@@ -1,4 +1,4 @@
-//! Twists, checked.
+//! Twists that the servo has checked.
 
 use super::Rejection;
 use dq_common::text::cut;
@@ -6,20 +6,20 @@ use dq_kinematics::arm::bounds;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-/// A desired motion of the tool point, checked.
+/// A desired motion of the tool that the servo has checked.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Twist {
     /// Velocity of the tool point [m/s].
     pub linear: Vector3<f64>,
     /// Angular velocity of the tool [rad/s].
     pub angular: Vector3<f64>,
-    /// Whether both are along the tool's axes; otherwise they are along the base's.
+    /// Whether both velocities are along the tool's axes. Otherwise they are along the base's axes.
     pub in_tool: bool,
 }
 
 impl Twist {
-    /// Creates a twist from the velocities and the name of their frame. `frames` are the names of the base frame and of the tool's own
-    /// frame. An empty name stands for the base frame.
+    /// Creates a twist from its velocities and the name of their frame. `frames` are the names of the base frame and of the tool's
+    /// own frame. An empty name stands for the base frame.
     ///
     /// # Errors
     /// A [`Rejection`] for another frame, or for a number that is not finite or beyond [`bounds`].
@@ -42,7 +42,7 @@ impl Twist {
         Ok(Self { linear: linear.into(), angular: angular.into(), in_tool })
     }
 
-    /// Returns whether it asks for no motion.
+    /// Returns whether the twist requests no motion.
     pub fn is_zero(&self) -> bool {
         self.linear == Vector3::zeros() && self.angular == Vector3::zeros()
     }

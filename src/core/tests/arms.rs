@@ -1,4 +1,4 @@
-//! The built-in arms: each moves there and back, and those that come with a robot description are what it says.
+//! Each built-in arm moves to a goal and back. The arms that have a robot description agree with it.
 
 use crate::rig::Rig;
 use dq_config::{ARMS, NodeParameters, PlantParameters, ServoParameters, arm_file};
@@ -32,7 +32,7 @@ fn each_arm_moves_there_and_back_within_its_limits() {
         let there = parameters.settings.limits.position.beside(&start, chain.kinds());
         let mut rig = Rig::of(parameters, start.clone());
         rig.run(0.1);
-        // As `demo --arm` does.
+        // `demo --arm` uses these laws, too.
         for (goal, law) in [(&there, Law::Logc), (&start, Law::Diffc)] {
             let pose = chain.forward_kinematics(goal).unwrap();
             rig.set_law(law);
@@ -46,8 +46,8 @@ fn each_arm_moves_there_and_back_within_its_limits() {
     }
 }
 
-/// Joint positions all over their ranges, or within half a turn, the same each time: multiples of the golden ratio and its like are
-/// spread evenly.
+/// Returns joint positions that differ for each `number` and are the same in each run. They are spread evenly over the joints'
+/// ranges, or over half a turn if a joint has no limits: they are multiples of irrational numbers such as the golden ratio.
 pub fn anywhere(limits: &PositionLimits, number: usize) -> Vec<f64> {
     let steps = [0.618_034, 0.414_214, 0.732_051, 0.236_068, 0.645_751, 0.316_625, 0.872_983];
     let parts = steps.map(|step| (0.5 + step * number as f64).fract());
@@ -74,7 +74,7 @@ fn rule_18_no_sound_motion_is_taken_for_an_oscillation() {
     }
 }
 
-/// The torso of the TIAGo is lifted with its arm: a prismatic joint among revolute ones.
+/// The torso lift of the TIAGo is a prismatic joint among revolute ones.
 #[test]
 fn a_described_arm_with_a_prismatic_joint_moves_there_and_back_within_its_limits() {
     let text = |value: &str| dq_params::Value::String(value.to_owned());

@@ -1,4 +1,4 @@
-//! The cycle of two arms as one.
+//! Two arms that one servo controls.
 
 use crate::reference::puma;
 use crate::rig::{PERIOD, Rig};
@@ -7,7 +7,7 @@ use dq_core::servo::{Reason, Revocation, State};
 use dq_kinematics::control::{Aim, Controller, Damping, Map};
 use nalgebra::Vector3;
 
-/// The goal of the tests of the cycle: near the start, in position and orientation.
+/// Returns a goal that is near the start, in position and orientation.
 fn nearby(rig: &Rig) -> UnitDualQuaternion {
     let turn = UnitDualQuaternion::from_translation_angle_axis(
         Vector3::new(0.05, 0.08, -0.06),
@@ -73,7 +73,7 @@ fn another_primitive_moves_nothing_until_somebody_asks_for_that() {
     rig.cycle();
     assert_eq!(rig.state(), State::Tracking);
     assert_eq!(rig.servo.status().figures.arrival_time, None);
-    // In motion the arms come to rest.
+    // An arm in motion decelerates to rest.
     rig.run(0.1);
     assert!(rig.speed() > 0.0);
     rig.change(|settings| settings.controller.aim = Aim::Distance);

@@ -1,4 +1,4 @@
-//! Arms of fewer than six joints, asked for what they can do; and what each arm does with what it is not asked for.
+//! Arms of fewer than six joints, with goals that they can reach. For each arm, the motion that the task leaves free.
 
 use crate::aims::{LESS, missed, turned};
 use crate::reference::puma;
@@ -16,17 +16,18 @@ fn rows() -> [DhRow; 5] {
     rows.map(|(alpha, a, d)| DhRow { alpha, a, d, theta_offset: 0.0 })
 }
 
-/// Waist, shoulder, elbow.
+/// Returns an arm of a waist, a shoulder and an elbow.
 fn three_joints() -> Chain {
     Chain::new(Convention::StandardDh, &rows()[..3]).unwrap()
 }
 
-/// The same with a wrist that pitches and one that rolls: it points only where its waist looks.
+/// Returns the arm of [`three_joints`] with a wrist that pitches and one that rolls. Its tool can point only within the vertical
+/// plane of its links.
 fn five_joints() -> Chain {
     Chain::new(Convention::StandardDh, &rows()).unwrap()
 }
 
-/// A robot description of joints in a row: axis, where the link is on which it turns.
+/// Returns a robot description of joints in a row, each given by its axis and the origin of its link.
 fn urdf(joints: &[(&str, &str)]) -> String {
     let mut text = "<robot name=\"arm\"><link name=\"link0\"/>".to_owned();
     for (i, (axis, origin)) in joints.iter().enumerate() {
@@ -44,10 +45,10 @@ fn urdf(joints: &[(&str, &str)]) -> String {
     )
 }
 
-/// Three parallel axes and a quill, its tool's z axis upright.
+/// An arm of three parallel axes and a prismatic joint. Its tool's z axis is upright.
 const SCARA: &str = include_str!("../../../tests/data/urdf/scara.urdf");
 
-/// Waist, shoulder, elbow, and a wrist that pitches and yaws: it points anywhere, and cannot roll.
+/// Returns an arm of a waist, a shoulder, an elbow, and a wrist that pitches and yaws. Its tool can point anywhere but cannot roll.
 fn welder() -> String {
     urdf(&[
         ("0 0 1", "0 0 0.3"),
@@ -58,7 +59,7 @@ fn welder() -> String {
     ])
 }
 
-/// An arm with its kinematics.
+/// A rig, and the chain of its arm.
 type Arm = (Rig, Chain);
 
 fn with_rows(chain: Chain, start: &[f64]) -> Arm {
@@ -71,7 +72,7 @@ fn described(description: &str, start: Vec<f64>) -> Arm {
     (Rig::of(parameters, start), chain)
 }
 
-/// There and back as the task asks; the goals are turned, where it leaves that free.
+/// Moves the joints by `by` and back, to goals of the task `aim`. The goals are turned by the angles that the task leaves free.
 fn there_and_back((mut rig, chain): Arm, aim: Aim, law: Law, by: &[f64]) {
     rig.change(|settings| (settings.controller.aim, settings.controller.law) = (aim, law));
     let start = rig.positions();
@@ -91,7 +92,7 @@ fn there_and_back((mut rig, chain): Arm, aim: Aim, law: Law, by: &[f64]) {
         let tool = chain.forward_kinematics(rig.plants[0].positions()).unwrap();
         let (way, angle) = missed(aim, &tool, &goal);
         assert!(way < 1e-3 && angle < 1e-2, "{aim} {law}: {way} m, {angle} rad");
-        // What is reported is what is asked for.
+        // The status shows only the errors that the task controls.
         let status = rig.servo.status();
         let (angular, linear) =
             (status.pose_error.fixed_rows::<3>(0).norm(), status.pose_error.fixed_rows::<3>(3).norm());
@@ -139,8 +140,8 @@ fn six_joints_go_to_positions_and_axes_too() {
     }
 }
 
-/// Where the arm cannot go on it says so, by what is asked for: an axis out of the plane of its links is beyond the arm, and is not
-/// asked for by the position.
+/// An axis out of the plane of the arm's links is beyond the arm. The arm stalls there if the task includes the axis, and arrives
+/// if the task is the position alone.
 #[test]
 fn what_the_arm_cannot_do_is_asked_for_or_not() {
     let chain = five_joints();
@@ -183,7 +184,7 @@ fn what_the_task_frees_goes_to_the_posture() {
     rig.run_until(State::Settled, 1.0);
     for _ in 0..20 {
         rig.run(0.5);
-        // Settled all the way, however the tool turns.
+        // The arm stays settled, whatever the tool's orientation.
         assert_eq!(rig.state(), State::Settled);
     }
     let tool = puma().forward_kinematics(rig.plants[0].positions()).unwrap();
@@ -194,7 +195,7 @@ fn what_the_task_frees_goes_to_the_posture() {
     assert!(wrist.sum::<f64>() < 0.05, "{positions:?} {posture:?}");
 }
 
-/// A twist that asks for what the task frees moves nothing of that.
+/// A twist moves the tool only in the directions that the task controls.
 #[test]
 fn a_twist_moves_what_the_task_asks_for() {
     let chain = three_joints();

@@ -1,8 +1,8 @@
-//! A second opinion on consent, written from the page on safety alone. It hears every message and sees the simulated robot. It asks the
-//! servo nothing.
+//! A model of consent that is independent of the servo: it implements the page on safety alone. It receives every message and sees
+//! the simulated robot. It never reads the servo's state.
 //!
-//! The page leaves some facts open for a short time: by one cycle, by the age of a joint state, or by the 50 ms of a jump. Each time
-//! is therefore a [`Span`], and each conclusion a [`Truth`].
+//! The page leaves some facts open for a short time: by one cycle, by the age of a joint state, or by the 50 ms of a jump. Each
+//! time is therefore a [`Span`], and each conclusion a [`Truth`].
 
 use dq_algebra::UnitDualQuaternion;
 use dq_core::servo::{GoalReading, STREAM, Sent, Settings, TwistReading};
@@ -10,7 +10,7 @@ use std::collections::HashMap;
 use std::ops::Not;
 use std::time::Duration;
 
-/// What the page says of a question. The lesser of two is their "and", the greater one their "or".
+/// The answer that the page on safety gives to a question. The smaller of two answers is their "and", the greater one their "or".
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Truth {
     No,
@@ -21,7 +21,7 @@ pub enum Truth {
 use Truth::{Maybe, No, Yes};
 
 impl Truth {
-    /// Yes if both are true, no if none is.
+    /// Returns yes if both are true, no if both are false, and maybe otherwise.
     pub fn between(one: bool, other: bool) -> Self {
         [No, Maybe, Yes][usize::from(one) + usize::from(other)]
     }
@@ -41,7 +41,7 @@ impl Not for Truth {
     }
 }
 
-/// A time that is known within these bounds.
+/// A time that lies between two bounds.
 #[derive(Clone, Copy, Debug, Default)]
 struct Span {
     least: Duration,
@@ -57,21 +57,21 @@ impl Span {
         Truth::between(self.least > other.most, self.most >= other.least)
     }
 
-    /// The later one of both.
+    /// Returns the later of two times.
     fn later(self, other: Self) -> Self {
         Self { least: self.least.max(other.least), most: self.most.max(other.most) }
     }
 }
 
-/// The time from `then` to `now`; zero if the clock was set back.
+/// Returns the time from `then` to `now`; zero if the clock was set back.
 fn age(now: Duration, then: Duration) -> Duration {
     now.saturating_sub(then)
 }
 
-/// A message that comes between two cycles is later than what the first one finds.
+/// Added to the arrival of a message, because a message that arrives between two cycles is later than the first cycle.
 const AFTER_THE_CYCLE: Duration = Duration::from_nanos(1);
 
-/// What a publisher publishes.
+/// The kind of request that a publisher sends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 enum Kind {
     Goals,
@@ -82,12 +82,12 @@ enum Kind {
 #[derive(Clone, Copy, Debug)]
 struct Stream {
     pushed: Span,
-    /// When the first one came.
+    /// When the first message arrived.
     first: Duration,
-    /// When the last one was sent, and came.
+    /// When the last message was sent, and when it arrived.
     sent: Duration,
     came: Duration,
-    /// Whether any of them asks for a motion: not if all are invalid or still wait for their frames.
+    /// Whether any message requests a motion. Invalid messages, and goals that still wait for their frames, request none.
     is_usable: bool,
 }
 
@@ -96,7 +96,7 @@ struct Stream {
 struct Wanted {
     pushed: Span,
     came: Duration,
-    /// Where it is; `None` if an older one may still be in force.
+    /// The pose of the goal; `None` if an older goal may still be in force.
     pose: Option<UnitDualQuaternion>,
 }
 
@@ -106,39 +106,41 @@ struct Seen {
     came: Option<Duration>,
     measured: Duration,
     positions: Vec<f64>,
-    /// Publishers: when each came and was last heard.
+    /// The publishers, each with the times at which it appeared and at which it was last heard.
     sources: Vec<(u32, Duration, Duration)>,
 }
 
-/// An arm whose stick was released rests within this time, also under a limit on jerk.
+/// The time within which an arm comes to rest after its stick was released, also under a limit on jerk.
 pub const REST: Duration = Duration::from_millis(1300);
 
-/// For this long after the robot behaved oddly the servo may still conclude that it does not obey.
-const DOUBT: Duration = Duration::from_millis(1500);
+/// The servo may conclude that the robot does not obey up to this long after the robot behaved oddly. The servo compares motion over up to 1 s,
+/// waits 0.4 s for a response, tries again, and revokes consent after `rearm_timeout` (1 s).
+const DOUBT: Duration = Duration::from_millis(3500);
 
-/// Judges who may move the arm.
+/// A judge of whether the arm may move, and whether it must.
 #[derive(Debug)]
 pub struct Opinion {
     settings: Settings,
     period: Duration,
     streams: HashMap<(Kind, u32), Stream>,
-    /// What was pushed until then is revoked; goals also until the last twist that was obeyed.
+    /// Requests that were pushed before `revoked` are revoked. Goals that were pushed before `jogged`, the last twist that was
+    /// obeyed, are revoked, too.
     revoked: Span,
     jogged: Span,
     goal: Option<Wanted>,
-    /// Since when the goal's frame is lost, and whether that is sure.
+    /// When the goal's frame was lost, and whether that is certain.
     lost: Option<(Duration, Truth)>,
     paused: Truth,
-    /// When a stick was last released, or was last obeyed.
+    /// When a stick was last released or last obeyed.
     released: Duration,
     arms: Vec<Seen>,
     rival_of_commands: bool,
-    /// Until then nothing is sure to move the arm.
+    /// Until this time, no request moves the arm with certainty.
     doubtful: Duration,
-    /// Since when the robot has refused to move although it must.
+    /// Since when the robot has not moved although it must.
     refuses: Option<Duration>,
     cycled: Duration,
-    /// The largest speed limits that were ever in force.
+    /// The largest velocity limits that were ever in force.
     fastest: Vec<f64>,
 }
 
@@ -167,7 +169,7 @@ impl Opinion {
         self.settings.rearm_timeout.max(STREAM)
     }
 
-    /// Two cycles: what happens between them is dated by either.
+    /// Returns two cycles: an event between them may be dated by either one.
     fn slack(&self) -> Duration {
         2 * self.period
     }
@@ -176,17 +178,17 @@ impl Opinion {
         Truth::between(time > limit + self.slack(), time + self.slack() > limit)
     }
 
-    /// Whether a message that was under way for that long is late.
+    /// Returns whether a message that took `ago` to arrive is late.
     fn is_late(&self, ago: Duration, timeout: Duration) -> Truth {
         if ago.is_zero() { No } else { self.is_longer(ago, timeout) }
     }
 
-    /// Revokes what was pushed until then.
+    /// Revokes the requests that were pushed before `until`.
     fn revoke(&mut self, until: Span) {
         self.revoked = self.revoked.later(until);
     }
 
-    /// Revokes what was pushed until `now`, if that is so.
+    /// Revokes the requests that were pushed before `now`, if `is` is true.
     fn revoke_if(&mut self, is: Truth, now: Duration) {
         match is {
             No => {}
@@ -195,18 +197,19 @@ impl Opinion {
         }
     }
 
-    /// Nothing is sure to move the arm for that long.
+    /// Notes that for [`DOUBT`] no request moves the arm with certainty.
     pub fn doubt(&mut self, now: Duration) {
         self.doubtful = self.doubtful.max(now + DOUBT);
         self.revoke_if(Maybe, now);
     }
 
-    /// Whether the robot has lately behaved oddly.
+    /// Returns whether the robot has recently behaved oddly.
     pub fn doubts(&self, now: Duration) -> bool {
         now <= self.doubtful
     }
 
-    /// Hears a message that was sent and arrived at these times. Returns when the request of its publisher was pushed.
+    /// Takes a message of the publisher `by`, sent at `sent` and received at `came`. Returns when the publisher's request was
+    /// pushed.
     fn hear(&mut self, by: (Kind, u32), sent: Duration, came: Duration, is_usable: bool) -> Span {
         let fresh = Stream { pushed: Span::at(sent), first: came, sent, came, is_usable };
         let stream = self.streams.get(&by).map_or(fresh, |before| {
@@ -231,24 +234,24 @@ impl Opinion {
         stream.pushed
     }
 
-    /// Hears a goal that requests nothing: it is invalid, or waits for its frame.
+    /// Takes a goal that requests nothing because it is invalid or waits for its frame.
     pub fn unusable_goal(&mut self, sent: Sent, now: Duration) {
         let now = now + AFTER_THE_CYCLE;
         self.hear((Kind::Goals, sent.by), now - sent.ago, now, false);
     }
 
-    /// Hears an invalid twist.
+    /// Takes an invalid twist.
     pub fn unusable_twist(&mut self, sent: Sent, now: Duration) {
         let now = now + AFTER_THE_CYCLE;
         self.hear((Kind::Twists, sent.by), now - sent.ago, now, false);
     }
 
-    /// Whether what was pushed then asks for a goal.
+    /// Returns whether a request that was pushed at `pushed` asks for a goal.
     fn asks(&self, pushed: Span) -> Truth {
         pushed.is_after(self.revoked).min(pushed.is_after(self.jogged))
     }
 
-    /// Hears a goal at `pose`, which the arm can reach if `reachable`.
+    /// Takes a goal at `pose`, which the arm can reach if `reachable`.
     pub fn goal(&mut self, goal: &GoalReading, pose: UnitDualQuaternion, reachable: bool, now: Duration) {
         let now = now + AFTER_THE_CYCLE;
         let is_late = self.is_late(goal.sent.ago, self.settings.rearm_timeout);
@@ -256,7 +259,7 @@ impl Opinion {
         let pushed = self.hear((Kind::Goals, goal.sent.by), came - goal.sent.ago, came, true);
         let is_simple = reachable && self.released + self.silence() <= now && self.stick_rules(now) == No;
         let before = self.goal.as_ref().map_or(pushed, |goal| goal.pushed);
-        // It is at least as new as a request that was valid already.
+        // The goal is at least as new as a request that was valid already.
         let most = before.most.max(pushed.most);
         match self.asks(pushed).min(!is_late) {
             No => {}
@@ -272,13 +275,13 @@ impl Opinion {
         }
     }
 
-    /// The goal in force moves with its frame, which says so itself.
+    /// Moves the goal in force to `pose`, because its frame has moved.
     pub fn goal_moves(&mut self, pose: UnitDualQuaternion, now: Duration) {
         self.lost = None;
         self.goal.iter_mut().for_each(|goal| (goal.pose, goal.came) = (goal.pose.map(|_| pose), now));
     }
 
-    /// TF loses the frame of the goal in force.
+    /// Notes that TF has lost the frame of the goal in force.
     pub fn frame_is_lost(&mut self, now: Duration) {
         if let Some(goal) = &self.goal {
             let is_sure = Truth::between(true, goal.pose.is_some());
@@ -286,7 +289,7 @@ impl Opinion {
         }
     }
 
-    /// Hears a twist; zero releases the stick.
+    /// Takes a twist. A twist of zero releases the stick.
     pub fn twist(&mut self, twist: &TwistReading, now: Duration) {
         let (by, now) = ((Kind::Twists, twist.sent.by), now + AFTER_THE_CYCLE);
         if twist.linear == [0.0; 3] && twist.angular == [0.0; 3] {
@@ -311,7 +314,7 @@ impl Opinion {
         self.released = now;
     }
 
-    /// Hears `~/pause`, sent that long ago.
+    /// Takes a request of `~/pause` that was sent `ago` before `now`.
     pub fn pause(&mut self, paused: bool, ago: Duration, now: Duration) {
         let now = now + AFTER_THE_CYCLE;
         if paused {
@@ -320,7 +323,7 @@ impl Opinion {
         }
         self.refuses = None;
         let sent = Span::at(now - ago);
-        // The page speaks of a goal in force that is revoked: of none, and of another one, nothing follows.
+        // The page describes a goal in force that is revoked. Without a goal, or with another one, it says nothing.
         let is_revoked = self.goal.as_ref().map_or(Maybe, |goal| !goal.pushed.is_after(self.revoked));
         let overtaken = (!sent.is_after(self.revoked)).min(is_revoked.max(Maybe));
         let streams = self.streams_on(now).min(is_revoked);
@@ -334,7 +337,7 @@ impl Opinion {
         }
     }
 
-    /// Whether a publisher streams on with goals that are revoked.
+    /// Returns whether a publisher still sends goals of a stream that is revoked.
     fn streams_on(&self, now: Duration) -> Truth {
         let goals = self.streams.iter().filter(|((kind, _), _)| *kind == Kind::Goals);
         let streams = goals.map(|(_, it)| {
@@ -350,13 +353,13 @@ impl Opinion {
         streams.max().unwrap_or(No)
     }
 
-    /// Hears `~/stop`.
+    /// Takes a request of `~/stop`.
     pub fn stop(&mut self, now: Duration) {
         (self.goal, self.lost) = (None, None);
         self.revoke(Span::at(now + AFTER_THE_CYCLE));
     }
 
-    /// Other settings come into force.
+    /// Applies other settings.
     pub fn configure(&mut self, settings: &Settings, now: Duration) {
         let before = &self.settings;
         if before.controller.aim != settings.controller.aim || before.tool_offset != settings.tool_offset {
@@ -367,12 +370,13 @@ impl Opinion {
         self.settings = settings.clone();
     }
 
-    /// Another publisher sends commands to the arm, or no longer.
+    /// Sets whether another publisher sends commands to the arm.
     pub fn set_rival_of_commands(&mut self, rival: bool) {
         self.rival_of_commands = rival;
     }
 
-    /// The servo receives a joint state at `now` that `source` measured at `measured`. True if the robot may have come with it.
+    /// Takes a joint state that `source` measured at `measured` and that arrives at `now`. Returns whether the robot may have come
+    /// back with it.
     pub fn state(
         &mut self,
         arm: usize,
@@ -386,7 +390,7 @@ impl Opinion {
         let seen = &mut self.arms[arm];
         match seen.sources.iter_mut().find(|(by, ..)| *by == source) {
             Some((_, first, heard)) => {
-                // A publisher that was silent comes again.
+                // A publisher that was silent has come back.
                 let was_there = age(now, *heard) < recent;
                 (*first, *heard) = (if was_there { *first } else { now }, now);
             }
@@ -411,7 +415,7 @@ impl Opinion {
         was_away != No
     }
 
-    /// Revokes what was pushed before a joint went farther than its speed limit allows, from the joint state `before` on.
+    /// Revokes what was pushed before a jump: a joint moved farther since the joint state `before` than its velocity limit allows.
     fn watch_for_jumps(
         &mut self,
         arm: usize,
@@ -422,9 +426,9 @@ impl Opinion {
     ) {
         let Some(came) = before.came else { return };
         let first: usize = self.arms[..arm].iter().map(|arm| arm.positions.len()).sum();
-        // The time between the two is that between their arrivals or their measurements.
+        // The time between two joint states is the time between their arrivals or between their measurements.
         let times = [age(now, came), age(measured, before.measured)].map(|time| time.as_secs_f64() + 0.05);
-        // The limit may have been lowered just now, and what was commanded before does not count.
+        // The limit may have been lowered just now; motion that was commanded earlier is not a jump.
         let (shortest, longest) = (times[0].min(times[1]), times[0].max(times[1]));
         let limits = self.settings.limits.joint_velocity[first..].iter().zip(&self.fastest[first..]);
         let steps = positions.iter().zip(&before.positions).map(|(is, was)| (is - was).abs());
@@ -440,13 +444,14 @@ impl Opinion {
         }
     }
 
-    /// Joint states come that the second opinion does not see.
+    /// Notes that the servo receives joint states that this model does not see.
     pub fn hears_elsewhere(&mut self, arm: usize, now: Duration) {
         self.arms[arm].came = Some(now);
         self.doubt(now);
     }
 
-    /// The robot moves otherwise than commanded if it is `altered`, which says whether it stands; `must`: until now it was sure to move.
+    /// Notes how the robot obeys. `altered` is set if the robot does not move as commanded; it is true if the robot stands. `must`:
+    /// until now, the arm had to move.
     pub fn robot(&mut self, altered: Option<bool>, must: bool, now: Duration) {
         if altered.is_some() {
             self.doubt(now);
@@ -458,7 +463,7 @@ impl Opinion {
         }
     }
 
-    /// Whether two publishers of that kind are there.
+    /// Returns whether two publishers of this kind are present.
     fn rivals(&self, kind: Kind, now: Duration) -> Truth {
         let streams = || self.streams.iter().filter(|((of, _), _)| *of == kind);
         let is_there = |it: &Stream| !self.is_longer(age(now, it.came), self.silence());
@@ -476,7 +481,7 @@ impl Opinion {
         rivals.max().unwrap_or(No)
     }
 
-    /// Whether two publishers of joint states of one arm alternate without a pause, or of its commands.
+    /// Returns whether two publishers of one arm's joint states alternate without a pause, or two of its commands.
     fn two_publishers(&self, now: Duration) -> bool {
         let recent = |heard: Duration| age(now, heard) < self.settings.state_timeout / 2;
         let two = |arm: &Seen| {
@@ -488,7 +493,7 @@ impl Opinion {
         self.rival_of_commands || self.arms.iter().any(two)
     }
 
-    /// Whether a stick moves the arm.
+    /// Returns whether a stick moves the arm.
     fn stick_rules(&self, now: Duration) -> Truth {
         let sticks = self.streams.iter().filter(|((kind, _), _)| *kind == Kind::Twists);
         let rules = sticks.map(|(_, stick)| {
@@ -498,7 +503,7 @@ impl Opinion {
         rules.max().unwrap_or(No)
     }
 
-    /// Whether something holds the arm but want of consent.
+    /// Returns whether the arm must stand for another reason than missing consent.
     fn is_held(&self, now: Duration) -> Truth {
         let ages = self.arms.iter().map(|arm| age(now, arm.came.unwrap_or_default()));
         let is_stale = self.is_longer(ages.max().unwrap_or(now), self.settings.state_timeout);
@@ -507,8 +512,8 @@ impl Opinion {
         is_stale.max(self.paused).max(self.two_publishers(now).into()).max(is_doubtful)
     }
 
-    /// Whether the arm must move, as the servo has to find in the cycle at `now`. It moves to the [`goal`](Self::goal_pose) if a
-    /// stick does not move it.
+    /// Returns whether the arm must move, as the servo has to conclude in the cycle at `now`. The arm moves to the
+    /// [`goal`](Self::goal_pose) unless a stick moves it.
     pub fn cycle(&mut self, now: Duration) -> Truth {
         let late_by = age(now, self.cycled + self.period);
         let was = std::mem::replace(&mut self.cycled, now);
@@ -535,7 +540,7 @@ impl Opinion {
         }
     }
 
-    /// Whether the goal in force asks for motion.
+    /// Returns whether the goal in force requests motion.
     fn goal_asks(&self, now: Duration) -> Truth {
         let Some(goal) = &self.goal else { return No };
         let timeout = self.settings.goal_timeout;
@@ -546,7 +551,7 @@ impl Opinion {
         self.asks(goal.pushed).min(is_sure).min(!is_stale).min(!is_lost)
     }
 
-    /// What it knows, in short.
+    /// Returns a short text of the state of this model.
     pub fn explain(&self) -> String {
         let Self { goal, revoked, jogged, lost, paused, released, doubtful, rival_of_commands, .. } = self;
         let goal = goal.as_ref().map(|goal| (goal.pushed, goal.pose.is_some()));
@@ -558,12 +563,12 @@ impl Opinion {
         )
     }
 
-    /// The goal that is surely in force.
+    /// Returns the pose of the goal that is certainly in force.
     pub fn goal_pose(&self) -> Option<&UnitDualQuaternion> {
         self.goal.as_ref()?.pose.as_ref()
     }
 
-    /// Whether the goal's frame is surely not lost.
+    /// Returns whether the goal's frame is certainly present.
     pub fn knows_frame(&self) -> bool {
         self.lost.is_none() && self.goal_pose().is_some()
     }

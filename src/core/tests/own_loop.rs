@@ -1,4 +1,4 @@
-//! A servo in a loop of one's own: a goal or a measurement at a time, and what comes back.
+//! A servo in a program's own loop: the program passes goals and measurements, and the servo returns commands.
 
 use dq_algebra::UnitDualQuaternion;
 use dq_config::{ForArm, ServoParameters};
@@ -11,7 +11,7 @@ use std::time::Duration;
 const PERIOD: Duration = Duration::from_millis(2);
 const START: [f64; 6] = [0.0, -1.57, 1.57, -1.57, -1.57, 0.0];
 
-/// A servo and joints that follow at once.
+/// A servo and joints that follow without delay.
 struct Driven {
     servo: Servo,
     positions: Vec<f64>,
@@ -95,7 +95,7 @@ fn a_stop_drops_a_goal_that_was_set_before_and_not_one_that_is_set_after() {
     driven.servo.stop();
     driven.servo.set_goal(goal(&driven));
     driven.run_until_settled();
-    // Another tool revokes what was asked for until then.
+    // Another tool revokes all earlier requests.
     let mut settings = driven.servo.settings().clone();
     settings.tool_offset = Isometry3::translation(0.0, 0.0, 0.1).into();
     driven.servo.set_goal(goal(&driven));
@@ -150,7 +150,7 @@ fn two_arms_move_as_one() {
     let parameters = ServoParameters::for_two_arms("ur5e", &base).unwrap();
     let mut driven = Driven::new(parameters.build().unwrap(), &[START, START].concat());
     driven.cycle().unwrap();
-    // Seen from a tool that looks down: 0.8 m beside it.
+    // Seen from a tool that points down, the point is 0.8 m to the side.
     assert!((driven.pose().translation().norm() - 0.8).abs() < 1e-12);
     driven.servo.set_goal(goal_by(&driven.pose(), Vector3::new(0.1, 0.1, 0.0)));
     driven.run_until_settled();

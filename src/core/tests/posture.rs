@@ -1,4 +1,4 @@
-//! Arms of more than six joints: what the tool leaves free goes to a posture, and never disturbs the tool.
+//! Arms of more than six joints: the joints move to a posture as far as the tool leaves them free, and never disturb the tool.
 
 use crate::arms::{servo, start};
 use crate::rig::Rig;
@@ -6,7 +6,8 @@ use dq_core::servo::{Posture, State};
 
 const ARM: &str = "panda";
 
-/// Returns by how much the joint that moved most differs after seven more rounds of three poses, when the arm is back at the first \[rad\].
+/// Returns how far the arm has drifted after seven more rounds of three poses, back at the first pose: the change of the joint that
+/// moved most \[rad\].
 fn drift(gain: f64) -> f64 {
     let (mut parameters, start) = (servo(ARM), start(ARM));
     parameters.settings.posture.gain = gain;
@@ -41,11 +42,11 @@ fn the_posture_of_the_start_comes_back_by_itself() {
     assert!(without > 0.1 && with < 0.02, "{without} rad, with the default {with} rad");
 }
 
-/// How far the joints are from the posture after a motion and ten seconds more, when the arm had settled, and how far the tool strays in
-/// the ten seconds \[m\].
+/// Moves to a goal and waits ten seconds. Returns how far the joints are from the posture when the arm settles and ten seconds
+/// later, and how far the tool strays in these ten seconds \[m\].
 fn moved(gain: f64) -> (f64, f64, f64) {
     let (mut parameters, start) = (servo(ARM), start(ARM));
-    // One of the many postures that the goal allows.
+    // The goal allows many postures; this is one.
     let turns = [0.5, -0.2, -0.5, 0.2, 0.3, 0.2, -0.3];
     let posture: Vec<_> = start.iter().zip(turns).map(|(angle, turn)| angle + turn).collect();
     parameters.settings.posture = Posture { positions: posture.clone(), gain };
@@ -76,6 +77,6 @@ fn a_posture_is_gone_to_while_the_tool_stays() {
     assert!(with < 0.02 && without > 0.1, "{with} {without}");
     assert!(astray < 1e-4, "{astray} m");
     assert!((time_with - time_without).abs() < 0.1 * time_without, "{time_with} s, without {time_without} s");
-    // Far faster than the joints are allowed to go: every cycle is held against the limits.
+    // The gain drives the joints far faster than their limits; the rig checks the limits in each cycle.
     moved(10.0);
 }

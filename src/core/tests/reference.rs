@@ -1,4 +1,4 @@
-//! The arm of the reference work, where it stands, and the settings of its nodes.
+//! The arm of the reference work with its start positions, and the settings of its nodes.
 
 use dq_algebra::UnitDualQuaternion;
 use dq_config::{DualParameters, NodeParameters, ServoParameters};
@@ -34,17 +34,17 @@ pub fn settings() -> Settings {
     PARAMETERS.settings.clone()
 }
 
-/// Joint angles \[rad\] by their name.
+/// Returns the joint angles that the reference work calls `name` \[rad\].
 pub fn theta(name: &str) -> Vec<f64> {
     numbers::numbers(&numbers::json()[name])
 }
 
-/// That pose, moved along the base's x axis \[m\].
+/// Returns `pose`, moved along the base's x axis by `x` \[m\].
 pub fn moved_by(pose: &UnitDualQuaternion, x: f64) -> UnitDualQuaternion {
     UnitDualQuaternion::from_parts(pose.rotation(), pose.translation() + Vector3::x() * x)
 }
 
-/// The tool's pose there.
+/// Returns the tool's pose at the joint angles that the reference work calls `theta`.
 pub fn pose(theta: &str) -> UnitDualQuaternion {
     puma().forward_kinematics(&self::theta(theta)).unwrap()
 }

@@ -1,4 +1,4 @@
-//! A servo and its arms in fake time.
+//! A servo with simulated arms in fake time.
 
 mod checks;
 
@@ -6,6 +6,7 @@ use crate::opinion::Opinion;
 use crate::reference::{dual_parameters, parameters, pose, theta};
 use crate::sent::Sent as Outputs;
 use dq_algebra::UnitDualQuaternion;
+use dq_check::Gaps;
 use dq_config::ServoParameters;
 use dq_core::servo::{
     Arms, Event, GoalMotion, GoalReading, Interface, JointOrder, JointReading, Limits, PositionLimits,
@@ -13,7 +14,6 @@ use dq_core::servo::{
 };
 use dq_kinematics::arm::Chain;
 use dq_kinematics::control::{Aim, Law};
-use dq_limits::check::Gaps;
 use dq_plant::{Plant, Realism};
 use nalgebra::{Quaternion, UnitQuaternion};
 use std::collections::VecDeque;
@@ -24,91 +24,92 @@ pub const PERIOD: Duration = Duration::from_millis(2);
 /// Positions and velocities of an arm.
 type ArmState = (Vec<f64>, Vec<f64>);
 
-/// A joint state as the servo receives it.
+/// A joint state that has arrived at the servo.
 struct Arrived {
     measured: Duration,
     arm: usize,
-    /// How old it is, if its stamp says that.
+    /// The age by the stamp of the joint state, if it has one.
     age: Option<Duration>,
     positions: Vec<f64>,
     velocities: Vec<f64>,
 }
 
-/// A servo and its plants, with the invariants checked at every cycle.
+/// A servo with its simulated arms. It checks the invariants in every cycle.
 pub struct Rig {
     pub servo: Servo,
     pub plants: Vec<Plant>,
     pub names: Vec<String>,
     pub now: Duration,
     pub command: Vec<f64>,
-    /// What was sent in the last cycle.
+    /// The output of the last cycle.
     pub output: Option<Vec<f64>>,
     /// Whether joint states of each arm reach the servo.
     pub connected: Vec<bool>,
     /// Whether the plants follow commands.
     pub following: bool,
-    /// Whether the plants' positions are checked against position limits too: no rule holds them where cycles come late.
+    /// Whether the arms' positions are checked against their limits. No rule keeps the limits if cycles are late.
     pub check_positions: bool,
-    /// How late the robot hears commands, and the servo joint states.
+    /// The delay of commands to the robot, and of joint states to the servo.
     pub command_delay: Duration,
     pub state_delay: Duration,
-    /// Whether joint states carry stamps of a clock that agrees.
+    /// Whether joint states have stamps, by a clock that agrees with the servo's.
     pub stamped: bool,
-    /// The difference between the age by their stamps and their real age.
+    /// The age by the stamps less the real age.
     pub stamp_error: Duration,
-    /// Time from one joint state to the next.
+    /// The time from one joint state to the next.
     pub state_interval: Duration,
     /// Whether joint states carry velocities.
     pub with_velocities: bool,
     /// A joint that does not move.
     pub stuck_joint: Option<usize>,
-    /// What the wires make of velocity commands.
+    /// Changes each velocity command on its way to the robot.
     pub wires: fn(&mut [f64]),
-    /// Whether commands are held against the invariants.
+    /// Whether commands are checked against the invariants.
     pub check_commands: bool,
-    /// Whether an arm that may move must: not by a law that asks for nothing.
+    /// Whether to check that an arm with consent moves. Off for a law whose output may be zero.
     pub check_moves: bool,
-    /// Whether the tools' speeds are held against their limits: no rule does where the servo cannot know where the arm is.
+    /// Whether the tools' speeds are checked against their limits. No rule keeps these limits if the servo cannot know the arm's
+    /// position.
     pub check_tools: bool,
     /// The publisher of the joint states.
     pub source: u32,
-    /// Searches for the servo, and how long it takes until the answer comes; none: nobody answers.
+    /// The search for other configurations, and how long an answer takes. `None`: nobody answers.
     pub search: Option<Search>,
     pub search_time: Duration,
     answer: Option<Duration>,
-    /// How often the servo's cycles have allocated memory.
+    /// Number of memory allocations in the servo's cycles.
     pub allocations: u64,
-    /// What pulls at each joint that takes velocities [rad/s].
+    /// The speed by which each joint is slowed down, if it takes velocities [rad/s].
     pub pull: Vec<f64>,
-    /// Another publisher of joint states.
+    /// A second publisher of the joint states.
     pub second_source: Option<u32>,
-    /// Whether the next cycle comes before the joint states that are due.
+    /// Whether the next cycle runs before it receives the joint states that are due.
     deaf: bool,
     /// The independent model of who may move the arm.
     opinion: Opinion,
-    /// Since when the arm must move, and has not.
+    /// Since when the arm must move but has not moved.
     awaited: Option<Duration>,
-    /// If the robot does otherwise than commanded: whether it stands.
+    /// Whether the robot stands; `None` while it does what it is commanded.
     altered: Option<bool>,
-    /// What the robot was last sent, and since when each joint has not moved although it is sent to.
+    /// The robot's last command, and since when each joint has not moved in spite of its command.
     asked: Vec<f64>,
     refused: Vec<Option<Duration>>,
-    /// The velocities and the positions of the last joint states [rad/s, rad], and when the robot last came with them.
+    /// The velocities and positions of the last joint states [rad/s, rad], and the time at which the robot last came back.
     shown: Vec<f64>,
     seen: Vec<f64>,
     came: Duration,
-    /// What was last sent, however long ago.
+    /// The last output that was not `None`.
     last_sent: Vec<f64>,
     /// When `integral` was last on.
     held: Duration,
     initial: Settings,
-    /// The publisher of the next single goal: each `ros2 topic pub --once` is another one.
+    /// The publisher of the next single goal. Each `ros2 topic pub --once` is a publisher of its own.
     next_publisher: u32,
-    /// Every this many cycles another servo takes over, with the state of this one; 0: never.
+    /// Number of cycles after which another servo takes over with the saved state of this one; 0: never.
     pub restored_each: u32,
-    /// What was sent in each cycle, while somebody wants to know.
+    /// The output of each cycle, if the test wants it.
     pub sent: Option<Vec<Option<Vec<f64>>>>,
-    /// What another servo is built from, with the settings of this one.
+    /// The parameters from which another servo is built, with the settings of this one.
     parameters: ServoParameters,
     period: Duration,
     cycles: u32,
@@ -118,15 +119,15 @@ pub struct Rig {
     outputs: Outputs,
     /// The largest deceleration of each joint so far [rad/s²].
     steepest: Vec<f64>,
-    /// What looks whether the arms keep out of what they must, and the least gap \[m\] so far.
+    /// Measures the gaps between the arms and their obstacles. Then, the smallest gap so far \[m\].
     gaps: Option<Gaps>,
     pub least_gap: f64,
-    /// The arms as they are, for what no limit may let their tools do.
+    /// The arms at their real positions, to check the speeds of their tools.
     truth: Arms,
 }
 
 impl Rig {
-    /// The paper's arm at its start.
+    /// Returns a rig with the paper's arm at its start.
     pub fn new() -> Self {
         Self::with(|_| {})
     }
@@ -137,14 +138,14 @@ impl Rig {
         Self::start(parameters, starts(&["theta_initial"]))
     }
 
-    /// The same with a servo of another cycle.
+    /// Returns a rig with the paper's arm at its start, whose servo runs at `rate` \[Hz\].
     pub fn at_rate(rate: u32, change: impl FnOnce(&mut Settings)) -> Self {
         let mut parameters = parameters();
         change(&mut parameters.settings);
         Self::start_at(parameters, starts(&["theta_initial"]), Duration::from_secs(1) / rate)
     }
 
-    /// Another arm, with the built-in settings for each joint.
+    /// Returns a rig with another arm, with the built-in settings for each joint.
     pub fn of_arm(chain: Chain, start: Vec<f64>) -> Self {
         Self::of_arm_with(chain, start, |_| {})
     }
@@ -164,18 +165,18 @@ impl Rig {
         Self::start(parameters, vec![start])
     }
 
-    /// An arm with its own parameters.
+    /// Returns a rig with the arm of these parameters.
     pub fn of(parameters: ServoParameters, start: Vec<f64>) -> Self {
         let period = parameters.period;
         Self::start_at(parameters, vec![start], period)
     }
 
-    /// The paper's arm on its way to theta_desired for so long \[s\].
+    /// Returns the paper's arm, `seconds` after it has begun to move to theta_desired.
     pub fn in_motion(seconds: f64) -> Self {
         Self::new().moving(seconds)
     }
 
-    /// On its way to theta_desired for so long \[s\].
+    /// Sends the goal theta_desired and runs for `seconds`.
     pub fn moving(mut self, seconds: f64) -> Self {
         self.goal("theta_desired");
         self.run(seconds);
@@ -193,7 +194,7 @@ impl Rig {
 }
 
 impl Rig {
-    /// The paper's two arms: left β at theta_desired, right α at theta_initial.
+    /// Returns a rig with the paper's two arms: left β at theta_desired, right α at theta_initial.
     pub fn two_arms() -> Self {
         Self::two_arms_with(|_| {})
     }
@@ -283,23 +284,23 @@ impl Rig {
         }
     }
 
-    /// A goal of the stream of the publisher 0.
+    /// Sends a goal of the stream of publisher 0.
     pub fn stream(&mut self, pose: &UnitDualQuaternion) {
         self.take_goal(&reading(pose, 0)).unwrap();
     }
 
-    /// A single goal of a publisher that sends no other.
+    /// Sends a single goal of a new publisher.
     pub fn goal_pose(&mut self, pose: &UnitDualQuaternion) {
         self.take_single(&reading(pose, 0)).unwrap();
     }
 
-    /// The same of a goal that may be refused.
+    /// Sends a single goal of a new publisher, which the servo may reject.
     pub fn take_single(&mut self, goal: &GoalReading) -> Result<(), Rejection> {
         let sent = Sent { by: self.next_publisher(), ..goal.sent };
         self.take_goal(&GoalReading { sent, ..*goal })
     }
 
-    /// The number of a publisher that has sent nothing yet.
+    /// Returns the number of a publisher that has not sent anything yet.
     pub fn next_publisher(&mut self) -> u32 {
         self.next_publisher += 1;
         self.next_publisher
@@ -317,7 +318,7 @@ impl Rig {
         self.servo.take_stamped_goal(goal, self.now)
     }
 
-    /// The pose that a goal says, if it is a goal.
+    /// Returns the pose that a goal means, if the goal is valid.
     fn pose_of(&self, goal: &GoalReading) -> Option<UnitDualQuaternion> {
         let numbers = goal.position.iter().all(|number| number.abs() <= 1e3);
         let [x, y, z, w] = goal.orientation_xyzw;
@@ -333,14 +334,14 @@ impl Rig {
         frame.is_empty() || frame.trim_start_matches('/') == self.parameters.goal_frame
     }
 
-    /// A goal arrives that waits for its frame.
+    /// Sends a goal that waits for its frame.
     pub fn goal_waits(&mut self, sent: Sent) {
         self.opinion.unusable_goal(sent, self.now);
         self.servo.begin(self.now);
         self.servo.take(Event::Waits(sent)).unwrap();
     }
 
-    /// A single goal at that point, in that frame.
+    /// Sends a single goal at `position` in the frame `frame_id`.
     pub fn take_point(
         &mut self,
         position: [f64; 3],
@@ -351,26 +352,26 @@ impl Rig {
         self.take_single(&GoalReading { position, orientation_xyzw, frame_id, ..identity })
     }
 
-    /// Decelerates and holds, or goes on.
+    /// Pauses the servo, or resumes it.
     pub fn pause(&mut self, paused: bool) {
         self.pause_ago(paused, Duration::ZERO);
     }
 
-    /// The same by a request that was sent that long ago.
+    /// Pauses or resumes the servo by a request that was sent `ago` before now.
     pub fn pause_ago(&mut self, paused: bool, ago: Duration) {
         self.opinion.pause(paused, ago, self.now);
         self.servo.begin(self.now);
-        // A late one is rejected.
+        // The servo rejects a request that is late.
         let _ = self.servo.take(Event::Pause { paused, ago });
     }
 
-    /// Stops the servo: nothing moves from then on before somebody asks for it.
+    /// Stops the servo. Nothing moves afterwards until there is a new request.
     pub fn stop(&mut self) {
         self.opinion.stop(self.now);
         self.servo.stop();
     }
 
-    /// A twist of the publisher 0, in this frame.
+    /// Sends a twist of publisher 0 in `frame`.
     pub fn twist(&mut self, linear: [f64; 3], angular: [f64; 3], frame: &str) -> Result<(), Rejection> {
         self.take_twist(&twist(linear, angular, frame))
     }
@@ -386,7 +387,7 @@ impl Rig {
         taken
     }
 
-    /// What the goal's frame does with it.
+    /// Tells the servo how the goal's frame has moved, or that it is lost.
     pub fn move_goal(&mut self, motion: &GoalMotion) -> Result<(), Rejection> {
         match motion {
             GoalMotion::Lost => self.opinion.frame_is_lost(self.now),
@@ -397,13 +398,13 @@ impl Rig {
         self.servo.move_goal(motion, self.now)
     }
 
-    /// The servo receives a joint state, besides those of its plants.
+    /// Gives the servo a joint state in addition to those of the rig's arms.
     pub fn take_state(&mut self, arm: usize, state: &JointReading) -> Result<bool, Rejection> {
         self.opinion.hears_elsewhere(arm, self.now);
         self.servo.take_joint_state(arm, state, self.now)
     }
 
-    /// Another publisher sends commands to the first arm, or no longer.
+    /// Sets whether another publisher sends commands to the first arm.
     pub fn set_rival(&mut self, rival: bool) {
         self.opinion.set_rival_of_commands(rival);
         self.servo.set_rival(0, rival);
@@ -422,18 +423,19 @@ impl Rig {
         self.servo.configure(settings).unwrap();
     }
 
-    /// How late the robot hears commands, and the servo joint states, from now on.
+    /// Sets the delays of commands to the robot and of joint states to the servo.
     pub fn set_delays(&mut self, commands: Duration, states: Duration) {
         (self.command_delay, self.state_delay) = (commands, states);
         self.opinion.doubt(self.now);
     }
 
-    /// The robot stands at `place`, obeys at once, and nothing pulls at it; the settings are the initial ones.
+    /// Places the robot at `place`, removes all its faults, and restores the initial settings.
     pub fn make_sound(&mut self, place: &[f64]) {
         (self.following, self.stuck_joint, self.source, self.second_source) = (true, None, 0, None);
         (self.command_delay, self.state_delay, self.state_interval) = Default::default();
         (self.with_velocities, self.connected) = (true, vec![true; self.plants.len()]);
-        self.opinion.doubt(self.now);
+        // The servo sees the jump in its next cycle.
+        self.opinion.doubt(self.now + self.period);
         let places = place.chunks(self.names.len());
         self.plants = places.map(|place| Plant::new(place.to_vec(), self.outputs.timeout())).collect();
         self.set_rival(false);
@@ -447,7 +449,8 @@ impl Rig {
         self.pull.fill(0.0);
     }
 
-    /// The servo misses that many cycles, and then makes one before it hears the joint states that are due, or after.
+    /// Skips `missed` cycles of the servo. The next cycle runs after it has received the joint states that are due if `heard`,
+    /// otherwise before.
     pub fn gap(&mut self, missed: u32, heard: bool) {
         self.deaf = !heard;
         self.cycle_late(missed);
@@ -457,14 +460,14 @@ impl Rig {
         self.period
     }
 
-    /// Joints follow velocities with that time constant from now on.
+    /// Makes joints follow velocities with the time constant `lag`.
     pub fn set_lag(&mut self, lag: Duration) {
         let realism = Realism { velocity_time_constant: lag, ..Realism::default() };
         self.plants.iter_mut().for_each(|plant| plant.set_realism(realism));
         self.opinion.doubt(self.now);
     }
 
-    /// Somebody moves that joint, counted arm after arm, to another place at once.
+    /// Moves `joint` by `by` at once, as if by hand. Joints are counted arm after arm.
     pub fn jump(&mut self, joint: usize, by: f64) {
         let (arm, joint) = (joint / self.names.len(), joint % self.names.len());
         let mut positions = self.plants[arm].positions().to_vec();
@@ -477,12 +480,12 @@ impl Rig {
         self.connected.fill(connected);
     }
 
-    /// One cycle of all, on time.
+    /// Runs one cycle of the servo and its arms, on time.
     pub fn cycle(&mut self) {
         self.cycle_late(0);
     }
 
-    /// One cycle of all after `missed` in which the servo did not run, but its plants did.
+    /// Skips `missed` cycles of the servo, during which its arms move on, and then runs one cycle.
     pub fn cycle_late(&mut self, missed: u32) {
         if self.restored_each > 0 && self.cycles.is_multiple_of(self.restored_each) {
             self.restore();
@@ -534,7 +537,7 @@ impl Rig {
         self.step_plants();
     }
 
-    /// Another servo takes the place of this one, and knows what this one knows.
+    /// Replaces the servo by another one with the saved state of this one.
     fn restore(&mut self) {
         let saved = postcard::to_stdvec(&self.servo.saved()).unwrap();
         let settings = self.servo.settings().clone();
@@ -553,7 +556,7 @@ impl Rig {
         self.states_under_way.push_back((self.now, self.plants.iter().map(state).collect()));
     }
 
-    /// The states that have come by now.
+    /// Returns the joint states that have arrived by now.
     fn arrived_states(&mut self) -> Vec<Arrived> {
         let mut arrived = Vec::new();
         if std::mem::take(&mut self.deaf) {
@@ -586,7 +589,7 @@ impl Rig {
             let asked = command.clone();
             (self.wires)(&mut command);
             for (joint, command) in command.iter_mut().enumerate() {
-                // A joint that does not obey stands, whatever pulls at it.
+                // A joint that does not obey stands, also against a pull.
                 if !self.following || self.stuck_joint == Some(joint) {
                     *command = stays[joint];
                 } else if !interface.takes_positions() {
@@ -614,7 +617,7 @@ impl Rig {
         }
     }
 
-    /// Where the joints are \[rad\], arm after arm.
+    /// Returns the joint positions of all arms, arm after arm \[rad\].
     pub fn positions(&self) -> Vec<f64> {
         self.plants.iter().flat_map(Plant::positions).copied().collect()
     }
@@ -634,7 +637,7 @@ impl Rig {
         }
     }
 
-    /// The arms, as they are.
+    /// Returns the arms at their real positions.
     pub fn arms(&self) -> &Arms {
         &self.truth
     }
@@ -643,7 +646,7 @@ impl Rig {
         self.servo.status().state
     }
 
-    /// What has revoked what was asked for.
+    /// Returns the reason why requests were revoked, if the status shows one.
     pub fn revoked(&self) -> Option<Revocation> {
         match self.servo.status().reason {
             Some(Reason::Revoked(why)) => Some(why),
@@ -656,9 +659,8 @@ impl Rig {
     }
 }
 
-/// Returns the limits to check. A joint that is held against a pull slows down towards its hold, which may be to another command, and faster.
-/// It keeps the largest deceleration that was in force when it set out: `steepest` is the largest so far [rad/s²]. `is_held` tells whether
-/// joints are held, or may have been.
+/// Returns the limits to check. `is_held` tells whether the integral holds joints against a pull, or may have held them. Such a
+/// joint may decelerate faster, with the largest deceleration that was ever in force: `steepest` is the largest so far [rad/s²].
 fn checked(settings: &Settings, is_held: bool, steepest: &mut [f64]) -> Limits {
     let mut limits = settings.limits.clone();
     for (joint, steepest) in steepest.iter_mut().enumerate() {
@@ -670,29 +672,29 @@ fn checked(settings: &Settings, is_held: bool, steepest: &mut [f64]) -> Limits {
     limits
 }
 
-/// A twist of the publisher 0, in this frame.
+/// Returns a twist of publisher 0 in the frame `frame_id`.
 pub fn twist(linear: [f64; 3], angular: [f64; 3], frame_id: &str) -> TwistReading<'_> {
     TwistReading { linear, angular, frame_id, sent: Sent::default() }
 }
 
-/// A goal in the servo's own frame.
+/// Returns a goal at `pose` in the servo's own frame.
 pub fn reading(pose: &UnitDualQuaternion, stamp: i64) -> GoalReading<'static> {
     let (t, r) = (pose.translation(), pose.rotation());
     let (orientation_xyzw, waited) = ([r.i, r.j, r.k, r.w], Duration::ZERO);
     GoalReading { position: t.into(), orientation_xyzw, frame_id: "", stamp, waited, sent: Sent::default() }
 }
 
-/// Joint angles of the reference work, by their names.
+/// Returns joint angles of the reference work by their names \[rad\].
 fn starts(names: &[&str]) -> Vec<Vec<f64>> {
     names.iter().map(|name| theta(name)).collect()
 }
 
-/// The joint state of an arm of six joints that stands at `positions` \[rad\].
+/// Returns the joint state of an arm of six joints at rest at `positions` \[rad\].
 pub fn at_rest<'a>(names: &'a [String], positions: &'a [f64]) -> JointReading<'a> {
     JointReading { velocities: &[0.0; 6], ..state_of(names, positions, 0) }
 }
 
-/// What a driver of that number says of where these joints are \[rad\], without speeds and without a stamp.
+/// Returns a joint state of the publisher `source` at `positions` \[rad\], without velocities and without a stamp.
 pub fn state_of<'a>(names: &'a [String], positions: &'a [f64], source: u32) -> JointReading<'a> {
     JointReading { names, positions, velocities: &[], source, stamp_age: None }
 }

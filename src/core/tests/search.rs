@@ -4,15 +4,17 @@ use crate::arms::{anywhere, servo};
 use crate::reference::{distance, dual_parameters, parameters};
 use dq_algebra::UnitDualQuaternion;
 use dq_config::{ARMS, ServoParameters};
-use dq_core::servo::{GoalError, STARTS, Search, Settings};
+use dq_core::servo::{STARTS, Search, Settings};
 use dq_kinematics::control::Aim;
+use dq_metrics::GoalError;
 use nalgebra::{UnitQuaternion, Vector3};
 use std::time::Duration;
 
 /// Number of tasks per arm.
 const TASKS: usize = 60;
 
-/// Looks for where the arm has its tool at joint positions `there`, from `here`, with `starts`; what is found reaches that within the limits.
+/// Searches, from joint positions `here`, for joint positions with the tool pose of `there`, with `starts` starts. Checks that the
+/// result has that pose and keeps the limits.
 fn look(parameters: &ServoParameters, here: &[f64], there: &[f64], starts: u32) -> Option<Vec<f64>> {
     let ServoParameters { arms, settings, .. } = parameters;
     let mut arms = arms.clone();
@@ -38,7 +40,7 @@ fn look(parameters: &ServoParameters, here: &[f64], there: &[f64], starts: u32) 
     Some(positions.to_vec())
 }
 
-/// How long the way between positions takes at the largest speeds \[s\].
+/// Returns the travel time between two joint positions at the largest speeds \[s\].
 fn time(settings: &Settings, here: &[f64], there: &[f64]) -> f64 {
     let speeds = &settings.limits.joint_velocity;
     here.iter().zip(there).zip(speeds).map(|((a, b), speed)| (a - b).abs() / speed).fold(0.0, f64::max)
@@ -54,7 +56,7 @@ fn every_arm_of_the_box_finds_each_pose_of_joint_angles_within_its_limits_and_no
             let found = look(&parameters, &here, &there, STARTS);
             let found = found.unwrap_or_else(|| panic!("{name}: no configuration for task {number}"));
             let [found, known] = [&found, &there].map(|there| time(&parameters.settings, &here, there));
-            // An arm with seven joints has infinitely many configurations; the search finds some.
+            // An arm with seven joints has infinitely many configurations, and the search finds some of them.
             assert!(
                 found <= known * if there.len() > 6 { 1.5 } else { 1.01 } + 1e-3,
                 "{name}, task {number}: {found} s, but {known} s is enough"
@@ -86,7 +88,7 @@ fn a_turn_that_leads_to_the_same_place_is_not_gone() {
     let expected = [-3.0 + std::f64::consts::TAU, -1.2, 1.4, -0.9, -1.3, -1.0 + std::f64::consts::TAU];
     let off = distance(&found, &expected);
     assert!(off < 1e-2, "{found:?}");
-    // Where the limits forbid it, it is.
+    // If a limit excludes the nearest configuration, the search finds another one.
     parameters.settings.limits.position.upper[0] = 3.1;
     let found = look(&parameters, &here, &there, STARTS).unwrap();
     assert!(found[0] <= 3.1, "{found:?}");
@@ -127,7 +129,7 @@ fn nothing_is_found_of_what_is_out_of_reach_and_a_search_ends_when_it_may_not_go
         left >= 0
     });
     assert_eq!(search.found().starts, 3);
-    // Numbers of no sense end too, and find nothing.
+    // The search also ends with meaningless numbers, and finds nothing.
     search.put(
         Duration::ZERO,
         &far,

@@ -1,11 +1,11 @@
-//! The cycle under the law of second order, logc_pd.
+//! The cycle with the second-order law logc_pd.
 
 use crate::reference::settings;
 use crate::rig::Rig;
 use dq_core::servo::State;
 use dq_kinematics::control::Law;
 
-/// The fastest changes of a joint's speed [rad/s²] in the first cycles of a motion.
+/// Returns the largest acceleration of a joint in the first cycles of a motion [rad/s²].
 fn first_acceleration(law: Law) -> f64 {
     let mut rig = Rig::new();
     rig.set_law(law);
@@ -26,7 +26,7 @@ fn first_acceleration(law: Law) -> f64 {
 #[test]
 fn a_motion_begins_without_a_step_of_the_acceleration_to_its_limit() {
     let (first_order, second_order) = (first_acceleration(Law::Logc), first_acceleration(Law::LogcPd));
-    // logc takes all that the joints have.
+    // logc uses all the acceleration that the joints have.
     assert!((first_order - settings().limits.joint_acceleration[0]).abs() < 1e-6, "{first_order}");
     assert!(second_order < 0.5 * first_order, "{second_order}");
 }

@@ -1,21 +1,22 @@
-//! Checks what is sent to the robot against the limits, from the last output on, or from the robot if that has stood since.
+//! Checks the output against the limits. It continues from the last output, or from the robot's motion if the robot has stood
+//! since.
 
 use crate::opinion::Truth;
+use dq_check::Invariants;
 use dq_core::servo::Limits;
-use dq_limits::check::Invariants;
 use std::time::Duration;
 
-/// How far positions that are sent may be off by rounding \[rad\].
+/// The largest rounding error of positions in the output \[rad\].
 const ROUNDING: f64 = 1e-12;
 
-/// How the output may go on: at which speeds it was before, if they are not those of the last output, and at which ones it is now [rad/s].
+/// A possible step of the output: the speeds before it, if they are not those of the last output, and the speeds after it [rad/s].
 pub type Step<'a> = (Option<&'a [f64]>, &'a [f64]);
 
-/// What was sent, cycle after cycle.
+/// The output of each cycle.
 pub struct Sent {
     invariants: Invariants,
     period: Duration,
-    /// By count of cycles, not by the clock: a late cycle may do no more than another one.
+    /// The time as a count of cycles, because a late cycle may not change the speed more than any other cycle.
     cycles: u32,
     last: Option<Duration>,
 }
@@ -29,18 +30,19 @@ impl Sent {
         &mut self.invariants
     }
 
-    /// A robot of the tests stands this long after the last velocity.
+    /// Returns how long a robot of the tests continues to move after its last command.
     pub fn timeout(&self) -> Duration {
         Duration::from_millis(100)
     }
 
-    /// Whether the robot, which hears commands `late`, has stood by its own timeout since it was last sent something.
+    /// Returns whether the robot has stood by its own timeout since its last command. Commands reach it `late`.
     pub fn is_after_gap(&self, now: Duration, late: Duration) -> Truth {
         let gap = self.last.map_or(Duration::MAX, |last| now.saturating_sub(last));
         Truth::between(gap > self.timeout() + self.period + late, gap > self.timeout())
     }
 
-    /// The speeds at which positions go on from others [rad/s]: those of the command, as far as rounding lets it be seen.
+    /// Returns the speeds of a step between two positions [rad/s]. A speed that differs from the command's only by rounding is the
+    /// command's.
     pub fn speeds(&self, from: &[f64], to: &[f64], command: &[f64]) -> Vec<f64> {
         let period = self.period.as_secs_f64();
         let speeds = to.iter().zip(from).map(|(to, from)| (to - from) / period);
@@ -50,7 +52,7 @@ impl Sent {
         speeds.zip(command).map(rounded).collect()
     }
 
-    /// Checks that one of these steps keeps the limits, and returns the speeds that it ends with.
+    /// Checks that one of these steps keeps the limits. Returns the speeds after it.
     pub fn check<'a>(
         &mut self,
         steps: &[Step<'a>],
@@ -66,7 +68,7 @@ impl Sent {
             let mut invariants = self.invariants.clone();
             if let Some(before) = before {
                 invariants.robot_came();
-                // A robot whose speed does not change: that it may exceed a limit is not checked.
+                // The robot's speed is constant before the step. Whether that speed exceeds a limit is not checked.
                 (1..=2).rev().for_each(|ago| drop(invariants.check(time - self.period * ago, before, false)));
             }
             let checked = invariants.check(time, speeds, standing);

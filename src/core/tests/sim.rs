@@ -1,5 +1,5 @@
-//! A servo and its robot in fake time, independent of `rig`: a robot with a lag, with delays, with faults of wires and encoders, and with
-//! hands that push it. It checks no invariant by itself.
+//! A servo and its robot in fake time, independent of `rig`. The robot may have a lag, delays, faults of wires and encoders, and
+//! hands that push it. It checks no invariant itself.
 
 use dq_algebra::UnitDualQuaternion;
 use dq_config::ServoParameters;
@@ -18,7 +18,7 @@ impl Random {
         });
         r
     }
-    /// A number from 0 to 1.
+    /// Returns a number from 0 to 1.
     pub fn unit(&mut self) -> f64 {
         self.0 ^= self.0 << 13;
         self.0 ^= self.0 >> 7;
@@ -43,7 +43,7 @@ impl Random {
     }
 }
 
-/// What changes numbers of the joints at a time \[s\].
+/// Changes numbers of the joints, given the time \[s\].
 type Change = Box<dyn FnMut(f64, &mut [f64])>;
 
 pub struct Sim {
@@ -54,7 +54,7 @@ pub struct Sim {
     pub v: Vec<f64>,
     pub time: f64,
     pub period: f64,
-    /// The robot's time constant, and the delays of commands and joint states \[s\].
+    /// The robot's time constant, and the delays of commands and of joint states \[s\].
     pub lag: f64,
     pub command_delay: f64,
     pub state_delay: f64,
@@ -64,13 +64,14 @@ pub struct Sim {
     pub obeys: bool,
     pub connected: bool,
     pub wires: Change,
-    /// The speed that a pull takes from each joint while the robot obeys, and at which each is pushed while it does not [rad/s].
+    /// The speed by which each joint is slowed down while the robot obeys, and the speed at which each joint is pushed while it
+    /// does not [rad/s].
     pub pull: Vec<f64>,
     pub push: Vec<f64>,
     /// Changes the positions that the encoders report.
     pub encoder: Change,
     pub timeout: f64,
-    /// Delays each joint state by a random time up to this [s], besides `state_delay`.
+    /// A random time up to this by which each joint state is later than `state_delay` \[s\].
     pub jitter: Option<(Random, f64)>,
     commands: VecDeque<(f64, Vec<f64>)>,
     in_force: Option<(f64, Vec<f64>)>,
@@ -168,7 +169,7 @@ impl Sim {
         self.command.iter().fold(0.0, |m, s| s.abs().max(m))
     }
 
-    /// The largest speed of a joint of the robot itself [rad/s].
+    /// Returns the largest joint speed of the robot itself [rad/s].
     pub fn robot_speed(&self) -> f64 {
         self.v.iter().fold(0.0, |m, s| s.abs().max(m))
     }
@@ -223,8 +224,8 @@ impl Sim {
         self.advance(self.period, true);
     }
 
-    /// Lets the robot go on for `dt` \[s\], then makes one cycle of the servo with the joint states that have arrived. Drops those states
-    /// unless they are `fed`.
+    /// Moves the robot on by `dt` \[s\], then runs one cycle of the servo. The cycle receives the joint states that have arrived if
+    /// `fed`; otherwise they are lost.
     pub fn advance(&mut self, dt: f64, fed: bool) {
         let end = self.time + dt;
         // The robot publishes states while the servo is away, too.

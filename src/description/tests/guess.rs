@@ -1,12 +1,12 @@
-//! Tests of the guess of which part of a description is the arm.
+//! Tests of the guess which part of a description is the arm.
 
 use super::text;
 use dq_description::{Description, Guess, guess_frames};
 use std::collections::BTreeSet;
 use std::fmt::Write;
 
-/// Returns a description of these chains: links, and between two of them the kind of their joint. `R` and `P` have symmetric limits, `J` opens
-/// to one side, `M` mimics the joint that carries the named link.
+/// Returns a description of these chains. Each chain is a list of links, with the kind of joint between them. `R` and `P` have
+/// symmetric limits, `J` opens to one side, and `M` mimics the joint that carries the named link.
 fn robot(chains: &[&str]) -> String {
     let (mut links, mut joints) = (BTreeSet::<&str>::new(), String::new());
     for chain in chains {
@@ -31,7 +31,7 @@ fn robot(chains: &[&str]) -> String {
     format!("<robot name='r'>{links}{joints}</robot>")
 }
 
-/// The longest arm, without wheels, head, gripper and fingers; from `base_link` to `tool0`, if these exist.
+/// The arm is the longest one, without wheels, head, gripper and fingers. Its frames are `base_link` and `tool0`, if these exist.
 #[test]
 fn the_frames_of_real_robots_are_found() {
     for (robot, base, tool, joints) in [
@@ -56,7 +56,7 @@ fn the_tool_frame_is_where_a_tool_is_mounted() {
     const ARM: &str = "world F base_link R a R b R c R d R e R f";
     let cases: [(&[&str], &str); 17] = [
         (&[ARM], "f"),
-        // A camera, a center point or a gripper after `tool0` changes nothing, nor does a sibling.
+        // A camera, a tool center point or a gripper after `tool0` changes nothing, nor does a sibling.
         (&[ARM, "f F flange F tool0 F camera"], "tool0"),
         (&[ARM, "f F tool0 F hand R left", "hand R right"], "tool0"),
         (&[ARM, "f F hand R left", "f F tool0"], "tool0"),
@@ -64,18 +64,18 @@ fn the_tool_frame_is_where_a_tool_is_mounted() {
         (&[ARM, "f F flange F adapter F sensor"], "flange"),
         (&[ARM, "f F arm_flange F adapter F hand_flange"], "arm_flange"),
         (&[ARM, "f F adapter F grasp_tcp"], "adapter"),
-        // Most of the arm comes after this one.
+        // Most of the arm comes after this flange.
         (&["base_link R flange R b R c R d R e R f"], "f"),
-        // A jaw: alone, beside a frame, after a mount.
+        // A jaw: alone, beside a frame, or after a mount.
         (&[ARM, "f J jaw"], "f"),
         (&[ARM, "f F grasp", "f J jaw"], "grasp"),
         (&[ARM, "f F mount J jaw"], "mount"),
-        // With few joints, the vertical axis of a gantry or a SCARA.
+        // With few joints, a one-sided joint is the vertical axis of a gantry or a SCARA.
         (&["base_link P a P b P c"], "c"),
-        // A hand: fingers of one joint, one driven and one that mimics, or longer ones of equal length.
+        // A hand: its fingers have one joint each, one driven and one that mimics; or they are longer and equal.
         (&[ARM, "f F hand P left", "hand M:left right"], "hand"),
         (&[ARM, "f F hand R i1 R i2 R i3", "hand R m1 R m2 R m3", "hand R t1"], "hand"),
-        // The rods of a linkage are no gripper.
+        // The rods of a linkage are not a gripper.
         (&["base_link R a R b R c M:c wrist R end", "c M:b rod", "wrist M:c brace"], "end"),
         (&["base_link R a R b R c M:c level"], "level"),
     ];
@@ -95,9 +95,9 @@ fn equal_arms_are_not_chosen_by_their_order() {
     for (chains, named) in [
         (vec![left, right], "\"ld\" or \"rd\""),
         (vec![left, right, "ld F left_tool0", "rd F right_tool0"], "\"left_tool0\" or \"right_tool0\""),
-        // A longer arm does not win against one with a tool frame of its own.
+        // A longer arm is not preferred to an arm with its own tool frame.
         (vec![left, right, "ld F left_tool0", "rd R re F right_tool0"], "\"left_tool0\" or \"right_tool0\""),
-        // Two arms with grippers: their hands are proposed, not their fingers.
+        // Two arms with grippers: the message proposes their hands, not their fingers.
         (vec![left, right, hand[0], hand[1], "rd F grip J jaw"], "\"hand\" or \"grip\""),
     ] {
         let why = guess_frames(&robot(&chains), [None, None]).unwrap_err().to_string();
@@ -106,6 +106,6 @@ fn equal_arms_are_not_chosen_by_their_order() {
         assert_eq!(base, "torso");
         assert_eq!(guess_frames(&robot(&chains), [Some("ra"), None]).unwrap().base, "ra");
     }
-    // A unique `tool0` decides.
+    // A single `tool0` decides.
     assert_eq!(guess_frames(&robot(&[left, right, "rd F tool0"]), [None, None]).unwrap().tool, "tool0");
 }

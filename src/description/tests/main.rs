@@ -18,7 +18,7 @@ use proptest::prelude::*;
 use std::process::{Command, Output};
 use tolerance::ALGEBRA;
 
-/// Tolerance in comparisons with an independent implementation.
+/// Tolerance for comparisons with an independent implementation.
 const ORACLE: f64 = 1e-10;
 
 fn text(name: &str) -> String {
@@ -38,7 +38,7 @@ fn done(output: Output, what: &str) -> Vec<u8> {
     output.stdout
 }
 
-/// A Python with Pinocchio, installed by tests/install.sh.
+/// The Python interpreter with Pinocchio, which tests/install.sh installs.
 const PYTHON: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../target/venv/bin/python");
 
 /// A sequence of numbers.
@@ -54,7 +54,7 @@ impl Numbers {
     }
 }
 
-/// Compares poses and Jacobians at 1000 random configurations with Pinocchio's.
+/// Compares poses and Jacobians at 1000 random configurations with those of Pinocchio.
 fn check_against_pinocchio(document: &str, base: &str, tool: &str, kinds: &[JointKind]) {
     const COUNT: usize = 1000;
     let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/pin.py");
@@ -116,7 +116,7 @@ fn pinocchio_agrees_on_the_ur5_the_panda_the_tiago_and_the_puma() {
     check_against_pinocchio(document.to_str().unwrap(), "base_link", "tool0", &[Revolute; 6]);
 }
 
-/// A revolute joint about x, a prismatic one along a slant, a continuous one about −z, and a tool.
+/// An arm of a revolute joint about x, a prismatic one along a slanted axis, a continuous one about −z, and a tool.
 const GANTRY: &str = include_str!("../../../tests/data/urdf/gantry.urdf");
 
 fn gantry() -> Chain {

@@ -7,7 +7,7 @@ use dq_description::{DescribedArm, Description, Motion};
 use dq_kinematics::arm::JointKind::{self, Prismatic, Revolute};
 use proptest::prelude::*;
 
-/// The descriptions with their tools and their joints.
+/// The robots: the file, the tool, the joint names, and the joint kinds.
 const ROBOTS: [(&str, &str, &[&str], &[JointKind]); 5] = [
     ("palletizer", "tool0", &["turret", "arm", "lever", "flange"], &[Revolute; 4]),
     ("desktop", "end", &["waist", "upper", "lower", "end"], &[Revolute; 4]),
@@ -45,7 +45,7 @@ proptest! {
     }
 }
 
-/// The frames of the links by the chain are those that follow joint by joint.
+/// The chain gives the same link frames as a computation joint by joint.
 #[test]
 fn the_places_of_links_include_those_that_mimic_joints_move() {
     for (robot, tool, joints, _) in ROBOTS {
@@ -74,7 +74,7 @@ fn a_written_description_with_mimic_joints_is_read_back_exactly() {
     }
 }
 
-/// Returns the motion and the limits of the joint with this name: lower, upper and speed.
+/// Returns the motion of the joint `name`, and its limits: lower, upper and speed.
 fn limits(arm: &DescribedArm, name: &str) -> (Motion, [f64; 3]) {
     let joint = arm.moving().find(|joint| joint.name == format!("{name}_joint")).unwrap();
     let numbers = [joint.limits.lower, joint.limits.upper, joint.limits.velocity];
@@ -84,17 +84,18 @@ fn limits(arm: &DescribedArm, name: &str) -> (Motion, [f64; 3]) {
 #[test]
 fn limits_of_mimic_joints_bind_their_drivers() {
     let (palletizer, desktop) = (read("palletizer", "tool0"), read("desktop", "end"));
-    // The elbow turns the other way; the forearm's range does not bind the lever.
+    // The elbow turns the other way. The forearm's range does not restrict the lever.
     assert_eq!(limits(&palletizer, "arm"), (Motion::Revolute, [-0.65, 1.4, 2.0]));
     assert_eq!(limits(&palletizer, "lever"), (Motion::Revolute, [-0.2, 2.0, 2.0]));
     assert_eq!(limits(&desktop, "lower"), (Motion::Revolute, [-0.2, 1.2, 1.5]));
-    // Half of the second stage, plus 0.02 m; as fast as the second, which is as fast as the first.
+    // The limit is half of the second stage's, plus 0.02 m. The speed is that of the second stage, which is as fast as the first.
     assert_eq!(limits(&read("telescope", "pitch"), "stage_1"), (Motion::Prismatic, [0.0, 0.4, 0.2]));
-    // Two bars turn twice as far and as fast.
+    // Two bars turn twice as far and twice as fast.
     assert_eq!(limits(&read("scissor", "plate"), "bar_4"), (Motion::Revolute, [-1.2, 0.1, 1.0]));
     let screw = read("screw", "bend_3");
     assert_eq!(limits(&screw, "nut"), (Motion::Prismatic, [-0.465, 0.5, 0.25]));
-    // A continuous joint gets the limits of what it drives, by 0.5 and by 0.25 and 0.1; its speed was not limited.
+    // A continuous joint gets the limits of the joints that it drives, with ratios of 0.5, 0.25 and 0.1. Its own speed was not
+    // limited.
     let (motion, [lower, upper, speed]) = limits(&screw, "bend_2");
     assert_eq!((motion, [lower, upper]), (Motion::Revolute, [-1.0, 1.0]));
     assert!(speed.is_nan());

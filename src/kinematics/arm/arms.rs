@@ -14,13 +14,13 @@ pub struct ToolSpeed {
     pub angular: f64,
 }
 
-/// The distance of a goal from the foot of the arm (or from the nearest point to which the foot can slide), and the reach of the arm from
-/// there \[m\].
+/// The distance of a goal, and the reach of the arm \[m\]. Both count from the arm's foot or, if the foot slides, from its position
+/// that is nearest to the goal.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Reach {
-    /// Distance of the goal.
+    /// The distance of the goal.
     pub goal: f64,
-    /// The total length of the links, an upper bound of the reach.
+    /// The total length of the links, which is an upper bound of the reach.
     pub longest: f64,
 }
 
@@ -31,7 +31,8 @@ impl Reach {
     }
 }
 
-/// One arm, or two arms whose right tool is controlled relative to the left one (paper §4), at some joint positions.
+/// One arm, or two arms (paper §4), at some joint positions. The controlled pose of two arms is that of the right tool relative to
+/// the left one.
 ///
 /// To every law and safety rule, two arms look like one: [`ArmState::relative`], with the joints of both.
 #[derive(Clone, Debug, PartialEq)]
@@ -46,11 +47,11 @@ struct Arm {
     state: ArmState,
 }
 
-/// The right arm of two.
+/// The right one of two arms.
 #[derive(Clone, Debug, PartialEq)]
 struct Right {
     arm: Arm,
-    /// The state of both arms as one.
+    /// The state of both arms as one arm.
     relative: ArmState,
 }
 
@@ -83,7 +84,7 @@ impl Arms {
         Self { left, right: Some(Right { arm, relative }) }
     }
 
-    /// Returns the arm, or the left one of two.
+    /// Returns the single arm, or the left one of two.
     pub fn chain(&self) -> &Chain {
         &self.left.chain
     }
@@ -99,19 +100,19 @@ impl Arms {
         self.state().joint_count()
     }
 
-    /// Returns the kinds of their joints, arm after arm.
+    /// Returns the kind of each joint, arm after arm.
     pub fn joint_kinds(&self) -> Vec<JointKind> {
         self.chains().flat_map(|chain| chain.kinds().iter().copied()).collect()
     }
 
-    /// Sets the offset of each arm's tool in its tool frame, from the next [`evaluate`](Self::evaluate) on.
+    /// Sets the offset of each arm's tool in its tool frame. It applies from the next [`evaluate`](Self::evaluate) on.
     pub fn set_tool_offset(&mut self, tool_offset: &UnitDualQuaternion) {
         self.left.chain.set_tool_offset(tool_offset);
         self.right.iter_mut().for_each(|right| right.arm.chain.set_tool_offset(tool_offset));
     }
 
-    /// Evaluates the arms at the joint positions `theta` \[rad, prismatic: m\], one per joint, arm after arm. An arm with too few or too
-    /// many numbers remains at its last positions.
+    /// Evaluates the arms at the joint positions `theta` \[rad, prismatic: m\], arm after arm. An arm whose number of positions is
+    /// wrong keeps its last positions.
     pub fn evaluate(&mut self, theta: &[f64]) {
         let (of_left, of_right) = self.split(theta);
         self.left.evaluate(of_left);
@@ -121,7 +122,7 @@ impl Arms {
         }
     }
 
-    /// Splits numbers into those of the left arm's joints and those of the right arm's.
+    /// Splits `numbers`, one per joint, into those of the left arm and those of the right arm.
     fn split<'a>(&self, numbers: &'a [f64]) -> (&'a [f64], &'a [f64]) {
         match self.right {
             Some(_) => numbers.split_at(self.left.chain.joint_count().min(numbers.len())),
@@ -129,7 +130,7 @@ impl Arms {
         }
     }
 
-    /// Returns the state of the arm, or of two arms as one, for the laws.
+    /// Returns the state of the single arm, or of two arms as one, for the laws.
     pub fn state(&self) -> &ArmState {
         self.right.as_ref().map_or(&self.left.state, |right| &right.relative)
     }
@@ -139,8 +140,8 @@ impl Arms {
         self.state().base_from_tool()
     }
 
-    /// Returns the orientation of the frame in which twists of the tool are given, relative to the frame of [`pose`](Self::pose). For one
-    /// arm that is its tool frame, which the tool offset may rotate.
+    /// Returns the orientation of the frame in which twists of the tool are given, relative to the frame of [`pose`](Self::pose). A
+    /// single arm has its tool frame there, which the tool offset may rotate.
     pub fn tool_axes(&self) -> UnitQuaternion<f64> {
         let (tool, offset) = (self.pose().rotation(), self.left.chain.tool_offset().rotation());
         let is_tool_frame = self.right.is_some() || offset == UnitQuaternion::identity();
@@ -157,8 +158,8 @@ impl Arms {
         ToolSpeed { linear: left.linear.max(right.linear), angular: left.angular.max(right.angular) }
     }
 
-    /// Returns the distance of the goal's position \[m\], and the reach of the links with joints within these `ranges` \[rad, prismatic:
-    /// m\], arm after arm.
+    /// Returns the distance of the goal's position and the reach of the links \[m\]. The joints are within these `ranges` [rad,
+    /// prismatic: m], arm after arm.
     pub fn reach(
         &self,
         goal_point: &Vector3<f64>,

@@ -1,24 +1,24 @@
-//! Bounds of the numbers that come from outside.
+//! Bounds of numbers from outside.
 //!
-//! A law multiplies some lengths, their squares and a gain, so finite but huge numbers could become infinite or NaN on the way to the
-//! command. The bounds below keep every product some two hundred decades away from that. The ranges of parameters, such as gains (at most
-//! 1e4) and limits, are in their declarations.
+//! A law multiplies some lengths, their squares and a gain. So finite but huge numbers could become infinite or NaN on the way to
+//! the command. The bounds keep every product smaller than that by a factor of about 1e200. The ranges of parameters, such as gains
+//! (at most 1e4) and limits, are in their declarations.
 
 use super::ArmError;
 use std::f64::consts::TAU;
 use thiserror::Error;
 
-/// Bound of lengths \[m\]: of links, of bases, of goals. The largest arms, on cranes and space stations, span 20 m to 100 m.
+/// Bound of lengths: of links, of bases, of goals \[m\]. The largest arms, on cranes and space stations, span 20 m to 100 m.
 pub const LENGTH: f64 = 1e3;
 
-/// Bound of requested tool speeds [m/s, rad/s]. The limits scale lower speeds to what the arm may do.
+/// Bound of requested tool speeds [m/s, rad/s]. The limits scale lower speeds to those that the arm may have.
 pub const SPEED: f64 = 1e3;
 
-/// Bound of joint positions \[rad, prismatic: m\]. Joints without limits may turn endlessly, but 16 000 turns are a fault of the robot's
-/// driver. A double still resolves 1e-11 rad there.
+/// Bound of joint positions \[rad, prismatic: m\]. A joint without limits may turn endlessly, but 16 000 turns are an error of the
+/// robot's driver. A double still resolves 1e-11 rad at this bound.
 pub const JOINT_ANGLE: f64 = 1e5;
 
-/// Bound of the angles of Denavit–Hartenberg rows \[rad\]: one turn. A larger angle is probably in degrees.
+/// Bound of the angles of Denavit–Hartenberg rows: one turn \[rad\]. A larger angle is probably in degrees.
 pub const LINK_ANGLE: f64 = TAU;
 
 /// An invalid number.
@@ -29,7 +29,7 @@ pub enum NumberError {
     NonFinite {
         /// The name of the number.
         field: String,
-        /// Its value.
+        /// The value of the number.
         value: f64,
     },
     /// The number is finite, but out of bounds.
@@ -37,17 +37,17 @@ pub enum NumberError {
     OutOfRange {
         /// The name of the number.
         field: String,
-        /// Its value.
+        /// The value of the number.
         value: f64,
         /// The largest allowed value.
         bound: f64,
-        /// The unit of both.
+        /// The unit of the value and the bound.
         unit: &'static str,
     },
 }
 
 impl NumberError {
-    /// Returns the reason in one word.
+    /// Returns the name of the error.
     pub fn label(&self) -> &'static str {
         match self {
             Self::NonFinite { .. } => "non_finite",
@@ -56,7 +56,7 @@ impl NumberError {
     }
 }
 
-/// Checks that `values` are finite and at most `bound` in size, in that `unit`; `field` names them.
+/// Checks that `values` are finite and at most `bound` in size. `field` and `unit` are their name and unit in the error.
 ///
 /// # Errors
 /// [`NumberError`] for the first invalid value.
@@ -76,7 +76,7 @@ pub fn check(
     }
 }
 
-/// Checks a length \[m\] of joint `joint` against [`LENGTH`].
+/// Checks a length of joint `joint` \[m\] against [`LENGTH`].
 ///
 /// # Errors
 /// [`ArmError::NonFinite`] or [`ArmError::OutOfRange`].

@@ -1,4 +1,4 @@
-//! A serial chain of revolute and prismatic joints and its forward kinematics.
+//! A serial chain of revolute and prismatic joints, and its forward kinematics.
 
 use super::coupling::Drivers;
 use super::half_turns::half_turns;
@@ -9,27 +9,28 @@ use dq_algebra::UnitDualQuaternion;
 use nalgebra::{Isometry3, Quaternion, Unit, UnitQuaternion, Vector3};
 use wide::f64x2;
 
-/// Largest product of the directions of two axes that count as perpendicular.
+/// Two axes count as perpendicular if the product of their directions is at most this.
 const SQUARE: f64 = 1e-9;
 
 /// A serial arm with any number of revolute and prismatic joints.
 ///
-/// DH rows of both conventions, and joints about any axes, are converted to one form: a fixed transform before each rotation about z, or
-/// translation along z, and a fixed transform to the tool after the last.
+/// The chain has the same form for both DH conventions and for joints about any axes. Each joint turns about z or slides along z
+/// after a fixed transform. A fixed transform to the tool follows the last joint.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Chain {
-    /// For each joint i, link i−1 (or the base) from the frame in which the joint turns about z or slides along z, at position 0.
+    /// For each joint, the transform from link i−1 (or the base) to the frame in which the joint turns about z or slides along z,
+    /// at position 0.
     before_joint: Vec<Isometry3<f64>>,
-    /// How each link moves relative to the one before it.
+    /// The kind of motion of each link relative to the previous link.
     pub(super) link_kinds: Vec<JointKind>,
     /// The joints that drive the links; `None` if each link has its own joint.
     pub(super) drivers: Option<Drivers>,
-    /// The tool without its offset; `None` if it is at the last link.
+    /// The tool without its offset; `None` if that is the frame of the last link.
     last_link_from_flange: Option<Isometry3<f64>>,
-    /// The tool; `None` if it is at the last link.
+    /// The tool; `None` if it is the frame of the last link.
     last_link_from_tool: Option<Isometry3<f64>>,
     tool_offset: UnitDualQuaternion,
-    /// The links, two at a time.
+    /// The links in pairs.
     pairs: Vec<LinkPair>,
     /// The rotation about z before the first joint.
     first_turn: ChainEnd,
@@ -66,8 +67,8 @@ impl Chain {
     /// Creates a chain from joints, base first, and the tool in the last joint's frame.
     ///
     /// # Errors
-    /// [`ArmError::NoJoints`], [`ArmError::NonFinite`] (also for an axis, because `Unit::new_normalize` makes NaN of zeros) or
-    /// [`ArmError::OutOfRange`].
+    /// [`ArmError::NoJoints`], [`ArmError::NonFinite`] or [`ArmError::OutOfRange`]. An axis of zeros also gives
+    /// [`ArmError::NonFinite`], because `Unit::new_normalize` makes NaN of it.
     pub fn from_joints(
         joints: &[Joint],
         last_joint_from_tool: &UnitDualQuaternion,
@@ -76,7 +77,7 @@ impl Chain {
             return Err(ArmError::NoJoints);
         }
         let mut before_joint = Vec::with_capacity(joints.len());
-        // Transforms from the frame whose z is the last joint's axis to that joint's own frame.
+        // The transform from the frame whose z axis is the last joint's axis to that joint's own frame.
         let mut z_from_joint = Isometry3::identity();
         for (i, joint) in joints.iter().enumerate() {
             bounds::length("origin", i + 1, joint.parent_from_joint.translation().norm())?;
@@ -117,7 +118,7 @@ impl Chain {
         self.drivers.as_ref().map_or(&self.link_kinds, |drivers| &drivers.kinds)
     }
 
-    /// Recomputes the links from the transforms.
+    /// Recomputes the links from the fixed transforms.
     fn with_links(mut self) -> Self {
         let links: Vec<_> = self.before_joint.iter().map(Link::new).collect();
         let befores = links.iter().map(|(_, before, _)| *before);
@@ -138,12 +139,12 @@ impl Chain {
         self.kinds().len()
     }
 
-    /// Returns the number of links that move: that of the joints, or more if joints drive others.
+    /// Returns the number of links that move. It is the number of joints, or larger if joints drive more than one link.
     pub fn link_count(&self) -> usize {
         self.before_joint.len()
     }
 
-    /// Returns the same arm with its base at `world_from_base`; its base frame is then the world.
+    /// Returns the same arm with its base at `world_from_base`. The world is then the arm's base frame.
     pub fn standing_at(mut self, world_from_base: &UnitDualQuaternion) -> Self {
         if let Some(first) = self.before_joint.first_mut() {
             *first = world_from_base.frame() * *first;
@@ -152,7 +153,7 @@ impl Chain {
         self.with_links()
     }
 
-    /// Sets the tool offset `flange_from_tool`, relative to the tool without an offset.
+    /// Sets the tool offset: `flange_from_tool`, where the flange is the tool without an offset.
     pub fn set_tool_offset(&mut self, flange_from_tool: &UnitDualQuaternion) {
         self.tool_offset = *flange_from_tool;
         let flange = self.last_link_from_flange;
@@ -162,7 +163,7 @@ impl Chain {
         };
     }
 
-    /// Returns the tool offset, relative to the tool without an offset.
+    /// Returns the tool offset: the tool in the frame of the tool without an offset.
     pub fn tool_offset(&self) -> &UnitDualQuaternion {
         &self.tool_offset
     }
@@ -172,15 +173,15 @@ impl Chain {
         self.base_point
     }
 
-    /// Returns an upper bound of the distance from the arm's base to its tool \[m\], with joints in these ranges \[rad, prismatic: m\]. A
-    /// prismatic joint without a range counts as fixed at 0.
+    /// Returns an upper bound of the distance from the arm's base to its tool \[m\], with joints in these ranges [rad, prismatic:
+    /// m]. A prismatic joint without a range counts as fixed at 0.
     pub fn reach(&self, ranges: impl Iterator<Item = (f64, f64)> + Clone) -> f64 {
         self.length_from(0, self.link_ranges(ranges))
     }
 
-    /// Returns the distance of `point` from the nearest possible position of the arm's foot, and an upper bound of the distance from there
-    /// to the tool \[m\], with joints in these ranges \[rad, prismatic: m\]. The foot is carried by the prismatic joints that are
-    /// perpendicular to each other and come before any revolute one.
+    /// Returns the distance of `point` from the nearest position that the arm's foot can have, and an upper bound of the distance
+    /// from there to the tool \[m\]. The joints are in these ranges \[rad, prismatic: m\]. Prismatic joints move the foot if they are
+    /// perpendicular to each other and come before any revolute joint.
     pub fn gap(&self, point: &Vector3<f64>, ranges: impl Iterator<Item = (f64, f64)> + Clone) -> (f64, f64) {
         let ranges = self.link_ranges(ranges);
         let (mut foot, mut axes, mut count) = (Isometry3::identity(), [Vector3::zeros(); 3], 0);
@@ -206,8 +207,8 @@ impl Chain {
         (way.norm(), self.length_from(count, ranges))
     }
 
-    /// Returns the total length of the links from number `first` (counted from 0) to the tool \[m\], including prismatic travel within
-    /// these `ranges` of the links.
+    /// Returns the total length of the links from number `first` (counted from 0) to the tool \[m\]. It includes the travel of
+    /// prismatic links within these `ranges` of the links.
     fn length_from(&self, first: usize, ranges: impl Iterator<Item = (f64, f64)>) -> f64 {
         let starts = std::iter::once(self.base_point).chain(std::iter::repeat(Vector3::zeros()));
         let lengths = self
@@ -224,7 +225,8 @@ impl Chain {
         links.sum::<f64>() + tool
     }
 
-    /// Returns `base_from_tool` at the joint positions `theta` \[rad, prismatic: m\] (eq. 14), with the sign of the product of the factors.
+    /// Returns `base_from_tool` at the joint positions `theta` \[rad, prismatic: m\] (eq. 14). Its quaternion has the sign of the
+    /// product of the factors.
     ///
     /// # Errors
     /// [`ArmError::JointCount`] if `theta` does not have one number per joint.
@@ -238,7 +240,7 @@ impl Chain {
         Ok(UnitDualQuaternion::from_parts(rotation, point))
     }
 
-    /// Returns `base_from_link` of each link: the frame that moves with joint i, with z along its axis.
+    /// Returns `base_from_link` of each link: the frame that moves with joint i. Its z axis is the joint's axis.
     ///
     /// # Errors
     /// [`ArmError::JointCount`] if `theta` does not have one number per joint.
@@ -249,7 +251,8 @@ impl Chain {
         Ok(links)
     }
 
-    /// Calls `each` with these frames, base first, until `theta` has no number for the next one, without allocating.
+    /// Calls `each` with the frames of [`link_poses`](Self::link_poses), base first, until `theta` has no number for the next one.
+    /// Does not allocate.
     pub fn for_each_link(&self, theta: &[f64], mut each: impl FnMut(&Isometry3<f64>)) {
         let mut frame = Isometry3::identity();
         for (before, (coupling, kind)) in self.before_joint.iter().zip(self.couplings()) {
@@ -265,13 +268,14 @@ impl Chain {
         }
     }
 
-    /// Yields the origin of each joint in the link before it, or in the base, at position 0 \[m\], base first.
+    /// Yields the origin of each joint at position 0, in the frame of the previous link or the base \[m\]. The joint nearest to the
+    /// base comes first.
     pub fn joint_origins(&self) -> impl Iterator<Item = Vector3<f64>> + '_ {
         self.before_joint.iter().map(|before| before.translation.vector)
     }
 
-    /// Fills `state` with the tool pose and the joint axes at `theta` \[rad, prismatic: m\], without allocating. A state of another arm
-    /// with the same number of joints becomes one of this arm, whatever the kinds of its joints.
+    /// Sets `state` to the tool pose and the joint axes at `theta` \[rad, prismatic: m\], without allocating. `state` may be that of
+    /// another arm with the same number of joints.
     ///
     /// # Errors
     /// [`ArmError::JointCount`] if `theta` or `state` do not have as many joints as this arm.
@@ -304,10 +308,10 @@ impl Chain {
         Ok(())
     }
 
-    /// Calls `each` with two links at a time, base first: with the frames whose z axes are those of their motion, which are at these
-    /// `positions`. Returns the last link.
+    /// Calls `each` with pairs of successive links, base first. It gets the frames about or along whose z axes the links move, at
+    /// these `positions`. Returns the last link.
     ///
-    /// This is fast because the half turns of the next two links are computed while these two are multiplied.
+    /// This is fast because the half turns of the next pair are computed while this pair is multiplied.
     #[inline]
     pub(super) fn pass_pairs(
         &self,
@@ -338,13 +342,13 @@ impl Chain {
         end
     }
 
-    /// Returns the tool in the last link.
+    /// Returns the tool in the frame of the last link.
     pub fn last_link_from_tool(&self) -> UnitDualQuaternion {
         let (rotation, point) = ChainEnd::turned(0.0).tool(self.last_link_from_tool.as_ref());
         UnitDualQuaternion::from_parts(rotation, point)
     }
 
-    /// Returns each joint's frame at θ = 0 in the link before it (or the base), base first.
+    /// Returns each joint's frame at θ = 0 in the frame of the previous link or the base, base first.
     pub fn parent_from_joint(&self) -> Vec<UnitDualQuaternion> {
         self.before_joint.iter().map(|frame| (*frame).into()).collect()
     }
@@ -357,7 +361,7 @@ impl Chain {
     }
 }
 
-/// Returns the frame rotated about its own z axis by the angle whose half has this cosine and sine.
+/// Returns the frame rotated about its own z axis. `cos` and `sin` are those of half the angle.
 fn turned(frame: &Isometry3<f64>, cos: f64, sin: f64) -> Isometry3<f64> {
     let q = frame.rotation.quaternion();
     let rotation = Quaternion::new(
@@ -369,8 +373,9 @@ fn turned(frame: &Isometry3<f64>, cos: f64, sin: f64) -> Isometry3<f64> {
     Isometry3::from_parts(frame.translation, UnitQuaternion::new_unchecked(rotation))
 }
 
-/// Returns a rotation that takes z to this direction, exact to rounding everywhere (a formula with the arc cosine is inexact near the
-/// poles). It is the shortest rotation, or, if the direction points below, the shortest from −z after half a turn about x.
+/// Returns a rotation that takes z to `direction`. It is accurate to rounding everywhere; a formula with the arc cosine is
+/// inaccurate near the poles. It is the shortest such rotation if the direction points upward. Otherwise it is a half turn about x
+/// and then the shortest rotation from −z.
 fn from_z(direction: &Unit<Vector3<f64>>) -> UnitQuaternion<f64> {
     let (x, y, z) = (direction.x, direction.y, direction.z);
     UnitQuaternion::new_normalize(match z >= 0.0 {
@@ -380,7 +385,7 @@ fn from_z(direction: &Unit<Vector3<f64>>) -> UnitQuaternion<f64> {
 }
 
 impl ArmState {
-    /// Creates the state with all joints at 0.
+    /// Creates the state of an arm with all joints at 0.
     pub fn new(chain: &Chain) -> Self {
         let mut state = Self::of_joints(chain.joint_count());
         // The counts are equal by construction.

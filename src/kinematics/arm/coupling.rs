@@ -1,4 +1,4 @@
-//! Chains in which joints drive others: the mimic joints of palletizers and linkages.
+//! Chains in which a joint drives several links, such as the mimic joints of palletizers and linkages.
 
 use super::link::ChainEnd;
 use super::pair::{Motions, ZEROS, twice, two};
@@ -6,14 +6,14 @@ use super::{ArmError, Chain, JointKind};
 use nalgebra::Vector3;
 use wide::f64x2;
 
-/// The motion of one link of a chain, relative to the link before it, as a linear function of its driver's position: `ratio · θ + offset`.
+/// How a link moves relative to the previous link: linearly with the position of its driver, `ratio · θ + offset`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Coupling {
-    /// The index of the driver among the chain's joints, counted from 0.
+    /// The joint that drives the link, counted from 0.
     pub driver: usize,
-    /// The link's speed per speed of the driver.
+    /// The link's speed divided by the driver's speed.
     pub ratio: f64,
-    /// The link's position with the driver at 0 \[rad, prismatic: m\].
+    /// The link's position when the driver is at 0 \[rad, prismatic: m\].
     pub offset: f64,
 }
 
@@ -23,7 +23,7 @@ impl Coupling {
         Self { driver: joint, ratio: 1.0, offset: 0.0 }
     }
 
-    /// Returns the link's position with the driver at `position` \[rad, prismatic: m\].
+    /// Returns the link's position when the driver is at `position` \[rad, prismatic: m\].
     pub fn at(&self, position: f64) -> f64 {
         self.ratio * position + self.offset
     }
@@ -39,7 +39,7 @@ pub(super) struct Drivers {
 }
 
 impl Drivers {
-    /// Yields the positions of the links, two at a time.
+    /// Yields the positions of the links in pairs.
     pub fn positions(&self, theta: &[f64]) -> impl Iterator<Item = f64x2> {
         let at = |coupling: &Coupling| coupling.at(theta[coupling.driver]);
         self.couplings.chunks(2).map(move |both| two(&[at(&both[0]), both.get(1).map_or(0.0, at)]))
@@ -47,8 +47,8 @@ impl Drivers {
 }
 
 impl Chain {
-    /// Returns the same chain with joints of these `kinds`, which drive all links: `θ = C θ_a + c`, with a row in `couplings` for each
-    /// link, base first. The chain then has as many joints as drivers, and the Jacobian `J C`.
+    /// Returns the chain with joints of these `kinds`, which drive all links: `θ = C θ_a + c`. `couplings` has a row of C and c for
+    /// each link, base first. The chain then has one joint per driver, and the Jacobian `J C`.
     ///
     /// # Errors
     /// [`ArmError::OnePerJoint`] if the number of couplings differs from the number of links, or a driver is missing.
@@ -66,13 +66,13 @@ impl Chain {
         Ok(self)
     }
 
-    /// Yields the coupling of each link, and how it moves, base first.
+    /// Yields the coupling and the kind of each link, base first.
     pub fn couplings(&self) -> impl Iterator<Item = (Coupling, JointKind)> + Clone + '_ {
         let of = |link| self.drivers.as_ref().map_or(Coupling::own(link), |drivers| drivers.couplings[link]);
         self.link_kinds.iter().enumerate().map(move |(link, kind)| (of(link), *kind))
     }
 
-    /// Yields the range of each link while the joints are within these `ranges`; (0, 0) for a joint without a range.
+    /// Yields the range of each link if the joints are within these `ranges`; (0, 0) for a joint without a range.
     pub(super) fn link_ranges(
         &self,
         ranges: impl Iterator<Item = (f64, f64)> + Clone,
@@ -83,8 +83,8 @@ impl Chain {
             (one.min(other), one.max(other))
         })
     }
-    /// Sets `motions` to the motion of a point at the base's origin, carried by the tool, by each joint: the sum over the links that it
-    /// drives. Returns the last link.
+    /// Sets `motions` to the motion that each joint gives to a point of the tool at the base's origin: the sum over the links that
+    /// the joint drives. Returns the last link.
     pub(super) fn evaluate_driven(
         &self,
         drivers: &Drivers,

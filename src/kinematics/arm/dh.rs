@@ -8,7 +8,7 @@ use std::str::FromStr;
 /// The Denavit–Hartenberg convention of a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Convention {
-    /// Craig's convention: `Rx(α) Tx(a) Tz(d) Rz(θ)`, with α and a of the link before the joint.
+    /// Craig's convention: `Rx(α) Tx(a) Tz(d) Rz(θ)`. α and a are those of the link before the joint.
     ModifiedDh,
     /// The original convention: `Rz(θ) Tz(d) Tx(a) Rx(α)`.
     StandardDh,
@@ -39,7 +39,7 @@ pub struct DhRow {
 }
 
 impl DhRow {
-    /// Returns the fixed part of the row, in the order of the convention.
+    /// Returns the fixed part of the row, in the order of its convention.
     pub(super) fn fixed(&self, convention: Convention) -> UnitDualQuaternion {
         let turn =
             UnitDualQuaternion::from_translation_angle_axis(Vector3::zeros(), self.alpha, &Vector3::x_axis());
@@ -54,7 +54,7 @@ impl DhRow {
         }
     }
 
-    /// Checks the numbers of joint `joint` against [`bounds`].
+    /// Checks the numbers of the row of joint `joint` against [`bounds`].
     pub(super) fn check(&self, joint: usize) -> Result<(), ArmError> {
         let named = [
             ("alpha", self.alpha, bounds::LINK_ANGLE, "rad"),

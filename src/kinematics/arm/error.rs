@@ -5,34 +5,34 @@ use thiserror::Error;
 /// An error in the description of an arm or in its joint positions.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum ArmError {
-    /// A chain without joints.
+    /// The chain has no joints.
     #[error("an arm needs at least one joint, got none")]
     NoJoints,
     /// A DH parameter or a length is infinite or NaN.
     #[error("{parameter} of joint {joint} is {value}: expected a finite number")]
     NonFinite {
-        /// The parameter.
+        /// The name of the number.
         parameter: &'static str,
-        /// The joint, counted from 1.
+        /// The number of the joint, counted from 1.
         joint: usize,
-        /// Its value.
+        /// The value of the number.
         value: f64,
     },
-    /// A DH parameter or a length is larger than that of any arm.
+    /// A DH parameter or a length is larger than in any real arm.
     #[error(
         "{parameter} of joint {joint} is {value} {unit}: expected at most {bound:.5} {unit} either way{}",
         hint(unit)
     )]
     OutOfRange {
-        /// The parameter.
+        /// The name of the number.
         parameter: &'static str,
-        /// The joint, counted from 1.
+        /// The number of the joint, counted from 1.
         joint: usize,
-        /// Its value.
+        /// The value of the number.
         value: f64,
         /// The largest allowed value.
         bound: f64,
-        /// The unit of both.
+        /// The unit of the value and the bound.
         unit: &'static str,
     },
     /// The number of joint values does not match the arm.
@@ -43,17 +43,17 @@ pub enum ArmError {
         /// The number of values.
         got: usize,
     },
-    /// The number of names, or of other things that each joint has one of, does not match the arm.
+    /// The length of a list with one entry per joint does not match the arm.
     #[error("got {got} {what}, expected {expected}: the arm has {expected} joints")]
     OnePerJoint {
-        /// The things.
+        /// The name of the list.
         what: &'static str,
         /// The number of joints of the arm.
         expected: usize,
-        /// The number of things.
+        /// The number of entries in the list.
         got: usize,
     },
-    /// An unknown name of a DH convention.
+    /// The name of the DH convention is unknown.
     #[error("unknown DH convention {0:?}: expected modified_dh or standard_dh")]
     UnknownConvention(String),
 }

@@ -1,12 +1,12 @@
-//! Cosines and sines of half angles, two at once.
+//! Cosines and sines of half angles, for two angles at once.
 
 use std::f64::consts::FRAC_1_PI;
 use wide::{bytemuck, f64x2, u64x2};
 
-/// Largest angle \[rad\] for which the number of half turns times the long part of π is exact.
+/// Largest angle for which the number of half turns times the long part of π is exact \[rad\].
 const LARGEST: f64 = 1e6;
 
-/// The long part of π, with so few digits that its product with a number of half turns is exact.
+/// The long part of π. It has so few digits that its product with a number of half turns is exact.
 const PI_LONG: f64 = 3.141_592_621_803_283_7;
 /// The rest of π.
 const PI_SHORT: f64 = 3.178_650_954_705_639e-8;
@@ -14,13 +14,13 @@ const PI_SHORT: f64 = 3.178_650_954_705_639e-8;
 /// Adding and subtracting 1.5·2⁵² rounds to an integer. The last bit of the sum is that of the integer.
 const ROUNDER: f64 = 6_755_399_441_055_744.0;
 
-/// Returns the cosines and sines of `½θ + offset` of each angle θ \[rad\]; offsets are at most π.
+/// Returns the cosines and sines of `½θ + offset` of two angles θ \[rad\]. Each offset is at most π.
 ///
-/// It is fast because both angles take the same steps without a branch, in one register; libm's `sin_cos` computes them one by one, and
-/// takes half the time of the kinematics. After k half turns are subtracted, `½θ + offset = kπ + 2y`. For |y| ≤ ¼π, short polynomials in y²
-/// are exact to the last digit; then `sin 2y = 2 sin y cos y`, `cos 2y = 1 − 2 sin² y`, and an odd k changes both signs. The even and the
-/// odd powers of y² are summed in parallel, because each power depends on the one before. The function is inlined into the calling loop,
-/// because passing two numbers through memory would stall it.
+/// This is fast because both angles take the same steps in one register, without a branch. With libm's `sin_cos`, which computes
+/// them one after the other, this would be half of the time of the kinematics. After k half turns are subtracted, `½θ + offset = kπ
+/// + 2y`. For |y| ≤ ¼π, short polynomials in y² are accurate to the last digit. Then `sin 2y = 2 sin y cos y` and `cos 2y = 1 − 2
+/// sin² y`; an odd k changes both signs. The even and the odd powers of y² are summed in parallel, because each power depends on
+/// the previous one. The function is inlined into the calling loop, because two numbers passed through memory would stall it.
 #[inline(always)]
 pub(super) fn half_turns(angles: f64x2, offsets: f64x2) -> (f64x2, f64x2) {
     if angles.to_array().iter().any(|angle| angle.abs() > LARGEST) {
@@ -39,14 +39,15 @@ pub(super) fn half_turns(angles: f64x2, offsets: f64x2) -> (f64x2, f64x2) {
     ((1.0 - twice * sin) ^ odd, (twice * cos) ^ odd)
 }
 
-/// Coefficients of y³, y⁵ … y¹³ of the sine divided by y: two lists of alternate coefficients, each with the last one first. The polynomial
-/// equals the sine at six Chebyshev points of y², computed with 60 digits; between them the error is at most 1.3e-17.
+/// Coefficients of y³, y⁵ … y¹³ of the sine, divided by y: two lists of alternate coefficients, each with the last one first. The
+/// polynomial equals the sine at six Chebyshev points of y², computed with 60 digits. Between them the error is at most 1.3e-17.
 const SINE: ([f64; 3], [f64; 3]) = (
     [-2.505_113_184_500_362_4e-8, -1.984_126_983_675_885_7e-4, -0.166_666_666_666_666_66],
     [1.591_812_929_486_660_8e-10, 2.755_731_610_255_244e-6, 8.333_333_333_330_948e-3],
 );
 
-/// Coefficients of y², y⁴ … y¹⁴ of the cosine, in the same order, from seven points. The error is at most 1.2e-19.
+/// Coefficients of y², y⁴ … y¹⁴ of the cosine, in the order of [`SINE`]. The polynomial equals the cosine at seven points; its
+/// error is at most 1.2e-19.
 const COSINE: ([f64; 4], [f64; 3]) = (
     [-1.136_799_865_402_249_4e-11, -2.755_731_556_634_189_5e-7, -1.388_888_888_888_077_5e-3, -0.5],
     [2.087_588_673_804_705_2e-9, 2.480_158_729_369_346e-5, 0.041_666_666_666_666_64],
@@ -72,7 +73,7 @@ mod tests {
 
     fn check(angle: f64, offset: f64) {
         let (cosines, sines) = half_turns(f64x2::splat(angle), f64x2::splat(offset));
-        // The sum `½θ + offset` itself would be rounded.
+        // The sum `½θ + offset` itself would have a rounding error.
         let (sin, cos) = (0.5 * angle).sin_cos();
         let (sin, cos) = (sin * offset.cos() + cos * offset.sin(), cos * offset.cos() - sin * offset.sin());
         for (cosine, sine) in cosines.to_array().into_iter().zip(sines.to_array()) {

@@ -1,4 +1,4 @@
-//! Joints: their kind and their place in a chain.
+//! Joints: their kinds, and their places in a chain.
 
 use dq_algebra::UnitDualQuaternion;
 use nalgebra::{Unit, Vector3};
@@ -15,7 +15,7 @@ pub enum JointKind {
 }
 
 impl JointKind {
-    /// Returns the unit of its position.
+    /// Returns the unit of the joint's position.
     pub fn unit(self) -> &'static str {
         match self {
             Self::Revolute => "rad",
@@ -23,8 +23,8 @@ impl JointKind {
         }
     }
 
-    /// Returns the displacement from one position to another: for a revolute joint the shorter one \[rad\], because encoders wrap; for a
-    /// prismatic joint the difference \[m\].
+    /// Returns the displacement between two positions. For a revolute joint it is the shorter one \[rad\], because encoders wrap;
+    /// for a prismatic joint it is the difference \[m\].
     pub fn displacement(self, from: f64, to: f64) -> f64 {
         let whole = to - from;
         match self {
@@ -37,10 +37,10 @@ impl JointKind {
 /// A joint of a chain, as a robot description gives it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Joint {
-    /// Its kind.
+    /// The kind of the joint.
     pub kind: JointKind,
-    /// Its frame at position 0, relative to the joint before it or to the base.
+    /// The joint's frame at position 0, in the frame of the previous joint or the base.
     pub parent_from_joint: UnitDualQuaternion,
-    /// Its axis, in its own frame.
+    /// The joint's axis, in its own frame.
     pub axis: Unit<Vector3<f64>>,
 }

@@ -1,27 +1,27 @@
-//! The fixed part of a link, in the form that is cheapest to multiply.
+//! The fixed part of a link, in the form that takes the fewest multiplications.
 
 use super::JointKind;
 use super::pair::side_by_side;
 use nalgebra::{Isometry3, Quaternion, UnitQuaternion, Vector3};
 use wide::f64x2;
 
-/// A fixed transform before a joint as `Rz(γ) T(offset) Rx(α) Rz(φ)`, without its rotations about z: γ is added to the joint before, and φ
-/// to the angle of this joint. So only a rotation about x and one about z remain to be multiplied.
+/// A fixed transform before a joint, `Rz(γ) T(offset) Rx(α) Rz(φ)`, without its rotations about z. The previous joint's angle
+/// includes γ, and this joint's angle includes φ. So only a rotation about x and one about z remain to be multiplied.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Link {
-    /// `cos ½α`, twice.
+    /// `cos ½α`, in both halves.
     cos: f64x2,
-    /// `sin ½α`, twice.
+    /// `sin ½α`, in both halves.
     sin: f64x2,
-    /// The offset; `None` if the axis intersects the one before at its origin.
+    /// The offset; `None` if the joint's origin is the previous joint's origin.
     offset: Option<Vector3<f64>>,
 }
 
 impl Link {
     /// Returns the link of a fixed transform, and the half angles ½γ and ½φ \[rad\].
     ///
-    /// With the transform's quaternion `(w, x, y, z)`: `½γ + ½φ` is the angle of (w, z), `½γ − ½φ` that of (x, y), and their lengths are
-    /// `cos ½α` and `sin ½α`. If one of the lengths is 0, its angle is arbitrary.
+    /// Let `(w, x, y, z)` be the transform's quaternion. Then `½γ + ½φ` is the angle of (w, z), and `½γ − ½φ` that of (x, y). Their
+    /// lengths are `cos ½α` and `sin ½α`. If a length is 0, its angle is arbitrary.
     pub fn new(transform: &Isometry3<f64>) -> (Self, f64, f64) {
         let q = transform.rotation.quaternion();
         let ((cos, sum), (sin, difference)) = (polar(q.w, q.k), polar(q.i, q.j));
@@ -34,17 +34,17 @@ impl Link {
     }
 }
 
-/// Two successive joints (or the last one alone) with the links before them. The half turns of two joints are computed at once.
+/// Two successive joints, or a last single one, with the links before them. The half turns of both joints are computed at once.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct LinkPair {
     pub links: [Link; 2],
-    /// The half angles that the links add to the joints \[rad\].
+    /// The half angles that the links add to the joints' half angles \[rad\].
     pub half_angles: f64x2,
-    /// The kinds of the joints; `None` if there are two, both revolute.
+    /// The kinds of the joints; `None` if there are two joints, both revolute.
     pub kinds: Option<Kinds>,
 }
 
-/// The kinds of two joints as factors; all are 0 for a missing second joint.
+/// The kinds of two joints as factors. For a missing second joint, all are 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Kinds {
     /// 1 for a revolute joint, otherwise 0.
@@ -54,7 +54,7 @@ pub(super) struct Kinds {
 }
 
 impl LinkPair {
-    /// Creates a pair from one or two joints, each with the link before it, its additional half angle \[rad\], and its kind.
+    /// Creates a pair from one or two joints. Each is given by the link before it, its additional half angle \[rad\], and its kind.
     pub fn new(joints: &[(Link, f64, JointKind)]) -> Self {
         let none = (Link::new(&Isometry3::identity()).0, 0.0);
         let both = [0, 1].map(|i| joints.get(i).map_or(none, |(link, half_angle, _)| (*link, *half_angle)));
@@ -71,37 +71,38 @@ impl LinkPair {
     }
 }
 
-/// Returns the length and the angle in [−½π, ½π] of (x, y); a negative length extends the angle's range.
+/// Returns the length of (x, y), and its angle in [−½π, ½π]. A negative length stands for the other half of the angles.
 fn polar(x: f64, y: f64) -> (f64, f64) {
     let sign = 1.0_f64.copysign(x);
     (sign * x.hypot(y), (sign * y).atan2(sign * x))
 }
 
-/// The end of a chain so far: rotation and position of its frame, in the base.
+/// The frame at the end of a chain, in the base frame.
 ///
-/// A quaternion and a point instead of a dual quaternion save a quarter of the multiplications, and the Jacobian needs the point. A
-/// rotation about one axis takes twelve operations instead of the twenty-eight of a quaternion product. With the quaternion as two complex
-/// numbers, `w + iz` and `x + iy`, two of the operations are done at once: a rotation about z multiplies both by complex numbers of length
-/// 1, and one about x mixes them with real factors. The signs are those of the product of dual quaternions.
+/// A quaternion and a point take a quarter fewer multiplications than a dual quaternion, and the Jacobian needs the point. A
+/// rotation about one axis takes twelve operations instead of the twenty-eight of a quaternion product. The quaternion is stored as
+/// two complex numbers, `w + iz` and `x + iy`, so that two operations are done at once. A rotation about z multiplies both by
+/// complex numbers of length 1; a rotation about x mixes them with real factors. The signs are those of the product of dual
+/// quaternions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct ChainEnd {
     /// (w, z).
     along: f64x2,
     /// (x, y).
     across: f64x2,
-    /// The x and y of the point, and its z.
+    /// The x and y of the point. Then, its z.
     xy: f64x2,
     z: f64,
 }
 
 impl ChainEnd {
-    /// Creates an end at the origin, rotated about z by twice this angle \[rad\].
+    /// Creates an end at the origin, rotated about z by twice `half_angle` \[rad\].
     pub fn turned(half_angle: f64) -> Self {
         let (sin, cos) = half_angle.sin_cos();
         Self { along: f64x2::new([cos, sin]), across: f64x2::ZERO, xy: f64x2::ZERO, z: 0.0 }
     }
 
-    /// Moves on to the next joint, whose axis is then z.
+    /// Moves on to the next joint, whose axis is z then.
     #[inline(always)]
     pub fn follow(&mut self, link: &Link) {
         if let Some(offset) = &link.offset {
@@ -122,7 +123,7 @@ impl ChainEnd {
         self.z += way.z;
     }
 
-    /// Rotates about z by the angle whose half has this cosine and sine.
+    /// Rotates about z. `cos` and `sin` are those of half the angle.
     #[inline(always)]
     pub fn turn(&mut self, cos: f64, sin: f64) {
         let (cos, sin) = (f64x2::splat(cos), f64x2::new([-sin, sin]));
@@ -130,13 +131,13 @@ impl ChainEnd {
         self.across = cos * self.across - sin * swapped(self.across);
     }
 
-    /// Returns the direction of z.
+    /// Returns the direction of the z axis.
     #[inline(always)]
     pub fn z_axis(&self) -> Vector3<f64> {
         Self::z_axes(&[*self; 2]).0.map(|same| same.to_array()[0])
     }
 
-    /// Returns the directions of z of both ends, and their points.
+    /// Returns the directions of the z axes of two frames, and their origins.
     #[inline(always)]
     pub fn z_axes(both: &[Self; 2]) -> (Vector3<f64x2>, Vector3<f64x2>) {
         let [w, z] = f64x2::transpose(both.map(|end| end.along));
@@ -147,7 +148,8 @@ impl ChainEnd {
         (direction, Vector3::new(x, y, side_by_side(both[0].z, both[1].z)))
     }
 
-    /// Returns rotation and position of a tool in this frame, or of this frame, with the rotation normalized.
+    /// Returns the rotation and position of `tool`, which is given in this frame; without a `tool`, those of this frame. Normalizes
+    /// the rotation.
     #[inline(always)]
     pub fn tool(&self, tool: Option<&Isometry3<f64>>) -> (UnitQuaternion<f64>, Vector3<f64>) {
         let (mut rotation, mut point) = (self.rotation(), self.point());
@@ -159,7 +161,7 @@ impl ChainEnd {
         (UnitQuaternion::new_unchecked(rotation * scale), point)
     }
 
-    /// Returns the position of the frame.
+    /// Returns the origin of the frame.
     #[inline(always)]
     pub fn point(&self) -> Vector3<f64> {
         let [x, y] = self.xy.to_array();

@@ -6,13 +6,13 @@ use wide::f64x2;
 /// Two vectors in one register.
 pub(crate) type Pair = Vector3<f64x2>;
 
-/// Zeros; the compiler would make a loop of nalgebra's zero vector.
+/// Zeros. The compiler would make a loop of nalgebra's zero vector.
 pub(crate) const ZEROS: Pair = Vector3::new(f64x2::ZERO, f64x2::ZERO, f64x2::ZERO);
 
-/// The motion of a tool per unit of speed of each of two joints: its angular velocity and the velocity of its point.
+/// The motions of a tool by two joints, per unit of their speeds: the angular velocity, and the velocity of the tool point.
 pub(crate) type Motions = (Pair, Pair);
 
-/// Loads the first two numbers, or one and 0.
+/// Loads the first two numbers. A missing second number is 0.
 #[inline(always)]
 pub(crate) fn two(numbers: &[f64]) -> f64x2 {
     match numbers.first_chunk() {
@@ -21,7 +21,7 @@ pub(crate) fn two(numbers: &[f64]) -> f64x2 {
     }
 }
 
-/// Returns the first of two numbers.
+/// Returns the first one of two numbers.
 #[inline(always)]
 pub(crate) fn first(numbers: f64x2) -> f64 {
     let [first, _] = numbers.to_array();
@@ -30,7 +30,7 @@ pub(crate) fn first(numbers: f64x2) -> f64 {
 
 /// Puts two numbers into one register.
 ///
-/// It is fast because it avoids memory: loading two numbers right after storing them separately would stall.
+/// This is fast because it avoids memory: loading two numbers right after they were stored separately would stall.
 #[inline(always)]
 pub(crate) fn side_by_side(first: f64, second: f64) -> f64x2 {
     let [numbers, _] = f64x2::transpose([f64x2::splat(first), f64x2::splat(second)]);
@@ -43,7 +43,7 @@ pub(crate) fn beside(one: &Vector3<f64>, other: &Vector3<f64>) -> Pair {
     one.zip_map(other, side_by_side)
 }
 
-/// Stores both numbers, or only the first if `room` has one place.
+/// Stores both numbers, or only the first one if `room` has one place.
 #[inline(always)]
 pub(crate) fn put(numbers: f64x2, room: &mut [f64]) {
     let [first, second] = numbers.to_array();
@@ -54,19 +54,19 @@ pub(crate) fn put(numbers: f64x2, room: &mut [f64]) {
     }
 }
 
-/// Duplicates a vector.
+/// Puts a vector into both halves of a register.
 #[inline(always)]
 pub(crate) fn twice(v: &Vector3<f64>) -> Pair {
     v.map(f64x2::splat)
 }
 
-/// Returns the dot products of the first vectors and of the second vectors.
+/// Returns the dot product of the first vectors, and that of the second vectors.
 #[inline(always)]
 pub(crate) fn dot(a: &Pair, b: &Pair) -> f64x2 {
     a.x * b.x + a.y * b.y + a.z * b.z
 }
 
-/// Returns the sum of both vectors, duplicated.
+/// Returns the sum of the two vectors, in both halves.
 #[inline(always)]
 pub(crate) fn sum_twice(v: &Pair) -> Pair {
     v.map(|numbers| {

@@ -1,23 +1,23 @@
-//! The state of an arm at given joint positions: tool pose, motion of the tool by each joint, and Jacobians.
+//! The state of an arm at given joint positions: the tool pose, the motion of the tool by each joint, and Jacobians.
 
 use super::ArmError;
 use super::pair::{Motions, Pair, ZEROS, beside, dot, put};
 use dq_algebra::{UnitDualQuaternion, Vector8};
 use nalgebra::{Matrix6xX, OMatrix, Quaternion, U8, UnitQuaternion, Vector3, Vector6};
 
-/// The tool pose of an arm, and the motion of the tool by each joint. [`Chain::evaluate`](super::Chain::evaluate) fills it without
-/// allocating.
+/// The tool pose of an arm, and the motion of the tool by each joint. [`Chain::evaluate`](super::Chain::evaluate) computes it
+/// without allocating.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ArmState {
     rotation: UnitQuaternion<f64>,
     tool_point: Vector3<f64>,
     joint_count: usize,
-    /// Two joints at a time; the last may be paired with one that does not move.
+    /// The motions by pairs of joints. The last joint may be paired with one that does not move.
     motions: Vec<Motions>,
 }
 
 impl ArmState {
-    /// Creates a state for this many joints, without their motions.
+    /// Creates a state for `joint_count` joints. The motions are not computed yet.
     pub(super) fn of_joints(joint_count: usize) -> Self {
         Self {
             rotation: UnitQuaternion::identity(),
@@ -27,19 +27,19 @@ impl ArmState {
         }
     }
 
-    /// Combines two arms into one (paper §4): [`set_relative`](Self::set_relative) on a new state.
+    /// Combines two arms into one (paper §4). See [`set_relative`](Self::set_relative).
     pub fn relative(left: &Self, right: &Self) -> Self {
         let mut state = Self::of_joints(left.joint_count + right.joint_count);
         state.set_relative(left, right);
         state
     }
 
-    /// Sets this state to that of the arm whose base is the tool of `left` and whose tool is that of `right`. Its pose is `q_r = q_2* q_1`
-    /// (eq. 22). Its joints are those of `left` (the paper's β, arm 2), then those of `right` (α, arm 1).
+    /// Sets this state to that of two arms as one: its base is the tool of `left`, and its tool is the tool of `right`. Its pose is
+    /// `q_r = q_2* q_1` (eq. 22). Its joints are those of `left` (the paper's β, arm 2), then those of `right` (α, arm 1).
     ///
-    /// Relative to the left tool, a joint of the right arm moves the right tool by `(l, v)`, and a joint of the left arm moves it the
-    /// opposite way, by `−(l, v + l × (t_1 − t_2))` with the tools' points. So everything that holds for one arm holds for this one, with
-    /// the joints of both, if both states are in one base frame. It allocates only if the state had another number of joints.
+    /// Relative to the left tool, a joint of the right arm moves the right tool by `(l, v)`. A joint of the left arm moves it the
+    /// opposite way, by `−(l, v + l × (t_1 − t_2))` with the tools' points. So all that is true of one arm is true of this one, if
+    /// both states are in one base frame. Allocates only if the state had another number of joints.
     pub fn set_relative(&mut self, left: &Self, right: &Self) {
         let joint_count = left.joint_count + right.joint_count;
         if self.joint_count != joint_count {
@@ -88,10 +88,10 @@ impl ArmState {
         OMatrix::from_columns(&columns)
     }
 
-    /// Calls `each` with the columns of the pose Jacobian, base first, without allocating.
+    /// Calls `each` with each column of the pose Jacobian, base first. Does not allocate.
     pub fn for_each_pose_column(&self, mut each: impl FnMut(Vector8)) {
         let (half_tool, half) = (0.5 * self.tool_point, 0.5 * self.rotation.into_inner());
-        // The product of two quaternions, of which the first has no scalar part.
+        // The product of two quaternions, the first one without a scalar part.
         let times = |v: &Vector3<f64>| {
             Quaternion::from_parts(-v.dot(&half.imag()), half.w * v + v.cross(&half.imag()))
         };
@@ -102,13 +102,13 @@ impl ArmState {
         }
     }
 
-    /// Yields the velocity of the tool point by each joint, `l × (t − p)` [m/rad], prismatic: l \[m/m\], without allocating.
+    /// Yields the velocity of the tool point by each joint, `l × (t − p)` [m/rad], prismatic: l [m/m]. Does not allocate.
     pub fn point_columns(&self) -> impl Iterator<Item = Vector3<f64>> + '_ {
         self.tool_motions().map(|(_, linear)| linear)
     }
 
-    /// Yields the motion of the tool by each joint, along the base's axes: `(l, l × (t − p))` [rad/rad, m/rad], prismatic: `(0, l)` [rad/m,
-    /// m/m], without allocating.
+    /// Yields the motion of the tool by each joint, along the base's axes: `(l, l × (t − p))` [rad/rad, m/rad], prismatic: `(0, l)`
+    /// [rad/m, m/m]. Does not allocate.
     pub fn tool_motions(&self) -> impl Iterator<Item = (Vector3<f64>, Vector3<f64>)> + '_ {
         let of = |pair: &Pair, i: usize| pair.map(|numbers| numbers.to_array()[i % 2]);
         (0..self.joint_count).map(move |i| {
@@ -117,13 +117,13 @@ impl ArmState {
         })
     }
 
-    /// Returns the motion of the tool by two joints at a time, as [`tool_motions`](Self::tool_motions) by one.
+    /// Returns the motions of [`tool_motions`](Self::tool_motions) for pairs of joints.
     pub(crate) fn tool_motion_pairs(&self) -> &[Motions] {
         &self.motions
     }
 
-    /// Applies `Jᵀ` to a moment about the tool point and a force there, along the base's axes, each number duplicated: returns the load of
-    /// each joint in `to`.
+    /// Applies `Jᵀ` to a moment and a force at the tool point, along the base's axes, with each number in both halves. Sets `to` to
+    /// the load of each joint.
     #[inline]
     pub(crate) fn apply_transpose(&self, (moment, force): &Motions, to: &mut [f64]) {
         for (room, (angular, linear)) in to.chunks_mut(2).zip(&self.motions) {
@@ -131,7 +131,7 @@ impl ArmState {
         }
     }
 
-    /// Yields the columns of the twist Jacobian at the tool along the base's axes, without allocating.
+    /// Yields the columns of the twist Jacobian at the tool, along the base's axes. Does not allocate.
     pub fn tool_columns(&self) -> impl Iterator<Item = Vector6<f64>> + '_ {
         self.tool_motions().map(|(angular, linear)| {
             Vector6::new(angular.x, angular.y, angular.z, linear.x, linear.y, linear.z)
@@ -144,7 +144,7 @@ impl ArmState {
         Matrix6xX::from_columns(&columns)
     }
 
-    /// Yields the columns of the body-twist Jacobian, `(Rᵀl, Rᵀ(l × (t − p)))`, prismatic: `(0, Rᵀl)`, without allocating.
+    /// Yields the columns of the body-twist Jacobian, `(Rᵀl, Rᵀ(l × (t − p)))`, prismatic: `(0, Rᵀl)`. Does not allocate.
     pub fn body_columns(&self) -> impl Iterator<Item = Vector6<f64>> + '_ {
         let tool_from_base = self.rotation.inverse().to_rotation_matrix();
         self.tool_motions().map(move |(angular, linear)| {
@@ -173,5 +173,5 @@ impl ArmState {
     }
 }
 
-/// The motions by two missing joints.
+/// The motions by two joints that are missing.
 const STILL: Motions = (ZEROS, ZEROS);

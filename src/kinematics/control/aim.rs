@@ -9,22 +9,22 @@ use dq_common::named;
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 named! {
-    /// The components of the tool's pose that a goal determines. The others are free, and no law disturbs them.
+    /// The aim: the components of the tool's pose that a goal determines. The others are free, and no law disturbs them.
     "task" Aim {
         /// The whole pose.
         Pose = "pose",
         /// The position of the tool point; its orientation is free.
         Position = "position",
-        /// The position of the tool point and the direction of the tool's z axis; rotation about that axis is free.
+        /// The position of the tool point, and the direction of the tool's z axis; rotation about that axis is free.
         PositionAndAxis = "position_and_axis",
         /// The orientation of the tool; its position is free.
         Orientation = "orientation",
-        /// The distance of the tool point from the base's origin; for two arms, the distance between their tools.
+        /// The distance of the tool point from the base's origin, or, for two arms, the distance between their tools.
         Distance = "distance",
     }
 }
 
-/// Below this length a vector counts as having no direction.
+/// A vector shorter than this counts as having no direction.
 const NO_DIRECTION: f64 = 1e-12;
 
 impl Aim {
@@ -41,7 +41,7 @@ impl Aim {
         "relative_distance",
     ];
 
-    /// Returns the number of components of the pose that the goal determines. An arm with more joints has joints to spare.
+    /// Returns the number of components that the goal determines. If an arm has more joints than that, it has joints to spare.
     pub fn components(self) -> usize {
         match self {
             Self::Pose => 6,
@@ -51,9 +51,9 @@ impl Aim {
         }
     }
 
-    /// Returns the pose that meets the goal in the components of the aim and is nearest to the tool's pose. The rotation from the tool to
-    /// it is the smallest possible. For [`PositionAndAxis`](Self::PositionAndAxis) that is the shortest arc, in the plane of both z axes;
-    /// if these are opposite, a half turn about the tool's x axis.
+    /// Returns the pose nearest to the tool's pose at which the tool meets the goal in the components of the aim. The rotation from
+    /// the tool to that pose is the smallest possible. For [`PositionAndAxis`](Self::PositionAndAxis) it is the shortest arc, in
+    /// the plane of both z axes. If these are opposite, it is a half turn about the tool's x axis.
     pub fn nearest(
         self,
         base_from_goal: &UnitDualQuaternion,
@@ -72,7 +72,7 @@ impl Aim {
         UnitDualQuaternion::from_parts(rotation, self.point(base_from_goal, &base_from_tool.translation()))
     }
 
-    /// Returns the point of [`nearest`](Self::nearest) \[m\] for a tool at `tool_point` \[m\].
+    /// Returns the position of [`nearest`](Self::nearest) for a tool at `tool_point` \[m\].
     #[inline(always)]
     pub fn point(self, base_from_goal: &UnitDualQuaternion, tool_point: &Vector3<f64>) -> Vector3<f64> {
         match self {
@@ -96,7 +96,7 @@ impl Aim {
                 let (now, wanted) = (rotation * Vector3::z(), base_from_goal.rotation() * Vector3::z());
                 let middle = now + wanted;
                 match middle.try_normalize(NO_DIRECTION) {
-                    // The sum of the two unit vectors has the length 2 cos(½φ), and makes the angle ½φ with each of them.
+                    // The sum of the two unit vectors has the length 2 cos(½φ), and an angle of ½φ with each of them.
                     Some(between) => Quaternion::from_parts(0.5 * middle.norm(), now.cross(&between)),
                     None => Quaternion::from_imag(rotation * Vector3::x()),
                 }
@@ -104,20 +104,21 @@ impl Aim {
         }
     }
 
-    /// Returns the angle error of the tool within the aim \[rad\], from 0 to 2π. It exceeds π if the goal's sign requires the longer
-    /// rotation.
+    /// Returns the angle from the tool to [`nearest`](Self::nearest) \[rad\], from 0 to 2π. It exceeds π if the goal's sign demands
+    /// the longer rotation.
     pub fn angle(self, base_from_goal: &UnitDualQuaternion, base_from_tool: &UnitDualQuaternion) -> f64 {
         let turn = self.turn(base_from_goal, &base_from_tool.rotation());
         2.0 * turn.imag().norm().atan2(turn.w)
     }
 
-    /// Projects the twist `(ω, v)` [rad/s, m/s] of the tool of `arm`, along the base's axes, onto the components of the aim.
+    /// Projects a twist `(ω, v)` of the tool of `arm` onto the components of the aim [rad/s, m/s]. The twist is along the base's
+    /// axes.
     pub fn part_of(self, arm: &ArmState, twist: &AngularLinear) -> AngularLinear {
         let rows = self.rows(arm);
         first(&rows.twist(&twice(&rows.of(twist))))
     }
 
-    /// Returns the name of the aim for the pose of one tool relative to another.
+    /// Returns the aim's name for two arms, whose pose is that of one tool relative to the other.
     pub fn relative_name(self) -> &'static str {
         Self::RELATIVE_NAMES[self as usize]
     }
@@ -142,9 +143,9 @@ impl Aim {
     }
 }
 
-/// The rows of the tool's Jacobian that belong to an aim. In a vector of six numbers they come first, and the other numbers are unused. For
-/// the pose: angular, then linear, along the base's axes. For position and axis: linear, then angular about the two axes perpendicular to
-/// the tool's. For the distance: linear, in the direction of the tool.
+/// The rows of the tool's Jacobian that belong to an aim. In a vector of six numbers these rows come first; the other numbers are
+/// not used. For the pose: angular, then linear, along the base's axes. For position and axis: linear, then angular about the two
+/// axes perpendicular to the tool's axis. For the distance: linear, in the direction of the tool.
 pub(super) enum Rows {
     Pose,
     Position,
@@ -154,7 +155,7 @@ pub(super) enum Rows {
 }
 
 impl Rows {
-    /// Returns `J Jᵀ` for these rows. The unused rows get a large eigenvalue, so that the smallest one belongs to a used row.
+    /// Returns `J Jᵀ` for these rows. The unused rows have a large eigenvalue, so that the smallest one belongs to a used row.
     #[inline(always)]
     pub fn gram(&self, arm: &ArmState) -> Gram {
         match self {
@@ -169,7 +170,7 @@ impl Rows {
         Gram::of_columns(arm.joint_count(), arm.tool_motions().map(|column| self.of(&column)))
     }
 
-    /// Returns these rows of a twist `(ω, v)` of the tool along the base's axes, padded with zeros.
+    /// Returns these rows of a twist `(ω, v)` of the tool along the base's axes. The rest is zeros.
     #[inline(always)]
     pub fn of(&self, (angular, linear): &AngularLinear) -> AngularLinear {
         match self {
@@ -183,7 +184,8 @@ impl Rows {
         }
     }
 
-    /// Returns the twist with the numbers `first` and `second` in these rows and zeros in all others; each number is duplicated.
+    /// Returns the twist that has the numbers `first` and `second` in these rows, and zeros in all others. Each number is in both
+    /// halves.
     #[inline(always)]
     pub fn twist(&self, (first, second): &Motions) -> Motions {
         match self {
@@ -199,7 +201,7 @@ impl Rows {
     }
 }
 
-/// Returns the direction to that point, or an arbitrary one for the origin.
+/// Returns the direction from the origin to `point`; an arbitrary one if `point` is the origin.
 fn direction(point: &Vector3<f64>) -> Vector3<f64> {
     point.try_normalize(NO_DIRECTION).unwrap_or_else(Vector3::x)
 }

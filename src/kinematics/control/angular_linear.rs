@@ -1,37 +1,37 @@
-//! Pairs of an angular and a linear vector. A number may be duplicated: once in each half of a register.
+//! Pairs of an angular and a linear vector. A pair may fill a register: each number is then in both halves of it.
 
 use crate::arm::pair::{self, Motions};
 use nalgebra::Vector3;
 
-/// An angular and a linear vector: a twist `(ω, v)` [rad/s, m/s], or an error [rad, m].
+/// An angular and a linear vector: a twist `(ω, v)` [rad/s, m/s], or an error \[rad, m\].
 pub type AngularLinear = (Vector3<f64>, Vector3<f64>);
 
-/// Duplicates each number.
+/// Puts each number into both halves of a register.
 #[inline(always)]
 pub(super) fn twice((angular, linear): &AngularLinear) -> Motions {
     (pair::twice(angular), pair::twice(linear))
 }
 
-/// Returns one of each two duplicates.
+/// Returns the first half of a register.
 #[inline(always)]
 pub(super) fn first((angular, linear): &Motions) -> AngularLinear {
     (angular.map(pair::first), linear.map(pair::first))
 }
 
-/// Returns whether all numbers of the first half are finite. If their sum overflows, they count as not finite.
+/// Returns whether all numbers of the first half are finite. They also count as not finite if their sum overflows.
 #[inline(always)]
 pub(super) fn is_finite((angular, linear): &Motions) -> bool {
     let sum = angular + linear;
     pair::first(sum.x + sum.y + sum.z).is_finite()
 }
 
-/// Returns `√(|ω|² + |v|²)`, with rad and m taken alike.
+/// Returns `√(|ω|² + |v|²)`; rad and m weigh alike.
 #[inline(always)]
 pub(super) fn norm((angular, linear): &AngularLinear) -> f64 {
     (angular.norm_squared() + linear.norm_squared()).sqrt()
 }
 
-/// Multiplies each vector by its factor.
+/// Multiplies each of the two vectors by its factor.
 #[inline(always)]
 pub(super) fn scaled([of_angular, of_linear]: [f64; 2], (angular, linear): &AngularLinear) -> AngularLinear {
     (of_angular * angular, of_linear * linear)

@@ -6,28 +6,29 @@ use crate::arm::ArmState;
 use nalgebra::UnitQuaternion;
 use serde::{Deserialize, Serialize};
 
-/// The state of a second-order law: the last velocity, which approaches the velocity that the law asks for.
+/// The state of a second-order law: the last velocity, which approaches the law's velocity.
 ///
-/// A law with the twist `ξ` and the [rate](super::ControlLaw::approach_rate) R moves the tool by `V̇ = R (ξ − V)` in the tool's axes. With
-/// `ξ = −(K_p/K_d) log(e)` and `R = K_d` that is `V̇ = −K_p log(e) − K_d V`, the PD law on SE(3) (paper §10.2; Bullo & Murray 1995, theorem
-/// 5). V is the commanded velocity after all limits, so neither a limit nor a switch from another law leaves an error in V.
+/// A law with the twist `ξ` and the [rate](super::ControlLaw::approach_rate) R moves the tool by `V̇ = R (ξ − V)` in the tool's
+/// axes. With `ξ = −(K_p/K_d) log(e)` and `R = K_d` that is `V̇ = −K_p log(e) − K_d V`, the PD law on SE(3) (paper §10.2; Bullo &
+/// Murray 1995, theorem 5). V is the commanded velocity after all limits. So neither a limit nor a switch from another law leaves
+/// an error in V.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Approach {
-    /// The tool's twist at the last command, along the tool's axes [rad/s, m/s].
+    /// The tool's twist by the last command, along the tool's axes [rad/s, m/s].
     twist: AngularLinear,
     command: Vec<f64>,
     correction: Vec<f64>,
 }
 
 impl Approach {
-    /// Creates the state of a standing arm with this many joints.
+    /// Creates the state of an arm at rest with this many joints.
     pub fn new(joints: usize) -> Self {
         Self { twist: AngularLinear::default(), command: vec![0.0; joints], correction: vec![0.0; joints] }
     }
 
-    /// Moves the command from the last one, sent `period` \[s\] ago, towards the joint velocities `theta_dot` [rad/s, prismatic: m/s] that
-    /// the law of `controller` asks for at the present positions. Writes the command to `theta_dot`. Returns false, and changes nothing, if
-    /// the law is of first order.
+    /// Sets `theta_dot`, the joint velocities of the law of `controller` at the present positions [rad/s, prismatic: m/s], to the
+    /// next command. The command moves from the last one, sent `period` \[s\] ago, toward the law's velocities. Returns false, and
+    /// changes nothing, if the law is of first order.
     pub fn apply(
         &mut self,
         controller: &Controller,
@@ -39,7 +40,7 @@ impl Approach {
         if rate.is_infinite() {
             return false;
         }
-        // The last command moves the tool differently at the new positions, but V must not change.
+        // At the new positions, the last command would move the tool otherwise, but V must not change.
         let (angular, linear) = rotated(&arm.base_from_tool().rotation(), &self.twist);
         let (angular_here, linear_here) = arm.tool_twist(&self.command);
         let turned = (angular - angular_here, linear - linear_here);
@@ -51,7 +52,7 @@ impl Approach {
         true
     }
 
-    /// Notes the joint velocities `command` [rad/s, prismatic: m/s] that are sent at the present positions.
+    /// Keeps the joint velocities `command` [rad/s, prismatic: m/s], which are sent at the present positions.
     pub fn keep(&mut self, arm: &ArmState, command: &[f64]) {
         self.twist = rotated(&arm.base_from_tool().rotation().inverse(), &arm.tool_twist(command));
         self.command.copy_from_slice(command);

@@ -17,18 +17,18 @@ named! {
     }
 }
 
-/// The description of a law's gains, with which the parameter `gains.<law>` is declared.
+/// The description of a law's gains. It declares the parameter `gains.<law>`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LawGains {
-    /// The names of its one or two gains.
+    /// The names of the gains; there are one or two.
     pub names: &'static [&'static str],
-    /// Their default values.
+    /// The default values of the gains.
     pub defaults: [f64; 2],
-    /// The least and the largest value.
+    /// The least and the largest value of the gains.
     pub range: RangeInclusive<f64>,
-    /// Their unit.
+    /// The unit of the gains.
     pub unit: &'static str,
-    /// A description in one sentence.
+    /// A description of the gains in one sentence.
     pub about: &'static str,
 }
 
@@ -36,7 +36,7 @@ pub struct LawGains {
 pub(super) const LEAST: f64 = 1e-6;
 
 impl LawGains {
-    /// Creates `k_ω` and `k_v` [1/s], both `default` and at most `most`.
+    /// Describes two gains `k_ω` and `k_v` [1/s]. Both have the default `default`, and are at most `most`.
     pub fn twist(default: f64, most: f64) -> Self {
         Self {
             names: &["k_omega", "k_v"],
@@ -64,58 +64,59 @@ pub struct LawInput<'a> {
 }
 
 impl LawInput<'_> {
-    /// Returns the error with respect to the goal, within the aim, along the base's axes.
+    /// Returns the tool's error with respect to the goal, along the base's axes. Components that the [`Aim`] leaves free are 0.
     #[inline(always)]
     pub fn error(&self) -> PoseError {
         PoseError::of(self.aim, self.arm, self.base_from_goal)
     }
 
-    /// Writes `Jᵀ` times a twist of the tool, along the base's axes, to `theta_dot`, one number per joint.
+    /// Sets `theta_dot` to `Jᵀ` times a twist of the tool along the base's axes.
     #[inline(always)]
     pub fn transpose(&self, twist: &AngularLinear, theta_dot: &mut [f64]) {
         self.arm.apply_transpose(&twice(twist), theta_dot);
     }
 
-    /// Writes `J⁺` times the component within the aim of a twist of the tool, along the base's axes, to `theta_dot`, one number per joint.
+    /// Sets `theta_dot` to `J⁺` times a twist of the tool along the base's axes. Components of the twist that the [`Aim`] leaves
+    /// free do not count.
     #[inline(always)]
     pub fn damped_inverse(&self, twist: impl FnOnce() -> AngularLinear, theta_dot: &mut [f64]) {
         self.damping.joint_velocity(self.arm, self.aim, twist, theta_dot);
     }
 }
 
-/// A control law: the error that it feeds back, its gains, and its map to joint velocities. [`register`](super::register) adds a law of
-/// your own; the page "Your law" there shows how.
+/// A control law: the error that it feeds back, its gains, and its map to joint velocities. [`register`](super::register) adds your
+/// own law; its section "Your law" shows how.
 pub trait ControlLaw: Sync {
-    /// Its name in the parameter `controller`: lower-case letters, digits and underscores.
+    /// Returns the law's name in the parameter `controller`: lower-case letters, digits and underscores.
     fn name(&self) -> &'static str;
 
-    /// Returns the error that the law feeds back: at gain 1 the twist `(ω, v)` [rad/s, m/s] that takes the tool to the goal.
+    /// Returns the error that the law feeds back. At gain 1 it is the twist `(ω, v)` that moves the tool to the goal [rad/s, m/s].
     fn error(&self, error: &PoseError) -> AngularLinear;
 
-    /// Returns its gains.
+    /// Returns the description of the law's gains.
     fn gains(&self) -> LawGains {
         LawGains::twist(1.0, 100.0)
     }
 
-    /// Returns the map from its twist to joint velocities.
+    /// Returns the map from the law's twist to joint velocities.
     fn map(&self) -> Map {
         Map::DampedInverse
     }
 
-    /// Returns `k_ω` and `k_v` [1/s] at this error, for the present `gains`.
+    /// Returns `k_ω` and `k_v` at this error, for the present `gains` [1/s].
     fn twist_gains(&self, gains: [f64; 2], _error: &AngularLinear) -> [f64; 2] {
         gains
     }
 
-    /// Returns the gains of this law for the single overall gain `gain` [1/s], which stands for K, or for equal angular and linear gains.
-    /// `before` are the present gains.
+    /// Returns the law's gains for the single overall gain `gain` [1/s]: K, or equal angular and linear gains. `before` are the
+    /// present gains.
     fn gains_at(&self, gain: f64, _before: [f64; 2]) -> [f64; 2] {
         [gain; 2]
     }
 
-    /// Returns the rate [1/s] at which the arm's velocity approaches that of the law, see [`Approach`](super::Approach). It is infinite for
-    /// a first-order law, which sets the velocity. With a finite rate the velocity is kept from cycle to cycle, and the law sets the
-    /// acceleration.
+    /// Returns the rate at which the arm's velocity approaches the law's velocity [1/s]; see [`Approach`](super::Approach). For a
+    /// first-order law, which sets the velocity, it is infinite. A law with a finite rate sets the acceleration, and the velocity
+    /// is kept from cycle to cycle.
     fn approach_rate(&self, _gains: [f64; 2]) -> f64 {
         f64::INFINITY
     }
@@ -127,7 +128,7 @@ pub trait ControlLaw: Sync {
         scaled(self.twist_gains(gains, &error), &error)
     }
 
-    /// Computes joint velocities [rad/s, prismatic: m/s] that move the arm towards the goal, and writes them to `theta_dot`, one per joint.
+    /// Sets `theta_dot` to joint velocities that move the arm toward the goal [rad/s, prismatic: m/s].
     #[inline]
     fn joint_velocity(&self, input: &LawInput, theta_dot: &mut [f64]) {
         match self.map() {
@@ -138,13 +139,13 @@ pub trait ControlLaw: Sync {
         }
     }
 
-    /// Returns the [`Stiffness`] at the present positions, from which follows how fast errors decay. Only used for laws with the transpose.
+    /// Returns the [`Stiffness`] at the present positions, which determines how fast errors decay. It is used only for laws with
+    /// the transpose.
     fn stiffness(&self, input: &LawInput) -> Stiffness {
         stiffness_of_twist(self, input)
     }
 
-    /// Computes `Jᵀ e` with the law's twist e, and writes it to `descent`: the direction in which the joints reduce `½|e|²` fastest.
-    /// Returns `|e|`.
+    /// Sets `descent` to `Jᵀ e` with the law's twist e: the direction in which the joints reduce `½|e|²` fastest. Returns `|e|`.
     fn steepest_descent(&self, input: &LawInput, descent: &mut [f64]) -> f64 {
         descent_by_twist(self, input, descent)
     }

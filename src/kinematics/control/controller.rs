@@ -16,9 +16,9 @@ pub struct Controller {
     pub law: Law,
     /// The components of the pose that a goal determines.
     pub aim: Aim,
-    /// The damped inverse, for the laws that use it.
+    /// The damping of the inverse, for the laws that use it.
     pub damping: Damping,
-    /// The gains that were set, by the number of the law. A law without an entry has its default gains.
+    /// The gains that were set, by the index of the law. A law without an entry has its default gains.
     pub set_gains: [Option<[f64; 2]>; MOST],
 }
 
@@ -32,7 +32,7 @@ pub struct AllowedRate {
 }
 
 impl Default for Controller {
-    /// Creates logc with equal gains of 1/s for a whole pose. Each law has its default gains.
+    /// Creates logc with gains of 1/s and a whole pose as its aim. Each law has its default gains.
     fn default() -> Self {
         let damping = Damping { max: 0.05, threshold: 0.05 };
         Self { law: Law::Logc, aim: Aim::Pose, damping, set_gains: [None; MOST] }
@@ -40,13 +40,14 @@ impl Default for Controller {
 }
 
 impl Controller {
-    /// Creates the law of two arms, `θ̇ = Jᵀ K e` or `θ̇ = J⁺ K e` (paper §4). With the transpose, e is the difference of two positions,
-    /// two distances, two rotations in R⁴ or two poses in R⁸; with the inverse, e is the error of diffc_inverse.
+    /// Creates the law of two arms, `θ̇ = Jᵀ K e` or `θ̇ = J⁺ K e` (paper §4). With the transpose, e is the difference of two
+    /// positions, two distances, two rotations in R⁴ or two poses in R⁸. With the inverse, e is the error of diffc_inverse.
     pub fn of_two_arms(map: Map, aim: Aim, gain: f64, damping: Damping) -> Self {
         let law = match (map, aim) {
             (Map::DampedInverse, _) => Law::DiffcInverse,
             (Map::Transpose, Aim::Pose | Aim::Orientation) => Law::Diffc,
-            // R⁸ contains half a position, and half of that in the transpose. This law feeds the position back without these factors.
+            // R⁸ contains half a position, and the transpose halves it again. This law feeds the position back without these
+            // factors.
             (Map::Transpose, Aim::Position | Aim::PositionAndAxis | Aim::Distance) => {
                 Law::UnitQuaternionTranspose
             }
@@ -70,8 +71,8 @@ impl Controller {
         Self { law, ..self }
     }
 
-    /// Returns this controller with the present law `law` at the single overall gain `gain` [1/s]: K, or equal angular and linear gains. A
-    /// law with derived gains chooses its parameters for this gain ([`gains_at`](super::ControlLaw::gains_at)).
+    /// Returns this controller with the present law `law` at the single overall gain `gain` [1/s]: K, or equal angular and linear
+    /// gains. A law with derived gains derives them from it ([`gains_at`](super::ControlLaw::gains_at)).
     pub fn with_law(&self, law: Law, gain: f64) -> Self {
         self.with_gains(law, law.gains_at(gain, self.gains(law)))
     }
@@ -81,15 +82,15 @@ impl Controller {
         self.gains(self.law)[0]
     }
 
-    /// Describes the gains of the present law with their names.
+    /// Describes the gains of the present law in words, with their names.
     pub fn describe_gains(&self) -> String {
         let each = self.law.gains().names.iter().zip(self.gains(self.law));
         each.map(|(name, gain)| format!("{name} {gain}")).collect::<Vec<_>>().join(", ")
     }
 
-    /// Computes joint velocities [rad/s, prismatic: m/s] that move `arm` towards `base_from_goal`, whose sign is already chosen. Writes
-    /// them to `theta_dot` without allocating. `theta_dot` must have one number per joint, which is not checked: a shorter slice gets only
-    /// the first joints, and the rest of a longer slice is undefined.
+    /// Sets `theta_dot` to joint velocities that move `arm` toward `base_from_goal`, whose sign is already chosen [rad/s,
+    /// prismatic: m/s]. Does not allocate. `theta_dot` must have one number per joint. This is not checked: a shorter slice gets
+    /// the first joints only, and the end of a longer slice is undefined.
     pub fn joint_velocity(&self, arm: &ArmState, base_from_goal: &UnitDualQuaternion, theta_dot: &mut [f64]) {
         self.law.joint_velocity(&self.input(arm, base_from_goal), theta_dot);
     }
@@ -100,25 +101,27 @@ impl Controller {
         LawInput { arm, base_from_goal, aim, gains: self.gains(law), damping }
     }
 
-    /// Computes joint velocities [rad/s, prismatic: m/s] for the component within the aim of the twist `(ω, v)` [rad/s, m/s] of the tool of
-    /// `arm` along the base's axes, by the damped inverse. Writes them to `theta_dot`.
+    /// Sets `theta_dot` to the joint velocities for a twist `(ω, v)` of the tool of `arm` along the base's axes [rad/s, m/s], by
+    /// the damped inverse [rad/s, prismatic: m/s]. Components of the twist that the aim leaves free do not count.
     pub fn joint_velocity_of(&self, arm: &ArmState, twist: &AngularLinear, theta_dot: &mut [f64]) {
         self.damping.joint_velocity(arm, self.aim, || *twist, theta_dot);
     }
 
-    /// Removes from the joint velocities `theta_dot` of `arm` the part that would move the tool in the components of the aim.
+    /// Removes, from the joint velocities `theta_dot` of `arm`, the part that would move the tool in the components of the aim.
     pub fn leave_tool(&self, arm: &ArmState, theta_dot: &mut [f64]) {
         self.aim.leave_tool(arm, theta_dot);
     }
 
-    /// Returns the rate [1/s] at which the velocity [approaches](super::ControlLaw::approach_rate) that of the present law.
+    /// Returns the [rate](super::ControlLaw::approach_rate) at which the arm's velocity approaches the present law's velocity
+    /// [1/s].
     pub fn approach_rate(&self) -> f64 {
         self.law.approach_rate(self.gains(self.law))
     }
 
-    /// Returns the fastest rates [1/s] at which small errors of position and rotation decay at the pose of `arm`. With the damped inverse
-    /// they are the gains within the aim. With the transpose the closed loop is `δθ̇ = −Jᵀ K J δθ`, and both are `σ_max²(√K J)`. For a
-    /// second-order law they are the rates of the first-order law that is stable up to the same delay.
+    /// Returns the fastest rates at which small errors of position and rotation decay at the pose of `arm` [1/s]. With the damped
+    /// inverse they are the gains; 0 for a component that the aim leaves free. With the transpose the closed loop is `δθ̇ = −Jᵀ K J
+    /// δθ`, and both rates are `σ_max²(√K J)`. For a second-order law they are the rates of the first-order law that is stable up
+    /// to the same delay.
     pub fn fastest_rates(&self, arm: &ArmState, base_from_goal: &UnitDualQuaternion) -> [f64; 2] {
         let (law, input) = (self.law, self.input(arm, base_from_goal));
         let rates = match law.map() {
@@ -135,9 +138,9 @@ impl Controller {
         rates.map(|rate| as_of_first_order(rate, self.approach_rate()))
     }
 
-    /// Reduces the law's joint velocities `theta_dot` at the pose of `arm` to what a delay allows: no error decays faster than `allowed`.
-    /// With the damped inverse all errors decay at similar rates, and all velocities are scaled. With the transpose only fast directions
-    /// are slowed.
+    /// Reduces the law's joint velocities `theta_dot` at the pose of `arm` to what a delay allows: no error decays faster than
+    /// `allowed`. With the damped inverse, all errors decay at similar rates, so all velocities are scaled. With the transpose,
+    /// only the fast directions are slowed.
     pub fn soften(
         &self,
         arm: &ArmState,
@@ -158,8 +161,7 @@ impl Controller {
         }
     }
 
-    /// Computes the law's [steepest descent](super::ControlLaw::steepest_descent), and writes it to `descent`. Returns the size of its
-    /// error.
+    /// Sets `descent` to the law's [steepest descent](super::ControlLaw::steepest_descent). Returns the size of the law's error.
     pub fn steepest_descent(
         &self,
         arm: &ArmState,
@@ -169,18 +171,19 @@ impl Controller {
         self.law.steepest_descent(&self.input(arm, base_from_goal), descent)
     }
 
-    /// Returns the smallest singular value of the rows of the tool's Jacobian within the aim; 0 for fewer joints than rows.
+    /// Returns the smallest singular value of the tool's Jacobian, in the rows that belong to the aim; 0 if there are fewer joints
+    /// than rows.
     pub fn smallest_singular_value(&self, arm: &ArmState) -> f64 {
         self.aim.rows(arm).gram(arm).smallest_singular_value()
     }
 
-    /// Returns the smallest singular value, or `None` if it is not below `bound`. The answer `None` takes little computation.
+    /// Returns the smallest singular value if it is below `bound`. It takes little computation to find that it is not.
     pub fn singular_value_below(&self, bound: f64, arm: &ArmState) -> Option<f64> {
         self.aim.rows(arm).gram(arm).singular_value_below(bound)
     }
 
-    /// Returns the body twist `(ω, v)` [rad/s, m/s] that the law asks for, gain times error, as if the tool could move freely. An arm
-    /// follows it by the inverse of its Jacobian.
+    /// Returns the law's body twist `(ω, v)`: gain times error [rad/s, m/s], for a tool that can move freely. An arm follows it by
+    /// the inverse of its Jacobian.
     pub fn body_twist(&self, goal_from_tool: &UnitDualQuaternion) -> Vector6<f64> {
         let error = PoseError::from(&goal_from_tool.inverse());
         let (angular, linear) = self.law.twist(self.gains(self.law), &error);
@@ -193,15 +196,15 @@ pub fn pose_error(arm: &ArmState, base_from_goal: &UnitDualQuaternion) -> UnitDu
     base_from_goal.inverse() * arm.base_from_tool()
 }
 
-/// Returns the rate [1/s] of the first-order law that is stable up to the same delay as a second-order law with the rate λ and the approach
-/// rate R. At the limit of stability, `s² + R s + R λ exp(−s τ)` has a root `i ω` with `tan(ω τ) = R/ω`; for a first-order law, τ is `½π`
-/// divided by its rate.
+/// Returns the rate of the first-order law that is stable up to the same delay as a second-order law with the rate λ and the
+/// approach rate R [1/s]. At the limit of stability, `s² + R s + R λ exp(−s τ)` has a root `i ω` with `tan(ω τ) = R/ω`. For a
+/// first-order law, τ is then `½π` divided by its rate.
 fn as_of_first_order(rate: f64, approach: f64) -> f64 {
     if approach.is_infinite() || rate == 0.0 {
         return rate;
     }
     let (half_square, stiffness) = (0.5 * approach.powi(2), approach * rate);
-    // ω² = −½R² + √(¼R⁴ + R²λ²), in a form without cancellation.
+    // ω² = −½R² + √(¼R⁴ + R²λ²), without cancellation.
     let frequency = stiffness / (half_square + half_square.hypot(stiffness)).sqrt();
     FRAC_PI_2 * frequency / approach.atan2(frequency)
 }

@@ -1,4 +1,4 @@
-//! The damped least-squares inverse of the Jacobian of one arm.
+//! The damped least-squares inverse of the Jacobian.
 
 use super::Aim;
 use super::angular_linear::{AngularLinear, first, is_finite, twice};
@@ -7,19 +7,19 @@ use crate::arm::ArmState;
 use crate::arm::pair::{Motions, dot, put, two};
 use wide::f64x2;
 
-/// The damped inverse `J⁺ = Jᵀ(JJᵀ + λ²I)⁻¹`, with a λ that grows smoothly near singularities only.
+/// The damped inverse `J⁺ = Jᵀ(JJᵀ + λ²I)⁻¹`. λ grows smoothly, and only near singularities.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Damping {
     /// λ at the singularity.
     pub max: f64,
-    /// The smallest singular value σ₀ below which damping begins.
+    /// The singular value σ₀ below which damping begins.
     pub threshold: f64,
 }
 
-/// Relative lower bound of λ² if damping is off and the solution fails: a finite result is preferred to an exact one.
+/// Lower bound of λ², relative to `J Jᵀ`, if damping is off and the solution fails: a finite result is better than none.
 const FALLBACK: f64 = 1e-9;
 
-/// Relative size of a λ² that just exceeds the rounding errors of `J Jᵀ`.
+/// Size of a λ², relative to `J Jᵀ`, that just exceeds the rounding errors of `J Jᵀ`.
 const ROUNDING: f64 = 1e-15;
 
 impl Damping {
@@ -28,7 +28,7 @@ impl Damping {
         self.lambda_squared_at(smallest_singular_value.powi(2))
     }
 
-    /// Returns λ² for the square of the singular value.
+    /// Returns λ² for the square of the smallest singular value.
     ///
     /// This is fast because it needs no square root, and its only division does not depend on the singular value.
     #[inline(always)]
@@ -37,10 +37,10 @@ impl Damping {
         if smallest_eigenvalue >= begin { 0.0 } else { slope * (begin - smallest_eigenvalue) }
     }
 
-    /// Computes joint velocities [rad/s] for the component within `aim` of the `twist` of the tool along the base's axes, and writes them
-    /// to `theta_dot`. They are finite for every finite input.
+    /// Sets `theta_dot` to the joint velocities for the `twist` of the tool along the base's axes [rad/s]. Components of the twist
+    /// that `aim` leaves free do not count. The result is finite for every finite input.
     ///
-    /// This is fast because the twist is computed while `J Jᵀ` is inverted, which takes longest.
+    /// This is fast because the twist is computed during the inversion of `J Jᵀ`, which takes longest.
     #[inline(always)]
     pub fn joint_velocity(
         &self,
@@ -55,11 +55,11 @@ impl Damping {
         arm.apply_transpose(&rows.twist(&solution), theta_dot);
     }
 
-    /// Returns `(J Jᵀ + λ² I)⁻¹` times six numbers, finite for every finite input; each number is duplicated.
+    /// Returns `(J Jᵀ + λ² I)⁻¹` times six numbers, with each number in both halves. It is finite for every finite input.
     ///
-    /// This is fast because `J Jᵀ − σ₀² I` is inverted in parallel with `J Jᵀ`, at no cost. Away from singularities, where arms mostly are,
-    /// it is positive definite, which proves that no singular value is below σ₀. Otherwise, both inverses yield the smallest singular
-    /// value.
+    /// This is fast because `J Jᵀ − σ₀² I` is inverted in parallel with `J Jᵀ`, at no cost. Away from singularities, where arms
+    /// mostly are, it is positive definite. That proves that no singular value is below σ₀. Otherwise, the two inverses yield the
+    /// smallest singular value.
     #[inline(always)]
     pub(super) fn solve(&self, gram: &Gram, error: &AngularLinear) -> Motions {
         let bound = self.threshold.powi(2);
@@ -75,8 +75,8 @@ impl Damping {
         solution
     }
 
-    /// Returns the result of [`solve`](Self::solve) for a matrix at which the fast method fails. If rounding prevents a solution here too,
-    /// adds damping; if that is not enough, returns 0.
+    /// Returns the result of [`solve`](Self::solve) for a matrix for which the fast method fails. If rounding prevents a solution
+    /// here, too, adds damping; if that is not enough, returns 0.
     #[cold]
     #[inline(never)]
     fn solve_after_eigenvalue(&self, gram: &Gram, error: &AngularLinear) -> Motions {
@@ -94,9 +94,9 @@ impl Damping {
 }
 
 impl Aim {
-    /// Removes from joint velocities the part that moves the components of the aim: `(I − J⁺ J) θ̇`. The inverse is not damped, because the
-    /// rest would move these components near a singularity, where the damped law is too weak to compensate. The result is never larger than
-    /// `θ̇`.
+    /// Removes, from joint velocities, the part that moves the tool in the components of the aim: `(I − J⁺ J) θ̇`. The inverse is
+    /// not damped. Otherwise the rest would move these components near a singularity, where the damped law is too weak to
+    /// compensate. The result is never larger than `θ̇`.
     pub fn leave_tool(self, arm: &ArmState, theta_dot: &mut [f64]) {
         let rows = self.rows(arm);
         let gram = rows.gram(arm);
@@ -109,7 +109,7 @@ impl Aim {
 }
 
 impl ArmState {
-    /// Returns the smallest singular value of the 6×n Jacobian (rad and m taken alike); 0 for fewer than six joints.
+    /// Returns the smallest singular value of the 6×n Jacobian; rad and m weigh alike. It is 0 for fewer than six joints.
     pub fn smallest_singular_value(&self) -> f64 {
         Gram::of(self).smallest_singular_value()
     }

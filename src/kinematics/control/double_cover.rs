@@ -3,7 +3,7 @@
 use dq_algebra::UnitDualQuaternion;
 use serde::{Deserialize, Serialize};
 
-/// Returns `q_d` or `−q_d`, whichever is nearer to the tool's pose. A new goal gets that sign.
+/// Returns `q_d` or `−q_d`, whichever is nearer to the tool's pose. A new goal gets this sign.
 pub fn nearer_goal(
     base_from_goal: &UnitDualQuaternion,
     base_from_tool: &UnitDualQuaternion,
@@ -11,11 +11,11 @@ pub fn nearer_goal(
     SignMemory::nearest(base_from_goal, base_from_tool).signed(base_from_goal)
 }
 
-/// The chosen sign of the goal, +1 or −1, so that a law neither takes the longer rotation nor alternates between the two.
+/// The sign chosen for the goal's quaternion, +1 or −1. So a law neither takes the longer rotation nor alternates between the two.
 ///
-/// A new goal gets the nearer sign. After that the sign changes only if `⟨±r_d, r⟩ < −δ`: this hysteresis keeps noise near a half turn from
-/// switching the direction back and forth. Kussaba, Figueredo, Ishihara & Adorno (2017, arXiv 1701.08031) avoid both unwinding and
-/// chattering by it.
+/// A new goal gets the nearer sign. After that, the sign changes only if `⟨±r_d, r⟩ < −δ`. This hysteresis prevents that noise near
+/// a half turn switches the direction back and forth. Kussaba, Figueredo, Ishihara & Adorno (2017, arXiv 1701.08031) avoid both
+/// unwinding and chattering in this manner.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SignMemory {
     sign: f64,
@@ -28,20 +28,20 @@ impl SignMemory {
         Self { sign: if near { 1.0 } else { -1.0 } }
     }
 
-    /// Returns the memory for the goal `next`, which replaces the goal `before`. The signed goals are on the same side, so that a stream of
-    /// goals near a half turn does not choose a side again with each goal. If the tool must then turn farther than the hysteresis allows,
-    /// `apply` changes the sign.
+    /// Returns the memory for the goal `next`, which replaces the goal `before`. With their signs, the two goals are on the same
+    /// side. So a stream of goals near a half turn does not choose a side again for each goal. If the tool must then turn farther
+    /// than the hysteresis allows, `apply` changes the sign.
     pub fn carried(&self, before: &UnitDualQuaternion, next: &UnitDualQuaternion) -> Self {
         let same_side = before.real().dot(&next.real()) >= 0.0;
         Self { sign: if same_side { self.sign } else { -self.sign } }
     }
 
-    /// Returns +1 or −1.
+    /// Returns the chosen sign, +1 or −1.
     pub fn sign(&self) -> f64 {
         self.sign
     }
 
-    /// Returns the goal with the chosen sign, which changes first if `⟨±r_d, r⟩ < −hysteresis`.
+    /// Returns the goal with the chosen sign. Changes the sign first if `⟨±r_d, r⟩ < −hysteresis`.
     pub fn apply(
         &mut self,
         base_from_goal: &UnitDualQuaternion,

@@ -7,7 +7,8 @@ use crate::arm::pair::{Motions, Pair, ZEROS, beside, dot, first, sum_twice, twic
 use nalgebra::{Matrix6, Vector3};
 use wide::f64x2;
 
-/// The matrix `J Jᵀ` of a 6×n Jacobian in four blocks `[A C; Cᵀ D]` of 3×3, angular first; every number is duplicated.
+/// The matrix `J Jᵀ` of a 6×n Jacobian in four blocks `[A C; Cᵀ D]` of 3×3, angular first. Every number is in both halves of a
+/// register.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Gram {
     angular: Symmetric,
@@ -21,8 +22,8 @@ pub(super) struct Gram {
 impl Gram {
     /// Computes the matrix from the Jacobian at the tool along the base's axes. Its singular values do not depend on the axes.
     ///
-    /// This is fast because six columns are summed at once. There are more sums than registers, and each iteration of a loop writes them
-    /// all to memory.
+    /// This is fast because six columns are summed at once. There are more sums than registers, so a loop would write them all to
+    /// memory in each iteration.
     #[inline(always)]
     pub fn of(arm: &ArmState) -> Self {
         let (threes, rest) = arm.tool_motion_pairs().as_chunks::<3>();
@@ -39,7 +40,7 @@ impl Gram {
         sums.gram(arm.joint_count())
     }
 
-    /// Computes the matrix from the Jacobian with these columns; `joint_count` is their number.
+    /// Computes the matrix from the Jacobian with these columns. `joint_count` is their number.
     pub fn of_columns(joint_count: usize, mut columns: impl Iterator<Item = AngularLinear>) -> Self {
         let mut sums = Sums::NONE;
         while let Some((l, v)) = columns.next() {
@@ -49,8 +50,8 @@ impl Gram {
         sums.gram(joint_count)
     }
 
-    /// Sets the diagonal of all rows but the first `rows` to the trace of the matrix, so that the smallest eigenvalue belongs to one of the
-    /// first rows.
+    /// Sets the diagonal of all rows after the first `rows` to the trace of the matrix. The smallest eigenvalue then belongs to one
+    /// of the first rows.
     pub fn stiffened(mut self, rows: usize) -> Self {
         let trace = f64x2::splat(self.trace());
         let [angular, linear] = [&mut self.angular, &mut self.linear].map(|block| block.diagonal.iter_mut());
@@ -71,11 +72,11 @@ impl Gram {
         self.joint_count < 6
     }
 
-    /// Returns the inverses of `J Jᵀ + shift I` with two shifts. If the matrix is singular, they are not finite or not accurate.
+    /// Returns the inverses of `J Jᵀ + shift I` for two shifts. If a matrix is singular, its inverse is not finite or not accurate.
     ///
-    /// This is fast because it consists of two closed 3×3 inverses, the second one of `det(A) S`, so that neither waits for the other's
-    /// division; and two shifts take no more operations than one. A Cholesky decomposition of 6×6 needs six roots and six divisions one
-    /// after the other.
+    /// This is fast because it consists of two closed 3×3 inverses. The second one is that of `det(A) S`, so that neither waits for
+    /// the other's division. Two shifts take no more operations than one. A Cholesky decomposition of 6×6 needs six roots and six
+    /// divisions, one after the other.
     #[inline(always)]
     pub fn inverse(&self, shifts: f64x2) -> Inverse {
         let angular = self.angular.shifted(shifts).inverse();
@@ -92,29 +93,30 @@ impl Gram {
         Inverse { angular, carried, rest }
     }
 
-    /// Returns `(J Jᵀ + shift I)⁻¹` times six numbers, each duplicated. If the matrix is singular, the result is not finite or not
-    /// accurate.
+    /// Returns `(J Jᵀ + shift I)⁻¹` times six numbers, with each number in both halves. If the matrix is singular, the result is
+    /// not finite or not accurate.
     #[inline(always)]
     pub fn solve(&self, shift: f64, numbers: &AngularLinear) -> Motions {
         self.inverse(f64x2::splat(shift)).times(numbers)
     }
 
-    /// Returns the smallest eigenvalue, given that it is below `bound`, from the inverses of `J Jᵀ` and `J Jᵀ − bound I`. Uses the
+    /// Returns the smallest eigenvalue, which must be below `bound`, from the inverses of `J Jᵀ` and `J Jᵀ − bound I`. Uses the
     /// [root](Self::root) if that is accurate, otherwise the exact method.
     #[inline(always)]
     pub fn eigenvalue_below(&self, bound: f64, inverse: &Inverse) -> f64 {
         self.root(bound, inverse).unwrap_or_else(|| self.smallest_eigenvalue())
     }
 
-    /// Returns the smallest eigenvalue from the inverses of `J Jᵀ` and `J Jᵀ − bound I`; `None` if it may be lost in rounding.
+    /// Returns the smallest eigenvalue from the inverses of `J Jᵀ` and `J Jᵀ − bound I`; `None` if rounding may have made it
+    /// inaccurate.
     ///
-    /// It is the smallest root of `p(s) = det(J Jᵀ − s I) = s⁶ − a s⁵ + b s⁴ − …`, with `a = tr J Jᵀ` and `b = ½ (a² − |J Jᵀ|²)`. With
-    /// these, and with p and `p' = −p tr (J Jᵀ − s I)⁻¹` at 0 and at β, `p = h + s² (s − β)² (s² + k s + l)`. Here h is the cubic with the
-    /// four values, and `k = 2β − a`, `l = b + 2β k − β²`.
+    /// It is the smallest root of `p(s) = det(J Jᵀ − s I) = s⁶ − a s⁵ + b s⁴ − …`, with `a = tr J Jᵀ` and `b = ½ (a² − |J Jᵀ|²)`.
+    /// The inverses give the values of p and of `p' = −p tr (J Jᵀ − s I)⁻¹` at 0 and at the bound β. Let h be the cubic with these
+    /// four values. Then `p = h + s² (s − β)² (s² + k s + l)` with `k = 2β − a` and `l = b + 2β k − β²`.
     ///
-    /// This is fast because it needs only these two inverses. The iteration starts from the quotient of two coefficients of the power
-    /// series of 1/p (Bernoulli's method), which is nearer to the smallest root than several steps from 0, and does not pass it. Neither do
-    /// Halley's steps, each of which triples the number of digits: usually one is enough.
+    /// This is fast because it needs only these two inverses. The iteration starts from the quotient of two coefficients of the
+    /// power series of 1/p (Bernoulli's method). That is nearer to the smallest root than several steps from 0, and does not pass
+    /// it. Halley's steps do not pass it either. Each of them triples the number of digits: usually one is enough.
     #[inline(always)]
     fn root(&self, bound: f64, inverse: &Inverse) -> Option<f64> {
         let values = inverse.determinants();
@@ -124,7 +126,7 @@ impl Gram {
         let square = by_bound * (3.0 * secant - 2.0 * slope - slope_bound);
         let cube = by_bound * by_bound * (slope + slope_bound - 2.0 * secant);
         let a = self.trace();
-        // If two eigenvalues are 0, the slope is 0 too. If A has no inverse, S is unknown.
+        // If two eigenvalues are 0, the slope is 0, too. If A has no inverse, S is unknown.
         let [block, block_bound] = inverse.angular.determinant().to_array();
         let a3 = a * a * a;
         if slope.abs() <= ROUNDING * (a3 * a * a) || block.abs().min(block_bound.abs()) <= SINGULAR * a3 {
@@ -155,7 +157,7 @@ impl Gram {
         None
     }
 
-    /// Returns the sum of the squares of all numbers.
+    /// Returns the sum of the squares of all numbers in the matrix.
     #[inline(always)]
     fn square(&self) -> f64 {
         let [x, y, z] = &self.mixed;
@@ -163,7 +165,7 @@ impl Gram {
         first(self.angular.dot(&self.angular) + self.linear.dot(&self.linear) + 2.0 * mixed)
     }
 
-    /// Returns the smallest eigenvalue, exact to rounding.
+    /// Returns the smallest eigenvalue, accurate to rounding.
     pub fn smallest_eigenvalue(&self) -> f64 {
         if self.is_singular() { 0.0 } else { self.matrix().symmetric_eigenvalues().min().max(0.0) }
     }
@@ -173,16 +175,16 @@ impl Gram {
         self.smallest_eigenvalue().sqrt()
     }
 
-    /// Returns the smallest singular value, or `None` if it is not below `bound`.
+    /// Returns the smallest singular value of J if it is below `bound`.
     ///
-    /// This is fast because a single inverse is enough for `None`, which is the usual case.
+    /// This is fast in the usual case: a single inverse shows that the singular value is not below `bound`.
     pub fn singular_value_below(&self, bound: f64) -> Option<f64> {
         let lies_above =
             !self.is_singular() && self.inverse(f64x2::splat(-bound * bound)).second_is_positive();
         (!lies_above).then(|| self.smallest_singular_value()).filter(|sigma| *sigma < bound)
     }
 
-    /// Returns the largest eigenvalue, exact to rounding.
+    /// Returns the largest eigenvalue, accurate to rounding.
     pub fn largest_eigenvalue(&self) -> f64 {
         self.matrix().symmetric_eigenvalues().max()
     }
@@ -202,16 +204,18 @@ impl Gram {
 /// Largest number of steps. One or two are enough if the roots are apart.
 const STEPS: usize = 8;
 
-/// A slope below this fraction of the fifth power of the eigenvalues' sum is rounding.
+/// A slope below this fraction of the fifth power of the eigenvalues' sum is a rounding error.
 const ROUNDING: f64 = 1e-14;
 
-/// A determinant of A below this fraction of the third power of the eigenvalues' sum is too inexact as a divisor.
+/// A determinant of A below this fraction of the third power of the eigenvalues' sum is too inaccurate as a divisor.
 const SINGULAR: f64 = 1e-6;
 
-/// After a step below this fraction of the distance to the other roots, the error is of the order of its cube, and the iteration ends.
+/// The iteration ends after a step below this fraction of the distance to the other roots. The error is then of the order of the
+/// cube of the step.
 const SMALL: f64 = 1e-5;
 
-/// The inverses of a [`Gram`] with two shifts, in factors: `[A⁻¹ + X S⁻¹ Xᵀ, −X S⁻¹; −S⁻¹ Xᵀ, S⁻¹]` with `X = A⁻¹ C` and `S = D − Cᵀ X`.
+/// The inverses of a [`Gram`] with two shifts, in factors: `[A⁻¹ + X S⁻¹ Xᵀ, −X S⁻¹; −S⁻¹ Xᵀ, S⁻¹]` with `X = A⁻¹ C` and `S = D −
+/// Cᵀ X`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Inverse {
     /// `A⁻¹`.
@@ -223,14 +227,14 @@ pub(super) struct Inverse {
 }
 
 impl Inverse {
-    /// Returns whether the second matrix is positive definite.
+    /// Returns whether the matrix with the second shift is positive definite.
     #[inline(always)]
     pub fn second_is_positive(&self) -> bool {
         let [_, least] = self.angular.least_minors().fast_min(self.rest.least_minors()).to_array();
         least > 0.0
     }
 
-    /// Returns the products with six numbers.
+    /// Returns the products of the inverses with six numbers.
     #[inline(always)]
     pub fn times(&self, (angular, linear): &AngularLinear) -> Motions {
         let (angular, linear) = (&twice(angular), twice(linear));
@@ -242,15 +246,15 @@ impl Inverse {
         ((self.angular.adjugate.times(angular) - carried) * self.angular.scale, linear)
     }
 
-    /// Returns the determinants.
+    /// Returns the determinants of the two matrices.
     #[inline(always)]
     fn determinants(&self) -> f64x2 {
-        // The last minor of S is its determinant times the square of that of A.
+        // The last minor of S is the determinant of S times the square of that of A.
         self.rest.determinant() * self.angular.scale
     }
 
-    /// Returns the derivatives of the determinants with respect to the shifts: each of `determinants` times the trace of its inverse. That
-    /// trace is `tr A⁻¹ + tr S⁻¹ + tr S⁻¹ XᵀX`, by the cyclic property of the trace.
+    /// Returns the derivatives of the determinants with respect to the shifts. Each is one of `determinants` times the trace of its
+    /// inverse. That trace is `tr A⁻¹ + tr S⁻¹ + tr S⁻¹ XᵀX`, by the cyclic property of the trace.
     ///
     /// This is fast because it does not divide by the determinant of S, which is a factor of the whole determinant.
     #[inline(always)]
@@ -266,7 +270,7 @@ impl Inverse {
     }
 }
 
-/// The sums of `J Jᵀ` over the even and over the odd columns of a Jacobian, in parallel.
+/// The parts of `J Jᵀ` from the even and from the odd columns of a Jacobian, in parallel.
 struct Sums {
     angular: Symmetric,
     mixed: [Pair; 3],
@@ -274,10 +278,10 @@ struct Sums {
 }
 
 impl Sums {
-    /// The sums over no columns.
+    /// The parts for no columns.
     const NONE: Self = Self { angular: Symmetric::ZEROS, mixed: [ZEROS; 3], linear: Symmetric::ZEROS };
 
-    /// Computes the sums over `N` pairs of columns.
+    /// Computes the parts from `N` pairs of columns.
     #[inline(always)]
     fn of<const N: usize>(pairs: &[Motions; N]) -> Self {
         Self {
@@ -293,7 +297,7 @@ impl Sums {
         }
     }
 
-    /// Adds the sums over other columns.
+    /// Adds the parts from other columns.
     #[inline(always)]
     fn plus(&self, other: &Self) -> Self {
         let ([x, y, z], [a, b, c]) = (&self.mixed, &other.mixed);
@@ -304,7 +308,7 @@ impl Sums {
         }
     }
 
-    /// Adds the even and the odd sums; `joint_count` is the number of columns.
+    /// Returns the sum of the even and the odd part. `joint_count` is the number of columns.
     #[inline(always)]
     fn gram(&self, joint_count: usize) -> Gram {
         let [x, y, z] = &self.mixed;
@@ -317,13 +321,13 @@ impl Sums {
     }
 }
 
-/// Sums the result of `each` over the pairs.
+/// Returns the sum of `each` over the pairs.
 #[inline(always)]
 fn sum<const N: usize>(pairs: &[Motions; N], each: impl Fn(&Motions) -> Pair) -> Pair {
     pairs.iter().map(each).reduce(|sum, more| sum + more).unwrap_or(ZEROS)
 }
 
-/// Returns the numbers yz, zx and xy of `v vᵀ`.
+/// Returns the elements yz, zx and xy of `v vᵀ`.
 #[inline(always)]
 fn others(v: &Pair) -> Pair {
     Vector3::new(v.y * v.z, v.z * v.x, v.x * v.y)

@@ -10,36 +10,36 @@ use std::str::FromStr;
 use std::sync::{LazyLock, PoisonError, RwLock};
 use thiserror::Error;
 
-/// A control law with a name; its functions are those of [`ControlLaw`].
+/// A control law with a name. It derefs to its [`ControlLaw`].
 #[derive(Clone, Copy)]
 pub struct Law {
     number: usize,
     law: &'static dyn ControlLaw,
 }
 
-/// Largest number of laws in a [`Controller`](super::Controller).
+/// Largest number of laws.
 pub(super) const MOST: usize = 16;
 
-/// The index of the gains of a law that is not registered: the last one, which no other law uses.
+/// The index of the gains of all laws that are not registered. No registered law has this index.
 const UNLISTED: usize = MOST - 1;
 
-/// Why a law was not registered.
+/// The reason why a law was not registered.
 #[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
 pub enum RegisterError {
-    /// Another law has its name.
+    /// Another law has this name.
     #[error("there is a law called {0:?} already")]
     Name(&'static str),
-    /// A name may only contain lower-case letters, digits and underscores.
+    /// The name has other characters than lower-case letters, digits and underscores.
     #[error("the name {0:?} is not made of lower-case letters, digits and underscores")]
     Letters(&'static str),
-    /// The space for laws is used up.
+    /// There is no room for another law.
     #[error("there is room for {UNLISTED} laws")]
     Room,
 }
 
 static NAMES: LazyLock<RwLock<&'static Names>> = LazyLock::new(|| RwLock::new(Names::of(Law::ALL.to_vec())));
 
-/// Laws with their names, for the lifetime of the program.
+/// The laws and their names, for the lifetime of the program.
 struct Names {
     laws: Vec<Law>,
     names: Vec<&'static str>,
@@ -47,7 +47,7 @@ struct Names {
 }
 
 impl Names {
-    /// Leaks the names of these laws: once at the start of a program, and once for each law that is registered.
+    /// Leaks the names of these laws: once at the start of a program, and again for each law that is registered.
     fn of(laws: Vec<Law>) -> &'static Self {
         let parameter = |law: &Law| &*format!("gains.{}", law.name()).leak();
         Box::leak(Box::new(Self {
@@ -58,19 +58,20 @@ impl Names {
     }
 }
 
-/// Registers a law of your own, and returns it.
+/// Registers your own law, and returns it.
 ///
-/// From then on it is one of [`Law::all`]: the parameter `controller` takes its name, and `gains.` with its name takes its gains. Every
-/// safety rule holds for it, `compare` runs it, figures have a color for it, and `replay` repeats it. Parameters that were declared before
-/// do not know it: register laws first in `main`.
+/// The law is then one of [`Law::all`]: the parameter `controller` accepts its name, and the parameter `gains.<name>` has its gains. Every
+/// safety rule applies to it, `compare` runs it, figures have a color for it, and `replay` repeats it. Parameters that were declared
+/// earlier do not accept it, so register laws first in `main`.
 ///
 /// # Errors
 /// [`RegisterError`] if the name is invalid or taken, or if the space for laws is used up.
 ///
 /// # Your law
-/// This example moves along the logarithm at a speed that does not decrease with the distance: `ξ = k X/√(|X|² + ε²)`, with a boundary
-/// layer of width ε about the goal (Slotine & Li 1991, §7.2, in place of its switch). It is of second order: the velocity is kept from
-/// cycle to cycle and approaches the desired one at 20 1/s, so that no motion begins with a step. Here it drives the built-in arm:
+/// The law of this example moves along the logarithm at a speed that does not decrease with the distance: `ξ = k X/√(|X|² + ε²)`. A
+/// boundary layer of width ε around the goal replaces a switch (Slotine & Li 1991, §7.2). The law is of second order: its velocity is kept
+/// from cycle to cycle and approaches the desired velocity at 20 1/s, so that no motion begins with a step. Here it drives the built-in
+/// arm:
 ///
 /// ```
 /// use dq_kinematics::arm::ArmState;
@@ -121,7 +122,7 @@ impl Names {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///
-/// In a program of its own, `dq_servo::cli::main` does everything else in `main`.
+/// In your own program, call `dq_servo::cli::main` after this in `main`. It does everything else.
 pub fn register(law: &'static dyn ControlLaw) -> Result<Law, RegisterError> {
     let name = law.name();
     let is_right = |byte: u8| byte.is_ascii_lowercase() || byte.is_ascii_digit() || byte == b'_';
@@ -166,7 +167,8 @@ const fn proportional<E>(name: &'static str, error: E, map: Map) -> Proportional
 built_in! {
     /// R⁸ difference × transpose: the paper's difference feedback (eq. 16–20).
     Diffc = 0: Diffc,
-    /// Error's dual quaternion, `q* q_d − 1`, × damped inverse. That is the R⁸ difference relative to the tool, not `J₈⁺ (q_d − q)`.
+    /// Dual quaternion of the error, `q* q_d − 1`, × damped inverse. This is the R⁸ difference relative to the tool, not `J₈⁺ (q_d
+    /// − q)`.
     DiffcInverse = 1: proportional("diffc_inverse", PoseError::difference, Map::DampedInverse),
     /// Screw logarithm × damped inverse: the paper's logarithmic feedback on SE(3) (eq. 28–30).
     Logc = 2: proportional("logc", PoseError::screw_log, Map::DampedInverse),
@@ -176,23 +178,24 @@ built_in! {
     DoubleGeodesic = 4: proportional("double_geodesic", PoseError::decoupled_log, Map::DampedInverse),
     /// Decoupled logarithm × transpose.
     DoubleGeodesicTranspose = 5: proportional("double_geodesic_transpose", PoseError::decoupled_log, Map::Transpose),
-    /// Unit quaternion's vector part × damped inverse: the most common closed-loop inverse kinematics (Chiaverini & Siciliano 1999).
+    /// Vector part of the unit quaternion × damped inverse: the most common closed-loop inverse kinematics (Chiaverini & Siciliano
+    /// 1999).
     UnitQuaternion = 6: proportional("unit_quaternion", PoseError::vector_part, Map::DampedInverse),
-    /// Unit quaternion's vector part × transpose.
+    /// Vector part of the unit quaternion × transpose.
     UnitQuaternionTranspose = 7: proportional("unit_quaternion_transpose", PoseError::vector_part, Map::Transpose),
-    /// diffc_inverse with gains from the weights of a quadratic cost (after Marinho, Figueredo & Adorno, IROS 2015).
+    /// diffc_inverse, with gains from the weights of a quadratic cost (after Marinho, Figueredo & Adorno, IROS 2015).
     Lq = 8: Lq,
-    /// unit_quaternion with gains from bounds on the effect of disturbances (Figueredo, Adorno & Ishihara 2021, arXiv 1811.05436).
+    /// unit_quaternion, with gains from bounds on the effect of disturbances (Figueredo, Adorno & Ishihara 2021, arXiv 1811.05436).
     HInfinity = 9: HInfinity,
-    /// logc with a gain that grows near the goal and far from it, so that the time to arrive has a preset bound (Aldana-López et al. 2019,
-    /// arXiv 1809.07012).
+    /// logc, with a gain that grows near the goal and far from it. So the time to arrive has a preset bound (Aldana-López et al.
+    /// 2019, arXiv 1809.07012).
     PredefinedTime = 10: PredefinedTime,
-    /// logc of second order: the PD law on SE(3) (paper §10.2; Bullo & Murray 1995).
+    /// Second-order logc: the PD law on SE(3) (paper §10.2; Bullo & Murray 1995).
     LogcPd = 11: LogcPd,
 }
 
 impl Law {
-    /// Yields all laws; registered laws come last.
+    /// Yields all laws. Registered laws come last.
     pub fn all() -> impl ExactSizeIterator<Item = Self> + Clone {
         names().laws.iter().copied()
     }
@@ -202,17 +205,18 @@ impl Law {
         &names().names
     }
 
-    /// Returns the name of the parameter with its gains.
+    /// Returns the name of the parameter that has the law's gains.
     pub fn parameter(self) -> &'static str {
         names().parameters[self.number]
     }
 
-    /// Creates a law that is not registered, so that parameters cannot name it: for a law made in Python after laws were used.
+    /// Creates a law that is not registered, so that parameters cannot name it. Use it for a law that is made after laws were used,
+    /// as in Python.
     pub fn unlisted(law: &'static dyn ControlLaw) -> Self {
         Self { number: UNLISTED, law }
     }
 
-    /// Returns its index among all laws.
+    /// Returns the law's index among all laws.
     pub fn number(self) -> usize {
         self.number
     }

@@ -1,7 +1,7 @@
 //! Control laws: from the pose error to joint velocities.
 //!
-//! Most laws are combinations of an error ([`PoseError`]) and a map to joint velocities ([`Map`]); the others also derive their gains. Each
-//! is a [`ControlLaw`], and so can be a law of your own ([`register`]):
+//! Most laws are combinations of an error ([`PoseError`]) and a map to joint velocities ([`Map`]). The others also derive their gains. Each
+//! law is a [`ControlLaw`]. You can add your own with [`register`].
 //!
 //! | error | × transpose | × damped inverse | with derived gains |
 //! |---|---|---|---|
@@ -10,12 +10,12 @@
 //! | decoupled logarithm | double_geodesic_transpose | double_geodesic | |
 //! | unit quaternion's vector part, translation | unit_quaternion_transpose | unit_quaternion | h_infinity: from attenuation bounds |
 //!
-//! The [`Aim`] may determine less than a pose. Then the goal in each cycle is the nearest pose to the tool's that meets the aim, so that
-//! the error lies in the aim's rows of the Jacobian, and the map uses only these rows. For the R⁸ difference this is the error of
-//! diffc_inverse, also for diffc, at a quarter of its gain; that is the same law to first order for a tool at the base frame's origin.
+//! The [`Aim`] may determine less than a pose. Then the goal in each cycle is the pose nearest to the tool's that meets the aim. The error
+//! then lies in the aim's rows of the Jacobian, and the map uses only these rows. The laws with the R⁸ difference, diffc included, then use
+//! the error of diffc_inverse; diffc has a quarter of its gain. For a tool at the base frame's origin, that is the same law to first order.
 //!
-//! The reference work compares diffc with logc, which differ in both error and map. If these are compared separately on its own motion, the
-//! curved path, the overshoot and the high gain come from the transpose, not from R⁸:
+//! The reference work compares diffc with logc, which differ in both error and map. This table changes the two separately, on the work's own
+//! motion. It shows that the curved path, the overshoot and the high gain come from the transpose, not from R⁸:
 //!
 //! | | K [1/s] | path length / straight line | overshoot \[mm\] |
 //! |---|---|---|---|

@@ -6,10 +6,11 @@ use crate::arm::ArmState;
 use dq_algebra::{UnitDualQuaternion, rotation_vector, screw_log};
 use nalgebra::{Quaternion, Vector3};
 
-/// The goal relative to the tool: the rotation and the translation to it, along the axes of the tool or of the base.
+/// The goal relative to the tool: a rotation and a translation, along the axes of the tool or of the base.
 ///
-/// With the goal `g = q* q_d` relative to the tool, the inverse of the pose error (eq. 28), each form is the twist `(ω, v)` that takes the
-/// tool to the goal at gain 1. All forms agree to first order. If the goal is expressed along other axes, the twist is too.
+/// Let `g = q* q_d` be the goal relative to the tool, which is the inverse of the pose error (eq. 28). Each form of the error is
+/// the twist `(ω, v)` that moves the tool to the goal at gain 1. All forms agree to first order. The twist is along the same axes
+/// as the goal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PoseError {
     /// The rotation r from the tool to the goal.
@@ -19,17 +20,17 @@ pub struct PoseError {
 }
 
 impl From<&UnitDualQuaternion> for PoseError {
-    /// Converts the goal relative to the tool, along the tool's axes.
+    /// Creates the error along the tool's axes from the goal relative to the tool.
     fn from(tool_from_goal: &UnitDualQuaternion) -> Self {
         Self { rotation: tool_from_goal.real(), translation: tool_from_goal.translation() }
     }
 }
 
 impl PoseError {
-    /// Computes the error along the base's axes, with the rotation that `aim` determines.
+    /// Computes the error along the base's axes. Its rotation is the one that `aim` determines.
     ///
-    /// This is fast because it takes one product of quaternions and one difference. The Jacobian along the same axes takes one cross
-    /// product per joint, and nothing is rotated into the tool's axes and back.
+    /// This is fast because it takes one product of quaternions and one difference. The Jacobian along the same axes takes one
+    /// cross product per joint, and nothing is rotated into the tool's axes and back.
     #[inline(always)]
     pub fn of(aim: Aim, arm: &ArmState, base_from_goal: &UnitDualQuaternion) -> Self {
         let point = arm.tool_point();
@@ -39,28 +40,28 @@ impl PoseError {
         }
     }
 
-    /// Returns `2 Im(g)`: for the translation, twice the vector part of `½ p r`. Half of this twist ξ is `q*(q_d − q) = g − 1` without its
-    /// scalar parts, which no motion `q̇ = ½ q ξ` of the tool changes. The least squares solution for `q_d − q` is another twist, because
-    /// multiplication by q* changes lengths in R⁸.
+    /// Returns `2 Im(g)`; its translation is twice the vector part of `½ p r`. Half of this twist ξ is `q*(q_d − q) = g − 1`
+    /// without its scalar parts, which no motion `q̇ = ½ q ξ` of the tool changes. The least squares solution for `q_d − q` is
+    /// another twist, because multiplication by q* changes lengths in R⁸.
     #[inline(always)]
     pub fn difference(&self) -> AngularLinear {
         let (vector, p) = (self.rotation.imag(), self.translation);
         (2.0 * vector, self.rotation.w * p + p.cross(&vector))
     }
 
-    /// Returns the logarithm of g in SE(3) (eq. 30): the tool moves on one screw.
+    /// Returns the logarithm of g in SE(3) (eq. 30). The tool moves on one screw.
     #[inline(always)]
     pub fn screw_log(&self) -> AngularLinear {
         screw_log(&self.rotation, &self.translation)
     }
 
-    /// Returns `ω = φ n`, `v = p`: the tool moves straight (paper §10.1; Bullo & Murray 1995).
+    /// Returns `ω = φ n`, `v = p`. The tool moves along a straight line (paper §10.1; Bullo & Murray 1995).
     #[inline(always)]
     pub fn decoupled_log(&self) -> AngularLinear {
         (rotation_vector(&self.rotation), self.translation)
     }
 
-    /// Returns `ω = 2 sin(½φ) n`, `v = p`: the quaternion's vector part (Chiaverini & Siciliano 1999).
+    /// Returns `ω = 2 sin(½φ) n`, `v = p`. This uses the quaternion's vector part (Chiaverini & Siciliano 1999).
     #[inline(always)]
     pub fn vector_part(&self) -> AngularLinear {
         (2.0 * self.rotation.imag(), self.translation)

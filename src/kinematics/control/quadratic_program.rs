@@ -1,27 +1,27 @@
 //! Small quadratic programs: the joint velocities nearest to the desired ones under linear constraints.
 
-/// The program `min (x − w)ᵀ H (x − w)` subject to `aₖ·x ≥ bₖ`, solved by the dual active set method (Goldfarb & Idnani 1983). It works in
-/// the coordinates `Lᵀx` with `H = L Lᵀ`, in which the nearest point is the solution.
+/// The program `min (x − w)ᵀ H (x − w)` subject to `aₖ·x ≥ bₖ`, solved by the dual active set method (Goldfarb & Idnani 1983). It
+/// is solved in the coordinates `Lᵀx` with `H = L Lᵀ`, in which the nearest point is the solution.
 ///
-/// The method begins at `w` and activates the most violated constraint, one after the other, so that a solution near `w` is found in a step
-/// or two. It allocates only if there are more joints or constraints than ever before.
+/// The method begins at `w` and activates one violated constraint after the other, the most violated one first. So it finds a
+/// solution near `w` in a step or two. It allocates only if there are more joints or constraints than ever before.
 #[derive(Clone, Debug)]
 pub struct QuadraticProgram {
     count: usize,
     /// The rows of L.
     factor: Vec<f64>,
-    /// The rows aₖ of the constraints, and their bₖ.
+    /// The rows aₖ of the constraints, and the bounds bₖ.
     rows: Vec<f64>,
     bounds: Vec<f64>,
-    /// The indices of the active constraints, with their multipliers, and `L⁻¹ aₖ` of each.
+    /// The indices of the active constraints, their multipliers, and their normals `L⁻¹ aₖ`.
     active: Vec<usize>,
     multipliers: Vec<f64>,
     normals: Vec<f64>,
-    /// The orthogonalized normals Q, and the columns of R, with `normals = Q R`.
+    /// The orthogonalized normals Q, and the columns of R: `normals = Q R`.
     square: Vec<f64>,
     upper: Vec<f64>,
-    /// The normal of the constraint to activate, its component orthogonal to the active ones, its components along Q, and its coefficients
-    /// in the active normals.
+    /// The normal of the constraint to activate. Then its component orthogonal to the active normals, its components along Q, and
+    /// its coefficients in the active normals.
     normal: Vec<f64>,
     step: Vec<f64>,
     parts: Vec<f64>,
@@ -34,17 +34,17 @@ pub struct QuadraticProgram {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Infeasible;
 
-/// A constraint is violated if it is broken by more than this, relative to the size of its terms.
+/// A constraint counts as violated if its slack is below minus this, relative to the size of its terms.
 const BROKEN: f64 = 1e-10;
 
-/// A constraint is dependent on the active ones if at most this fraction of it is orthogonal to them.
+/// A constraint counts as dependent on the active ones if at most this fraction of it is orthogonal to them.
 const WITHIN: f64 = 1e-9;
 
 /// Largest number of steps per joint and constraint.
 const MOST_STEPS: usize = 3;
 
 impl QuadraticProgram {
-    /// Allocates for this many joints and constraints.
+    /// Allocates the buffers for this many joints and constraints.
     pub fn with_room(joints: usize, constraints: usize) -> Self {
         let (of_each, square) = (|| Vec::with_capacity(joints), || Vec::with_capacity(joints * joints));
         Self {
@@ -66,8 +66,8 @@ impl QuadraticProgram {
         }
     }
 
-    /// Starts a new program for `count` joints with the weight matrix `h`, row after row. Returns false unless `h` is positive definite (it
-    /// must be symmetric).
+    /// Starts a new program for `count` joints with the symmetric weight matrix `h`, row after row. Returns false if `h` is not
+    /// positive definite.
     pub fn begin(&mut self, count: usize, h: &[f64]) -> bool {
         self.count = count;
         self.rows.clear();
@@ -95,7 +95,7 @@ impl QuadraticProgram {
         self.bounds.push(bound);
     }
 
-    /// Adds the constraint `sign · x[place] ≥ bound` on one number of x.
+    /// Adds the constraint `sign · x[place] ≥ bound` on one element of x.
     pub fn add_one(&mut self, place: usize, sign: f64, bound: f64) {
         let end = self.rows.len();
         self.rows.resize(end + self.count, 0.0);
@@ -103,7 +103,7 @@ impl QuadraticProgram {
         self.bounds.push(bound);
     }
 
-    /// Relaxes the constraints that `x = 0` violates: their bounds become 0.
+    /// Relaxes the constraints that `x = 0` violates: sets their bounds to 0.
     pub fn relax(&mut self) {
         self.bounds.iter_mut().for_each(|bound| *bound = bound.min(0.0));
     }
@@ -111,7 +111,7 @@ impl QuadraticProgram {
     /// Moves `x` from the desired point to the nearest point that satisfies the constraints.
     ///
     /// # Errors
-    /// [`Infeasible`]; then `x` is undefined.
+    /// [`Infeasible`]; `x` is undefined then.
     pub fn solve(&mut self, x: &mut [f64]) -> Result<(), Infeasible> {
         let count = self.count;
         for list in [&mut self.multipliers, &mut self.normals, &mut self.square, &mut self.upper] {
@@ -127,7 +127,7 @@ impl QuadraticProgram {
         Err(Infeasible)
     }
 
-    /// Returns the multiplier of a constraint, by its index, at the last solution; 0 if the constraint is inactive.
+    /// Returns the multiplier of the constraint with this index at the last solution; 0 if the constraint is inactive.
     pub fn multiplier(&self, constraint: usize) -> f64 {
         let place = self.active.iter().position(|number| *number == constraint);
         place.map_or(0.0, |place| self.multipliers[place])
@@ -158,14 +158,14 @@ impl QuadraticProgram {
         most.0
     }
 
-    /// Moves `x` until the constraint holds, and deactivates constraints whose multipliers become negative.
+    /// Moves `x` until the constraint is satisfied. Deactivates constraints whose multipliers become negative.
     fn take_in(&mut self, constraint: usize, x: &mut [f64]) -> Result<(), Infeasible> {
         self.normal.clear();
         self.normal.extend_from_slice(&self.rows[constraint * self.count..][..self.count]);
         solve_lower(&self.factor, self.count, &mut self.normal);
         let size: f64 = self.normal.iter().map(|part| part * part).sum();
         let mut multiplier = 0.0;
-        // Each iteration except the last deactivates one constraint.
+        // Each iteration except the last one deactivates one constraint.
         for _ in 0..=self.count {
             self.split(self.active.len());
             let free: f64 = self.step.iter().map(|part| part * part).sum();
@@ -222,15 +222,15 @@ impl QuadraticProgram {
         }
     }
 
-    /// Splits the normal into its components along the first `active` active normals and the orthogonal step, and computes its coefficients
-    /// in these normals.
+    /// Splits `normal` into `parts`, its components along the first `active` columns of Q, and `step`, the rest, which is
+    /// orthogonal to these. Then computes `relief`, its coefficients in the active normals.
     fn split(&mut self, active: usize) {
         let count = self.count;
         self.step.clear();
         self.step.extend_from_slice(&self.normal);
         self.parts.clear();
         self.parts.resize(active, 0.0);
-        // The second pass removes what rounding has left.
+        // The second pass removes the rounding error of the first one.
         for _ in 0..2 {
             for k in 0..active {
                 let of = &self.square[k * count..][..count];
@@ -247,7 +247,7 @@ impl QuadraticProgram {
         }
     }
 
-    /// Returns the position of the active constraint whose multiplier becomes 0 first, and the step length until then.
+    /// Returns the active constraint whose multiplier becomes 0 first, by its position in `active`, and the step length until then.
     fn first_to_go(&self) -> (usize, f64) {
         let mut first = (0, f64::INFINITY);
         for (place, (multiplier, relief)) in self.multipliers.iter().zip(&self.relief).enumerate() {
@@ -270,7 +270,7 @@ impl QuadraticProgram {
         std::mem::swap(&mut self.normal, &mut self.spare);
     }
 
-    /// Orthogonalizes the active normal with this number against those before it, and appends it.
+    /// Orthogonalizes the active normal `number` against the ones before it, and appends it to Q and R.
     fn append(&mut self, number: usize) {
         let count = self.count;
         self.normal.clear();
@@ -285,7 +285,7 @@ impl QuadraticProgram {
     }
 }
 
-/// `L⁻¹ x`.
+/// Sets `x` to `L⁻¹ x`.
 fn solve_lower(factor: &[f64], count: usize, x: &mut [f64]) {
     for i in 0..count {
         let rest: f64 = (0..i).map(|k| factor[i * count + k] * x[k]).sum();
@@ -293,7 +293,7 @@ fn solve_lower(factor: &[f64], count: usize, x: &mut [f64]) {
     }
 }
 
-/// `L⁻ᵀ x`.
+/// Sets `x` to `L⁻ᵀ x`.
 fn solve_upper(factor: &[f64], count: usize, x: &mut [f64]) {
     for i in (0..count).rev() {
         let rest: f64 = (i + 1..count).map(|k| factor[k * count + i] * x[k]).sum();
@@ -307,7 +307,7 @@ mod tests {
     use nalgebra::{DMatrix, DVector};
     use proptest::prelude::*;
 
-    /// Returns the weights and constraints of a random program whose constraints 0 satisfies.
+    /// Returns the weights and constraints of a random program. 0 satisfies the constraints.
     fn program(
         count: usize,
         seed: &[f64],

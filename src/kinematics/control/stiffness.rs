@@ -1,4 +1,4 @@
-//! The rates at which a law with the transposed Jacobian makes errors decay, by direction.
+//! The rates at which errors decay under a law with the transposed Jacobian, for each direction.
 
 use super::aim::Rows;
 use super::angular_linear::{AngularLinear, first, scaled};
@@ -6,14 +6,14 @@ use super::gram::Gram;
 use super::pose_space::PoseSpace;
 use crate::arm::ArmState;
 
-/// The matrix `√K J`, with the Jacobian J of the feedback error and the gains K. Near the goal the closed loop is `δθ̇ = −Jᵀ K J δθ`, whose
-/// rates [1/s] are the eigenvalues of `Jᵀ K J`.
+/// The matrix `√K J`, with the gains K and the Jacobian J of the error that the law feeds back. Near the goal the closed loop is
+/// `δθ̇ = −Jᵀ K J δθ`; its rates [1/s] are the eigenvalues of `Jᵀ K J`.
 pub struct Stiffness(Rooted);
 
 enum Rooted {
-    /// The rows of a twist, with the square roots of the angular and of the linear gain.
+    /// The rows of a twist, and the square roots of the angular and the linear gain.
     Twist(Rows, [f64; 2]),
-    /// A pose in R⁸, with the square root of its gain.
+    /// A pose in R⁸, and the square root of its gain.
     Pose(PoseSpace, f64),
 }
 
@@ -42,7 +42,7 @@ impl Stiffness {
         self.gram(arm).largest_eigenvalue()
     }
 
-    /// Computes `(I + s Jᵀ K J)⁻¹ θ̇` with the time s \[s\]: each rate r becomes `r/(1 + s r)`, so that no rate exceeds 1/s, and slow ones
+    /// Computes `(I + s Jᵀ K J)⁻¹ θ̇` with the time s \[s\]. Each rate r becomes `r/(1 + s r)`: no rate exceeds 1/s, and slow rates
     /// hardly change.
     ///
     /// It is `θ̇ − (√K J)ᵀ (√K J Jᵀ√K + I/s)⁻¹ √K J θ̇`, with one 6×6 inverse.

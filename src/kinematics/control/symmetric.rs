@@ -1,4 +1,4 @@
-//! Symmetric 3×3 matrices as six numbers, two matrices in parallel.
+//! Symmetric 3×3 matrices of six numbers, two matrices in parallel.
 
 use crate::arm::pair::{Pair, ZEROS, dot};
 use nalgebra::Vector3;
@@ -6,13 +6,13 @@ use wide::f64x2;
 
 /// Two symmetric 3×3 matrices in parallel.
 ///
-/// This is fast because three of nine numbers are not computed, the inverse is closed (six cofactors and one division), and two matrices
-/// take no more operations than one.
+/// This is fast because three of nine numbers are not computed, and the inverse is closed (six cofactors and one division). Two
+/// matrices take no more operations than one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Symmetric {
-    /// xx, yy and zz.
+    /// The elements xx, yy and zz.
     pub diagonal: Pair,
-    /// yz, zx and xy.
+    /// The elements yz, zx and xy.
     pub others: Pair,
 }
 
@@ -38,7 +38,7 @@ impl Symmetric {
         Self { diagonal: self.diagonal.map(|number| number + shifts), others: self.others }
     }
 
-    /// Returns the inverses, which are not finite if the matrices are singular.
+    /// Returns the inverses of both matrices. The inverse of a singular matrix is not finite.
     #[inline(always)]
     pub fn inverse(&self) -> SymmetricInverse {
         let (d, o) = (&self.diagonal, &self.others);
@@ -72,13 +72,13 @@ impl Symmetric {
         }
     }
 
-    /// Returns the sums of the eigenvalues.
+    /// Returns the sum of the eigenvalues of each matrix.
     #[inline(always)]
     pub fn trace(&self) -> f64x2 {
         self.diagonal.x + self.diagonal.y + self.diagonal.z
     }
 
-    /// Returns the sums of the products of all nine numbers with those of `other`.
+    /// Returns the sum of the products of all nine numbers with those of `other`, for each pair of matrices.
     #[inline(always)]
     pub fn dot(&self, other: &Self) -> f64x2 {
         dot(&self.diagonal, &other.diagonal) + dot(&self.others, &other.others) * 2.0
@@ -91,30 +91,31 @@ impl Symmetric {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct SymmetricInverse {
     pub adjugate: Symmetric,
-    /// The factor of the adjugate: the inverse of the determinant.
+    /// The factor of the adjugate: 1 divided by the determinant.
     pub scale: f64x2,
-    /// The leading minors of the matrix, up to positive factors.
+    /// The leading minors of each matrix, up to positive factors.
     minors: Pair,
 }
 
 impl SymmetricInverse {
-    /// Returns the determinants of the matrices; for [quotients](Self::of_quotients) up to positive factors.
+    /// Returns the determinant of each matrix; up to a positive factor if the inverse is [of a quotient](Self::of_quotients).
     #[inline(always)]
     pub fn determinant(&self) -> f64x2 {
         self.minors.z
     }
 
-    /// Returns the inverses of the matrices divided by `divisors`. `inverses` are the inverses of `divisors`.
+    /// Returns the inverses of the matrices divided by `divisors`. `inverses` are 1 divided by `divisors`.
     #[inline(always)]
     pub fn of_quotients(self, divisors: f64x2, inverses: f64x2) -> Self {
         let minors = Vector3::new(self.minors.x * inverses, self.minors.y, self.minors.z * inverses);
         Self { scale: self.scale * divisors, minors, ..self }
     }
 
-    /// Returns the least leading minors, which are positive if the matrix is positive definite.
+    /// Returns the smallest leading minor of each matrix. It is positive if the matrix is positive definite.
     #[inline(always)]
     pub fn least_minors(&self) -> f64x2 {
-        // If one operand is NaN, `fast_min` returns the second operand. A NaN in a minor is also in the determinant, which comes last.
+        // If one operand is NaN, `fast_min` returns the second operand. A NaN in any minor is also in the determinant, which comes
+        // last.
         self.minors.x.fast_min(self.minors.y).fast_min(self.minors.z)
     }
 

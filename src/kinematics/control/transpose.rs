@@ -1,15 +1,16 @@
-//! The transposed Jacobian: the error pulls at the tool, and each joint moves with the moment about its axis, or the force along it.
+//! The transposed Jacobian: the error acts as a force on the tool, and each joint moves with the moment about its axis, or the
+//! force along it.
 
 use super::angular_linear::AngularLinear;
 use crate::arm::ArmState;
 use dq_algebra::UnitDualQuaternion;
 
-/// Returns the moment about the tool point and the force there whose [transpose](ArmState::apply_transpose) is `K Jᵀ(q_d − q)`, with the
-/// 8×n pose Jacobian J (eq. 16–20), which is never computed.
+/// Returns the moment and the force at the tool point whose [transpose](ArmState::apply_transpose) is `K Jᵀ(q_d − q)`, with the 8×n
+/// pose Jacobian J (eq. 16–20). J itself is never computed.
 ///
-/// With the tool pose `q = r + ε ½ t r` and the goal `(g_r, g_d)`, the error times `r*` is `(e_r r*, e_d r*) = (g_r r* − 1, g_d r* − ½ t)`.
-/// With scalar and vector part `(E, F) = e_d r*`, the force is `½K F`. The moment is `½K (vec(e_r r*) + ½ (F×t − E t))`, which depends on
-/// the position of the base frame.
+/// With the tool pose `q = r + ε ½ t r` and the goal `(g_r, g_d)`, the error times `r*` is `(e_r r*, e_d r*) = (g_r r* − 1, g_d r*
+/// − ½ t)`. Let E be the scalar part and F the vector part of `e_d r*`. Then the force is `½K F`. The moment is `½K (vec(e_r r*) +
+/// ½ (F×t − E t))`; it depends on the position of the base frame.
 pub(super) fn difference(gain: f64, arm: &ArmState, base_from_goal: &UnitDualQuaternion) -> AngularLinear {
     let (back, point) = (arm.rotation().inverse().into_inner(), arm.tool_point());
     let (real, dual) = (base_from_goal.real() * back, base_from_goal.dual() * back);

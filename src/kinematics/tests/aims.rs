@@ -14,7 +14,7 @@ pub fn z(pose: &UnitDualQuaternion) -> Vector3<f64> {
     pose.rotation() * Vector3::z()
 }
 
-/// Returns the error of the tool within the aim \[m, rad\].
+/// Returns the error of the tool in the components of the aim \[m, rad\].
 pub fn missed(aim: Aim, tool: &UnitDualQuaternion, goal: &UnitDualQuaternion) -> (f64, f64) {
     let angle = match aim {
         Aim::Pose => tool.rotation().angle_to(&goal.rotation()),

@@ -52,7 +52,7 @@ fn an_independent_implementation_agrees_on_poses_and_jacobians() {
         let chain = Chain::new(convention, &(0..theta.len()).map(row).collect::<Vec<_>>()).unwrap();
         let state = state(&chain, &theta);
         let pose = column("pose");
-        // Both signs are the same pose, and the Jacobian has the sign of its pose.
+        // Both signs are the same pose. The Jacobian has the sign of its pose.
         let sign = (state.base_from_tool().to_vector8()[0] * pose[0]).signum();
         let ours = state.base_from_tool().to_vector8() * sign;
         assert!(distance(ours.as_slice(), &pose) < REFERENCE, "{theta:?}");
@@ -78,7 +78,7 @@ fn standard_dh_is_the_product_of_its_factors() {
     assert!((got.to_vector8() - expected.to_vector8()).norm() < ALGEBRA);
 }
 
-/// `Unit::new_normalize` turns zeros into NaN.
+/// `Unit::new_normalize` makes NaN of zeros.
 #[test]
 fn an_axis_without_a_direction_is_rejected() {
     let joint = |axis| Joint {

@@ -13,7 +13,7 @@ use dq_kinematics::control::{
 use nalgebra::{DMatrix, DVector, Vector6};
 use proptest::prelude::*;
 
-/// Makes one classical Runge–Kutta step.
+/// Makes one step of the classical Runge–Kutta method.
 pub fn runge_kutta(
     theta: &DVector<f64>,
     h: f64,

@@ -33,14 +33,14 @@ fn law(aim: Aim, map: Map) -> Controller {
     Controller::of_two_arms(map, aim, gain, DAMPING)
 }
 
-/// Returns the rows of the tool's Jacobian for its velocity, or for its angular velocity.
+/// Returns the rows of the tool's Jacobian for its linear velocity; if `angular`, for its angular velocity.
 fn jacobian(arms: &ArmState, angular: bool) -> DMatrix<f64> {
     let first = if angular { 0 } else { 3 };
     let columns: Vec<_> = arms.tool_columns().collect();
     DMatrix::from_fn(3, columns.len(), |row, column| columns[column][first + row])
 }
 
-/// Returns `theta` after `seconds` under the law, by Runge–Kutta steps of 1 ms.
+/// Returns the joint positions `theta` after `seconds` under the law, by Runge–Kutta steps of 1 ms.
 fn follow(law: &Controller, goal: &UnitDualQuaternion, theta: &[f64], seconds: f64) -> Vec<f64> {
     let velocity = |theta: &DVector<f64>| {
         let mut velocity = DVector::zeros(12);
@@ -66,7 +66,7 @@ fn the_printed_dual_position_jacobian_of_the_paper_is_reproduced() {
     assert!(printed[0].iter().all(|x| x.abs() < REFERENCE));
 }
 
-/// `J_r = [H⁻₈(q₁) C₈ J₂, H⁺₈(q₂*) J₁]` with C the conjugation as a matrix (eq. 22; Adorno et al. 2010).
+/// `J_r = [H⁻₈(q₁) C₈ J₂, H⁺₈(q₂*) J₁]` with the matrix C of the conjugation (eq. 22; Adorno et al. 2010).
 #[test]
 fn the_relative_pose_jacobian_is_that_of_hamilton_operators() {
     let [beta, alpha] =
@@ -106,7 +106,7 @@ fn relative_position_with_gain_10_reproduces_the_computed_samples() {
     assert!(distance(&theta, &numbers(&computed["theta_beta_alpha_15s"])) < LOOP);
 }
 
-/// With the inverse, position and distance decay as `exp(−K t)`, and so does `tan(θ/4)` of the angle.
+/// With the inverse, position and distance decay as `exp(−K t)`. So does `tan(θ/4)` of the angle.
 #[test]
 fn the_inverse_form_decays_at_its_gain() {
     let start = paper();
@@ -125,7 +125,7 @@ fn the_inverse_form_decays_at_its_gain() {
         match aim {
             Aim::Position => assert!((position - decay).abs() < LOOP),
             Aim::Orientation => assert!((quarter - decay).abs() < LOOP),
-            // The position is coupled with the rotation: it is close to the exponential, but not on it.
+            // The position is coupled with the rotation, so that it is close to the exponential but not on it.
             Aim::Pose => assert!((position - decay).abs() < 0.05 && (quarter - decay).abs() < LOOP),
             Aim::PositionAndAxis => assert!((position - decay).abs() < 0.05),
             Aim::Distance => assert!((far(&now) / far(&relative) - decay).abs() < LOOP),
@@ -161,7 +161,7 @@ fn aims_of_two_arms_have_the_names_of_one_arm_with_a_prefix() {
 }
 
 proptest! {
-    /// `Jᵀ K e = −∇ ½ K |e|²` for the differences of eq. 16: of positions, distances, rotations in R⁴ and poses in R⁸.
+    /// `Jᵀ K e = −∇ ½ K |e|²` for the differences of eq. 16: of positions, of distances, of rotations in R⁴, and of poses in R⁸.
     #[test]
     fn the_transposed_form_descends_its_squared_error(
         theta in prop::collection::vec(-3.0..3.0f64, 12),
@@ -195,7 +195,7 @@ proptest! {
         }
     }
 
-    /// `Jᵀ (J Jᵀ + λ² I)⁻¹ K e` in the rows of the aim, by a matrix decomposition.
+    /// The inverse form is `Jᵀ (J Jᵀ + λ² I)⁻¹ K e` in the rows of the aim, here by a matrix decomposition.
     #[test]
     fn the_inverse_form_is_the_damped_inverse_of_the_rows_of_the_aim(
         theta in prop::collection::vec(-3.0..3.0f64, 12),

@@ -13,8 +13,8 @@ pub fn state(chain: &Chain, theta: &[f64]) -> ArmState {
     state
 }
 
-/// Compares the pose Jacobian with central differences of the pose along each joint, and the body Jacobian with rows 2–4 and 6–8 of `2
-/// H⁺₈(q*) J`.
+/// Compares the pose Jacobian with central differences of the pose along each joint. Compares the body Jacobian with rows 2–4 and
+/// 6–8 of `2 H⁺₈(q*) J`.
 pub fn check_jacobians(chain: &Chain, theta: &[f64]) {
     const STEP: f64 = 1e-6;
     let state = state(chain, theta);

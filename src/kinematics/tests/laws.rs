@@ -1,4 +1,4 @@
-//! The table of the laws: the formula of each cell, and the properties of derived gains in the literature.
+//! The table of the laws: the formula of each cell, and the properties that the literature gives for derived gains.
 
 use crate::control::{Loop, pose, theta};
 use crate::puma::{controller, puma};
@@ -9,7 +9,7 @@ use dq_kinematics::control::{
 };
 use nalgebra::{DVector, Vector3, Vector6};
 
-/// A free tool, which moves at the law's twist.
+/// A free tool that moves at the law's twist.
 struct FreeBody {
     controller: Controller,
     goal_from_tool: UnitDualQuaternion,
@@ -20,7 +20,7 @@ impl FreeBody {
         Self { controller, goal_from_tool: UnitDualQuaternion::screw_exp(&error) }
     }
 
-    /// Makes one step at the law's twist plus a disturbance.
+    /// Makes one step with the law's twist plus a disturbance.
     fn step(&mut self, disturbance: &Vector6<f64>, h: f64) {
         let twist = self.controller.body_twist(&self.goal_from_tool) + disturbance;
         self.goal_from_tool *= UnitDualQuaternion::screw_exp(&(twist * h));
@@ -35,7 +35,7 @@ fn with_gain(law: Law, gain: f64) -> Controller {
     controller().with_law(law, gain)
 }
 
-/// Returns path length / straight line and overshoot [mm] of the reference's own motion.
+/// Returns path length / straight line, and the overshoot \[mm\], of the reference work's own motion.
 fn motion(law: Law, gain: f64, step: f64) -> (f64, f64) {
     let mut control = Loop::new(law, pose("theta_desired"));
     control.controller = with_gain(law, gain);
@@ -144,7 +144,7 @@ fn lq_minimizes_its_cost() {
 #[test]
 fn h_infinity_keeps_its_bounds_which_less_gain_does_not() {
     let bounds = [0.4_f64, 0.7];
-    // The energy of the output as a fraction of the bound, under two equal disturbances that change slowly.
+    // The energy of the output as a fraction of its bound, under two equal disturbances that change slowly.
     let shares = |gain_factor: f64| {
         let law = controller().with_gains(Law::HInfinity, bounds.map(|bound| bound / gain_factor));
         let mut body = FreeBody::new(law, Vector6::zeros());
@@ -193,13 +193,13 @@ fn the_gain_of_predefined_time_is_limited() {
     assert!(control.velocity(&theta("theta_desired")).amax() < 1e-12);
 }
 
-/// Returns a rotation about z by `angle` [rad], with the sign of its quaternion.
+/// Returns a rotation about z by `angle` \[rad\]. A full turn changes the sign of its quaternion.
 fn turned(angle: f64) -> UnitDualQuaternion {
     UnitDualQuaternion::from_translation_angle_axis(Vector3::zeros(), angle, &Vector3::z_axis())
 }
 
-/// Turns a tool from `angle` [rad] to 0 by logc, with the worst measurement error of ±`noise` [rad]: it always shows the tool on the other
-/// side of the half turn. Returns how far the tool has turned in 10 s, and how often the sign has changed.
+/// Turns a tool from `angle` \[rad\] to 0 by logc, with the worst measurement error of ±`noise` \[rad\]: the error always shows the
+/// tool on the other side of the half turn. Returns how far the tool has turned in 10 s, and how often the sign has changed.
 fn turn_with_noise(angle: f64, noise: f64, hysteresis: Option<f64>) -> (f64, u32) {
     let (goal, law) = (turned(0.0), with_gain(Law::Logc, 1.0));
     let (mut at, mut turned_by, mut flips) = (angle, 0.0, 0);
@@ -246,8 +246,8 @@ fn without_memory_noise_at_a_half_turn_makes_the_tool_chatter() {
     );
 }
 
-/// `J₈⁺ (q_d − q)` is another law than diffc_inverse, whose error is `q* q_d − 1`: for half of random reachable poses, the laws differ by
-/// more than two fifths of the speed.
+/// The law `J₈⁺ (q_d − q)` is not diffc_inverse, whose error is `q* q_d − 1`. For half of random reachable poses, the two laws
+/// differ by more than two fifths of the speed.
 #[test]
 fn the_inverse_of_the_difference_in_r8_is_not_diffc_inverse() {
     let mut random = 1_u64;

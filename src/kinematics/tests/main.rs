@@ -1,4 +1,4 @@
-//! Arms, Jacobians and laws compared with the reference work, with other implementations and with themselves.
+//! Arms, Jacobians and laws, compared with the reference work and with other implementations.
 
 mod aims;
 mod arm;
@@ -17,5 +17,5 @@ mod tasks;
 #[path = "../../algebra/tests/tolerance.rs"]
 mod tolerance;
 
-/// Tolerance of the samples of a closed loop integrated with a fine step.
+/// Tolerance for the samples of a closed loop that is integrated with a fine step.
 const LOOP: f64 = 1e-6;

@@ -1,4 +1,4 @@
-//! Arms with an odd number of joints, which are computed two at a time.
+//! Arms with an odd number of joints. The program computes joints in pairs.
 
 use crate::jacobians::{FINITE_DIFFERENCE, state};
 use crate::tolerance::ALGEBRA;
@@ -14,7 +14,7 @@ fn joint(kind: JointKind, along: Vector3<f64>, axis: Vector3<f64>) -> Joint {
     }
 }
 
-/// Joints are computed two at a time: here one pair has a joint of each arm, and the last has a single joint.
+/// Joints are computed in pairs. Here one pair has a joint of each arm, and the last pair has a single joint.
 #[test]
 fn arms_with_an_odd_number_of_joints_keep_their_order() {
     let joints = [
@@ -68,7 +68,7 @@ fn evaluating_an_arm_overwrites_a_state_of_any_other_arm() {
         let mut used = arms(&other);
         used.set_relative(&state(one), &state(&other));
         assert_eq!(used, arms(one), "{one:?} as the left arm after {other:?}");
-        // The other state may also have more or fewer joints.
+        // The other state may have more or fewer joints.
         for count in [1, 2] {
             let mut used = arms(&other[..count]);
             used.set_relative(&state(one), &state(&other));

@@ -1,17 +1,18 @@
-//! The control step written directly by its formulas, with products of dual quaternions, 6×6 and 8×n matrices and their decompositions. The
-//! program's own, faster forms are compared with it: by the tests to 1e-12, and by the rig `control_step` in time.
+//! The control step written directly by its formulas, with products of dual quaternions, 6×6 and 8×n matrices and their
+//! decompositions. The tests compare the program's own, faster forms with it, to 1e-12. The rig `control_step` compares their
+//! times.
 
 use dq_algebra::{UnitDualQuaternion, Vector8};
 use dq_kinematics::arm::{Convention, DhRow};
 use dq_kinematics::control::Damping;
 use nalgebra::{Cholesky, Matrix6, Quaternion, Vector3, Vector6};
 
-/// An arm as the factors of its rows.
+/// An arm, given by the factors of its rows.
 pub struct PlainArm {
     before_joint: Vec<UnitDualQuaternion>,
     tool: UnitDualQuaternion,
     pub base_from_tool: UnitDualQuaternion,
-    /// The direction and a point of each joint's axis.
+    /// The direction of each joint's axis, and a point on it.
     pub axes: Vec<(Vector3<f64>, Vector3<f64>)>,
 }
 
@@ -90,7 +91,7 @@ impl PlainArm {
         }
     }
 
-    /// Computes logc: `J⁺` times `−K X`, with the logarithm X of the pose error.
+    /// Computes logc: `J⁺` times `−K X`. X is the logarithm of the pose error.
     pub fn logc(&self, gains: [f64; 2], damping: &Damping, goal: &UnitDualQuaternion, theta_dot: &mut [f64]) {
         let log = (goal.inverse() * self.base_from_tool).screw_log();
         self.damped(&scaled(gains, log), damping, theta_dot);

@@ -1,11 +1,11 @@
-//! The second-order law, logc_pd: properties of the PD law on SE(3) from the paper's §10.2 and Bullo & Murray (1995).
+//! The second-order law logc_pd has the properties of the PD law on SE(3) from the paper's §10.2 and from Bullo & Murray (1995).
 
 use crate::puma::{controller, puma};
 use dq_kinematics::arm::ArmState;
 use dq_kinematics::control::{Approach, Law, pose_error};
 use nalgebra::Vector6;
 
-/// Returns the remaining fraction of a motion from rest that obeys `ẍ + K_d ẋ + K_p x = 0`, after `time` \[s\].
+/// Returns the fraction of a motion that remains after `time` \[s\]. The motion begins at rest and obeys `ẍ + K_d ẋ + K_p x = 0`.
 fn left(k_p: f64, k_d: f64, time: f64) -> f64 {
     let (decay, square) = (0.5 * k_d, 0.25 * k_d * k_d - k_p);
     let root = square.abs().sqrt();
@@ -18,8 +18,8 @@ fn left(k_p: f64, k_d: f64, time: f64) -> f64 {
     }
 }
 
-/// Returns the error from time to time for 3 s, while the PUMA 560 moves to a goal a rotation of 0.5 rad away, without passing a
-/// singularity.
+/// Moves the PUMA 560 for 3 s to a goal that is a rotation of 0.5 rad away, without passing a singularity. Returns times and
+/// errors.
 fn errors(gains: [f64; 2], period: f64) -> Vec<(f64, Vector6<f64>)> {
     let (chain, controller) = (puma(), controller().with_gains(Law::LogcPd, gains));
     let mut joints = vec![0.1, -1.0, 0.2, 0.3, 0.9, 0.1];
@@ -59,7 +59,7 @@ fn critical_damping_does_not_overshoot_and_less_damping_does() {
         errors.iter().map(|(_, error)| error.dot(&start) / start.norm_squared()).fold(1.0, f64::min)
     };
     assert!(least([4.0, 4.0]) > 0.0);
-    // The first swing for ζ = ⅓ overshoots by exp(−π ζ/√(1−ζ²)) = 0.329.
+    // The first swing at ζ = ⅓ overshoots by exp(−π ζ/√(1−ζ²)) = 0.329.
     let swing = least([9.0, 2.0]);
     assert!((swing + 0.329).abs() < 0.02, "{swing}");
 }

@@ -1,4 +1,4 @@
-//! The control step agrees with its plain formulation.
+//! The control step agrees with its plain form.
 
 use crate::plain::PlainArm;
 use crate::puma::{controller, puma};
@@ -20,7 +20,7 @@ fn puma_rows() -> Vec<DhRow> {
     (0..6).map(row).collect()
 }
 
-/// Returns seven joints with offsets, which is more than are computed at once.
+/// Returns rows of seven joints with offsets, which is more than the program computes at once.
 pub fn seven_rows() -> Vec<DhRow> {
     let row = |i: usize| DhRow {
         alpha: [1.5, -1.2, 0.3, 0.0, 1.0, -1.5, 0.4][i],
@@ -31,20 +31,21 @@ pub fn seven_rows() -> Vec<DhRow> {
     (0..7).map(row).collect()
 }
 
-/// Allowed difference between joint velocities and the plain ones, as a fraction of the largest. Near singularities the elimination of the
-/// angular block loses digits: of 300 000 configurations there, three differed by more than 1e-11. Arms with fewer than six joints are
-/// singular everywhere, and their damping depends on the eigenvalue 0, which the plain step has with its rounding.
+/// Allowed difference between joint velocities and those of the plain form, as a fraction of the largest velocity. Near
+/// singularities, the elimination of the angular block loses digits: of 300 000 configurations, three differed by more than 1e-11.
+/// Arms with fewer than six joints are singular everywhere. Their damping depends on the eigenvalue 0, which has a rounding error
+/// in the plain form.
 const NEAR: f64 = 10.0 * REFERENCE;
 const NEAR_BESIDE_SINGULARITY: f64 = 1000.0 * REFERENCE;
 const NEAR_SINGULAR_TWICE: f64 = 1e6 * REFERENCE;
 const NEAR_WITH_ANY_ARM: f64 = 100.0 * REFERENCE;
 
-/// Checks kinematics, Jacobian, singular value and three laws at `theta`, on the way to the pose at `goal`.
+/// Checks kinematics, Jacobian, singular value and three laws at `theta`, with the pose at `goal` as the goal.
 fn check(convention: Convention, rows: &[DhRow], theta: &[f64], goal: &[f64]) {
     check_damped(controller().damping, NEAR, convention, rows, theta, goal);
 }
 
-/// Checks the same with another damping; joint velocities may differ by the fraction `limit` of the largest.
+/// Checks the same with another damping. Joint velocities may differ by the fraction `limit` of the largest one.
 fn check_damped(
     damping: Damping,
     limit: f64,
@@ -59,7 +60,7 @@ fn check_damped(
     let goal = plain.base_from_tool;
     chain.evaluate(theta, &mut arm).unwrap();
     plain.evaluate(theta);
-    // The servo takes the nearer sign; at a whole turn the logarithm has no axis.
+    // The servo takes the nearer sign. At a whole turn the logarithm has no axis.
     let goal = nearer_goal(&goal, &plain.base_from_tool);
     let near =
         |a: &UnitDualQuaternion, b: &UnitDualQuaternion| (a.to_vector8() - b.to_vector8()).norm() < REFERENCE;
@@ -101,7 +102,7 @@ fn the_plain_arm_equals_the_built_in_one() {
 
 #[test]
 fn singular_configurations_agree_with_the_plain_step() {
-    // The wrist; the wrist and the elbow; two eigenvalues at once; large angles.
+    // The wrist is singular; the wrist and the elbow; two eigenvalues are 0; angles are large.
     for theta in [
         [0.3, 0.5, 0.7, 0.2, 0.0, 0.4],
         [0.3, 0.5, -1.526_844_3, 0.2, 0.0, 0.4],
@@ -113,7 +114,7 @@ fn singular_configurations_agree_with_the_plain_step() {
     }
 }
 
-/// Without damping an arm with one joint has no inverse, but it still moves where it can.
+/// Without damping, an arm with one joint has no inverse, but it still moves in its direction.
 #[test]
 fn an_arm_without_an_inverse_moves_where_it_can_without_damping() {
     let row = DhRow { alpha: 0.0, a: 0.0, d: 0.0, theta_offset: 0.0 };
@@ -126,7 +127,8 @@ fn an_arm_without_an_inverse_moves_where_it_can_without_damping() {
     assert!((theta_dot[0] - 0.7).abs() < 1e-8, "{theta_dot:?}");
 }
 
-/// Checks an arm of right angles, which is often singular in several ways, so that determinants are pure rounding.
+/// Checks an arm whose link twists are multiples of 90°. Such an arm is often singular in several directions at once; its
+/// determinants are then zero up to rounding.
 fn check_arm_of_right_angles(rows: &[(i8, u8, u8)], theta: &[f64], goal: &[f64]) {
     let row = |(alpha, a, d)| DhRow {
         alpha: f64::from(alpha) * FRAC_PI_2,

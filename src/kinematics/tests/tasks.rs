@@ -1,4 +1,4 @@
-//! The aims pose, position, and position and axis, and how the laws reach them.
+//! The aims pose, position, and position and axis: how the laws reach them.
 
 use crate::aims::{LESS, missed, turned, z};
 use crate::puma::{controller, puma};
@@ -29,7 +29,7 @@ proptest! {
             prop_assert!(way < 1e-12 && angle < 1e-7, "{aim}: {way} {angle}");
             let turn = nearest.rotation().angle_to(&tool.rotation());
             prop_assert!((turn - aim.angle(&goal, &tool)).abs() < 1e-7, "{aim}");
-            // Goals that are equal within the aim are equally near, and none is nearer than this one.
+            // Goals that are equal in the components of the aim are equally near. None is nearer than this one.
             let as_good = turned(&goal, Vector3::z() * spin);
             prop_assert!(turn <= as_good.rotation().angle_to(&tool.rotation()) + 1e-7, "{aim}");
             let same = aim.nearest(&as_good, &tool);
@@ -55,7 +55,7 @@ proptest! {
             prop_assume!(control.smallest_singular_value(&state) > control.damping.threshold);
             let mut velocity = [0.0; 6];
             control.joint_velocity(&state, &goal, &mut velocity);
-            // It reduces the errors, and it is the same for a goal that is equal within the aim.
+            // The law reduces the errors. It is the same for a goal that is equal in the components of the aim.
             let as_good = turned(&goal, Vector3::z() * 0.7);
             let mut other = [0.0; 6];
             control.joint_velocity(&state, &as_good, &mut other);
@@ -86,7 +86,7 @@ proptest! {
             aim.leave_tool(&state, &mut free);
             let (angular, linear) = aim.part_of(&state, &state.tool_twist(&free));
             prop_assert!(linear.norm() < tolerance && angular.norm() < tolerance, "{aim}: {angular} {linear}");
-            // It is a projection: applied again, it changes nothing.
+            // This is a projection: applied again, it changes nothing.
             let mut again = free.clone();
             aim.leave_tool(&state, &mut again);
             prop_assert!(!is_regular || distance(&free, &again) < 1e-10, "{aim}");
@@ -122,7 +122,7 @@ fn with_the_damped_inverse_errors_decay_at_the_gains_of_the_law() {
     }
 }
 
-/// For a position alone, diffc descends `½K|q_d − q|²` as for a pose, where q_d has the orientation of the tool.
+/// For a position alone, diffc descends `½K|q_d − q|²` as for a pose; q_d has the orientation of the tool.
 #[test]
 fn diffc_to_a_position_is_the_gradient_of_the_difference() {
     let chain = puma();

@@ -1,7 +1,7 @@
 //! Checks that each joint of an arm responds to its commands when it starts to move.
 //!
-//! A pull moves a joint at a constant speed, whatever its command is. So the change of its motion counts: a joint that responds moves by
-//! Y = Δθ − v₀ Δt if its command asks it to move by X = ∫u dt − u₀ Δt, where u₀ and v₀ are its command and speed before.
+//! A pull moves a joint at a constant speed, whatever its command is. So only the change of the motion counts. Let u₀ and v₀ be a
+//! joint's command and speed before. If the command demands X = ∫u dt − u₀ Δt, a joint that responds moves by Y = Δθ − v₀ Δt.
 
 use crate::command_history::CommandHistory;
 use crate::comparison::Comparison;
@@ -11,54 +11,58 @@ use std::mem;
 use std::ops::Range;
 use std::time::Duration;
 
-/// A joint follows if it moves at least this fraction of the distance that the other joints would move for its command.
+/// A joint follows if it moves at least this fraction of the distance that the other joints would move by its command.
 pub(super) const PART: f64 = 0.2;
 
-/// A robot that moves less than this fraction of the commanded distance does not obey at all. One that moves more was told to be slow.
+/// A robot that moves less than this fraction of the commanded distance does not obey at all. A robot that moves more was told to
+/// be slow.
 pub(super) const SLOWEST: f64 = 0.02;
 
 /// A joint that moves this many times as far as commanded does not obey.
 pub(super) const MUCH_TOO_FAR: f64 = 5.0;
 
-/// Until a joint is seen to respond, its command changes by no more than this [rad/s], and by no more than its acceleration gives in
-/// [`PROBE_ACCELERATION`] \[s\]: the joint makes this change in one step if it begins to respond only then.
+/// The largest change of a joint's command until it has responded [rad/s]. The change must also be at most what the acceleration
+/// limit gives within [`PROBE_ACCELERATION`] \[s\], because a joint that begins to respond late makes the change in one step.
 const PROBE_SPEED: f64 = 0.05;
 const PROBE_ACCELERATION: f64 = 0.01;
 
-/// A joint that moved this far \[rad\] as commanded responds. Encoder noise at standstill is less.
+/// A joint that has moved this far as commanded responds \[rad\]. Encoder noise at standstill is less.
 const SEEN: f64 = 2e-4;
 
-/// A joint does not follow if it has not responded for `PATIENCE` after it was commanded to move by [`PROBE_DISTANCE`], or when it has been
-/// commanded to move by `LONGEST_PROBE` \[rad\].
+/// A joint does not follow if it has not responded for `PATIENCE` after a command to move by [`PROBE_DISTANCE`], or after commands
+/// to move by `LONGEST_PROBE` \[rad\].
 const PATIENCE: Duration = Duration::from_millis(400);
 const LONGEST_PROBE: f64 = 0.02;
 
-/// The distance \[rad\] that must be commanded before a joint is judged not to respond.
+/// The distance that a joint must be commanded to move before the monitor concludes that it does not respond \[rad\].
 pub(super) const PROBE_DISTANCE: f64 = 2e-3;
 
-/// A joint that has responded counts as stuck if it does not move for this time plus the delay, after a command to move
-/// [`PROBE_DISTANCE`].
+/// A joint that has responded counts as stuck if, after a command to move by [`PROBE_DISTANCE`], it stands for this time plus the
+/// delay.
 const STANDSTILL: Duration = Duration::from_millis(150);
 
-/// Above this speed [rad/s, prismatic: m/s] the monitor compares a joint that has responded with its commands themselves.
+/// The speed from which the monitor compares a joint that has responded with its commands themselves [rad/s, prismatic: m/s].
 const SLOW: f64 = 0.1;
 
-/// The change of a slow joint's travel \[rad, prismatic: m\] that must be commanded before the joint is judged to have stopped responding.
+/// The change of a slow joint's travel that must be commanded before the monitor concludes that the joint has stopped responding
+/// \[rad, prismatic: m\].
 const SLOW_DISTANCE: f64 = 0.01;
 
-/// Largest error of the measured speed before [rad/s, prismatic: m/s]: one count of 8192 per turn, forth and back in a window.
+/// Largest error of the measured speed before a command [rad/s, prismatic: m/s]. It is one count of 8192 per turn, back and forth
+/// in a window.
 const NOISE: f64 = 0.02;
 
-/// The motion of a joint without commands is compared over this last time only.
+/// How far back the motion of a joint without commands counts.
 const MEMORY: Duration = Duration::from_secs(1);
 
-/// Returns the largest change [rad/s] of the command of a joint with this acceleration limit [rad/s²] that has not responded yet.
+/// Returns the largest change of a joint's command until it has responded [rad/s]. `acceleration` is the joint's acceleration limit
+/// [rad/s²].
 fn probe_speed(acceleration: f64) -> f64 {
     PROBE_SPEED.min(PROBE_ACCELERATION * acceleration)
 }
 
-/// Returns how far a joint should have moved that was commanded to move by `asked` \[rad, prismatic: m\], of which the pull takes `pulled`. The
-/// estimated pull excuses a joint that moves less, but never demands motion.
+/// Returns how far a joint should have moved that was commanded to move by `asked` \[rad, prismatic: m\]; the pull takes `pulled` of
+/// that. The pull excuses a joint that moves less, but never demands motion.
 pub(super) fn due(asked: f64, pulled: f64) -> f64 {
     let left = if asked * pulled > 0.0 { (asked.abs() - pulled.abs()).max(0.0) } else { asked.abs() };
     left.copysign(asked)
@@ -70,15 +74,15 @@ pub(super) struct Failure {
     pub joint: usize,
     /// When it should have moved.
     pub since: Duration,
-    /// Whether it stopped following, or moves in the other direction. Such a joint is retried only a few times.
+    /// Whether the joint stopped following, or moves in the other direction. Such a joint is tried again only a few times.
     pub counts: bool,
 }
 
 /// The estimates of how the arm responds.
 pub(super) struct Answer<'a> {
-    /// The fraction of its commanded distance that it moves.
+    /// The fraction of its commanded distance that the arm moves.
     pub factor: f64,
-    /// The time from a command to the state of the robot that shows it.
+    /// The time from a command to the state of the robot that shows its effect.
     pub response: Duration,
     /// The pull at each joint [rad/s, prismatic: m/s].
     pub pull: &'a [f64],
@@ -91,13 +95,13 @@ struct Anchor {
     /// The commanded and the measured displacement of the joint until then \[rad, prismatic: m\].
     asked: f64,
     moved: f64,
-    /// Its command and its speed at that time [rad/s, prismatic: m/s].
+    /// The command and the speed of the joint at that time [rad/s, prismatic: m/s].
     command: f64,
     speed: f64,
 }
 
 impl Anchor {
-    /// Returns the change of the commanded and of the measured motion since this anchor (X and Y above) \[rad, prismatic: m\].
+    /// Returns the changes of the commanded and of the measured motion since this anchor (X and Y above) \[rad, prismatic: m\].
     fn changes(&self, now: &Self) -> (f64, f64) {
         let passed = now.time.saturating_sub(self.time).as_secs_f64();
         (now.asked - self.asked - passed * self.command, now.moved - self.moved - passed * self.speed)
@@ -107,19 +111,20 @@ impl Anchor {
 /// The recent motion of one joint.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 struct JointResponse {
-    /// Whether it has responded.
+    /// Whether the joint has responded.
     seen: bool,
-    /// When it should have responded.
+    /// Since when a response is missing; `None` if none is.
     due: Option<Duration>,
-    /// Its last position \[rad, prismatic: m\].
+    /// The last position of the joint \[rad, prismatic: m\].
     position: f64,
     now: Anchor,
-    /// An anchor at which the arm stood, and a later one.
+    /// An anchor from when the arm stood, and a later one.
     stood: Anchor,
     later: Anchor,
-    /// When a joint that has responded got stuck.
+    /// Since when a joint that has responded is stuck; `None` if it is not.
     stands_since: Option<Duration>,
-    /// How far it should have moved since it last moved, how far it has, and the range of its distances \[rad, prismatic: m\].
+    /// Since the joint last moved: how far it should have moved, how far it has moved, and the range of its displacement [rad,
+    /// prismatic: m].
     due_distance: f64,
     distance: f64,
     range: (f64, f64),
@@ -128,7 +133,7 @@ struct JointResponse {
 /// The responses of the joints of one arm since it stood.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Departure {
-    /// The indices of its joints among all.
+    /// The indices of the arm's joints among the joints of all arms.
     joints: Range<usize>,
     responses: Vec<JointResponse>,
     begun: bool,
@@ -136,7 +141,7 @@ pub(super) struct Departure {
 }
 
 impl Departure {
-    /// Creates the monitor of the arm whose joints have the indices `joints` among all.
+    /// Creates the monitor of an arm. `joints` are the indices of its joints among the joints of all arms.
     pub fn new(joints: Range<usize>) -> Self {
         let count = joints.len();
         Self {
@@ -147,27 +152,28 @@ impl Departure {
         }
     }
 
-    /// Forgets the responses, because the arm stands.
+    /// Drops the responses, because the arm stands.
     pub fn forget(&mut self) {
         self.responses.iter_mut().for_each(JointResponse::begin);
     }
 
-    /// Forgets the responses of joints that the hold moved, because the arm goes on standing.
+    /// Drops the responses of joints that only the hold has moved, because the arm still stands.
     pub fn rest(&mut self) {
         self.responses.iter_mut().filter(|it| it.seen).for_each(JointResponse::begin);
     }
 
-    /// The arm is commanded to move from now on.
+    /// Begins to monitor, because a command moves the arm from now on.
     pub fn begin(&mut self) {
         self.responses.iter_mut().filter(|it| it.due.is_none()).for_each(JointResponse::begin);
     }
 
-    /// Yields for each joint whether it was seen to respond.
+    /// Yields, for each joint, whether it has responded.
     pub fn seen(&self) -> impl Iterator<Item = bool> + Clone + '_ {
         self.responses.iter().map(|it| it.seen)
     }
 
-    /// Returns the largest change of the command of joint `joint` with this `acceleration` limit [rad/s²]; infinity once it has responded.
+    /// Returns the largest allowed change of the command of joint number `joint`; infinity once the joint has responded.
+    /// `acceleration` is its acceleration limit [rad/s²].
     pub fn probe(&self, joint: usize, acceleration: f64) -> f64 {
         if self.responses[joint].seen { f64::INFINITY } else { probe_speed(acceleration) }
     }
@@ -179,7 +185,8 @@ impl Departure {
         }
     }
 
-    /// Updates which joints respond; they are at `positions` \[rad, prismatic: m\] at `now`. Returns the first one that has failed for too long.
+    /// Updates which joints respond. They are at `positions` \[rad, prismatic: m\] at `now`. Returns the first joint that has failed
+    /// to respond for too long.
     pub fn watch(
         &mut self,
         now: Duration,
@@ -200,7 +207,7 @@ impl Departure {
         failed
     }
 
-    /// Notes the positions and the commanded displacements of the joints.
+    /// Adds the positions and the commanded displacements of the joints.
     pub fn advance(
         &mut self,
         now: Duration,
@@ -213,7 +220,7 @@ impl Departure {
         let places = positions.iter().zip(kinds).zip(self.asked.iter().zip(answer.pull));
         for (it, ((position, kind), (asked, pull))) in self.responses.iter_mut().zip(places) {
             let last = mem::replace(&mut it.position, *position);
-            // From state to state, because a turn by more than half would be ambiguous.
+            // Adds up from state to state, because a displacement by more than half a turn is ambiguous.
             let moved = if self.begun { kind.displacement(last, *position) } else { 0.0 };
             let passed = now.saturating_sub(it.now.time).as_secs_f64();
             it.distance += moved;
@@ -229,7 +236,7 @@ impl Departure {
 }
 
 impl JointResponse {
-    /// Starts again: the joint has not responded yet.
+    /// Restarts: the joint has not responded yet.
     fn begin(&mut self) {
         (self.seen, self.due, self.stood, self.later) = (false, None, self.now, self.now);
     }
@@ -239,7 +246,7 @@ impl JointResponse {
         (self.due_distance, self.distance, self.range) = (0.0, 0.0, (0.0, 0.0));
     }
 
-    /// Returns when the joint got stuck, if it has responded before and stands although it is commanded to move.
+    /// Returns when the joint got stuck, if it has responded before and now stands although it is commanded to move.
     fn stands(&mut self, now: Duration, answer: &Answer) -> Option<Duration> {
         let asked = self.due_distance.abs();
         let moves = self.range.1 - self.range.0 >= SEEN + SLOWEST * asked;
@@ -254,8 +261,8 @@ impl JointResponse {
         (now.saturating_sub(since) >= STANDSTILL + answer.response).then_some(since)
     }
 
-    /// Returns when the joint should have responded and whether it moves backwards, if it has failed for too long. The arm moves the fraction
-    /// `factor` of its commanded distance.
+    /// Returns when the joint should have responded, and whether it moves backward, if it has failed for too long. The arm moves
+    /// the fraction `factor` of its commanded distance.
     fn judge(&mut self, now: Duration, factor: f64, answer: &Answer) -> Option<(Duration, bool)> {
         let is_slow = self.now.command.abs().max(self.now.speed.abs()) < SLOW;
         let responds = |anchor: &Anchor, factor: f64| {
@@ -279,7 +286,8 @@ impl JointResponse {
             self.wait(now);
             return None;
         }
-        // The pull may have changed, so the motion is compared with a later anchor too, and with the next one if that shows no response.
+        // The pull may have changed. So the motion is compared with a later anchor, too, and then with the next one if there is no
+        // response.
         if is_late || self.due.is_none() {
             self.later = self.now;
         }
@@ -288,7 +296,7 @@ impl JointResponse {
         is_over.then_some((since, moved * asked.signum() <= -PART * asked.abs()))
     }
 
-    /// Moves the anchors on if the joint has had no command for long.
+    /// Moves the anchors on if the joint has not been commanded for long.
     fn wait(&mut self, now: Duration) {
         if self.due.take().is_some() {
             self.later = self.now;

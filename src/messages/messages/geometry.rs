@@ -20,7 +20,7 @@ message! {
     }
 }
 message! {
-    /// A rotation, scalar last as ROS has it.
+    /// A rotation. The scalar comes last, as in ROS.
     Quaternion = "geometry_msgs/msg/Quaternion" {
         x: f64,
         y: f64,
@@ -29,7 +29,7 @@ message! {
     }
 }
 message! {
-    /// Position and orientation.
+    /// A position and an orientation.
     Pose = "geometry_msgs/msg/Pose" {
         /// Position \[m\].
         position: Point,
@@ -37,28 +37,28 @@ message! {
     }
 }
 message! {
-    /// A pose with time and frame.
+    /// A pose, with its time and frame.
     PoseStamped = "geometry_msgs/msg/PoseStamped" {
         header: Header,
         pose: Pose,
     }
 }
 message! {
-    /// Linear \[m\] or [m/s] and angular \[rad\] or [rad/s] parts.
+    /// Two vectors: a linear one [m or m/s], and an angular one [rad or rad/s].
     Twist = "geometry_msgs/msg/Twist" {
         linear: Vector3,
         angular: Vector3,
     }
 }
 message! {
-    /// A twist with time and frame.
+    /// A twist, with its time and frame.
     TwistStamped = "geometry_msgs/msg/TwistStamped" {
         header: Header,
         twist: Twist,
     }
 }
 message! {
-    /// Position and orientation of a child frame.
+    /// The position and the orientation of a child frame.
     Transform = "geometry_msgs/msg/Transform" {
         /// Translation \[m\].
         translation: Vector3,
@@ -75,7 +75,7 @@ message! {
     }
 }
 message! {
-    /// Transforms for TF.
+    /// Transforms, as TF publishes them.
     TFMessage = "tf2_msgs/msg/TFMessage" {
         #[serde(deserialize_with = "dq_common::text::deserialize_few")]
         transforms: Vec<TransformStamped>,

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
 message! {
-    /// A number, for example the fraction of its speed at which a robot moves.
+    /// A number, for example the fraction of the commanded speed at which a robot moves.
     Float64 = "std_msgs/msg/Float64" {
         data: f64,
     }
@@ -28,7 +28,7 @@ message! {
     }
 }
 message! {
-    /// Numbers: the joint velocity command [rad/s] in the order of the parameter `joints`.
+    /// A list of numbers, such as the joint velocity command [rad/s] in the order of the parameter `joints`.
     Float64MultiArray = "std_msgs/msg/Float64MultiArray" {
         layout: MultiArrayLayout,
         #[serde(deserialize_with = "dq_common::text::deserialize_few")]
@@ -36,14 +36,14 @@ message! {
     }
 }
 message! {
-    /// Bytes: the record of a servo's cycle.
+    /// A list of bytes, such as the record of a servo's cycle.
     UInt8MultiArray = "std_msgs/msg/UInt8MultiArray" {
         layout: MultiArrayLayout,
         data: Vec<u8>,
     }
 }
 message! {
-    /// Joint names with positions \[rad\], velocities [rad/s] and efforts, each list as long as `name` or empty.
+    /// Joint names, with positions \[rad\], velocities [rad/s] and efforts. Each of these lists is as long as `name`, or empty.
     JointState = "sensor_msgs/msg/JointState" {
         header: Header,
         #[serde(deserialize_with = "dq_common::text::deserialize_cuts")]
@@ -60,7 +60,7 @@ message! {
     }
 }
 message! {
-    /// The state of the joints at a time. Each list is as long as the trajectory's names, or empty.
+    /// The state of joints at a time. Each list is as long as the trajectory's list of names, or empty.
     JointTrajectoryPoint = "trajectory_msgs/msg/JointTrajectoryPoint" {
         /// Positions \[rad\].
         #[serde(deserialize_with = "dq_common::text::deserialize_few")]
@@ -78,7 +78,7 @@ message! {
     }
 }
 message! {
-    /// The names of joints, with the points that they should pass.
+    /// Joint names, and the points that these joints should pass.
     JointTrajectory = "trajectory_msgs/msg/JointTrajectory" {
         header: Header,
         #[serde(deserialize_with = "dq_common::text::deserialize_cuts")]
@@ -89,8 +89,8 @@ message! {
 }
 
 impl JointTrajectory {
-    /// Returns the positions \[rad\] of the last point in the order of `joints`, and when to reach them; `None` without a last
-    /// point, or if a joint lacks a position.
+    /// Returns the positions of the last point \[rad\] in the order of `joints`, and when to reach them. `None` if there is no last
+    /// point, or if it has no position for one of the joints.
     pub fn target(&self, joints: &[String]) -> Option<(Vec<f64>, Duration)> {
         let point = self.points.last()?;
         let position = |joint: &String| {

@@ -1,4 +1,4 @@
-//! Messages in which nodes report about themselves.
+//! Messages by which nodes report about themselves.
 
 use super::{Header, Message, Time, message};
 use serde::{Deserialize, Deserializer, Serialize};
@@ -6,7 +6,7 @@ use serde::{Deserialize, Deserializer, Serialize};
 message! {
     /// A line of a node's log.
     Log = "rcl_interfaces/msg/Log" {
-        /// When it was logged.
+        /// When the line was logged.
         stamp: Time,
         /// The severity: 10 debug, 20 info, 30 warn, 40 error, 50 fatal.
         level: u8,
@@ -37,16 +37,16 @@ fn any_text<'de, D: Deserializer<'de>>(deserializer: D) -> Result<String, D::Err
     Ok(String::from_utf8(bytes).unwrap_or_else(|why| why.into_bytes().into_iter().map(char::from).collect()))
 }
 message! {
-    /// A value of a status, with its name.
+    /// A value in a status, with its name.
     KeyValue = "diagnostic_msgs/msg/KeyValue" {
         #[serde(deserialize_with = "dq_common::text::deserialize_cut")]
         key: String,
-        /// The value, whole: a list of numbers must not lose its end.
+        /// The whole value: a list of numbers must not lose its end.
         value: String,
     }
 }
 message! {
-    /// Status of one component.
+    /// The status of one component.
     DiagnosticStatus = "diagnostic_msgs/msg/DiagnosticStatus" {
         /// 0 OK, 1 WARN, 2 ERROR, 3 STALE.
         level: u8,
@@ -60,7 +60,7 @@ message! {
     }
 }
 message! {
-    /// Statuses at one time.
+    /// The statuses of several components at one time.
     DiagnosticArray = "diagnostic_msgs/msg/DiagnosticArray" {
         header: Header,
         status: Vec<DiagnosticStatus>,

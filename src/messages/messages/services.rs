@@ -4,14 +4,14 @@ use super::{Message, ServiceType, message, service};
 use serde::{Deserialize, Serialize};
 
 message! {
-    /// The empty request of `std_srvs/srv/Trigger`: CDR gives an empty structure one dummy octet.
+    /// The empty request of `std_srvs/srv/Trigger`. CDR gives an empty structure one dummy octet.
     TriggerRequest = "std_srvs/srv/Trigger_Request" {
         /// The octet that rosidl puts into empty structures.
         structure_needs_at_least_one_member: u8,
     }
 }
 message! {
-    /// Whether a service call succeeded.
+    /// The response of a service: whether the call succeeded.
     SuccessResponse = "std_srvs/srv/Trigger_Response" {
         success: bool,
         #[serde(deserialize_with = "dq_common::text::deserialize_cut")]

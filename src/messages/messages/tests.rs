@@ -4,7 +4,7 @@ use super::*;
 use rustdds::{RepresentationIdentifier, serialization};
 use std::fmt::Debug;
 
-/// Bytes from a real ROS 2 Jazzy, with the values that they encode.
+/// Bytes from a real ROS 2 Jazzy, with the values that these bytes encode.
 const FIXTURE: &str = include_str!("../../../tests/data/cdr_jazzy.json");
 
 /// Decodes every example of `M`, and encodes it to the same bytes. Returns the number of examples.
@@ -19,7 +19,7 @@ fn check<M: Message + Debug>() -> usize {
         let (message, _) = serialization::deserialize_from_cdr_with_rep_id::<M>(payload, cdr_le).unwrap();
         let mut encoded = Vec::new();
         serialization::to_writer_with_rep_id(&mut encoded, &message, cdr_le).unwrap();
-        // ROS 2 pads the payload to four bytes. The padding carries no data.
+        // ROS 2 pads the payload to four bytes. The padding has no data.
         let (data, padding) = payload.split_at(encoded.len());
         assert_eq!(data, encoded, "{message:?}");
         assert!(padding.len() < 4 && padding.iter().all(|&byte| byte == 0), "{message:?}");
@@ -28,7 +28,7 @@ fn check<M: Message + Debug>() -> usize {
     cases.len()
 }
 
-/// Compares the example's value with ours. There, bytes are one-character strings.
+/// Compares the value of an example with ours. In the examples, bytes are strings of one character.
 fn check_value(expected: &serde_json::Value, ours: &serde_json::Value) {
     use serde_json::Value;
     match (expected, ours) {

@@ -13,7 +13,7 @@ message! {
 }
 
 impl Time {
-    /// Returns the time of the wall clock. Clocks before 1970 or after 2038 saturate.
+    /// Returns the time of the wall clock. A time before 1970 or after 2038 saturates.
     pub fn now() -> Self {
         let since_epoch =
             std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).unwrap_or_default();
@@ -28,13 +28,13 @@ impl Time {
         i64::from(self.sec) * 1_000_000_000 + i64::from(self.nanosec)
     }
 
-    /// Returns the time `age` before this one. Times before 1970 saturate.
+    /// Returns the time that is `age` before this one. A time before 1970 saturates.
     pub fn before(&self, age: std::time::Duration) -> Self {
         let age = i64::try_from(age.as_nanos()).unwrap_or(i64::MAX);
         Self::from_nanoseconds(self.nanoseconds().saturating_sub(age))
     }
 
-    /// Creates a time from nanoseconds since the epoch. Earlier times saturate.
+    /// Creates a time from nanoseconds since the Unix epoch. An earlier time saturates.
     pub fn from_nanoseconds(nanoseconds: i64) -> Self {
         let nanoseconds = nanoseconds.max(0).unsigned_abs();
         let (sec, nanosec) = (nanoseconds / 1_000_000_000, nanoseconds % 1_000_000_000);
@@ -52,13 +52,13 @@ impl Time {
         }
     }
 
-    /// Returns whether the time is zero, that is, not set.
+    /// Returns whether the time is zero, which means that it is not set.
     pub fn is_zero(&self) -> bool {
         *self == Self::default()
     }
 }
 
-/// Formats seconds and nanoseconds with a decimal point and nine digits after it.
+/// Formats a time in seconds, with nine digits after the decimal point.
 impl std::fmt::Display for Time {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "{}.{:09}", self.sec, self.nanosec)

@@ -1,7 +1,7 @@
-//! The goal as an interactive marker that can be dragged: a server of one marker for RViz's InteractiveMarkers display.
+//! The goal as an interactive marker that a user can drag: a server of one marker for the InteractiveMarkers display of RViz.
 //!
-//! A client requests the marker once, and then follows the numbered updates. While one client drags the marker, nothing is sent that would
-//! move the marker under that user's hand.
+//! A client requests the marker once, and then follows the numbered updates. While one client drags the marker, nothing is sent
+//! that would move the marker under that user's hand.
 
 use super::trace::{angle, distance};
 use dq_messages::messages::{Header, Pose, Quaternion};
@@ -12,17 +12,17 @@ use dq_messages::visualization::{
 use std::f64::consts::FRAC_1_SQRT_2;
 use std::time::Duration;
 
-/// The marker's name.
+/// The name of the marker.
 const NAME: &str = "goal";
 
 /// The size of the handles \[m\].
 const SIZE: f32 = 0.3;
 
-/// A marker that is nearer than this to its target \[m, rad\] is not moved.
+/// The marker is not moved if it is nearer than this to its target \[m, rad\].
 const NEAR: f64 = 0.001;
 const NEAR_ANGLE: f64 = 0.01;
 
-/// A client that is silent for longer than this during a drag is gone.
+/// A client that is silent for longer than this during a drag counts as gone.
 const PATIENCE: Duration = Duration::from_secs(10);
 
 /// The longest time from the publication of a goal until the cycle's status shows it.
@@ -35,7 +35,7 @@ pub(super) struct GoalMarker {
     server: String,
     pose: Option<Pose>,
     updates: u64,
-    /// The client that is dragging the marker.
+    /// The name of the client that is dragging the marker.
     hand: Option<String>,
     /// Until this time only that client moves the marker.
     held: Duration,
@@ -48,7 +48,7 @@ impl GoalMarker {
         Self { frame, server, pose: None, updates: 0, hand: None, held: Duration::ZERO }
     }
 
-    /// Returns everything that a new client needs.
+    /// Returns all data that a new client needs.
     pub fn all(&self) -> GetInteractiveMarkersResponse {
         GetInteractiveMarkersResponse {
             server_id: self.server.clone(),
@@ -57,7 +57,8 @@ impl GoalMarker {
         }
     }
 
-    /// Moves the marker to `pose`: the goal, or the tool without one. Returns the update to publish if the marker moved.
+    /// Moves the marker to `pose`, which is the goal, or the tool if there is no goal. Returns the update to publish if the marker
+    /// moved.
     pub fn follow(&mut self, pose: &Pose, now: Duration) -> Option<InteractiveMarkerUpdate> {
         if now < self.held {
             return None;
@@ -81,7 +82,8 @@ impl GoalMarker {
         })
     }
 
-    /// Processes an action of a client's user. Returns the pose and its frame at the end of a drag. A click without a drag has no effect.
+    /// Processes an action of a client's user. At the end of a drag, returns the pose and its header. A click without a drag has no
+    /// effect.
     pub fn take(&mut self, feedback: InteractiveMarkerFeedback, now: Duration) -> Option<(Header, Pose)> {
         let InteractiveMarkerFeedback { header, client_id, marker_name, event_type, pose, .. } = feedback;
         let is_other = now < self.held && self.hand.as_ref().is_some_and(|hand| *hand != client_id);
@@ -103,7 +105,7 @@ impl GoalMarker {
         }
     }
 
-    /// The stamp is zero, so that the marker moves with its frame.
+    /// Returns the header of the marker. The stamp is zero, so that the marker moves with its frame.
     fn header(&self) -> Header {
         Header { frame_id: self.frame.clone(), ..Header::default() }
     }
@@ -121,7 +123,7 @@ impl GoalMarker {
     }
 }
 
-/// Returns the controls: an arrow along each axis of the marker, and a ring about it.
+/// Returns the controls: an arrow along each axis of the marker, and a ring around each axis.
 fn controls() -> Vec<InteractiveMarkerControl> {
     let half = FRAC_1_SQRT_2;
     let turned = |y, z, w| Quaternion { x: 0.0, y, z, w };

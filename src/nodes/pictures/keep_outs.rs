@@ -15,7 +15,8 @@ const THICKNESS: f64 = 0.002;
 const OUT: ColorRGBA = ColorRGBA { r: 0.85, g: 0.3, b: 0.1, a: 0.4 };
 const IN: ColorRGBA = ColorRGBA { r: 0.1, g: 0.6, b: 0.3, a: 0.15 };
 
-/// Returns the markers of the keep-outs and keep-ins of `scene`. `before` is how many markers of each were sent last, and is updated.
+/// Returns the markers of the keep-outs and keep-ins of `scene`. `before` has the numbers of keep-out and keep-in markers that were
+/// sent last, and is updated.
 pub(super) fn solids(header: &Header, scene: Option<&Scene>, before: &mut [usize; 2]) -> Vec<Marker> {
     let [out, inside] = [Scene::keep_outs, Scene::keep_ins].map(|of| scene.map(of).unwrap_or_default());
     let out = markers(header, "keep_out", OUT, out, before[0]);
@@ -24,7 +25,7 @@ pub(super) fn solids(header: &Header, scene: Option<&Scene>, before: &mut [usize
     [out, inside].concat()
 }
 
-/// Returns a marker for each shape, three for a capsule, and markers that delete the remaining ones of `before`.
+/// Returns a marker for each shape, three for a capsule. If `before` was larger, adds markers that delete the remaining old ones.
 fn markers(header: &Header, ns: &str, color: ColorRGBA, shapes: &[KeepOut], before: usize) -> Vec<Marker> {
     let marker = |(id, solid): (usize, Option<Solid>)| {
         let action = if solid.is_some() { Marker::ADD } else { Marker::DELETE };
@@ -48,7 +49,7 @@ fn markers(header: &Header, ns: &str, color: ColorRGBA, shapes: &[KeepOut], befo
     all.into_iter().enumerate().map(marker).collect()
 }
 
-/// What one marker draws: a type constant of [`Marker`], a frame, and a size \[m\]; for triangles the size is a factor.
+/// The content of one marker: a type constant of [`Marker`], a frame, and a size \[m\]. For triangles the size is a factor.
 #[derive(Clone, Default)]
 struct Solid {
     kind: i32,

@@ -25,11 +25,11 @@ const ALONG_PATH: Axes = Axes { length: 0.035, width: 0.003 };
 /// The width of the path \[m\].
 const PATH_WIDTH: f64 = 0.006;
 
-/// The distance between frames along the path \[m, rad\].
+/// The distance between the frames along the path \[m, rad\].
 const SPACING: f64 = 0.06;
 const TURN_SPACING: f64 = 0.35;
 
-/// What is drawn at one time.
+/// The things that are drawn at one time.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Moment {
     /// The time and the frame.
@@ -38,7 +38,7 @@ pub(crate) struct Moment {
     pub tool: Option<Pose>,
     /// The pose of the goal.
     pub goal: Option<Pose>,
-    /// The number of goals so far.
+    /// The number of goals up to this time.
     pub motion: u64,
     /// The name of the law.
     pub law: &'static str,
@@ -47,7 +47,8 @@ pub(crate) struct Moment {
     pub closest: Option<ClosePair>,
 }
 
-/// Returns the markers of a moment and of the path to it: `goal`, `tool`, `path` with `frames` along it, and the `closest` pair.
+/// Returns the markers of a moment and of the path that led to it: `goal`, `tool`, `path` with `frames` along it, and the `closest`
+/// pair.
 pub(super) fn markers(moment: &Moment, trace: &Trace) -> MarkerArray {
     let marker = |ns: &str, kind, width, points: Vec<Point>, colors: Vec<ColorRGBA>| Marker {
         header: moment.header.clone(),
@@ -94,7 +95,7 @@ fn axes(pose: &Pose, length: f64) -> Vec<(Point, ColorRGBA)> {
     (0..3).flat_map(axis).collect()
 }
 
-/// Returns the color of a law in figures. For two arms the name is not a law's, and the color is that of `logc`.
+/// Returns the color of a law in figures. For two arms `name` does not name a law, and the color is that of `logc`.
 fn law(name: &str) -> ColorRGBA {
     color(law_color(name.parse().unwrap_or(Law::Logc)))
 }

@@ -1,4 +1,4 @@
-//! Pictures of a servo node for viewers: markers, the tool's path, and the goal that can be dragged.
+//! Pictures of a servo node for viewers: markers, the tool's path, and a goal that a user can drag.
 //!
 //! The cycle only puts a [`Moment`] into a slot. If the slot is being read, the cycle skips that moment instead of waiting.
 
@@ -23,13 +23,13 @@ use std::time::{Duration, Instant};
 use tokio::time::{MissedTickBehavior, interval};
 use trace::Trace;
 
-/// The interval between pictures: ten per second look continuous.
+/// The interval between pictures. Ten per second look continuous.
 const INTERVAL: Duration = Duration::from_millis(100);
 
 /// The interval between pictures of an arm at rest, for viewers that join late.
 const REST: Duration = Duration::from_secs(1);
 
-/// The slot into which the cycle puts what is to be drawn.
+/// The slot into which the cycle puts the moment to draw.
 #[derive(Clone, Default)]
 pub(super) struct MomentSlot(Arc<Mutex<Moment>>);
 
@@ -46,7 +46,7 @@ impl MomentSlot {
     }
 }
 
-/// The publishers, and what was published last.
+/// The publishers, and the last published numbers of markers.
 struct Pictures {
     slot: MomentSlot,
     markers: Publisher<MarkerArray>,
@@ -54,7 +54,8 @@ struct Pictures {
     updates: Publisher<InteractiveMarkerUpdate>,
     feedback: Subscription<InteractiveMarkerFeedback>,
     goal_topic: OwnTopic<PoseStamped>,
-    /// `None` until a viewer shows the goal's handles: without one the servo is not among the publishers of goals.
+    /// The publisher of goals; `None` until a viewer shows the handles of the goal. Without this publisher the servo does not count
+    /// as a publisher of goals.
     goals: Option<Publisher<PoseStamped>>,
     goal: Arc<Mutex<GoalMarker>>,
     trace: Trace,
@@ -63,13 +64,13 @@ struct Pictures {
     last: Moment,
     sent: Instant,
     started: Instant,
-    /// Tells the age of feedback, so that drags from before the start of this node are ignored.
+    /// Computes the age of feedback, so that drags from before the start of this node are ignored.
     senders: Senders,
     log: Logger,
 }
 
-/// Publishes pictures of the moments in the returned slot until the node is dropped. A goal that is dragged in `frame` is published like
-/// any other goal.
+/// Publishes pictures of the moments in the returned slot until the node is dropped. A goal that a user drags in `frame` is
+/// published like any other goal.
 ///
 /// # Errors
 /// [`RosError`].

@@ -1,8 +1,8 @@
-//! The path of the tool during a motion, thinned to what can be seen.
+//! The path of the tool during a motion. Only poses whose differences can be seen are stored.
 
 use dq_messages::messages::{Point, Pose, Quaternion};
 
-/// Poses of a trace that are nearer to each other than this \[m, rad\] are merged. A longer path is stored more coarsely.
+/// Poses of a trace that are nearer to each other than this \[m, rad\] are merged. Longer paths are stored more coarsely.
 const STEP: f64 = 0.002;
 const TURN: f64 = 0.02;
 
@@ -16,7 +16,7 @@ const JUMP: f64 = 0.2;
 #[derive(Debug)]
 pub(super) struct Trace {
     poses: Vec<Pose>,
-    /// The multiple of [`STEP`] and [`TURN`] by which successive poses differ at least.
+    /// The least distance of successive poses, as a multiple of [`STEP`] and [`TURN`].
     coarseness: f64,
     motion: u64,
 }
@@ -56,7 +56,7 @@ impl Trace {
         &self.poses
     }
 
-    /// Returns the poses that are `step` \[m\] or `turn` \[rad\] apart, at which frames are drawn.
+    /// Returns poses that are `step` \[m\] or `turn` \[rad\] apart. A frame is drawn at each.
     pub fn spaced(&self, step: f64, turn: f64) -> Vec<&Pose> {
         let mut spaced: Vec<&Pose> = Vec::new();
         for pose in &self.poses {
@@ -68,13 +68,13 @@ impl Trace {
     }
 }
 
-/// Returns the distance between the positions \[m\].
+/// Returns the distance between the positions of two poses \[m\].
 pub(super) fn distance(one: &Pose, other: &Pose) -> f64 {
     let (Point { x, y, z }, to) = (&one.position, &other.position);
     (to.x - x).hypot(to.y - y).hypot(to.z - z)
 }
 
-/// Returns the angle between the orientations \[rad\]: 2 arccos |⟨q₁, q₂⟩|.
+/// Returns the angle between the orientations of two poses \[rad\]: 2 arccos |⟨q₁, q₂⟩|.
 pub(super) fn angle(one: &Pose, other: &Pose) -> f64 {
     let (Quaternion { x, y, z, w }, to) = (&one.orientation, &other.orientation);
     2.0 * (x * to.x + y * to.y + z * to.z + w * to.w).abs().min(1.0).acos()

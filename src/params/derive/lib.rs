@@ -34,10 +34,10 @@ fn expand(input: &DeriveInput) -> syn::Result<TokenStream> {
     })
 }
 
-/// The keywords of `#[parameter(...)]`.
+/// The keywords of the attribute `#[parameter(...)]`.
 const WORDS: [&str; 7] = ["group", "name", "default", "range", "one_of", "required", "fixed"];
 
-/// Returns the attribute's keywords with their values. Keywords without a value map to `None`.
+/// Returns the attribute's keywords with their values, which are `None` for keywords without a value.
 fn said(attribute: &Attribute) -> syn::Result<HashMap<String, Option<Expr>>> {
     let mut said = HashMap::new();
     attribute.parse_nested_meta(|meta| {
@@ -52,7 +52,7 @@ fn said(attribute: &Attribute) -> syn::Result<HashMap<String, Option<Expr>>> {
     Ok(said)
 }
 
-/// Returns the field with the expression that declares and reads its parameter.
+/// Returns the field, and the expression that declares and reads its parameter.
 fn read(field: &Field, prefix: &str) -> syn::Result<TokenStream> {
     let (ident, kind) = (&field.ident, &field.ty);
     let attribute = field.attrs.iter().find(|attribute| attribute.path().is_ident("parameter"));
@@ -92,7 +92,7 @@ fn read(field: &Field, prefix: &str) -> syn::Result<TokenStream> {
     })
 }
 
-/// Returns the documentation as one line, and the unit in brackets at its end, or an empty string if there is none.
+/// Returns the documentation as one line, and the unit: the text in brackets at its end, or an empty string if there is none.
 fn description(attributes: &[Attribute]) -> (String, String) {
     let line = |attribute: &Attribute| match &attribute.meta {
         Meta::NameValue(meta) if meta.path.is_ident("doc") => match &meta.value {

@@ -1,8 +1,8 @@
 //! Checks the files of an enclave before this process uses them in the graph.
 //!
-//! RustDDS 0.15.1 checks neither the dates of certificates nor whether key and certificate belong together. Without the first check a node
-//! would go on after its certificate has expired; without the second it would find no peer and report nothing. Delete this module when test
-//! `security` an_enclave_s_own_files_… passes without it.
+//! RustDDS 0.15.1 checks neither the dates of certificates nor whether key and certificate belong together. Without the check of
+//! the dates, a node would continue after its certificate has expired. Without the other check, the node would find no peer and
+//! report nothing. Delete this module when test `security` an_enclave_s_own_files_… passes without it.
 
 use openssl::asn1::{Asn1Time, Asn1TimeRef};
 use openssl::error::ErrorStack;
@@ -17,7 +17,7 @@ pub(crate) struct Unusable {
     pub why: String,
 }
 
-/// Checks the files in the folder `enclave`, which have sros2's names. RustDDS checks the signed documents.
+/// Checks the files in the folder `enclave`. The files have the names that sros2 gives them. RustDDS checks the signed documents.
 ///
 /// # Errors
 /// [`Unusable`] for the first file that fails.

@@ -1,11 +1,13 @@
 //! Detects that DDS no longer works in this process.
 //!
-//! RustDDS runs on two threads, and each of them ends at the first error of its `epoll_wait`, even at an interruption (RustDDS 0.15.1,
-//! `dp_event_loop.rs` and `discovery.rs`: "poll failed"). A process that is stopped and continued gets such an error: ctrl-Z and `fg`, a
-//! debugger, a suspended machine. The node would go on without receiving, sending or reporting anything.
+//! RustDDS runs on two threads, and each of them ends at the first error of its `epoll_wait`, even at an interruption (RustDDS
+//! 0.15.1, `dp_event_loop.rs` and `discovery.rs`: "poll failed"). A process that is stopped and continued gets such an error:
+//! ctrl-Z and `fg`, a debugger, a suspended machine. Without this module the node would continue without receiving, sending or
+//! reporting anything.
 //!
-//! RustDDS also ignores a participant that was lost and is back (`peer_recovery`). In both cases the process must be restarted. Delete this
-//! module when a node that was stopped and continued works again: test `faults` a_servo_frozen_in_motion_… then has nothing to end.
+//! RustDDS also ignores a participant that was lost and is back (`peer_recovery`). In both cases the process must be restarted.
+//! Delete this module when a node that was stopped and continued works again: test `faults` a_servo_frozen_in_motion_… then has
+//! nothing to end.
 
 use std::path::PathBuf;
 use std::sync::OnceLock;
@@ -13,16 +15,16 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 use thiserror::Error;
 
-/// The names of the two threads, cut to the 15 bytes that the kernel stores.
+/// The names of the two threads, shortened to the 15 bytes that the kernel stores.
 const NAMES: [&str; 2] = ["RustDDS discove", "RustDDS Partici"];
 
 /// The number of participants in this process. Each has one thread of each name.
 static PARTICIPANTS: AtomicUsize = AtomicUsize::new(0);
 
-/// The first participant that is present but can no longer be received.
+/// The name of the first participant that is present but can no longer be received.
 static DEAF_TO: OnceLock<String> = OnceLock::new();
 
-/// Why a process must be restarted to send or receive again.
+/// The reason why a process must be restarted to send or receive again.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum NetworkEnd {
     /// The threads of DDS have ended.
@@ -55,16 +57,16 @@ impl Drop for Participating {
 
 /// Notes that `peer` is present but this process can no longer receive from it.
 pub(crate) fn deaf_to(peer: String) {
-    // One such peer is reason enough.
+    // One such peer is a sufficient reason to restart.
     let _ = DEAF_TO.set(peer);
 }
 
-/// Checks whether DDS still works in this process, by the `/proc` directories of its threads.
+/// Checks whether DDS still works in this process, by the `/proc` directories of the DDS threads.
 #[derive(Default)]
 pub struct NetworkWatch(Vec<PathBuf>);
 
 impl NetworkWatch {
-    /// Checks now. Returns success if the operating system does not show the threads.
+    /// Checks now. Returns `Ok` if the operating system does not show the threads.
     ///
     /// # Errors
     /// [`NetworkEnd`] if DDS does not work any more.
@@ -90,7 +92,7 @@ impl NetworkWatch {
         }
     }
 
-    /// Returns whether all threads exist. This is cheap: it reads all names only if a known thread is missing.
+    /// Returns whether all threads exist. This is cheap: the names of all threads are read only if a known thread is missing.
     fn threads_run(&mut self) -> bool {
         let participants = PARTICIPANTS.load(Ordering::Relaxed);
         if self.0.len() == NAMES.len() * participants && self.0.iter().all(|thread| thread.exists()) {

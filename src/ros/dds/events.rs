@@ -13,8 +13,8 @@ use std::sync::Arc;
 use std::time::Instant;
 
 impl Matches {
-    /// Processes the participant's events forever, and requests the first samples of matched writers. Call it once per participant, because
-    /// events go to one reader only.
+    /// Processes the participant's events forever, and requests the first samples of matched writers. Call this once per
+    /// participant, because events go to one reader only.
     pub async fn follow(
         self,
         listener: DomainParticipantStatusListener,
@@ -43,7 +43,7 @@ impl Matches {
         }
     }
 
-    /// Notes lost participants, and participants that are back.
+    /// Notes which participants were lost, and which of these are back.
     fn note_loss(&self, event: &Event, lost: &mut Lost) {
         match event {
             Event::ParticipantLost { id, reason: LostReason::Timeout { .. } } => {
@@ -58,7 +58,7 @@ impl Matches {
         }
     }
 
-    /// Returns how the participant was connected with our nodes; `None` if it was not.
+    /// Returns how `participant` was connected with our nodes; `None` if it was not connected.
     fn peer(&self, participant: Prefix) -> Option<Peer> {
         let state = self.lock();
         let (mut known, mut heard_on) = (None, BTreeSet::new());
@@ -127,7 +127,7 @@ impl Matches {
         }
     }
 
-    /// Warns once of a pair between which nothing passes, as soon as the peer's name is known.
+    /// Warns once of a pair of endpoints that do not match, as soon as the peer's name is known.
     fn warn(&self, state: &mut State, pair: Pair, text: impl FnOnce(&str, &str) -> String + Send + 'static) {
         let Some(OwnEndpoint { topic, warn }) = state.own.get(&pair.ours).cloned() else { return };
         if state.incompatible.contains_key(&pair) {

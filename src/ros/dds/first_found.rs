@@ -9,10 +9,10 @@ use std::time::{Duration, Instant};
 /// A publisher that is discovered within this time after the start of the process may have existed before.
 const START: Duration = Duration::from_secs(5);
 
-/// The number of publishers that are remembered, including lost ones: one that comes back keeps its age.
+/// The number of publishers that are remembered, including lost ones. A lost publisher that comes back keeps its age.
 const MOST: usize = 4096;
 
-/// When each writer was discovered first.
+/// The time at which each writer was first discovered.
 pub(super) struct FirstFound {
     began: Instant,
     found: HashMap<GUID, Instant>,
@@ -25,16 +25,16 @@ impl Default for FirstFound {
 }
 
 impl FirstFound {
-    /// Notes that the writer exists.
+    /// Notes that `writer` exists.
     pub fn find(&mut self, writer: GUID) {
         if self.found.len() >= MOST && !self.found.contains_key(&writer) {
-            // Nothing is known of forgotten writers, which is the safe answer.
+            // An unknown writer counts as one that may have existed before, which is the safe answer.
             self.found.clear();
         }
         self.found.entry(writer).or_insert_with(Instant::now);
     }
 
-    /// Returns for how long the writer has been known; `None` if it may have existed before this process.
+    /// Returns for how long `writer` has been known; `None` if it may have existed before this process.
     pub fn elapsed(&self, writer: GUID) -> Option<Duration> {
         let found = self.found.get(&writer)?;
         (found.duration_since(self.began) > START).then(|| found.elapsed())

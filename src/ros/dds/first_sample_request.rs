@@ -1,14 +1,14 @@
-//! Requests the first sample of a Fast DDS writer, so that it is not lost.
+//! Requests the first sample of a Fast DDS writer, so that this sample is not lost.
 //!
-//! `ros2 topic pub --once` publishes about a millisecond after the announcement of its writer, and leaves soon after. In RustDDS 0.15.1 the
-//! announcement passes three queues before the reader knows the writer. A sample that arrives earlier is dropped, and so is the HEARTBEAT
-//! that would announce it again. RustDDS then acknowledges with nothing missing. Fast DDS answers that with its periodic HEARTBEAT three
-//! seconds later, when the publisher has left. So the goal is lost.
+//! `ros2 topic pub --once` publishes about a millisecond after the announcement of its writer, and leaves soon after. In RustDDS
+//! 0.15.1 the announcement passes three queues before the reader knows the writer. A sample that arrives earlier is dropped, and so
+//! is the HEARTBEAT that would announce it again. RustDDS then acknowledges that nothing is missing. Fast DDS answers with its
+//! periodic HEARTBEAT three seconds later, when the publisher has left. So the goal is lost.
 //!
-//! Therefore this module requests sample 1 a moment after the reader knows the writer. A writer ignores the request if it has not published
-//! yet, or if its first sample is older than the reader. A sample that has arrived anyway arrives twice and is taken once. Writers of other
-//! vendors need no request, because they answer the reader's first acknowledgment at once. Delete this module when test `stock`
-//! no_goal_of_a_publisher_that_leaves_at_once_is_lost passes without it.
+//! Therefore this module requests sample 1 a moment after the reader knows the writer. A writer ignores the request if it has not
+//! published yet, or if its first sample is older than the reader. If the sample has arrived without the request, it arrives twice
+//! and is taken once. Writers of other vendors need no request, because they answer the reader's first acknowledgment at once.
+//! Delete this module when test `stock` no_goal_of_a_publisher_that_leaves_at_once_is_lost passes without it.
 
 use super::own_datagrams::{OwnDatagrams, addresses};
 use super::vendor::FAST_DDS;
@@ -21,8 +21,8 @@ use std::time::Duration;
 /// The bits of an entity's kind (the last byte of its GUID) that are zero for entities created by users.
 const BUILT_IN: u8 = 0xc0;
 
-/// The time from the match to the request. Fast DDS ignores requests for a sample while a timer still counts the sample as in flight, and
-/// it accepts only one such request. The publisher stays much longer than this.
+/// The time from the match to the request. Fast DDS ignores requests for a sample while a timer still counts the sample as in
+/// flight, and accepts only one such request. The publisher stays much longer than this time.
 const MOMENT: Duration = Duration::from_millis(20);
 
 /// Sends requests to writers of Fast DDS on behalf of the readers of one participant.
@@ -41,7 +41,7 @@ impl FirstSampleRequest {
         self.datagrams.send(&packet(reader, writer), &self.addresses(writer));
     }
 
-    /// Returns the addresses of the writer; none if it is best effort.
+    /// Returns the addresses of `writer`; an empty list if the writer is best effort.
     fn addresses(&self, writer: GUID) -> Vec<SocketAddr> {
         let Some(participant) = self.participant.upgrade() else { return Vec::new() };
         let writers = participant.discovered_writers();
@@ -60,7 +60,7 @@ fn is_users_of_fast_dds(writer: GUID) -> bool {
     bytes[..2] == FAST_DDS && bytes[15] & BUILT_IN == 0
 }
 
-/// Returns the RTPS message (RTPS 2.5, sections 9.4.4, 9.4.5.8, 9.4.5.3), little endian.
+/// Returns the RTPS message with the request (RTPS 2.5, sections 9.4.4, 9.4.5.8, 9.4.5.3), little endian.
 fn packet(reader: GUID, writer: GUID) -> Vec<u8> {
     let (reader, writer) = (reader.to_bytes(), writer.to_bytes());
     let fields: [&[u8]; 15] = [
@@ -80,12 +80,13 @@ fn packet(reader: GUID, writer: GUID) -> Vec<u8> {
         &writer[12..],
         // The first missing sample: the high and the low word of 1.
         &[0, 0, 0, 0, 1, 0, 0, 0],
-        // The set of missing samples from there on: one bit, set. With more bits Fast DDS would declare samples that do not exist yet
-        // irrelevant.
+        // The set of missing samples, from sample 1 on: one bit, which is set. If there were more bits, Fast DDS would declare
+        // samples that do not exist yet irrelevant.
         &[1, 0, 0, 0],
         &[0, 0, 0, 0x80],
-        // The count. Fast DDS accepts only rising counts: from 1 on before 2.14.1, 2.10.4 and 2.6.10, from 0 on since then. RustDDS starts
-        // with 0. So its next acknowledgment is ignored as a repetition of this one, and later ones count.
+        // The count. Fast DDS accepts only rising counts: from 1 on before 2.14.1, 2.10.4 and 2.6.10, from 0 on since then. RustDDS
+        // starts with 0. So Fast DDS ignores the next acknowledgment of RustDDS as a repetition of this request, and takes the
+        // later ones.
         &[1, 0, 0, 0],
     ];
     fields.concat()
@@ -97,7 +98,7 @@ pub(crate) mod tests {
     use rustdds::RepresentationIdentifier;
     use rustdds::serialization::deserialize_from_cdr_with_rep_id;
 
-    /// Returns the GUID of these bytes.
+    /// Returns the GUID with these bytes.
     pub fn guid(bytes: [u8; 16]) -> GUID {
         deserialize_from_cdr_with_rep_id(&bytes, RepresentationIdentifier::CDR_LE).unwrap().0
     }

@@ -1,9 +1,9 @@
 //! A subscription that replaces another one.
 //!
-//! RustDDS 0.15.1 gives a new reader the samples of the topic that it still stores, even if the reader is volatile, so that a message would
-//! be taken twice. Also, ros2-client drains RustDDS's notifications at each `take`, which costs an allocation and a system call. Delete
-//! this module when test `lib` a_cycle_allocates_… passes with `ros2_client::Subscription::take`, and volatile readers start with later
-//! messages.
+//! RustDDS 0.15.1 gives a new reader the samples of the topic that it still stores, even if the reader is volatile, so that a
+//! message would be taken twice. Also, ros2-client drains the notifications of RustDDS at each `take`, which costs an allocation
+//! and a system call. Delete this module when test `lib` a_cycle_allocates_… passes with `ros2_client::Subscription::take`, and
+//! volatile readers start with later messages.
 
 use futures::Stream;
 use ros2_client::error::{ReadError, ReadResult};
@@ -16,9 +16,9 @@ use std::task::{Context, Poll, Waker};
 /// A subscription of ros2-client that may have replaced another one.
 pub(crate) struct ReplaceableSubscription<M> {
     inner: Subscription<M>,
-    /// The subscription that this one replaced has taken the messages received up to this time \[ns\].
+    /// The replaced subscription has taken the messages that were received up to this time \[ns\].
     since: i64,
-    /// When the newest message that was taken was received \[ns\].
+    /// The time at which the newest message that was taken was received \[ns\].
     newest: AtomicI64,
 }
 
@@ -39,15 +39,15 @@ impl<M: DeserializeOwned + 'static> ReplaceableSubscription<M> {
         Self { inner, since, newest: AtomicI64::new(since) }
     }
 
-    /// Returns the subscription of ros2-client.
+    /// Returns the subscription of ros2-client that this one contains.
     pub fn subscription(&self) -> &Subscription<M> {
         &self.inner
     }
 
-    /// Takes the next message of `samples`, if one has arrived, or returns why it could not be decoded.
+    /// Takes the next message of `samples`, if one has arrived, or returns the reason why the message could not be decoded.
     ///
-    /// `ros2_client::Subscription::take` drains RustDDS's notifications first, which costs an allocation and a system call each time.
-    /// Polling a stream without a waker costs neither.
+    /// `ros2_client::Subscription::take` drains the notifications of RustDDS first, which costs an allocation and a system call
+    /// each time. Polling a stream without a waker costs neither.
     pub fn take(
         &self,
         samples: impl Stream<Item = ReadResult<Sample<M>>>,
@@ -73,8 +73,8 @@ impl<M: DeserializeOwned + 'static> ReplaceableSubscription<M> {
         }
     }
 
-    /// Returns whether the replaced subscription has not taken the sample. RustDDS's receive stamps on a topic always increase, whatever
-    /// the clock does.
+    /// Returns whether the replaced subscription has left the sample for this one. The receive stamps that RustDDS gives on a topic
+    /// always increase, even if the clock is set back.
     fn is_new(&self, (_, info): &Sample<M>) -> bool {
         let received = info.received_timestamp().map_or(i64::MAX, |time| time.to_nanos());
         self.newest.fetch_max(received, Ordering::Relaxed);
@@ -82,7 +82,7 @@ impl<M: DeserializeOwned + 'static> ReplaceableSubscription<M> {
     }
 }
 
-/// Returns why a message could not be decoded. Formats nothing, because a thousand such messages may arrive in a cycle.
+/// Returns the reason why a message could not be decoded. Formats nothing, because a thousand such messages may arrive in a cycle.
 fn reason(why: ReadError) -> String {
     match why {
         ReadError::Deserialization { reason } => reason,

@@ -1,11 +1,11 @@
 //! Describes two endpoints that do not match because of their QoS.
 //!
-//! RustDDS 0.15.1 reports both QoS but not the incompatible policy. Delete this module when the event names it.
+//! RustDDS 0.15.1 reports the QoS of both but not the incompatible policy. Delete this module when the event names the policy.
 
 use rustdds::QosPolicies;
 use rustdds::policy::{Durability, Reliability};
 
-/// The policy that a subscriber requests and its publisher does not offer.
+/// The policy that a subscriber requests and the publisher does not offer.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Mismatch {
     requested: String,
@@ -17,7 +17,7 @@ pub(super) struct Mismatch {
 const BEST_EFFORT: &str = "BEST_EFFORT";
 
 impl Mismatch {
-    /// Compares two incompatible QoS. If several policies are incompatible, those that ROS 2 users set are named first.
+    /// Compares two incompatible QoS. If several policies are incompatible, policies that ROS 2 users set are named first.
     pub fn new(requested: &QosPolicies, offered: &QosPolicies) -> Self {
         let is_reliable = |qos: &QosPolicies| matches!(qos.reliability(), Some(Reliability::Reliable { .. }));
         let is_latched = |qos: &QosPolicies| !matches!(qos.durability(), None | Some(Durability::Volatile));

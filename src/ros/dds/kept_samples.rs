@@ -1,12 +1,12 @@
 //! Chooses how many samples RustDDS stores for a topic that is read.
 //!
-//! RustDDS 0.15.1 stores as many samples of a topic as the largest `max_samples` of its descriptions, even after they were taken, and
-//! regardless of their size (`dds_cache.rs`). So the number is small until the size of the messages is known, and then as large as the
-//! memory budget allows. Delete this module when RustDDS drops samples that every reader has taken.
+//! RustDDS 0.15.1 stores as many samples of a topic as the largest `max_samples` of the descriptions of the topic, even after the
+//! samples were taken, and regardless of their size (`dds_cache.rs`). So the number is small until the size of the messages is
+//! known, and then as large as the memory budget allows. Delete this module when RustDDS drops samples that every reader has taken.
 
 use std::collections::VecDeque;
 
-/// The least and the largest number of samples. RustDDS can increase the number, but never decrease it.
+/// The least and the largest number of stored samples. RustDDS can increase the number, but never decrease it.
 pub(crate) const FEWEST_SAMPLES: i32 = 128;
 const MOST_SAMPLES: i32 = 10_000;
 
@@ -38,13 +38,13 @@ impl Default for Kept {
 #[derive(Debug, PartialEq)]
 pub(crate) enum Room {
     Enough,
-    /// There is memory for this larger number of samples.
+    /// There is memory for more samples: this number.
     More(i32),
     None,
 }
 
 impl Kept {
-    /// Adds one sample of this size.
+    /// Adds one sample of this size, and returns whether there is memory for more.
     pub fn take(&mut self, bytes: usize) -> Room {
         let size = bytes + OVERHEAD;
         self.sizes.push_back(size);

@@ -1,18 +1,19 @@
-//! Sends replies longer than one network packet to clients that identify them by inline QoS: those of Fast DDS and RustDDS.
+//! Sends replies that are longer than one network packet to clients that identify replies by inline QoS: those of Fast DDS and
+//! RustDDS.
 //!
 //! RustDDS 0.15.1 divides long replies into fragments, and writes a superfluous byte before the inline QoS of each fragment
-//! (`data_frag.rs`: `write_value(&self.inline_qos)` writes the tag of the `Option` too). No vendor can read such a fragment; RustDDS's
-//! debug build panics.
+//! (`data_frag.rs`: `write_value(&self.inline_qos)` writes the tag of the `Option` too). No vendor can read such a fragment; the
+//! debug build of RustDDS panics.
 //!
-//! Therefore such a reply is sent without RustDDS, as one well-formed DATA submessage of the same writer in one UDP datagram, which the
-//! kernel divides. It has the writer's next sequence number. Under this number RustDDS then writes a reply to nobody. The client has
-//! received the large reply by then, and treats the other one as a repetition. Other clients receive the reply to nobody, so they miss no
-//! number.
+//! Therefore such a reply is sent without RustDDS, as one well-formed DATA submessage of the same writer in one UDP datagram, which
+//! the kernel divides. The submessage has the writer's next sequence number. Under this number RustDDS then writes a reply to
+//! nobody. The client has received the large reply by then, and treats the reply to nobody as a repetition. Other clients receive
+//! the reply to nobody, so they miss no number.
 //!
-//! RustDDS retransmits only what it has written, so the datagram is sent several times. A client that receives none of the copies has no
-//! reply and asks again. Replies to Cyclone's clients do not need this: they carry the request's identity in the payload, and RustDDS's
-//! fragments without inline QoS are well-formed. Delete this module when test `stock` replies_of_any_length_… passes with every reply
-//! written by RustDDS.
+//! RustDDS retransmits only what it has written, so the datagram is sent several times. A client that receives none of the copies
+//! has no reply and asks again. Replies to the clients of Cyclone do not need this: they carry the request's identity in the
+//! payload, and the fragments that RustDDS writes without inline QoS are well-formed. Delete this module when test `stock`
+//! replies_of_any_length_… passes with every reply written by RustDDS.
 
 use super::matches::Matches;
 use super::own_datagrams::{OwnDatagrams, addresses};
@@ -29,34 +30,34 @@ use tokio::sync::Mutex;
 /// How long to wait until a client's reader is matched.
 pub(crate) const TO_BE_MATCHED: Duration = Duration::from_millis(500);
 
-/// A reply of this length \[bytes\] fits into one Ethernet packet: RustDDS uses 1452 bytes for RTPS, of which the sample has 1372,
-/// including a header of 4.
+/// The length of a reply \[bytes\] that fits into one Ethernet packet. RustDDS uses 1452 bytes for RTPS. 1372 of these are for the
+/// sample, including a header of 4.
 pub(crate) const ONE_PACKET: usize = 1368;
 
-/// A reply of this length \[bytes\] fits into one UDP datagram.
+/// The length of a reply \[bytes\] that fits into one UDP datagram.
 const ONE_DATAGRAM: usize = 64_000;
 
-/// The number of copies of a large reply that are sent, plus one for each `MORE_FOR` bytes. With 1 % packet loss, fewer than one reply in
-/// 10⁴ fails.
+/// The number of copies of a large reply that are sent, plus one for each `MORE_FOR` bytes. With 1 % packet loss, fewer than one
+/// reply in 10⁴ is lost.
 const COPIES: usize = 4;
 const MORE_FOR: usize = 10_000;
 
-/// The time between two copies, in which a full buffer can empty.
+/// The time between two copies, so that a full buffer can empty.
 const BETWEEN: Duration = Duration::from_millis(20);
 
 /// The recipient of a reply.
 pub(crate) struct Addressee {
     /// An endpoint of the client.
     pub client: GUID,
-    /// The request, if the reply names it in its inline QoS.
+    /// The identity of the request, if the reply names the request in the inline QoS.
     pub request: Option<SampleIdentity>,
 }
 
 /// Writes the replies of one service, which are bytes in CDR.
 pub(crate) struct ReplyWriter<R: Serialize + AsRef<[u8]>> {
-    /// The writer, and the number of its last sample. Nobody else uses the writer, and RustDDS counts from 1.
+    /// The writer, and the number of the last sample. Nobody else uses the writer, and RustDDS counts from 1.
     writer: Mutex<(DataWriterCdr<R>, SequenceNumber)>,
-    /// The topic of the replies.
+    /// The name of the reply topic.
     topic: String,
     participant: Weak<DomainParticipant>,
     matches: Matches,
@@ -82,13 +83,13 @@ impl<R: Serialize + AsRef<[u8]>> ReplyWriter<R> {
         if self.datagrams.is_some() { ONE_DATAGRAM } else { ONE_PACKET }
     }
 
-    /// Sends `reply`, whose length must be at most [`room`](Self::room), once the client's reader is matched or the wait has timed out.
-    /// `to_nobody` is a reply that no client accepts.
+    /// Sends `reply`, whose length must be at most [`room`](Self::room), once the client's reader is matched or the wait has timed
+    /// out. `to_nobody` is a reply that no client accepts.
     ///
     /// # Errors
-    /// Why the reply could not be sent.
+    /// The reason why the reply could not be sent.
     pub async fn send(&self, to: Addressee, reply: R, to_nobody: R) -> Result<(), String> {
-        // A small reply is tried even if the reader is not matched yet.
+        // A small reply is sent even if the reader is not matched yet.
         let matched = tokio::time::timeout(TO_BE_MATCHED, self.matched(to.client)).await;
         let mut writer = self.writer.lock().await;
         let (writer, written) = &mut *writer;
@@ -113,8 +114,8 @@ impl<R: Serialize + AsRef<[u8]>> ReplyWriter<R> {
         Ok(())
     }
 
-    /// Waits until a reader of the client is matched, and returns the addresses of the client's readers. Returns `None` if this participant
-    /// ends.
+    /// Waits until a reader of the client is matched, and returns the addresses of the client's readers. Returns `None` if this
+    /// participant ends.
     async fn matched(&self, client: GUID) -> Option<Vec<SocketAddr>> {
         loop {
             let readers = self.participant.upgrade()?.discovered_readers();
@@ -134,7 +135,7 @@ impl<R: Serialize + AsRef<[u8]>> ReplyWriter<R> {
     }
 }
 
-/// Returns the RTPS message (RTPS 2.5, section 9.4), little endian.
+/// Returns the RTPS message with the reply (RTPS 2.5, section 9.4), little endian.
 fn packet(
     writer: GUID,
     number: SequenceNumber,
@@ -144,10 +145,11 @@ fn packet(
 ) -> Vec<u8> {
     let (writer, client) = (writer.to_bytes(), client.to_bytes());
     let identity = [&request.writer_guid.to_bytes()[..], &words(request.sequence_number.into())].concat();
-    // A time is seconds and a fraction of 2⁻³² s.
+    // A time consists of seconds and a fraction in units of 2⁻³² s.
     let (number, time) = (words(number.into()), words(Timestamp::now().to_ticks().cast_signed()));
     let inline_qos: [&[u8]; 7] = [
-        // The request, as the parameter of RTPS and as that of Fast DDS before 2.13: number, length, value. Then the end marker.
+        // The request, as the parameter of RTPS and as the parameter of Fast DDS before 2.13: number, length, value. Then the end
+        // marker.
         &[0x83, 0x00, 24, 0],
         &identity,
         &[0x0f, 0x80, 24, 0],
@@ -187,9 +189,9 @@ fn packet(
     fields.concat()
 }
 
-/// Returns the high and the low word.
+/// Returns the number as its high word and its low word.
 fn words(number: i64) -> [u8; 8] {
-    // A little-endian number has its low word first.
+    // The low word of a little-endian number comes first.
     number.rotate_left(32).to_le_bytes()
 }
 

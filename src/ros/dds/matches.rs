@@ -1,7 +1,7 @@
 //! Tracks which remote endpoints are matched with ours, and which are not because of their QoS.
 //!
-//! RustDDS 0.15.1 reports this by events only, once each and to one listener. It has no queries for matched endpoints or for the writers of
-//! a topic. Delete this module when `DomainParticipant` or the endpoints have such queries.
+//! RustDDS 0.15.1 reports this by events only, once each and to one listener. It has no queries for matched endpoints or for the
+//! writers of a topic. Delete this module when `DomainParticipant` or the endpoints have such queries.
 
 use super::first_found::FirstFound;
 use super::peer_recovery::Warn;
@@ -34,7 +34,7 @@ pub(crate) struct Matches {
     pub(super) owners: Arc<dyn Owners>,
 }
 
-/// One of our endpoints, and a remote one.
+/// A pair of one of our endpoints and a remote endpoint.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) struct Pair {
     pub ours: GUID,
@@ -45,7 +45,7 @@ pub(super) struct Pair {
 #[derive(Clone)]
 pub(super) struct OwnEndpoint {
     pub topic: String,
-    /// Logs a warning of its owner.
+    /// Logs a warning of the endpoint's owner.
     pub warn: Warn,
 }
 
@@ -55,9 +55,9 @@ pub(super) struct State {
     pub own: HashMap<GUID, OwnEndpoint>,
     /// The matched pairs.
     pub pairs: HashSet<Pair>,
-    /// The pairs with incompatible QoS, and the warning once it was logged.
+    /// The pairs with incompatible QoS. The warning is `None` until it was logged.
     pub incompatible: HashMap<Pair, Option<String>>,
-    /// Our readers that can switch to best effort, and a publisher that requires it.
+    /// Our readers that can switch to best effort, each with a publisher that requires best effort, if there is one.
     pub adapting: HashMap<GUID, Option<GUID>>,
     /// The DDS topic name of each writer in the domain, matched or not.
     pub writers: HashMap<GUID, String>,
@@ -74,17 +74,17 @@ impl Matches {
         Self { state: Arc::default(), changed: Arc::default(), owners }
     }
 
-    /// Registers one of our endpoints. `warn` logs warnings about its incompatible QoS.
+    /// Registers `ours`, one of our endpoints. `warn` logs warnings about its incompatible QoS.
     pub fn register(&self, ours: GUID, topic: &str, warn: Warn) {
         self.lock().own.insert(ours, OwnEndpoint { topic: topic.to_owned(), warn });
     }
 
-    /// Returns the number of remote endpoints that are matched with ours.
+    /// Returns the number of remote endpoints that are matched with `ours`.
     pub fn count(&self, ours: GUID) -> usize {
         self.lock().pairs.iter().filter(|pair| pair.ours == ours && pair.remote.prefix != ours.prefix).count()
     }
 
-    /// Returns whether the remote endpoint is matched with any of ours.
+    /// Returns whether the endpoint `remote` is matched with any of our endpoints.
     pub fn has_remote(&self, remote: GUID) -> bool {
         self.lock().pairs.iter().any(|pair| pair.remote == remote)
     }
@@ -96,7 +96,7 @@ impl Matches {
         state.writers.iter().filter(|(guid, name)| **guid != ours && on_topic(name)).count()
     }
 
-    /// Returns for how long the writer has been known; `None` if it may have existed before this process.
+    /// Returns for how long `writer` has been known; `None` if it may have existed before this process.
     pub fn known_for(&self, writer: GUID) -> Option<Duration> {
         self.lock().first_found.elapsed(writer)
     }
@@ -107,7 +107,7 @@ impl Matches {
         state.writers.iter().filter(|(guid, name)| guid.prefix != ours.prefix && *name == dds_topic).count()
     }
 
-    /// Returns whether discovery is complete and each remote reader of the topic is matched with our writer, or cannot be.
+    /// Returns whether discovery is complete and each remote reader of the topic is matched with our writer, or cannot be matched.
     pub fn has_all_readers(&self, ours: GUID, topic: &str) -> bool {
         let state = self.lock();
         let known = |reader: &GUID| {
@@ -120,7 +120,7 @@ impl Matches {
         state.found.is_none_or(|found| found.elapsed() >= QUIET) && readers.all(|(reader, _)| known(reader))
     }
 
-    /// Waits until `condition` holds. It is tried at every change, and every 50 ms for changes without an event.
+    /// Waits until `condition` holds. Checks the condition at every change, and every 50 ms because some changes cause no event.
     pub async fn wait_until(&self, condition: impl Fn(&Self) -> bool) {
         while !condition(self) {
             self.change().await;
@@ -133,14 +133,14 @@ impl Matches {
         let _ = tokio::time::timeout(std::time::Duration::from_millis(50), change).await;
     }
 
-    /// Returns the warning about a publisher that our reader cannot receive from, if there is one.
+    /// Returns the warning about a publisher from which our reader cannot receive, if there is one.
     pub fn unheard(&self, ours: GUID) -> Option<String> {
         let state = self.lock();
         let mut of_ours = state.incompatible.iter().filter(|(pair, _)| pair.ours == ours);
         of_ours.find_map(|(_, warning)| warning.clone())
     }
 
-    /// Forgets our endpoint, which has been dropped.
+    /// Forgets `ours`, an endpoint that has been dropped.
     pub fn forget_ours(&self, ours: GUID) {
         let mut state = self.lock();
         state.own.remove(&ours);
@@ -155,7 +155,7 @@ impl Matches {
         self.lock().adapting.insert(ours, None);
     }
 
-    /// Waits for a best-effort publisher on the topic of our reliable reader, and returns its description.
+    /// Waits for a best-effort publisher on the topic of our reliable reader, and returns a description of the publisher.
     pub async fn best_effort_publisher(&self, ours: GUID) -> String {
         loop {
             let changed = self.changed.notified();
@@ -167,7 +167,7 @@ impl Matches {
         }
     }
 
-    /// Returns the description of a peer, with its node's name if that arrives in time.
+    /// Returns the description of a peer, with the name of the peer's node if the name arrives in time.
     pub async fn introduced(&self, peer: GUID) -> String {
         let introduced = self.wait_until(|matches| matches.owners.knows(peer));
         let _ = tokio::time::timeout(INTRODUCTION, introduced).await;

@@ -6,10 +6,10 @@ use std::net::{Ipv4Addr, SocketAddr, UdpSocket};
 pub(crate) struct OwnDatagrams(UdpSocket);
 
 impl OwnDatagrams {
-    /// Opens the socket of a participant, which may be restricted to loopback.
+    /// Opens the socket of a participant. `on_loopback`: the participant is restricted to loopback.
     ///
     /// # Errors
-    /// The operating system's error if it gives no UDP socket.
+    /// The operating system's error if no UDP socket can be opened.
     pub fn new(on_loopback: bool) -> std::io::Result<Self> {
         let interface = if on_loopback { Ipv4Addr::LOCALHOST } else { Ipv4Addr::UNSPECIFIED };
         let socket = UdpSocket::bind((interface, 0))?;
@@ -20,13 +20,13 @@ impl OwnDatagrams {
     /// Sends the packet in one datagram, which the kernel divides if necessary.
     pub fn send(&self, packet: &[u8], addresses: &[SocketAddr]) {
         for address in addresses {
-            // A packet that cannot be sent is like one that the network lost.
+            // A packet that cannot be sent is treated like one that the network lost.
             let _ = self.0.send_to(packet, address);
         }
     }
 }
 
-/// Returns the addresses of UDP over IPv4 among a remote endpoint's locators.
+/// Returns those of a remote endpoint's locators that are addresses of UDP over IPv4.
 pub(super) fn addresses<L>(locators: Vec<L>) -> impl Iterator<Item = SocketAddr>
 where
     SocketAddr: From<L>,

@@ -1,14 +1,16 @@
 //! Finds a domain that nobody else on this host uses.
 //!
-//! DDS partitions would separate participants too, but RustDDS 0.15.1 has none. Delete this module when `QosPolicyBuilder` has them.
+//! DDS partitions would separate participants too, but RustDDS 0.15.1 has no partitions. Delete this module when `QosPolicyBuilder`
+//! has them.
 
 use super::ports;
 use std::net::{Ipv4Addr, UdpSocket};
 
-/// RTPS 2.5, section 9.6.2.4, leaves the ports 2 to 9 of a domain unused. The owner of a domain binds this one.
+/// The offset of the port that the owner of a domain binds. RTPS 2.5, section 9.6.2.4, leaves the ports 2 to 9 of a domain unused.
 const CLAIM: u16 = 2;
 
-/// A domain on this host that had no participant when it was found. Other `OwnDomain`s avoid it until this value is dropped.
+/// A domain on this host that had no participant when it was found. Other `OwnDomain`s avoid the domain until this value is
+/// dropped.
 #[derive(Debug)]
 pub struct OwnDomain {
     id: u16,
@@ -16,8 +18,8 @@ pub struct OwnDomain {
 }
 
 impl OwnDomain {
-    /// The ports of the domains up to this one are below Linux's ephemeral ports (from 32768 on). Users prefer low domains, so the search
-    /// starts here.
+    /// The domain at which the search starts, because users prefer low domains. The ports of the domains up to this one are below
+    /// the ephemeral ports of Linux (from 32768 on).
     pub(crate) const HIGHEST: u16 = 100;
 
     /// Finds a free domain other than `common`, which others may join at any time. Returns `None` if every domain is in use.
@@ -30,11 +32,11 @@ impl OwnDomain {
         self.id
     }
 
-    /// Claims the domain if it is free. Any participant of any vendor has sockets on the domain's ports.
+    /// Claims the domain if nobody uses it. Any participant of any vendor has sockets on the domain's ports.
     fn claim(id: u16) -> Option<Self> {
         let first = ports::first(id);
         let claim = UdpSocket::bind((Ipv4Addr::LOCALHOST, first + CLAIM)).ok()?;
-        // Binding without address reuse fails even for shared ports.
+        // Binding without address reuse fails even if the other sockets share their ports.
         let free = |port: u16| UdpSocket::bind((Ipv4Addr::UNSPECIFIED, first + port)).is_ok();
         (0..ports::OF_A_DOMAIN).filter(|port| *port != CLAIM).all(free).then_some(Self { id, _claim: claim })
     }

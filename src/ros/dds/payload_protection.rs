@@ -1,16 +1,16 @@
-//! Warns of a governance under which ROS 2 nodes on Fast DDS cannot be received.
+//! Warns of a governance with which this process cannot receive from ROS 2 nodes on Fast DDS.
 //!
-//! `data_protection_kind` protects payloads in addition to the submessages that `metadata_protection_kind` protects. Fast DDS then pads
-//! between ciphertext and signature, but RustDDS 0.15.1 takes the last 20 bytes as the signature. So it cannot read a payload whose length
-//! is not a multiple of four (`payload_padding` handles our side). The reliable reader waits for that payload forever and withholds all
-//! later ones, so service calls hang. sros2 writes such a governance. Delete this module when test `security` a_governance_under_which_…
-//! finds nothing that hangs.
+//! `data_protection_kind` protects payloads in addition to the submessages that `metadata_protection_kind` protects. Fast DDS then
+//! pads between ciphertext and signature, but RustDDS 0.15.1 takes the last 20 bytes as the signature. So RustDDS cannot read a
+//! payload whose length is not a multiple of four (`payload_padding` handles our side). The reliable reader waits for that payload
+//! forever and withholds all later ones, so service calls hang. sros2 writes such a governance. Delete this module when test
+//! `security` a_governance_under_which_… finds nothing that hangs.
 
 use openssl::pkcs7::Pkcs7;
 use roxmltree::{Document, Node};
 use std::path::Path;
 
-/// Returns a warning if the signed governance in `file` protects payloads in this domain. RustDDS has verified the file before.
+/// Returns a warning if the signed governance in `file` protects payloads in this domain. RustDDS has already verified the file.
 pub(crate) fn warning(file: &Path, domain: u16) -> Option<String> {
     let (_, signed) = Pkcs7::from_smime(&std::fs::read(file).ok()?).ok()?;
     let text = String::from_utf8(signed?).ok()?;
@@ -44,7 +44,7 @@ fn protected_topics<'a>(governance: &'a Document, domain: u16) -> Vec<&'a str> {
     protected.filter_map(|topic| text(topic, "topic_expression")).collect()
 }
 
-/// Returns whether a list of domain ids and ranges, which may be open, contains this domain.
+/// Returns whether a list of domain ids and ranges, which may be open, contains `domain`.
 fn names(domains: Node, domain: u16) -> bool {
     let bound = |range, name| text(range, name).and_then(|number| number.parse::<u16>().ok());
     domains.children().any(|entry| match entry.tag_name().name() {

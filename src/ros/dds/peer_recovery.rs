@@ -1,14 +1,15 @@
 //! Detects participants that were lost but are still present.
 //!
-//! A participant is lost if it was not heard for the duration of its lease: 10 s for Cyclone, 20 s for Fast DDS, 50 s for RustDDS. If it
-//! was killed, it is never heard again. But if a cable was unplugged or its computer was suspended, it continues to announce itself, and
-//! RustDDS 0.15.1 has lost it for good. Cyclone and Fast DDS repeat one announcement, which RustDDS ignores as a duplicate (`dds_cache.rs`,
-//! `add_change_internal`), so the participant stays unknown. RustDDS recognizes its own participants again, but does not match their
-//! endpoints with our earlier ones (`discovery.rs`, "Participant rediscovery").
+//! A participant is lost if it was not heard for the duration of its lease: 10 s for Cyclone, 20 s for Fast DDS, 50 s for RustDDS.
+//! A participant that was killed is never heard again. But if a cable was unplugged or the computer was suspended, the participant
+//! continues to announce itself, and RustDDS 0.15.1 ignores it forever. Cyclone and Fast DDS repeat one announcement, which RustDDS
+//! ignores as a duplicate (`dds_cache.rs`, `add_change_internal`), so the participant stays unknown. RustDDS recognizes other
+//! RustDDS participants again, but does not match their endpoints with our earlier ones (`discovery.rs`, "Participant
+//! rediscovery").
 //!
-//! Therefore, from the first loss on, this module listens to the multicast group of announcements. Until then no socket is open. Delete
-//! this module when lost participants that are back are received again, that is, when test `dds` a_known_peer_that_returns_… has nothing
-//! to end.
+//! Therefore, from the first loss on, this module listens to the multicast group of announcements. Until then no socket is open.
+//! Delete this module when lost participants that are back are received again, that is, when test `dds` a_known_peer_that_returns_…
+//! has nothing to end.
 
 use super::ended_threads::deaf_to;
 use super::ports;
@@ -19,13 +20,13 @@ use std::sync::Arc;
 use std::time::Duration;
 use tokio::net::UdpSocket;
 
-/// The largest number of lost participants to listen for; beyond it some are forgotten.
+/// The largest number of lost participants for which this process listens. If there are more, some are forgotten.
 const PARTICIPANTS: usize = 256;
 
 /// The multicast group of announcements (RTPS 2.5, section 9.6.2.4.1).
 const GROUP: Ipv4Addr = Ipv4Addr::new(239, 255, 0, 1);
 
-/// A message begins with protocol, version, vendor, and the GUID prefix of its sender. The rest is not read.
+/// The length of the part of a message that is read \[bytes\]: protocol, version, vendor, and the GUID prefix of the sender.
 const HEADER: usize = 20;
 const SENDER: std::ops::Range<usize> = 8..HEADER;
 
@@ -35,7 +36,7 @@ const PAUSE: Duration = Duration::from_secs(1);
 /// The GUID prefix that a participant shares with its endpoints.
 pub(crate) type Prefix = [u8; 12];
 
-/// Converts RustDDS's own prefix type, which has no public name.
+/// Converts the prefix type of RustDDS, which has no public name.
 pub(crate) fn prefix(of: impl AsRef<[u8]>) -> Prefix {
     of.as_ref().first_chunk().copied().unwrap_or_default()
 }
@@ -45,11 +46,11 @@ pub(crate) type Warn = Arc<dyn Fn(&str) + Send + Sync>;
 
 /// A participant that was connected with our nodes.
 pub(crate) struct Peer {
-    /// The description of one of its nodes.
+    /// The description of one of the participant's nodes.
     pub name: String,
-    /// The topics on which it was received.
+    /// The topics on which this process received from the participant.
     pub heard_on: Vec<String>,
-    /// Logs a warning of a node that was connected with it.
+    /// Logs a warning of a node that was connected with the participant.
     pub warn: Warn,
 }
 
@@ -63,7 +64,8 @@ pub(crate) struct Lost {
 }
 
 impl Lost {
-    /// Creates an empty list for this domain. The participant may be restricted to loopback, and its graph may be secured.
+    /// Creates an empty list for this domain. `on_loopback`: the participant is restricted to loopback. `is_secured`: the graph is
+    /// secured.
     pub fn new(domain: u16, on_loopback: bool, is_secured: bool) -> Self {
         let listen_on = SocketAddrV4::new(GROUP, ports::first(domain));
         Self { listen_on, on_loopback, is_secured, participants: HashMap::new(), socket: None }
@@ -86,7 +88,7 @@ impl Lost {
         self.participants.insert(participant, peer);
     }
 
-    /// Removes a participant that is present. Returns it if it was lost.
+    /// Removes `participant`, which is present. Returns what was known of it, if it was lost.
     pub fn remove(&mut self, participant: Prefix) -> Option<Peer> {
         let peer = self.participants.remove(&participant);
         if self.participants.is_empty() {
@@ -113,9 +115,9 @@ impl Lost {
         }
     }
 
-    /// Ends the process if it has received from the peer before, because it can no longer do so. A peer that only received from this
-    /// process detects the loss itself. In a secured graph this only logs a warning: announcements are not authenticated, so anyone could
-    /// end the process.
+    /// Ends the process if it has received from the peer before, because it can no longer do so. If the peer only received from
+    /// this process, the peer detects the loss. In a secured graph this only logs a warning: announcements are not authenticated,
+    /// so anyone could end the process.
     pub fn is_back(&self, Peer { name, heard_on, warn }: Peer) {
         match heard_on.is_empty() || self.is_secured {
             true => warn(&format!(
@@ -155,7 +157,7 @@ mod tests {
         if outside("dds::peer_recovery::tests::only_a_lost_peer_is_recognized_by_its_announcement") {
             return;
         }
-        // Keep a participant in the group.
+        // This socket keeps a participant in the group.
         let _ours =
             DomainParticipantBuilder::new(7).with_only_networks([Ipv4Addr::LOCALHOST]).build().unwrap();
         let mut lost = Lost::new(7, true, false);

@@ -1,7 +1,8 @@
 //! Subscriptions that return messages undecoded.
 //!
-//! RustDDS 0.15.1 strips the encoding's header and passes the encoding only to a decoder, which ros2-client's `Subscription` does not let
-//! us choose. So these subscriptions read from RustDDS directly. Delete this module when either library returns undecoded samples.
+//! RustDDS 0.15.1 strips the header of the encoding and passes the encoding only to a decoder. The `Subscription` of ros2-client
+//! does not let us choose this decoder. So these subscriptions read from RustDDS directly. Delete this module when either library
+//! returns undecoded samples.
 
 use super::kept_samples::{FEWEST_SAMPLES, Kept, Room};
 use dq_messages::messages::Time;
@@ -22,13 +23,14 @@ use std::pin::pin;
 pub struct RawMessage {
     /// The CDR payload after its encapsulation header of four bytes.
     pub cdr: Vec<u8>,
-    /// When it was received \[ns since 1970\].
+    /// The time at which the message was received \[ns since 1970\].
     pub received: i64,
-    /// When it was sent by the sender's clock, or received if that is unknown \[ns since 1970\].
+    /// The time at which the message was sent, by the sender's clock; if unknown, the time at which it was received [ns since
+    /// 1970].
     pub sent: i64,
-    /// The GUID of its publisher.
+    /// The GUID of the publisher.
     pub publisher: [u8; 16],
-    /// Its number among its publisher's messages. There is a gap only if messages were lost.
+    /// The number of the message among the publisher's messages. There is a gap only if messages were lost.
     pub sequence: i64,
 }
 
@@ -36,7 +38,7 @@ pub struct RawMessage {
 pub struct RawSubscription {
     inner: SimpleDataReader<Undecoded, Undecoded>,
     kept: Kept,
-    /// Makes RustDDS store this many samples.
+    /// Sets how many samples RustDDS stores.
     keep: Box<dyn Fn(i32) + Send + Sync>,
 }
 
@@ -51,13 +53,13 @@ impl RawSubscription {
         Ok(Self { inner, kept: Kept::default(), keep: Box::new(keep) })
     }
 
-    /// Returns its identity in DDS.
+    /// Returns the GUID of the reader.
     pub(crate) fn guid(&self) -> GUID {
         self.inner.guid()
     }
 
-    /// Waits for the next message. Messages in an encoding other than plain CDR are skipped. Returns `None` once the messages have become
-    /// so large that they exceed the memory budget: drop the subscription then.
+    /// Waits for the next message. Messages in an encoding other than plain CDR are skipped. Returns `None` once the messages have
+    /// become so large that they exceed the memory budget: drop the subscription then.
     pub async fn next(&mut self) -> Option<RawMessage> {
         let sample = {
             let mut samples = pin!(self.inner.as_async_stream());
@@ -82,12 +84,12 @@ impl RawSubscription {
     }
 }
 
-/// Converts a time like ros2-client.
+/// Converts a time in the same way as ros2-client.
 fn nanoseconds(time: Timestamp) -> Option<i64> {
     ROSTime::try_from(time).ok().map(|time| time.to_nanos())
 }
 
-/// A message in plain CDR with its encapsulation header of four bytes. The type also serves as its adapter and its decoder.
+/// A message in plain CDR with its encapsulation header of four bytes. The type also serves as its own adapter and decoder.
 #[derive(Clone)]
 struct Undecoded(Vec<u8>);
 
@@ -122,7 +124,7 @@ impl Decode<'_, Undecoded> for AsItIs {
     }
 }
 
-/// Returns the QoS of a raw subscription that stores this many samples.
+/// Returns the QoS of a raw subscription for which RustDDS stores this many samples.
 pub(crate) fn qos(reliable: bool, transient_local: bool, samples: Option<i32>) -> QosPolicies {
     let samples = samples.unwrap_or(FEWEST_SAMPLES);
     let reliability = match reliable {

@@ -9,13 +9,15 @@
 
 use rustdds::policy::ResourceLimits;
 
-/// The limit without late joiners. By default a frozen `ros2 topic echo` would stop the commands after 16 s; this allows 200 s at 1 kHz.
+/// The limit of topics that are not latched. By default a frozen `ros2 topic echo` would stop the commands after 16 s; with this
+/// limit after 200 s at 1 kHz.
 const UNACKNOWLEDGED: i32 = 200_000;
 
-/// The limit of latched topics. A reader that acknowledges none of this many samples blocks the next sample, which late joiners then miss.
+/// The limit of latched topics. A reader that acknowledges none of this many samples blocks the next sample. Late joiners then miss
+/// that sample.
 const LATCHED: i32 = 500;
 
-/// Returns the limits of a writer, whose topic may be latched.
+/// Returns the limits of a writer. `is_latched`: the topic is latched.
 pub(crate) fn of_writer(is_latched: bool) -> ResourceLimits {
     let max_samples = if is_latched { LATCHED } else { UNACKNOWLEDGED };
     ResourceLimits { max_samples, max_instances: 1, max_samples_per_instance: max_samples }

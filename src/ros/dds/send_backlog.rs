@@ -1,9 +1,9 @@
 //! A writer that drops messages instead of queueing them behind unsent ones.
 //!
-//! RustDDS 0.15.1 cannot remove queued messages, does not report their number, and limits it only together with unacknowledged samples
-//! (`pubsub.rs`: `backlog_limit = window_limit`). But it wakes those who wait for acknowledgments whenever its thread has sent something
-//! (`writer_send_buffer.rs`: `set_sent_frontier`). ros2-client's `Publisher` shows none of this. Delete this module when the backlog has
-//! its own limit.
+//! RustDDS 0.15.1 cannot remove queued messages, does not report their number, and limits their number only together with
+//! unacknowledged samples (`pubsub.rs`: `backlog_limit = window_limit`). But RustDDS wakes those who wait for acknowledgments
+//! whenever its thread has sent something (`writer_send_buffer.rs`: `set_sent_frontier`). The `Publisher` of ros2-client shows none
+//! of this. Delete this module when the backlog has its own limit.
 
 use rustdds::dds::CreateResult;
 use rustdds::no_key::DataWriterCdr;
@@ -15,10 +15,10 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::task::{Context, Wake, Waker};
 
-/// How many messages may wait for RustDDS's thread. A command that is older than three periods is obsolete.
+/// The number of messages that may wait for the thread of RustDDS. A command that is older than three periods is obsolete.
 const MOST_WAITING: u32 = 3;
 
-/// The number of messages queued since RustDDS's thread last sent one.
+/// The number of messages that were queued since the thread of RustDDS last sent one.
 #[derive(Default)]
 struct Waiting(AtomicU32);
 
@@ -42,7 +42,7 @@ impl<M: Serialize> InTimeWriter<M> {
         Ok(Self { inner, waiting: Arc::default() })
     }
 
-    /// Returns its identity in DDS.
+    /// Returns the GUID of the writer.
     pub fn guid(&self) -> GUID {
         self.inner.guid()
     }
@@ -52,7 +52,7 @@ impl<M: Serialize> InTimeWriter<M> {
         self.inner.write(message, Some(Timestamp::now())).is_ok()
     }
 
-    /// Queues a message unless [`MOST_WAITING`] earlier ones still wait. Returns whether it was queued.
+    /// Queues a message unless [`MOST_WAITING`] earlier ones still wait. Returns whether the message was queued.
     pub fn write_in_time(&self, message: M) -> bool {
         if self.waiting.0.load(Ordering::Relaxed) >= MOST_WAITING {
             return false;
@@ -84,7 +84,7 @@ mod tests {
 
     const PATIENCE: Duration = Duration::from_secs(10);
 
-    /// Blocks the thread that wakes it, which is RustDDS's at each message, until the other end is dropped.
+    /// Blocks the thread that wakes this waker until the other end is dropped. At each message the thread of RustDDS wakes it.
     struct Gate {
         entered: Sender<()>,
         opened: Mutex<Receiver<()>>,

@@ -8,7 +8,7 @@ pub(super) const FAST_DDS: [u8; 2] = [0x01, 0x0f];
 /// Eclipse Cyclone DDS.
 const CYCLONE: [u8; 2] = [0x01, 0x10];
 
-/// Returns whether the endpoint is of Eclipse Cyclone DDS.
+/// Returns whether `endpoint` belongs to Eclipse Cyclone DDS.
 pub(crate) fn is_cyclone(endpoint: GUID) -> bool {
     endpoint.to_bytes()[..2] == CYCLONE
 }

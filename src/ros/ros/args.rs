@@ -22,7 +22,7 @@ pub enum ArgsError {
     Malformed {
         /// The option.
         option: &'static str,
-        /// Its value.
+        /// The given value.
         value: String,
         /// The expected form.
         expected: &'static str,
@@ -38,7 +38,7 @@ pub enum LogLevel {
     Info,
     /// Problems that an operator should look at.
     Warn,
-    /// Failures.
+    /// Failures of one operation.
     Error,
     /// Failures that end the program.
     Fatal,
@@ -61,11 +61,11 @@ impl FromStr for LogLevel {
 /// `[node:]from:=to`
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Remap {
-    /// The only node to which the rule applies.
+    /// The only node to which the rule applies; `None`: all nodes.
     pub node: Option<String>,
     /// The name to replace, `__ns` or `__node`.
     pub from: String,
-    /// The replacement.
+    /// The new name.
     pub to: String,
 }
 
@@ -74,31 +74,31 @@ pub struct Remap {
 pub struct LoggerLevel {
     /// The logger's name; the rule also applies to the loggers below it.
     pub logger: String,
-    /// The least severity that they log.
+    /// The least severity that these loggers log.
     pub level: LogLevel,
 }
 
-/// A source of parameter values, in the order of the command line. Later ones win.
+/// A source of parameter values. Of several sources the later one in the command line wins.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Override {
     /// `-p [node:]name:=value`
     Parameter {
-        /// The only node to which it applies.
+        /// The only node to which the value applies; `None`: all nodes.
         node: Option<String>,
-        /// The parameter.
+        /// The name of the parameter.
         name: String,
-        /// Its value, as YAML.
+        /// The value, as YAML.
         yaml: String,
     },
     /// `--params-file`
     File(PathBuf),
     /// A value that the program itself gives, which ROS 2 does not have.
     Value {
-        /// The only node to which it applies.
+        /// The only node to which the value applies; `None`: all nodes.
         node: Option<&'static str>,
-        /// The parameter.
+        /// The name of the parameter.
         name: String,
-        /// Its value.
+        /// The value.
         value: Value,
     },
     /// A built-in parameter file, which ROS 2 does not have.
@@ -121,9 +121,9 @@ pub struct RosArgs {
     pub log_level: Option<LogLevel>,
     /// The log levels of single loggers.
     pub logger_levels: Vec<LoggerLevel>,
-    /// Whether log lines do not go to the terminal.
+    /// Whether log lines are kept off the terminal.
     pub without_stdout_logs: bool,
-    /// Whether log lines do not go to `/rosout`.
+    /// Whether log lines are kept off `/rosout`.
     pub without_rosout_logs: bool,
     /// Whether log lines also go to a file. ROS 2 nodes write one by default, this program only on request.
     pub external_lib_logs: bool,

@@ -1,4 +1,4 @@
-//! Service clients that use the mapping of the server's vendor.
+//! Service clients that assign replies to requests in the way of the server's vendor.
 
 use super::error::RosError;
 use super::graph::{reply_topic, request_topic};
@@ -19,7 +19,7 @@ const REPEAT: Duration = Duration::from_millis(500);
 /// How often to check for a reply.
 const LOOK: Duration = Duration::from_millis(1);
 
-/// How many replies are read per check.
+/// The largest number of replies that are read per check.
 const MOST_REPLIES: usize = 100;
 
 /// A server's endpoints, and how it assigns replies to requests.
@@ -66,10 +66,10 @@ fn discovered_server(participant: &DomainParticipant, service: &str) -> Option<S
     })
 }
 
-/// A client of ros2-client. The node stores it and uses it again for the next client of that service.
+/// A client of ros2-client. The node stores the client, and uses it again for the next client of the same service.
 ///
-/// In a secured graph, RustDDS stores the keys of only one endpoint for each pair of an own endpoint and a remote participant. So a second
-/// client of a service in one participant gets no answer, even after the first has gone.
+/// In a secured graph, RustDDS stores the keys of only one endpoint for each pair of an own endpoint and a remote participant. So a
+/// second client of a service in one participant gets no answer, even after the first has gone.
 pub(super) struct Connection {
     inner: ros2_client::Client<Payload, Payload>,
     mapping: ServiceMapping,
@@ -82,13 +82,13 @@ impl Connection {
         Arc::new(Self { inner, mapping, turn: Mutex::new(()) })
     }
 
-    /// Returns whether it uses this mapping.
+    /// Returns whether the client uses this mapping.
     pub fn speaks(&self, mapping: ServiceMapping) -> bool {
         self.mapping == mapping
     }
 
-    /// Repeats `request` until one of the repetitions has its reply, and returns that. This polls for replies, because ros2-client waits
-    /// for the reply to one request and drops the others'.
+    /// Repeats `request` until a reply to one of the repetitions arrives, and returns that reply. This polls for replies, because
+    /// ros2-client waits for the reply to one request and drops replies to other requests.
     async fn ask<S: ServiceType>(&self, request: &S::Request) -> Result<S::Response, String> {
         let request = encode(&[], request).ok_or("the request cannot be encoded")?;
         let (mut repeat, mut look) = (tokio::time::interval(REPEAT), tokio::time::interval(LOOK));
@@ -108,7 +108,8 @@ impl Connection {
         }
     }
 
-    /// Returns the reply to one of these requests, if it has arrived. Replies to earlier requests and to others' are dropped.
+    /// Returns the reply to one of the requests `asked`, if it has arrived. Drops replies to earlier requests and to the requests
+    /// of other clients.
     fn reply(&self, asked: &[RmwRequestId]) -> Option<Payload> {
         let mut replies =
             (0..MOST_REPLIES).map_while(|_| self.inner.receive_response().transpose()).flatten();
@@ -164,7 +165,7 @@ mod tests {
     use crate::alone::{node, outside};
     use dq_messages::messages::{SetBool, SetBoolRequest, SuccessResponse};
 
-    /// Longer than the time until a request is repeated.
+    /// A time that is longer than the time until a request is repeated.
     const SLOW: Duration = Duration::from_millis(800);
 
     #[tokio::test(flavor = "multi_thread")]

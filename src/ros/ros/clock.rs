@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicI64, Ordering};
 /// The clock of a node. Only stamps use it; a simulated clock does not affect deadlines or cycles.
 #[derive(Clone, Debug, Default)]
 pub struct Clock {
-    /// The last time on `/clock` \[ns\], 0 before the first; `None` for the system's clock.
+    /// The last time on `/clock` \[ns\], 0 before the first message; `None` for the system's clock.
     simulated: Option<Arc<AtomicI64>>,
 }
 
@@ -34,7 +34,7 @@ impl Clock {
         Ok(Self { simulated: Some(time) })
     }
 
-    /// Returns whether the clock is simulated. Then it does not tell how late a message is.
+    /// Returns whether the clock is simulated. A simulated clock does not tell how late a message is.
     pub fn is_simulated(&self) -> bool {
         self.simulated.is_some()
     }
@@ -47,7 +47,7 @@ impl Clock {
         }
     }
 
-    /// Returns a header with this time.
+    /// Returns a header with the current time.
     pub fn header(&self, frame_id: &str) -> Header {
         Header { stamp: self.now(), frame_id: frame_id.to_owned() }
     }

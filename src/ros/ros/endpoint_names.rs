@@ -15,7 +15,7 @@ use std::time::Duration;
 /// The number of participants that are remembered; the oldest is forgotten first.
 const PARTICIPANTS: usize = 256;
 
-/// `rmw_dds_common/msg/ParticipantEntitiesInfo`. The type of ros2-client does not show the endpoints.
+/// `rmw_dds_common/msg/ParticipantEntitiesInfo`. The type of this name in ros2-client does not show the endpoints.
 #[derive(Clone, Deserialize)]
 pub(super) struct ParticipantEntitiesInfo {
     gid: [u8; 16],
@@ -36,7 +36,7 @@ struct NodeEntitiesInfo {
 pub struct EndpointId([u8; 16]);
 
 impl EndpointId {
-    /// Returns its GUID.
+    /// Returns the GUID of the endpoint.
     pub(super) fn guid(self) -> GUID {
         GUID::from_bytes(self.0)
     }
@@ -49,7 +49,7 @@ impl From<GUID> for EndpointId {
 }
 
 impl std::fmt::Display for EndpointId {
-    /// Formats it like `ros2 topic info -v`: bytes in hexadecimal, separated by dots.
+    /// Formats the GUID like `ros2 topic info -v`: bytes in hexadecimal, separated by dots.
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         for (i, byte) in self.0.iter().enumerate() {
             write!(f, "{}{byte:02x}", if i > 0 { "." } else { "" })?;
@@ -73,7 +73,7 @@ impl Owners for EndpointNames {
 pub struct Origin<'a> {
     /// The publisher.
     pub publisher: EndpointId,
-    /// When it was sent by the sender's clock \[ns since 1970\], if known.
+    /// The time at which the message was sent by the sender's clock \[ns since 1970\], if known.
     pub sent: Option<i64>,
     matches: &'a Matches,
 }
@@ -93,7 +93,7 @@ impl<'a> Origin<'a> {
 /// The reader of the announcements in a domain.
 pub(super) type Announcements = SimpleDataReaderCdr<ParticipantEntitiesInfo>;
 
-/// Creates a reader of the announcements of all participants. The last announcement of each is latched.
+/// Creates a reader of the announcements of all participants. The last announcement of each participant is latched.
 ///
 /// # Errors
 /// [`RosError::Create`].
@@ -107,7 +107,7 @@ pub(super) fn announcements(dds: &DomainParticipant) -> Result<Announcements, Ro
     reader().map_err(|why| RosError::create(TOPIC_NAME)(&why))
 }
 
-/// The names of the nodes in the domain by their endpoints, as far as they were announced.
+/// The names of the nodes in the domain by their endpoints. Only announced nodes are known.
 #[derive(Clone, Default)]
 pub struct EndpointNames {
     state: Arc<Mutex<State>>,
@@ -121,7 +121,7 @@ struct State {
 }
 
 impl EndpointNames {
-    /// Returns a description of the endpoint: its node's name if known, and its GUID.
+    /// Returns a description of the endpoint: the name of its node if known, and its GUID.
     pub fn describe(&self, endpoint: EndpointId) -> String {
         match self.lock().node_of(endpoint) {
             Some(node) => format!("{node} ({endpoint})"),

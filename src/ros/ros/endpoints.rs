@@ -26,16 +26,16 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 /// A topic for which an endpoint is created.
 #[derive(Clone)]
 pub(super) struct Plan {
-    /// Its fully qualified name.
+    /// The fully qualified name of the topic.
     pub name: String,
-    /// `package/msg/Name`.
+    /// The message type: `package/msg/Name`.
     pub message: String,
     pub qos: QosPolicies,
     /// Logs warnings about incompatible QoS of the endpoint.
     pub log: Logger,
 }
 
-/// What the nodes of a participant share.
+/// The data that the nodes of a participant share.
 #[derive(Clone)]
 pub(super) struct Domain {
     pub dds: Arc<DomainParticipant>,
@@ -45,8 +45,8 @@ pub(super) struct Domain {
     pub datagrams: Option<Arc<OwnDatagrams>>,
 }
 
-/// Creates the endpoints of a node. The node leaves the graph when this is dropped. Until then ros2-client also announces endpoints that
-/// have been dropped.
+/// Creates the endpoints of a node. The node leaves the graph when this value is dropped. Until then ros2-client also announces
+/// endpoints that have been dropped.
 pub(super) struct Endpoints {
     node: Mutex<ros2_client::Node>,
     pub domain: Domain,
@@ -65,7 +65,7 @@ impl Endpoints {
         Ok(publisher)
     }
 
-    /// Creates a publisher for messages that soon become obsolete. It is not announced as the node's.
+    /// Creates a publisher for messages that soon become obsolete. ros2-client does not announce this publisher as the node's.
     pub fn publisher_in_time<M: Serialize>(&self, plan: &Plan) -> Result<InTimeWriter<M>, RosError> {
         let publisher =
             InTimeWriter::new(&self.domain.dds, &self.topic(plan)?).map_err(refused(&plan.name))?;
@@ -84,7 +84,7 @@ impl Endpoints {
         Ok(subscription)
     }
 
-    /// Creates a subscription to messages of any type. It is not announced as the node's.
+    /// Creates a subscription to messages of any type. ros2-client does not announce this subscription as the node's.
     pub fn raw_subscription(
         &self,
         plan: &Plan,
@@ -97,8 +97,8 @@ impl Endpoints {
         Ok(subscription)
     }
 
-    /// Creates the reader of requests and the writer of replies of the service with this fully qualified name. The writer is not announced
-    /// as the node's.
+    /// Creates the reader of requests and the writer of replies of the service with this fully qualified name. ros2-client does not
+    /// announce the writer as the node's.
     pub fn server<S: ServiceType>(
         &self,
         name: &str,
@@ -132,7 +132,8 @@ impl Endpoints {
         made.map_err(refused(name))
     }
 
-    /// Adds a description of the topic with this QoS to DDS. Of several descriptions of one topic the largest resource limits apply.
+    /// Adds a description of the topic, with the QoS of `plan`, to DDS. If a topic has several descriptions, the largest resource
+    /// limits apply.
     pub fn topic(&self, plan: &Plan) -> Result<rustdds::Topic, RosError> {
         let (package, message) = split(&plan.message, "/msg/");
         let (name, kind) =
@@ -164,15 +165,16 @@ fn service<S: ServiceType>(name: &str) -> Result<(Name, ServiceTypeName), RosErr
     Ok((Name::parse(name).map_err(refused(name))?, ServiceTypeName::new(package, service)))
 }
 
-/// Returns ROS 2's QoS for services: reliable, volatile, keep last 10. Writing may wait a moment for room.
+/// Returns the QoS of ROS 2 services: reliable, volatile, keep last 10. Writing may wait a moment for room.
 fn of_services() -> QosProfile {
     QosProfile::publisher_default().history(ros2_client::qos::History::KeepLast { depth: 10 })
 }
 
-/// The number of requests that a service stores. With 10, requests that a client sent at 100 Hz were lost while the service was busy.
+/// The number of requests that a service stores. With 10, requests that a client sent at 100 Hz were lost while the service was
+/// busy.
 const REQUESTS: i32 = 32;
 
-/// Returns the QoS of `/parameter_events`: rclcpp's `ParameterEventsQoS`.
+/// Returns the QoS of `/parameter_events`: `ParameterEventsQoS` of rclcpp.
 pub(super) fn of_parameter_events() -> QosPolicies {
     const DEPTH: i32 = 1000;
     QosPolicyBuilder::new()
@@ -230,7 +232,7 @@ pub(super) mod tests {
     use dq_messages::NodeContract;
     use std::collections::BTreeMap;
 
-    /// Returns the topics of a node that publishes and subscribes.
+    /// Returns the contract of a node that publishes and subscribes.
     pub fn plant() -> NodeContract {
         let file = include_str!("../../../msg_config/topics.yaml");
         serde_saphyr::from_str::<BTreeMap<String, NodeContract>>(file).unwrap().remove("plant").unwrap()

@@ -30,15 +30,15 @@ pub struct Environment {
 }
 
 impl Environment {
-    /// Reads `ROS_DOMAIN_ID`, `ROS_AUTOMATIC_DISCOVERY_RANGE`, the older `ROS_LOCALHOST_ONLY`, and `ROS_SECURITY_ENABLE`, `_STRATEGY`,
-    /// `_KEYSTORE` and `_ENCLAVE_OVERRIDE`, with the enclave of the command line.
+    /// Reads `ROS_DOMAIN_ID`, `ROS_AUTOMATIC_DISCOVERY_RANGE`, the older `ROS_LOCALHOST_ONLY`, and `ROS_SECURITY_ENABLE`,
+    /// `_STRATEGY`, `_KEYSTORE` and `_ENCLAVE_OVERRIDE`. The enclave may also be named on the command line.
     ///
     /// # Errors
-    /// [`RosError::Environment`] with the variable and its valid values; [`RosError::Security`] if security is requested and the enclave
-    /// does not exist; [`RosError::Name`].
+    /// [`RosError::Environment`] with the variable and its valid values; [`RosError::Security`] if security is requested and the
+    /// enclave does not exist; [`RosError::Name`].
     pub fn from_process(args: &RosArgs) -> Result<Self, RosError> {
         for variable in VARIABLES {
-            // Ignoring an unreadable value could run the process unsecured or in the wrong domain.
+            // If an unreadable value were ignored, the process could run unsecured or in the wrong domain.
             if let Err(VarError::NotUnicode(value)) = std::env::var(variable) {
                 let value = value.to_string_lossy().into_owned();
                 return Err(RosError::Environment { variable, value, expected: "UTF-8" });
@@ -49,8 +49,8 @@ impl Environment {
 
     /// Reads the variables through `lookup`. An empty variable counts as unset, as in ROS 2.
     ///
-    /// `ROS_LOCALHOST_ONLY=1` wins over `ROS_AUTOMATIC_DISCOVERY_RANGE`, as in rmw. `OFF` is refused: without discovery these nodes could
-    /// do nothing.
+    /// `ROS_LOCALHOST_ONLY=1` wins over `ROS_AUTOMATIC_DISCOVERY_RANGE`, as in rmw. `OFF` is refused, because nodes without
+    /// discovery could do nothing.
     ///
     /// # Errors
     /// The errors of [`Environment::from_process`].
@@ -75,7 +75,8 @@ impl Environment {
         Ok(Self { domain_id, reach, enclave: enclave(get, args.enclave.as_deref(), SECURITY)? })
     }
 
-    /// Returns the same environment in a domain that nobody else on this host uses while the returned `OwnDomain` lives.
+    /// Returns this environment, but in a domain that nobody else on this host uses. The domain is reserved until the returned
+    /// `OwnDomain` is dropped.
     ///
     /// # Errors
     /// [`RosError::NoNetwork`], and [`RosError::NoFreeDomain`] if every domain is in use.
@@ -92,7 +93,7 @@ impl Environment {
         self.reach == Reach::Localhost
     }
 
-    /// Fails if no packet could arrive anywhere: no loopback, and no route for multicast.
+    /// Returns an error if no packet could arrive anywhere, because there is neither loopback nor a route for multicast.
     pub(super) fn check_network(&self) -> Result<(), RosError> {
         let loopback = probe(Ipv4Addr::LOCALHOST);
         match (loopback, self.reach) {
@@ -107,7 +108,7 @@ impl Environment {
     }
 }
 
-/// All variables that are read.
+/// The names of all variables that are read.
 const VARIABLES: [&str; 7] = [
     "ROS_DOMAIN_ID",
     "ROS_AUTOMATIC_DISCOVERY_RANGE",
@@ -151,12 +152,12 @@ const SECURITY: bool = cfg!(feature = "security");
 
 /// Returns the folder of the enclave that the variables and the command line name; `None` if security is not requested.
 ///
-/// The variables have the same meaning as in rcl, with one exception. In rcl, `ROS_SECURITY_STRATEGY=Permissive` (or unset) lets a node
-/// whose enclave is missing run without security. Here a node never runs without security if security is requested.
+/// The variables have the same meaning as in rcl, with one exception. In rcl, `ROS_SECURITY_STRATEGY=Permissive` (or unset) lets a
+/// node whose enclave is missing run without security. Here a node never runs without security if security is requested.
 ///
 /// # Errors
-/// [`RosError::Environment`] for values that ROS 2 does not know (ROS 2 would treat them as "off", which was hardly intended), and if the
-/// program was built without security (not `built_in`); [`RosError::Security`] if the enclave does not exist.
+/// [`RosError::Environment`] for values that ROS 2 does not know (ROS 2 would treat them as "off", which was hardly intended), and
+/// if the program was built without security (`built_in` is false); [`RosError::Security`] if the enclave does not exist.
 fn enclave(
     get: impl Fn(&str) -> Option<String>,
     argument: Option<&str>,

@@ -8,9 +8,9 @@ pub enum RosError {
     /// An environment variable has a value that ROS 2 does not know.
     #[error("{variable}={value:?}: expected {expected}")]
     Environment {
-        /// The variable.
+        /// The name of the variable.
         variable: &'static str,
-        /// Its value.
+        /// The given value.
         value: String,
         /// The expected values.
         expected: &'static str,
@@ -46,7 +46,7 @@ pub enum RosError {
     /// A sample could not be written.
     #[error("{topic}: {why}")]
     Write {
-        /// The topic.
+        /// The name of the topic.
         topic: String,
         /// The middleware's message.
         why: String,
@@ -57,7 +57,7 @@ pub enum RosError {
     /// A service did not answer in time.
     #[error("{service}: {why}")]
     Service {
-        /// The service.
+        /// The name of the service.
         service: String,
         /// The reason.
         why: String,
@@ -74,7 +74,8 @@ impl RosError {
         let what = what.into();
         move |why| {
             let why = why.to_string();
-            // DDS Security's message for a missing permission. Usually the enclave was made by an earlier version.
+            // The error message that DDS Security gives for a missing permission. Usually the enclave was made by an earlier
+            // version.
             let is_refused = why.to_lowercase().contains("not allowed");
             let hint = if is_refused { NOT_PERMITTED } else { "" };
             Self::Create { what, why: why + hint }

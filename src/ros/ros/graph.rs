@@ -10,13 +10,13 @@ use std::time::Duration;
 /// A topic of other participants.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GraphTopic {
-    /// `package/msg/Name`.
+    /// The message type: `package/msg/Name`.
     pub message: String,
-    /// The QoS of each publisher; empty if the topic is only subscribed to.
+    /// The QoS that each publisher offers; empty if the topic is only subscribed to.
     pub offered: Vec<OfferedQos>,
 }
 
-/// Returns the topics of all other participants by name. If a name has two types, that of a publisher counts.
+/// Returns the topics of all other participants by name. If a name has two types, the type of a publisher counts.
 pub(super) fn topics(participant: &DomainParticipant) -> BTreeMap<String, GraphTopic> {
     let mut topics: BTreeMap<String, GraphTopic> = BTreeMap::new();
     for writer in participant.discovered_writers() {
@@ -33,7 +33,7 @@ pub(super) fn topics(participant: &DomainParticipant) -> BTreeMap<String, GraphT
     topics
 }
 
-/// Returns the services of all other participants that have both a request reader and a reply writer.
+/// Returns the services of all other participants. A service has both a request reader and a reply writer.
 pub(super) fn services(participant: &DomainParticipant) -> BTreeSet<String> {
     let (readers, writers) = (participant.discovered_readers(), participant.discovered_writers());
     let requests = readers
@@ -51,24 +51,24 @@ pub(super) fn request_topic(service: &str) -> String {
     format!("rq{service}Request")
 }
 
-/// Returns the DDS topic of its replies.
+/// Returns the DDS topic of replies of the service with this fully qualified name.
 pub(super) fn reply_topic(service: &str) -> String {
     format!("rr{service}Reply")
 }
 
-/// Returns the service of a DDS topic: `rq/x/pauseRequest` is the service `/x/pause`.
+/// Returns the service name of a DDS topic: `rq/x/pauseRequest` belongs to the service `/x/pause`.
 fn service_name<'a>(topic: &'a str, prefix: &str, suffix: &str) -> Option<&'a str> {
     topic.strip_prefix(prefix)?.strip_suffix(suffix).filter(|name| name.starts_with('/'))
 }
 
-/// Returns the ROS 2 names of a DDS topic and type: `rt/x` is `/x`, `package::msg::dds_::Name_` is `package/msg/Name`.
+/// Returns the ROS 2 names of a DDS topic and a DDS type: `rt/x` is `/x`, `package::msg::dds_::Name_` is `package/msg/Name`.
 fn ros_names(topic: &str, message: &str) -> Option<(String, String)> {
     let name = topic.strip_prefix("rt").filter(|name| name.starts_with('/'))?;
     let (package, message) = message.split_once("::msg::dds_::")?;
     Some((name.to_owned(), format!("{package}/msg/{}", message.strip_suffix('_')?)))
 }
 
-/// Converts the offered QoS. Policies that are not announced have DDS's default.
+/// Converts the offered QoS. For policies that are not announced, the default of DDS applies.
 fn offered(qos: &QosPolicies) -> OfferedQos {
     let reliability = match qos.reliability() {
         Some(Reliability::Reliable { .. }) => ReliabilityKind::Reliable,
@@ -101,14 +101,15 @@ fn finite(duration: rustdds::Duration) -> Option<Duration> {
     (duration != rustdds::Duration::INFINITE).then(|| duration.into())
 }
 
-/// Detects nodes that share a name. Every node with parameters has the same service, so the writers of its replies are counted.
+/// Detects nodes that share a name. Every node with parameters has the same service, so the writers of replies of this service are
+/// counted.
 pub struct NameWatch {
     matches: Matches,
     reply_topic: String,
     /// An endpoint of this process.
     ours: GUID,
     name: String,
-    /// 1 if a node of this process has the name.
+    /// The number of nodes of this process with the name: 1 or 0.
     here: usize,
 }
 

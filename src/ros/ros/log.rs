@@ -8,7 +8,7 @@ use dq_messages::messages::{Log, Time};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::sync::{Arc, LazyLock};
 
-/// What is logged, and where.
+/// The settings of a log: which lines are logged, and where.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Logging {
     /// The least severity that is logged.
@@ -42,12 +42,12 @@ pub struct Logger {
 }
 
 impl Logger {
-    /// Creates a log without `/rosout`.
+    /// Creates a log that does not publish on `/rosout`.
     pub(super) fn new(name: &str, logging: Logging) -> Self {
         Self { name: name.into(), logging, rosout: None }
     }
 
-    /// Adds `/rosout`, on which `publish` publishes.
+    /// Adds `/rosout` to the log: `publish` publishes each line there.
     pub(super) fn with_rosout(self, publish: impl Fn(Log) + Send + Sync + 'static) -> Self {
         Self { rosout: Some(Arc::new(publish)), ..self }
     }

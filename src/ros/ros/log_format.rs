@@ -5,10 +5,10 @@ use chrono::{DateTime, Local};
 use dq_messages::messages::Time;
 use std::sync::LazyLock;
 
-/// The variable with ROS 2's format of log lines.
+/// The name of the variable with the format of log lines in ROS 2.
 const VARIABLE: &str = "RCUTILS_CONSOLE_OUTPUT_FORMAT";
 
-/// The default format: that of ROS 2, but with the time of day instead of the seconds since 1970.
+/// The default format: the default of ROS 2, but with the time of day instead of the seconds since 1970.
 const DEFAULT: &str = "[{severity}] [{clock}] [{name}]: {message}";
 
 /// The process's format.
@@ -30,7 +30,7 @@ struct Entry<'a> {
 }
 
 impl Entry<'_> {
-    /// Replaces every known token in braces; other text is unchanged.
+    /// Replaces every known token in braces, and leaves other text unchanged.
     fn expand(&self, format: &str) -> String {
         let mut line = String::new();
         let mut rest = format;
@@ -50,7 +50,7 @@ impl Entry<'_> {
         line + rest
     }
 
-    /// Returns the value of a token of rcutils. The location in the source is not known here, and is empty.
+    /// Returns the value of a token of rcutils. The location in the source is not known here, so its tokens give an empty text.
     fn value(&self, token: &str) -> Option<String> {
         Some(match token {
             "severity" => format!("{:?}", self.level).to_uppercase(),

@@ -1,5 +1,5 @@
-//! A ROS 2 node on ros2-client: names and remapping, `--ros-args`, services for clients of every vendor, parameter services. Its users see
-//! no type of ros2-client or RustDDS.
+//! A ROS 2 node on ros2-client: names and remapping, `--ros-args`, services for clients of every vendor, parameter services. No
+//! type of ros2-client or RustDDS appears in the interface of this module.
 
 pub mod args;
 mod client;

@@ -6,11 +6,11 @@ use thiserror::Error;
 #[derive(Clone, Debug, Error, PartialEq)]
 #[error("{name:?} is not a valid {kind}: {why}")]
 pub struct NameError {
-    /// The text.
+    /// The invalid text.
     pub name: String,
     /// The kind of name that was expected.
     pub kind: &'static str,
-    /// What is wrong or expected.
+    /// The reason, or the expected form.
     pub why: &'static str,
 }
 
@@ -74,7 +74,7 @@ pub(super) fn check_enclave(name: &str) -> Result<(), NameError> {
     }
 }
 
-/// Checks a fully qualified name; `kind` is for the error.
+/// Checks a fully qualified name. Errors call the name `kind`.
 pub(super) fn check_absolute(name: &str, kind: &'static str) -> Result<(), NameError> {
     if name.len() > 247 {
         return Err(NameError { name: name.to_owned(), kind, why: "longer than 247 characters" });

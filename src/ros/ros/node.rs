@@ -47,8 +47,8 @@ impl Node {
         let endpoints = Arc::new(Endpoints::new(node, domain));
         let logging = Logging { level: names.log_level().unwrap_or(logging.level), ..logging };
         let log = Logger::new(&names.logger(), logging);
-        // Every node has this publisher, as in rclcpp, and before all others: ros2-client has just created a latched one, and rosbag2
-        // subscribes to latched messages if it finds only latched publishers.
+        // Every node has this publisher, as in rclcpp. It is created before all others: ros2-client has just created a latched one,
+        // and rosbag2 subscribes to latched messages if all publishers that it finds are latched.
         let (topic, qos) = ("/parameter_events".to_owned(), endpoints::of_parameter_events());
         let plan = Plan { name: topic, message: ParameterEvent::TYPE.to_owned(), qos, log: log.clone() };
         let parameter_events = Arc::new(Publisher::new(&endpoints, &plan)?);
@@ -66,7 +66,7 @@ impl Node {
         self.names.node()
     }
 
-    /// Returns what it shares with other nodes.
+    /// Returns the data that this node shares with other nodes.
     pub(super) fn domain(&self) -> &Domain {
         &self.endpoints.domain
     }
@@ -84,7 +84,7 @@ impl Node {
     /// Creates a publisher on a topic of the contract.
     ///
     /// # Errors
-    /// [`RosError`] if the contract lacks the topic, or if a name or DDS refuses.
+    /// [`RosError`] if the contract lacks the topic, if a name is invalid, or if DDS refuses.
     pub fn publisher<M: Message>(
         &mut self,
         contract: &NodeContract,
@@ -93,7 +93,8 @@ impl Node {
         self.publisher_as(contract.topic::<M>(topic, Direction::Out)?, topic)
     }
 
-    /// Creates a publisher on `topic` with the type and QoS of `entry`, whatever its direction. For counterparts of a node.
+    /// Creates a publisher on `topic` with the type and QoS of `entry`, even if the contract's node subscribes to this topic.
+    /// Counterparts of that node need this.
     ///
     /// # Errors
     /// [`RosError`].
@@ -106,8 +107,8 @@ impl Node {
         self.publisher_with(topic, endpoints::of(&entry))
     }
 
-    /// Creates a publisher on a topic of the contract for messages that soon become obsolete: see [`Publisher::publish_in_time`]. It is not
-    /// announced as the node's.
+    /// Creates a publisher on a topic of the contract for messages that soon become obsolete: see [`Publisher::publish_in_time`].
+    /// ros2-client does not announce this publisher as the node's.
     ///
     /// # Errors
     /// [`RosError`].
@@ -141,8 +142,8 @@ impl Node {
         self.subscription_as(contract.topic::<M>(topic, Direction::In)?, topic)
     }
 
-    /// Creates a subscription to a topic of the contract that starts as reliable, and becomes best effort once a best-effort publisher
-    /// appears. Best effort receives from both kinds.
+    /// Creates a subscription to a topic of the contract. The subscription starts as reliable, and becomes best effort once a
+    /// best-effort publisher appears. A best-effort subscription receives from both kinds of publishers.
     ///
     /// # Errors
     /// [`RosError`].
@@ -176,7 +177,7 @@ impl Node {
         Ok(subscription)
     }
 
-    /// Creates a subscription to `topic` with the type and QoS of `entry`, whatever its direction.
+    /// Creates a subscription to `topic` with the type and QoS of `entry`, even if the contract's node publishes on this topic.
     ///
     /// # Errors
     /// [`RosError`].
@@ -266,7 +267,7 @@ impl Node {
         let (name, message) = (name.to_owned(), message.to_owned());
         let plan = Plan { name, message, qos: qos(None), log: self.log.clone() };
         let (endpoints, wider) = (Arc::downgrade(&self.endpoints), plan.clone());
-        // RustDDS stores as many samples of a topic as the largest of its descriptions says.
+        // RustDDS stores as many samples of a topic as the largest of the topic's descriptions says.
         let keep = move |samples| {
             let more = Plan { qos: qos(Some(samples)), ..wider.clone() };
             let _ = endpoints.upgrade().map(|endpoints| endpoints.topic(&more));
@@ -286,8 +287,8 @@ impl Node {
         self.serve_later::<S, _>(service, move |request| std::future::ready(handler(request)))
     }
 
-    /// Serves `service` with an asynchronous `handler` until the node is dropped. The handler is called in the order of the requests;
-    /// answers do not wait for each other.
+    /// Serves `service` with an asynchronous `handler` until the node is dropped. The handler is called in the order of the
+    /// requests; answers do not wait for each other.
     ///
     /// # Errors
     /// [`RosError`].
@@ -299,7 +300,7 @@ impl Node {
         self.serve_timed::<S, F>(service, move |request, _| handler(request))
     }
 
-    /// Like [`serve_later`](Self::serve_later), but `handler` also gets the sender and the time of the request.
+    /// Serves `service` as [`serve_later`](Self::serve_later) does. `handler` also gets the sender and the time of the request.
     ///
     /// # Errors
     /// [`RosError`].
@@ -316,7 +317,7 @@ impl Node {
         Ok(())
     }
 
-    /// Waits for a server, and creates a client of `service`.
+    /// Waits for a server of `service`, and creates a client of the service.
     ///
     /// # Errors
     /// [`RosError`]; [`RosError::Service`] if no server appears within `patience`.
@@ -331,7 +332,7 @@ impl Node {
         Client::connect(connection, name, server, &self.domain().matches, patience).await
     }
 
-    /// Returns this node's client of a service.
+    /// Returns this node's client of a service, which is created at the first call.
     fn connection<S: ServiceType>(
         &mut self,
         name: &str,

@@ -9,10 +9,10 @@ use dq_params::Value;
 use std::time::Duration;
 use tokio::time::{Instant, timeout_at};
 
-/// The number of values per request. The reply must fit into one packet in a secured graph.
+/// The number of values that are requested at once. In a secured graph the reply must fit into one packet.
 const VALUES_AT_ONCE: usize = 8;
 
-/// The number of descriptors per request; they are longer.
+/// The number of descriptions that are requested at once. Descriptions are longer than values.
 const DESCRIPTORS_AT_ONCE: usize = 2;
 
 /// How long to wait for a newer state of a node's parameters after one was received.
@@ -31,7 +31,7 @@ impl<'a> ParameterClient<'a> {
         Self { node, target: target.to_owned(), patience }
     }
 
-    /// Returns all names.
+    /// Returns the names of all parameters.
     ///
     /// # Errors
     /// [`RosError::Service`] if the node does not answer in time.
@@ -75,8 +75,8 @@ impl<'a> ParameterClient<'a> {
         }
     }
 
-    /// Reads all parameters with their values from `~/parameters`. This is for values that are too long for the reply of a service, which
-    /// is then empty.
+    /// Reads all parameters with their values from `~/parameters`. This is for values that are too long for the reply of a service:
+    /// such a reply is empty.
     async fn announced(&mut self) -> Result<Vec<(String, Value)>, RosError> {
         let topic = format!("{}/parameters", self.target);
         let mut states = self.node.raw_subscription(&topic, ParameterEvent::TYPE, true, true)?;

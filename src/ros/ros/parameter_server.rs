@@ -10,18 +10,19 @@ use dq_params::{ParameterStore, Value};
 use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// Applies a complete set of parameters, which results from the given changes, or returns why not. Once it succeeds, the parameters are in
-/// force.
+/// Applies a complete set of parameters, which results from the given changes, or returns the reason why not. After success the
+/// parameters are in force.
 pub type Apply = dyn Fn(&ParameterStore, &[(String, Value)]) -> Result<(), String> + Send + Sync;
 
-/// A node's parameters, served by the six `rcl_interfaces` services and the service that describes types. Every change is checked as a
-/// whole before it is applied.
+/// A node's parameters, served by the six `rcl_interfaces` services and the service that describes types. Every change is checked
+/// as a whole before it is applied.
 ///
-/// Changes are announced on `/parameter_events`, as by every ROS 2 node. Late joiners receive none of them. Therefore `~/parameters`
-/// has all parameters, latched, from the start and after each change, with the changes.
+/// Changes are announced on `/parameter_events`, as by every ROS 2 node. Late joiners receive none of these announcements.
+/// Therefore `~/parameters` is latched, and has all parameters together with the last changes, from the start and after each
+/// change.
 ///
-/// This server does not subscribe to `/parameter_events`, as nodes of rclcpp do for their own `use_sim_time`: that would match all nodes of
-/// a domain with each other for nothing.
+/// This server does not subscribe to `/parameter_events`, as nodes of rclcpp do to follow their own `use_sim_time`. Such
+/// subscriptions would match all nodes of a domain with each other without any use.
 pub struct ParameterServer {
     current: Mutex<Current>,
     apply: Box<Apply>,
@@ -33,7 +34,7 @@ pub struct ParameterServer {
 /// The parameters in force.
 struct Current {
     store: ParameterStore,
-    /// The stamp of their announcement.
+    /// The stamp of the announcement of these parameters.
     stamp: Time,
 }
 
@@ -77,7 +78,7 @@ impl ParameterServer {
         Ok(server)
     }
 
-    /// Sets each parameter independently. If there are more than fit into a reply, sets none and returns no results.
+    /// Sets each parameter independently. If there are too many results for a reply, sets none and returns no results.
     fn set_each(&self, parameters: Vec<Parameter>) -> Vec<SetParametersResult> {
         if parameters.len() > MOST_AT_ONCE {
             return Vec::new();
@@ -102,7 +103,7 @@ impl ParameterServer {
         }
     }
 
-    /// Makes all changes or none. The store is locked meanwhile.
+    /// Makes all changes or none. The store is locked during the call.
     fn try_set(&self, parameters: Vec<Parameter>) -> Result<(), String> {
         let mut current = self.lock();
         let mut changes = parameters.into_iter().map(change).collect::<Result<Vec<_>, _>>()?;
@@ -166,7 +167,8 @@ impl Current {
         self.store.iter().map(|(declared, value)| parameter(declared.name, value)).collect()
     }
 
-    /// Returns the time, but later than the last stamp even if the clock was set back, because a stamp identifies one set of parameters.
+    /// Returns the current time, or 1 ns after the last stamp if the clock is not past that stamp. A stamp identifies one set of
+    /// parameters.
     fn next_stamp(&self) -> Time {
         let now = Time::now();
         if now.nanoseconds() > self.stamp.nanoseconds() { now } else { self.stamp.plus_a_nanosecond() }
@@ -179,10 +181,10 @@ const MOST_AT_ONCE: usize = 2000;
 /// The number of unknown names per request for which a similar name is suggested. The search takes longer than everything else.
 const SUGGESTIONS: usize = 16;
 
-/// The largest total length of the reasons in one reply [bytes]. Cyclone's clients hang at replies longer than 64 kB.
+/// The largest total length of the reasons in one reply \[bytes\]. Cyclone's clients hang at replies longer than 64 kB.
 const REASONS: usize = 32_000;
 
-/// Returns the results. A reason that does not fit into the reply is replaced by "…".
+/// Returns the results that are sent. A reason that does not fit into the reply is replaced by "…".
 fn within_room(results: impl Iterator<Item = SetParametersResult>) -> Vec<SetParametersResult> {
     let mut room = REASONS;
     results
@@ -196,8 +198,8 @@ fn within_room(results: impl Iterator<Item = SetParametersResult>) -> Vec<SetPar
         .collect()
 }
 
-/// Lists the names below the prefixes, to the requested depth, as rclcpp does. Prefixes are listed only if some were requested: otherwise
-/// they would repeat the beginnings of the names, and the list would not fit into a packet.
+/// Lists the names below the prefixes, to the requested depth, as rclcpp does. Prefixes are listed only if some were requested:
+/// otherwise they would repeat the beginnings of the names, and the list would not fit into a packet.
 fn list(store: &ParameterStore, request: &ListRequest) -> ListResponse {
     let depth = usize::try_from(request.depth).unwrap_or(usize::MAX);
     let deep_enough = |rest: &str| depth == 0 || rest.matches('.').count() < depth;
@@ -249,7 +251,7 @@ mod tests {
 
     const PATIENCE: Duration = Duration::from_secs(10);
 
-    /// In a secured graph no longer reply reaches a client.
+    /// In a secured graph a longer reply does not reach the client.
     #[test]
     fn the_list_of_every_node_fits_into_one_packet() {
         for (node, declarations) in nodes().unwrap() {

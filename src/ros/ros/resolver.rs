@@ -10,7 +10,7 @@ enum Kind {
     Service,
 }
 
-/// A node's names according to its command line.
+/// The names of a node, after the remappings of the command line.
 #[derive(Clone, Debug)]
 pub struct Resolver {
     node: NodeName,
@@ -49,13 +49,13 @@ impl Resolver {
         &self.node
     }
 
-    /// Returns the name of the node's logger: its own, with dots. `/left/dq_servo` logs as `left.dq_servo`.
+    /// Returns the name of the node's logger: the node's own name, with dots. `/left/dq_servo` logs as `left.dq_servo`.
     pub(super) fn logger(&self) -> String {
         self.node.fully_qualified().trim_start_matches('/').replace('/', ".")
     }
 
-    /// Returns the level of the node's logger, or of the nearest logger above that has one. If a logger has two levels, the later one
-    /// counts.
+    /// Returns the level set for the node's logger or, if it has none, for its nearest ancestor that has one. If a logger has two
+    /// levels, the later one counts.
     pub(super) fn log_level(&self) -> Option<LogLevel> {
         let logger = self.logger();
         let has_it = |above: &str| {
@@ -81,7 +81,7 @@ impl Resolver {
         self.resolve(name, Kind::Service)
     }
 
-    /// Expands `name` and applies the first rule that matches; rules are not chained.
+    /// Expands `name` and applies the first rule that matches. No second rule is applied to the result.
     fn resolve(&self, name: &str, kind: Kind) -> Result<String, NameError> {
         let label = if kind == Kind::Topic { "topic name" } else { "service name" };
         let expanded = self.expand(name, label)?;
@@ -104,7 +104,7 @@ impl Resolver {
             Some(_) => return Err(error("expected a slash after ~")),
             None => name.to_owned(),
         };
-        // The namespace without a trailing slash; the root becomes empty.
+        // The namespace without a trailing slash; an empty text for the root.
         let namespace = self.node.namespace().trim_end_matches('/');
         let expanded = expanded
             .replace("{node}", self.node.name())

@@ -1,8 +1,8 @@
 //! Service servers that answer clients of every vendor.
 //!
-//! Fast DDS and RustDDS clients put the request's identity into the sample's inline QoS ("enhanced" mapping). Cyclone's
-//! put a header of 16 bytes before the payload and expect it back. A server here distinguishes them request by request:
-//! payloads are received raw, and a sample from a Cyclone writer is read with the header first.
+//! Clients on Fast DDS and RustDDS put the request's identity into the inline QoS of the sample ("enhanced" mapping). Clients on
+//! Cyclone put a header of 16 bytes before the payload, and expect the same header in the reply. A server here distinguishes the
+//! two kinds request by request: payloads are received raw, and a sample from a Cyclone writer is read with the header first.
 
 use super::endpoint_names::Origin;
 use super::log::Logger;
@@ -23,7 +23,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::fmt;
 use std::pin::pin;
 
-/// The length of Cyclone's request header: half of the client's GUID, and the sequence number.
+/// The length of the request header of Cyclone \[bytes\]: half of the client's GUID, and the sequence number.
 pub(super) const CYCLONE_HEADER: usize = 16;
 
 /// A payload in CDR, as bytes.
@@ -67,19 +67,19 @@ impl<'de> Deserialize<'de> for Payload {
 /// A service of a node.
 pub(super) struct Service {
     pub name: String,
-    /// A subscription, because ros2-client's server does not tell when a request was sent.
+    /// A subscription to the requests. The server of ros2-client would not tell when a request was sent.
     pub requests: Subscription<Payload>,
     pub replies: ReplyWriter<Payload>,
     pub matches: Matches,
     pub log: Logger,
 }
 
-/// The largest number of requests that are answered at the same time; more wait.
+/// The largest number of requests that are answered at the same time. Further requests wait.
 const AT_ONCE: usize = 100;
 
 impl Service {
-    /// Answers requests with `handler` forever. The handler is called in the order of the requests. Answers do not wait for each other, so
-    /// a client that has gone delays only its own.
+    /// Answers requests with `handler` forever. The handler is called in the order of the requests. Answers do not wait for each
+    /// other, so a client that has gone delays only its own answer.
     pub async fn serve<S: ServiceType, F: Future<Output = S::Response>>(
         self,
         mut handler: impl FnMut(S::Request, &Origin) -> F,
@@ -130,12 +130,12 @@ impl Service {
 fn request_id(info: &MessageInfo) -> RmwRequestId {
     let own = RmwRequestId { writer_gid: info.publisher_gid(), sequence_number: info.sequence_number() };
     let named = info.related_request_id().unwrap_or(own);
-    // Fast DDS leaves the number unset if it is the sample's own.
+    // Fast DDS leaves the number unset if it equals the number of the sample.
     let is_left = named.sequence_number == i64::from(SequenceNumber::UNKNOWN);
     if is_left { RmwRequestId { sequence_number: own.sequence_number, ..named } } else { named }
 }
 
-/// Returns the encoded reply, or the service's substitute for one that is too long.
+/// Returns the encoded reply. If the reply is too long, returns the service's substitute.
 fn encode_reply<S: ServiceType>(
     header: &[u8],
     response: S::Response,
@@ -152,7 +152,8 @@ fn encode_reply<S: ServiceType>(
     encode(header, &excuse).ok_or_else(unencodable)
 }
 
-/// Decodes a request and the header of Cyclone's clients, which must precede the reply.
+/// Decodes a request, and returns it with the header of Cyclone's clients, which must precede the reply. For other clients the
+/// header is empty.
 fn decode<T: DeserializeOwned>(client: GUID, payload: &[u8]) -> Option<(Vec<u8>, T)> {
     let with_header = is_cyclone(client)
         .then(|| payload.split_at_checked(CYCLONE_HEADER))
@@ -161,8 +162,8 @@ fn decode<T: DeserializeOwned>(client: GUID, payload: &[u8]) -> Option<(Vec<u8>,
     with_header.or_else(|| Some((Vec::new(), decode_all(payload)?)))
 }
 
-/// Decodes a value that fills the payload, except for padding to four bytes. ros2-client does not tell the byte order, so this tries little
-/// endian first.
+/// Decodes a value that fills the payload, apart from padding to four bytes. ros2-client does not tell the byte order, so this
+/// tries little endian first.
 pub(super) fn decode_all<T: DeserializeOwned>(payload: &[u8]) -> Option<T> {
     [CDR_LE, CDR_BE].into_iter().find_map(|encoding| {
         let (value, consumed) = decode_payload::<T>(encoding, payload).ok()?;
@@ -211,7 +212,7 @@ mod tests {
         tokio::time::sleep(TO_BE_MATCHED / 2).await;
         let begin = Instant::now();
         assert!(client.call(TriggerRequest::default()).await.unwrap().success);
-        // One after the other they would take 20 s.
+        // If the answers waited for each other, they would take 20 s.
         assert!(begin.elapsed() < GONE * TO_BE_MATCHED / 4, "{:?}", begin.elapsed());
     }
 }

@@ -20,12 +20,13 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 use tokio::task::JoinHandle;
 
-/// A DDS participant, and what it knows about others. Requires a tokio runtime. It leaves the graph when it and its nodes are dropped.
+/// A DDS participant, and its knowledge about others. Requires a tokio runtime. The participant leaves the graph when this value
+/// and its nodes are dropped.
 pub struct Session {
     tasks: Vec<JoinHandle<()>>,
     context: Context,
     domain: Domain,
-    /// A warning about the enclave, until a node has logged it.
+    /// The warning about the enclave, until a node has logged it.
     warning: Mutex<Option<String>>,
     _participating: Participating,
 }
@@ -88,8 +89,8 @@ impl Session {
     }
 }
 
-/// Creates a participant, called `what` in errors, with the keys and permissions in the folder `enclave`, whose files have sros2's names.
-/// Also returns a warning about the governance, if any.
+/// Creates a participant with the keys and permissions in the folder `enclave`. The files there have the names that sros2 gives
+/// them. Errors call the participant `what`. Also returns a warning about the governance, if any.
 ///
 /// # Errors
 /// [`RosError::Security`] for the first file that is missing, invalid or out of date; [`RosError::Create`].
@@ -115,7 +116,7 @@ fn secured_participant(
     Ok((participant, payload_protection::warning(&enclave.join("governance.p7s"), domain)))
 }
 
-/// Fails without the feature. [`Environment`] has refused security before.
+/// Returns an error, because this build lacks the feature `security`. [`Environment`] refuses security before this is called.
 #[cfg(not(feature = "security"))]
 fn secured_participant(
     _: DomainParticipantBuilder,
@@ -132,7 +133,7 @@ const LAST_STEPS: Duration = Duration::from_millis(200);
 impl Drop for Session {
     fn drop(&mut self) {
         self.tasks.iter().for_each(JoinHandle::abort);
-        // The tasks hold the participant, and its last holder removes it from the graph. The process must not end before.
+        // The tasks hold the participant, which leaves the graph when the last task ends. The process must not end before.
         let end = Instant::now() + LAST_STEPS;
         while !self.tasks.iter().all(JoinHandle::is_finished) && Instant::now() < end {
             std::thread::sleep(Duration::from_millis(1));

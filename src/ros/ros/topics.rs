@@ -29,7 +29,7 @@ impl<M: Serialize> Serialize for Shared<M> {
     }
 }
 
-/// A message as it is encoded.
+/// The form of a message that is encoded.
 type Outgoing<M> = Padded<Shared<M>>;
 
 /// The DDS writer of a publisher.
@@ -83,7 +83,8 @@ impl<M: Message> Publisher<M> {
         self.send(message.into(), InTimeWriter::write);
     }
 
-    /// Like `publish`, but a publisher in time also drops and counts a message while three earlier ones still wait for DDS's thread.
+    /// Queues a message as `publish` does. If the publisher was created for messages that soon become obsolete, also drops and
+    /// counts the message while three earlier ones still wait for the thread of DDS.
     pub fn publish_in_time(&self, message: impl Into<Arc<M>>) {
         self.send(message.into(), InTimeWriter::write_in_time);
     }
@@ -106,7 +107,7 @@ impl<M: Message> Publisher<M> {
 }
 
 impl Publishing {
-    /// Returns the number of messages dropped so far.
+    /// Returns the number of messages that were dropped since the publisher was created.
     pub fn dropped(&self) -> u64 {
         self.dropped.load(Ordering::Relaxed)
     }
@@ -116,23 +117,24 @@ impl Publishing {
         &self.topic
     }
 
-    /// Returns its identity in the domain.
+    /// Returns the identity of the publisher in the domain.
     pub fn id(&self) -> EndpointId {
         self.guid.into()
     }
 
-    /// Returns the number of other publishers on the topic that discovery knows. One that was killed counts until its lease ends.
+    /// Returns the number of other publishers on the topic that discovery knows. A publisher that was killed counts until its lease
+    /// ends.
     pub fn other_publishers(&self) -> usize {
         self.matches.other_writers(&self.topic, self.guid)
     }
 
-    /// Returns the number of its subscribers.
+    /// Returns the number of subscribers.
     pub fn readers(&self) -> usize {
         self.matches.count(self.guid)
     }
 
-    /// Waits for the first subscriber, and then until all subscribers that discovery knows are matched or cannot be. A subscription that is
-    /// discovered a moment after the first would miss messages published in between.
+    /// Waits for the first subscriber, and then until all subscribers that discovery knows are matched or cannot be matched. A
+    /// subscription that is discovered a moment after the first would miss messages that were published in between.
     ///
     /// # Errors
     /// [`RosError::Write`] if nobody subscribes within `patience`.
@@ -150,11 +152,11 @@ impl Publishing {
     }
 }
 
-/// How long the first subscriber waits for others.
+/// The time for which the first subscriber waits for other subscribers.
 const STRAGGLERS: Duration = Duration::from_secs(2);
 
-/// A topic of a node, on which the node creates its other endpoint only when necessary: a subscription to what it publishes, or a publisher of
-/// what it subscribes to.
+/// A topic of a node, for which the node creates another endpoint only when necessary: a subscription to a topic on which it
+/// publishes, or a publisher on a topic to which it subscribes.
 pub struct OwnTopic<M: Message> {
     endpoints: Weak<Endpoints>,
     plan: Plan,
@@ -166,7 +168,7 @@ impl<M: Message> OwnTopic<M> {
         Self { endpoints, plan, message: PhantomData }
     }
 
-    /// Returns the number of publishers on the topic other than `own` that discovery knows; zero if the node has ended.
+    /// Returns the number of publishers on the topic other than `own` that discovery knows; 0 if the node has ended.
     pub fn other_publishers(&self, own: EndpointId) -> usize {
         let other_writers = |it: Arc<Endpoints>| it.domain.matches.other_writers(&self.plan.name, own.guid());
         self.endpoints.upgrade().map_or(0, other_writers)
@@ -193,13 +195,13 @@ impl<M: Message> OwnTopic<M> {
     }
 }
 
-/// The messages that a subscription had received.
+/// The messages that a subscription had received, reduced to the newest one.
 pub struct Newest<M> {
     /// The newest message, if any.
     pub message: Option<M>,
     /// The number of messages that could be decoded.
     pub count: u64,
-    /// Why other messages could not be decoded.
+    /// The reasons why other messages could not be decoded.
     pub malformed: Vec<String>,
 }
 
@@ -215,7 +217,7 @@ pub struct Subscription<M: Message> {
 pub(super) struct Replacement<M: Message>(watch::Sender<Arc<ReplaceableSubscription<M>>>);
 
 impl<M: Message> Replacement<M> {
-    /// Replaces the reader. Messages that the previous one has taken are not taken again.
+    /// Replaces the reader. Messages that the previous reader has taken are not taken again.
     pub fn take_place(&self, endpoints: &Endpoints, plan: &Plan) -> Result<(), RosError> {
         let next = self.0.borrow().replaced_by(endpoints.subscription(plan)?);
         self.0.send_replace(Arc::new(next));
@@ -246,12 +248,12 @@ impl<M: Message> Subscription<M> {
         self.reader.borrow().clone()
     }
 
-    /// Returns its identity in DDS.
+    /// Returns the GUID of the present reader.
     pub(super) fn guid(&self) -> GUID {
         self.now().subscription().guid()
     }
 
-    /// Returns why a publisher of the topic cannot be received, if there is one.
+    /// Returns the reason why a publisher of the topic cannot be received, if there is such a publisher.
     pub fn unheard(&self) -> Option<String> {
         self.matches.unheard(self.guid())
     }
@@ -261,7 +263,7 @@ impl<M: Message> Subscription<M> {
         &self.topic
     }
 
-    /// Returns the number of publishers on the topic that discovery knows. One that was killed counts until its lease ends.
+    /// Returns the number of publishers on the topic that discovery knows. A publisher that was killed counts until its lease ends.
     pub fn publishers(&self) -> usize {
         self.matches.other_writers(&self.topic, self.guid())
     }
@@ -276,8 +278,8 @@ impl<M: Message> Subscription<M> {
         Newest { message, count, malformed }
     }
 
-    /// Takes all received messages, and passes each to `take` in order, with its origin. Returns why others could not be decoded. Never
-    /// blocks.
+    /// Takes all received messages, and passes each to `take` in order, with its origin. Returns the reasons why other messages
+    /// could not be decoded. Never blocks.
     pub fn each(&self, mut take: impl FnMut(M, &Origin)) -> Vec<String> {
         self.drain(
             |reader| reader.take(reader.subscription().async_stream()),
@@ -285,8 +287,8 @@ impl<M: Message> Subscription<M> {
         )
     }
 
-    /// Like [`each`](Self::each), but decodes each message into the previous one in `place`. Messages of the same shape cause no
-    /// allocations.
+    /// Takes messages as [`each`](Self::each) does, and decodes each message into the previous one in `place`. Messages of the same
+    /// shape cause no allocations.
     pub fn each_over(&self, place: &mut M, mut take: impl FnMut(&M, &Origin)) -> Vec<String>
     where
         M: InPlace,

@@ -2,9 +2,10 @@
 
 use super::curve_styles::{StyledRun, each_once};
 use crate::{ArmCommands, Change, ChangeKind, RecordedRun, Sample, Thinned};
-use dq_core::servo::{CLEARANCE, GoalError, Limits, PositionLimits, Tolerance};
+use dq_core::servo::{CLEARANCE, Limits, PositionLimits};
 use dq_figures::{Axis, Color, Figure, INK, LIMIT, Line, Mark, Panel, Series, chart, over_time};
 use dq_kinematics::arm::{Chain, JointKind};
+use dq_metrics::{GoalError, Tolerance};
 use std::f64::consts::PI;
 
 fn time_axis(runs: &[StyledRun]) -> Axis {
@@ -19,11 +20,11 @@ fn time_axis(runs: &[StyledRun]) -> Axis {
     Axis::new(&format!("time from {zero} [s]"), if start < end { start..end } else { start..start + 1.0 })
 }
 
-/// The marks of changes in a chart of one run: goals and laws are solid and black, states dashed.
+/// The style of the marks for goals and laws: solid and black.
 const GOAL_OR_LAW: (Line, Color) = (Line::Solid, INK);
 const STATE: (Line, Color) = (Line::Dashed, LIMIT);
 
-/// Returns a panel of `series` with marks for the runs' changes, and their meaning in the legend.
+/// Returns a panel of `series`, with marks for the changes in the runs. The legend explains the marks.
 fn panel(title: &str, label: &str, series: Vec<Series>, runs: &[StyledRun]) -> Panel {
     let mut panel = over_time(title, time_axis(runs), label, series);
     for drawn in runs {
@@ -42,7 +43,7 @@ fn panel(title: &str, label: &str, series: Vec<Series>, runs: &[StyledRun]) -> P
     panel
 }
 
-/// Returns the changes to mark. If there are too many to be distinguished, returns those with a minimum distance.
+/// Yields the changes to mark. If there are too many to be told apart, yields only some, which have a least distance.
 fn shown<'a>(changes: &'a [Change], time: &Axis) -> impl Iterator<Item = &'a Change> {
     /// The largest number of marks of one kind.
     const MOST: usize = 100;
@@ -75,7 +76,7 @@ fn points(sample: &Sample, value: Option<f64>) -> impl Iterator<Item = (f64, f64
     sample.jumped.then_some(gap).into_iter().chain([point])
 }
 
-/// The pose error on logarithmic axes, with lines at the goal's tolerances.
+/// Returns the figure of the pose error on logarithmic axes, with lines at the goal's tolerances.
 pub(super) fn pose_error(runs: &[StyledRun]) -> Figure {
     let millimetres = |error: &GoalError| 1e3 * error.position;
     let degrees = |error: &GoalError| error.rotation.to_degrees();
@@ -96,7 +97,7 @@ pub(super) fn pose_error(runs: &[StyledRun]) -> Figure {
     chart("pose_error", "Pose error", &rows)
 }
 
-/// Returns a component of the error in the run's styles.
+/// Returns the curves of one component of the error, in the run's styles.
 fn errors(drawn: &StyledRun, part: impl Fn(&GoalError) -> f64) -> Vec<Series> {
     let of = |style: &super::curve_styles::CurveStyle| {
         let points = style.part_of(&drawn.run.errors).iter().map(|(time, error)| (*time, part(error)));
@@ -105,7 +106,7 @@ fn errors(drawn: &StyledRun, part: impl Fn(&GoalError) -> f64) -> Vec<Series> {
     drawn.styles.iter().map(of).collect()
 }
 
-/// Returns a line for each tolerance within which a goal of the runs counted as met.
+/// Returns a line for each tolerance within which a goal of the runs counted as reached.
 fn tolerances(runs: &[StyledRun], part: impl Fn(&GoalError) -> f64) -> Vec<Series> {
     let range = time_axis(runs).range;
     let known = runs.iter().filter(|drawn| drawn.run.parameters_known);
@@ -117,8 +118,9 @@ fn tolerances(runs: &[StyledRun], part: impl Fn(&GoalError) -> f64) -> Vec<Serie
     values.into_iter().map(|value| line(value).dashed()).collect()
 }
 
-/// Returns lines at a bound over the whole time. `holds` returns the bounds of a run with the times \[s\] since which they hold, and
-/// `value` their number. If all runs have the same bounds, there is one line, otherwise one for each run, in the run's color.
+/// Returns lines at a bound over the whole time. `holds` returns the bounds of a run, with the times \[s\] from which they apply;
+/// `value` returns the number of a bound. If all runs have the same bounds, there is one line. Otherwise there is one for each run,
+/// in the run's color.
 fn bounds<V: PartialEq>(
     name: &str,
     runs: &[StyledRun],
@@ -149,7 +151,8 @@ fn of_other_values<V: PartialEq>(mut values: Vec<(f64, V)>) -> Vec<(f64, V)> {
     values
 }
 
-/// Returns the runs whose parameters tell the limits, or all runs if there are none; and the suffix of the limit's name in that case.
+/// Returns the runs whose limits are known from their parameters, and an empty suffix for the name of the limit. If there are none,
+/// returns all runs and a suffix that says so.
 fn with_parameters<'a, 'b>(runs: &'b [StyledRun<'a>]) -> (Vec<&'b StyledRun<'a>>, &'static str) {
     let known: Vec<_> = runs.iter().filter(|drawn| drawn.run.parameters_known).collect();
     match known.is_empty() {
@@ -158,7 +161,7 @@ fn with_parameters<'a, 'b>(runs: &'b [StyledRun<'a>]) -> (Vec<&'b StyledRun<'a>>
     }
 }
 
-/// The smallest singular value, with a line at the value below which the inverse is damped.
+/// Returns the figure of the smallest singular value, with a line at the value below which the inverse is damped.
 pub(super) fn singular_value(runs: &[StyledRun]) -> Figure {
     let value = |sample: &Sample| Some(sample.smallest_singular_value);
     let mut series: Vec<_> = runs.iter().flat_map(|drawn| curves(drawn, value)).collect();
@@ -182,11 +185,11 @@ fn each_joint(
             let names = runs.iter().filter_map(|drawn| drawn.run.joints.get(joint));
             let kinds =
                 runs.iter().filter_map(|drawn| drawn.run.arms.iter().flat_map(Chain::kinds).nth(joint));
-            // Joints of several arms share a panel.
+            // If there are several arms, their joints share a panel.
             let title = each_once(names.map(String::as_str)).join(", ");
             let label = each_once(kinds.map(|kind| label(*kind))).join(", ");
             let mut panel = panel(&title, &label, series(joint), runs);
-            // All panels have the same marks; only the first one is labeled.
+            // All panels have the same marks. Only those of the first panel have names.
             panel.marks.iter_mut().filter(|_| joint > 0).for_each(|mark| mark.text.clear());
             panel
         })
@@ -216,7 +219,7 @@ pub(super) fn joint_positions(runs: &[StyledRun]) -> Figure {
     })
 }
 
-/// Breaks the curve of an angle \[rad\] where the angle wraps.
+/// Breaks the curve of an angle \[rad\] at the points at which the angle wraps.
 fn unwound(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
     let mut before = f64::NAN;
     let broken = points.iter().flat_map(|&(time, angle)| {
@@ -243,7 +246,7 @@ fn commanded(
     (!sent.is_empty()).then(|| curve().dashed())
 }
 
-/// The measured and commanded velocities, and their limits.
+/// Returns the figure of the measured and commanded velocities, with their limits.
 pub(super) fn joint_velocities(runs: &[StyledRun]) -> Figure {
     let label = |kind| match kind {
         JointKind::Revolute => "speed [rad/s]",
@@ -275,9 +278,9 @@ fn limits(runs: &[StyledRun], joint: usize) -> Vec<Series> {
     [limit(1.0), limit(-1.0)].concat()
 }
 
-/// Returns the position limits near which the joint was in any of the runs. Other limits would only compress the scale.
+/// Returns lines at the position limits that the joint came near in any of the runs. Other limits would only compress the scale.
 fn position_limits(runs: &[StyledRun], joint: usize) -> Vec<Series> {
-    /// The largest distance that counts as near [rad, prismatic: m].
+    /// The largest distance that counts as near \[rad, prismatic: m\].
     const NEAR: f64 = 0.2;
     let samples = || runs.iter().flat_map(|drawn| drawn.run.samples.iter());
     let is_near = |limit: &f64| {
@@ -291,7 +294,7 @@ fn position_limits(runs: &[StyledRun], joint: usize) -> Vec<Series> {
     [limit(|limits| &limits.lower), limit(|limits| &limits.upper)].concat()
 }
 
-/// The clearance, with a line at the distance that constraints keep.
+/// Returns the figure of the clearance, with a line at the distance that constraints keep.
 pub(super) fn clearance(runs: &[StyledRun]) -> Figure {
     let curve = |drawn: &StyledRun| {
         let points = drawn.run.clearances.iter().map(|(time, clearance)| (*time, 1e3 * clearance));

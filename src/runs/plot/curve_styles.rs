@@ -1,4 +1,4 @@
-//! Names and colors of curves: one for each law of each run.
+//! Names and colors of curves. There is one for each law of each run.
 
 use crate::{RecordedRun, Sample};
 use dq_figures::{Color, law_color};
@@ -8,11 +8,11 @@ use std::ops::Range;
 /// A run with the styles of its curves.
 pub(super) struct StyledRun<'a> {
     pub run: &'a RecordedRun,
-    /// The styles, in order of time.
+    /// The styles, in the order of time.
     pub styles: Vec<CurveStyle>,
 }
 
-/// The style of a run's curves while a law is in force.
+/// The style of a run's curves while one law is in force.
 pub(super) struct CurveStyle {
     pub name: String,
     pub color: Color,
@@ -24,7 +24,8 @@ pub(super) struct CurveStyle {
 const COLORS: [Color; 6] =
     [[170, 51, 119], [86, 180, 233], [230, 159, 0], [90, 90, 90], [148, 103, 189], [140, 86, 75]];
 
-/// Returns the runs with their styles: the laws' own colors if each law occurs in one run only, otherwise a color for each law of each run.
+/// Returns the runs with their styles. The curves have the laws' own colors if each law occurs in one run only. Otherwise each law
+/// of each run has its own color.
 pub(super) fn styles(runs: &[RecordedRun]) -> Vec<StyledRun<'_>> {
     let keys = keys(runs);
     let laws: Vec<_> =
@@ -46,14 +47,14 @@ pub(super) fn styles(runs: &[RecordedRun]) -> Vec<StyledRun<'_>> {
     runs.iter().enumerate().map(|(number, run)| StyledRun { run, styles: drawn((number, run)) }).collect()
 }
 
-/// Returns each law of each run once, and one entry for a run without any law.
+/// Returns each law of each run once. A run without any law has one entry.
 fn keys(runs: &[RecordedRun]) -> Vec<(usize, Option<String>)> {
     let of_run = |(number, run)| periods(run).into_iter().map(move |(law, _)| (number, law));
     each_once(runs.iter().enumerate().flat_map(of_run))
 }
 
-/// Returns the laws of a run and when each was in force: the first from the beginning, the last to the end. If there are motions, laws
-/// without a motion are left out.
+/// Returns the laws of a run, and when each was in force. The first law counts from the beginning, and the last one to the end. If
+/// there are motions, laws without a motion are left out.
 fn periods(run: &RecordedRun) -> Vec<(Option<String>, Range<f64>)> {
     let moved = |(_, law): &&(f64, String)| {
         let mut of_motions = run.motions.iter().flat_map(|motion| motion.law.split(", "));
@@ -69,7 +70,7 @@ fn periods(run: &RecordedRun) -> Vec<(Option<String>, Range<f64>)> {
 }
 
 impl CurveStyle {
-    /// Returns the part of a curve while the law is in force, plus the next point, so that curves do not break.
+    /// Returns the part of a curve while the law is in force, and the next point, so that the curve does not break.
     pub fn part_of<'a, V>(&self, points: &'a [(f64, V)]) -> &'a [(f64, V)] {
         let index = |time: f64| points.partition_point(|(at, _)| *at < time);
         &points[index(self.time.start)..(index(self.time.end) + 1).min(points.len())]
@@ -77,7 +78,7 @@ impl CurveStyle {
 }
 
 impl StyledRun<'_> {
-    /// Returns the samples of each style, plus the next sample, so that curves do not break.
+    /// Yields the samples of each style, and the next sample, so that curves do not break.
     pub fn samples(&self) -> impl Iterator<Item = (&CurveStyle, &[Sample])> {
         let index = |time: f64| self.run.samples.partition_point(|sample| sample.time < time);
         self.styles.iter().map(move |style| {

@@ -11,8 +11,8 @@ const MARGIN: f64 = 0.25;
 /// The number of points of a circle.
 const ROUND: u32 = 48;
 
-/// Returns the parts of the shape's outline \[m\] that are within [`MARGIN`] of the bounding box of `points`. A half-space is drawn as
-/// lines in its plane.
+/// Returns the parts of the shape's outline \[m\] that are within [`MARGIN`] of the bounding box of `points`. For a half-space, the
+/// outline is a grid of lines in its plane.
 pub(super) fn outline(shape: &Shape, points: &[Vector3<f64>]) -> Vec<Vec<Vector3<f64>>> {
     let Some(first) = points.first() else { return Vec::new() };
     let grow = Vector3::repeat(MARGIN);
@@ -37,7 +37,7 @@ fn bends(line: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
     (0..line.len()).filter(bends).map(|at| line[at]).collect()
 }
 
-/// Returns the lines that show a shape \[m\]. A half-space is drawn within `reach` of `middle`.
+/// Returns lines that show a shape \[m\]. A half-space is shown within `reach` of `middle`.
 fn lines(shape: &Shape, middle: &Vector3<f64>, reach: f64) -> Vec<Vec<Vector3<f64>>> {
     match shape {
         Shape::HalfSpace(plane) => {
@@ -63,7 +63,7 @@ fn lines(shape: &Shape, middle: &Vector3<f64>, reach: f64) -> Vec<Vec<Vector3<f6
     }
 }
 
-/// Returns the edges of a box with half the lengths `half`.
+/// Returns the edges of a box. `half` has half their lengths.
 fn edges(base_from_box: &Isometry3<f64>, half: &Vector3<f64>) -> Vec<Vec<Vector3<f64>>> {
     let corner = |signs: [f64; 3]| base_from_box * Point3::from(half.component_mul(&Vector3::from(signs)));
     let edge = |ends: [[f64; 3]; 2]| straight(&Segment { ends: ends.map(|signs| corner(signs).coords) });
@@ -100,7 +100,7 @@ fn circle(axis: &Segment, radius: f64) -> Vec<Vector3<f64>> {
     (0..=ROUND).map(|i| at(2.0 * PI * f64::from(i) / f64::from(ROUND)).coords).collect()
 }
 
-/// Returns points of a line, dense enough to cut it anywhere.
+/// Returns points on a line, so dense that it can be cut anywhere.
 fn straight(line: &Segment) -> Vec<Vector3<f64>> {
     let count = (line.vector().norm() / STEP).ceil().clamp(1.0, 1e4);
     (0..=count as u32).map(|i| line.at(f64::from(i) / count)).collect()

@@ -9,7 +9,7 @@ use dq_messages::PoseNumbers;
 use dq_space::space::KeepOut;
 use nalgebra::{Isometry3, Vector3};
 
-/// Returns the frames along the path. They are far enough apart to be distinguished, and farther if there are many motions.
+/// Returns frames along the path. They are so far apart that they can be told apart, and farther if there are many motions.
 fn frames(run: &RecordedRun) -> Vec<Isometry3<f64>> {
     const APART: (f64, f64) = (0.02, 0.2);
     let mut drawn: Option<UnitDualQuaternion> = None;
@@ -26,7 +26,7 @@ fn frames(run: &RecordedRun) -> Vec<Isometry3<f64>> {
     run.samples.iter().filter(is_apart).map(|sample| frameplotter(&sample.pose.half_log())).collect()
 }
 
-/// Returns the start, the goals of motions, and the end. If there are many goals, they are not numbered.
+/// Returns the start, the goals of the motions, and the end as named points. If there are many goals, they have no numbers.
 fn places(run: &RecordedRun) -> Vec<Place> {
     /// The largest number of goals that are named.
     const NAMED: usize = 9;
@@ -65,7 +65,7 @@ pub(super) fn tool_path(runs: &[StyledRun]) -> Figure {
     let paths = |(style, samples): (&CurveStyle, &[Sample])| {
         samples.chunk_by(|_, next| !next.jumped).map(|way| path(style, way)).collect::<Vec<_>>()
     };
-    // For a stream of goals, draw the path of the goals, without a goal from before the first motion.
+    // For a stream of goals, this draws the path of the goals, without a goal from before the first motion.
     let moved = |drawn: &StyledRun| {
         drawn.run.goals.iter().filter(|(time, _)| *time >= 0.0).map(|(_, goal)| *goal).collect::<Vec<_>>()
     };

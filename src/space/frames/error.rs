@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-/// Why the pose of a frame is not known. Times are in seconds.
+/// The reason why the pose of a frame is not known. Times are in seconds.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum FrameError {
     /// No transform contains the frame.
@@ -11,37 +11,37 @@ pub enum FrameError {
     /// No chain of transforms connects the two frames.
     #[error("TF does not connect {frame:?} with {base:?}")]
     NotConnected {
-        /// The frame.
+        /// The name of the frame.
         frame: String,
-        /// The frame relative to which it was requested.
+        /// The name of the frame relative to which the pose was requested.
         base: String,
     },
     /// A frame is one of its own ancestors.
     #[error("the parents of {0:?} in TF go in a circle")]
     Loop(String),
-    /// The frame is fixed to the tool: the arm would chase a goal in it forever.
+    /// The frame is fixed to the tool, so the arm would chase a goal in it forever.
     #[error("{0:?} moves with the tool, so that a goal in it cannot be followed: frame_mode latch takes it")]
     OnTool(String),
     /// The stamp is older than the oldest transform that is kept.
     #[error("the stamp is {seconds:.3} s before the oldest transform of {frame:?} that is kept")]
     TooOld {
-        /// The frame of that transform.
+        /// The frame of the oldest transform.
         frame: String,
-        /// The difference in time.
+        /// The time by which the stamp is older \[s\].
         seconds: f64,
     },
     /// The stamp is newer than the newest transform, and no newer one arrived in time.
     #[error("the stamp is {seconds:.3} s after the newest transform of {frame:?}")]
     TooNew {
-        /// The frame of that transform.
+        /// The frame of the newest transform.
         frame: String,
-        /// The difference in time.
+        /// The time by which the stamp is newer \[s\].
         seconds: f64,
     },
 }
 
 impl FrameError {
-    /// Returns the reason in one word.
+    /// Returns the name of the reason.
     pub fn label(&self) -> &'static str {
         match self {
             Self::Unknown(_) => "unknown_frame",
@@ -53,19 +53,19 @@ impl FrameError {
         }
     }
 
-    /// Returns whether a later transform may resolve it.
+    /// Returns whether a later transform may make the pose known.
     pub fn may_pass(&self) -> bool {
         !matches!(self, Self::TooOld { .. } | Self::OnTool(_))
     }
 }
 
-/// Why a transform was ignored.
+/// The reason why a transform was ignored.
 #[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
 pub enum Ignored {
     /// The name of a frame is empty, or both names are the same.
     #[error("a transform must lead from one named frame to another")]
     Names,
-    /// A number is not finite or larger than any distance on Earth, or the quaternion is not a unit one.
+    /// A number is not finite or exceeds any distance on Earth, or the quaternion is not a unit quaternion.
     #[error("a transform must have finite numbers and a unit quaternion")]
     Numbers,
     /// There are too many frames.

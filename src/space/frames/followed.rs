@@ -9,7 +9,7 @@ use std::time::Duration;
 pub enum FrameMotion {
     /// The frame has moved the goal.
     To {
-        /// The time \[ns\] at which the goal was at this pose; 0 for a frame that never moves.
+        /// The time at which the goal was at this pose \[ns\]; 0 for a frame that never moves.
         stamp: i64,
         /// The pose of the goal in the base frame.
         base_from_goal: UnitDualQuaternion,
@@ -18,11 +18,11 @@ pub enum FrameMotion {
     Lost,
 }
 
-/// Follows the frame of a goal.
+/// A goal that moves with its frame, as TF has it.
 #[derive(Clone, Debug)]
 pub struct Followed {
     goal: FramedGoal,
-    /// The newest stamp, and the pose of the frame at that time.
+    /// The newest stamp of the frame, and the frame's pose at that time.
     last: Option<(Option<i64>, UnitDualQuaternion)>,
     heard: Duration,
     lost: bool,
@@ -39,13 +39,14 @@ impl Followed {
         self.goal.number
     }
 
-    /// Returns the time at which the frame counts as lost if no transform arrives within `patience`; `None` if it is already lost.
+    /// Returns the time at which the frame counts as lost unless a transform arrives earlier, after a wait of `patience`. `None` if
+    /// the frame is already lost.
     pub fn deadline(&self, patience: Duration) -> Option<Duration> {
         (!self.lost).then_some(self.heard.saturating_add(patience))
     }
 
-    /// Returns the motion of the goal since the last call; `None` if it has not moved. A moving frame counts as lost if no newer transform
-    /// of it has arrived for `patience` at the time `now`.
+    /// Returns the motion of the goal since the last call; `None` if it has not moved. A moving frame counts as lost if, at `now`,
+    /// no newer transform of it has arrived for `patience`.
     pub fn look(
         &mut self,
         tree: &FrameTree,

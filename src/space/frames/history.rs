@@ -4,13 +4,13 @@ use dq_algebra::UnitDualQuaternion;
 use nalgebra::{UnitQuaternion, Vector3};
 use std::collections::VecDeque;
 
-/// How long transforms are kept \[ns\], as in tf2.
+/// How long transforms are kept, as in tf2 \[ns\].
 const LONGEST: i64 = 10_000_000_000;
 
-/// Largest number of transforms kept per frame: 10 s at 200 Hz, or 2 s at 1 kHz.
+/// Largest number of transforms that are kept per frame: 10 s at 200 Hz, or 2 s at 1 kHz.
 pub(super) const MOST: usize = 2000;
 
-/// Quaternions have a unique shortest arc between them if they differ by more than this from a half turn.
+/// Two quaternions have a unique shortest arc between them if they differ from a half turn by more than this.
 const HALF_TURN: f64 = 1e-9;
 
 /// The transform of a frame at a time.
@@ -26,7 +26,7 @@ impl Place {
         UnitDualQuaternion::from_parts(self.rotation, self.translation)
     }
 
-    /// Interpolates at the fraction `s` of the motion to `next`.
+    /// Interpolates the pose at the fraction `s` of the motion to `next`.
     fn towards(&self, next: &Self, s: f64) -> UnitDualQuaternion {
         let nearer = if s < 0.5 { self.rotation } else { next.rotation };
         let rotation = self.rotation.try_slerp(&next.rotation, s, HALF_TURN).unwrap_or(nearer);
@@ -34,14 +34,14 @@ impl Place {
     }
 }
 
-/// A requested time before or after all kept transforms, with the difference \[ns\].
+/// The requested time is before or after all transforms that are kept, by this time \[ns\].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Outside {
     Before(i64),
     After(i64),
 }
 
-/// The transforms of one frame, oldest first.
+/// The transforms of one frame, the oldest first.
 #[derive(Clone, Debug)]
 pub(super) struct History {
     places: VecDeque<Place>,
@@ -62,8 +62,8 @@ impl History {
         self.places.len()
     }
 
-    /// Adds a transform, and removes the oldest ones that are too old or exceed `room`. A stamp that is older than the newest by more than
-    /// `LONGEST` means that the clock was reset: then all previous transforms are removed.
+    /// Adds a transform. Removes the oldest transforms that are too old or exceed `room`. If the stamp is older than the newest one
+    /// by more than `LONGEST`, the clock was reset: then removes all earlier transforms.
     pub fn add(&mut self, place: Place, room: usize) {
         let newest = self.places.back().map_or(place.stamp, |newest| newest.stamp);
         if self.is_static || place.stamp < newest.saturating_sub(LONGEST) {

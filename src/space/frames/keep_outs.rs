@@ -1,4 +1,4 @@
-//! Keep-outs in TF frames: finds their poses in the base frame until they are removed or expire.
+//! Keep-outs in TF frames. This module finds their poses in the base frame until they are removed or expire.
 
 use super::{FrameError, FrameTree};
 use crate::space::{KeepOut, KeepOutError, LONGEST_NAME, MOST_KEEP_OUTS, Solid};
@@ -6,22 +6,22 @@ use dq_algebra::UnitDualQuaternion;
 use std::time::Duration;
 use thiserror::Error;
 
-/// A solid in a TF frame that the arm must keep out of.
+/// A solid in a TF frame that the arm must stay clear of.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FramedKeepOut {
-    /// Its key: a keep-out replaces one with the same key.
+    /// The key. A keep-out replaces an earlier one with the same key.
     pub key: KeepOutKey,
-    /// The solid, in its frame.
+    /// The solid, in the frame `frame`.
     pub solid: Solid,
-    /// The frame; empty for the base frame.
+    /// The TF frame; empty for the base frame.
     pub frame: String,
-    /// The time stamp of its pose \[ns\]; 0 for the newest transform.
+    /// The time stamp of the pose \[ns\]; 0 for the newest transform.
     pub stamp: i64,
-    /// Whether it moves with its frame.
+    /// Whether the keep-out moves with its frame.
     pub is_carried: bool,
-    /// When it arrived.
+    /// When the keep-out arrived.
     pub came: Duration,
-    /// How long it stays; zero for forever.
+    /// How long the keep-out stays in force; zero for forever.
     pub lifetime: Duration,
 }
 
@@ -30,11 +30,11 @@ pub struct FramedKeepOut {
 pub struct KeepOutKey {
     /// The namespace of the publisher's markers.
     pub namespace: String,
-    /// Its number in that namespace.
+    /// The number of the marker in its namespace.
     pub id: i32,
 }
 
-/// Why a keep-out is not in force, or not up to date.
+/// The reason why a keep-out is not in force, or not up to date.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum KeepOutRefused {
     /// The solid is not valid as a keep-out.
@@ -43,18 +43,18 @@ pub enum KeepOutRefused {
     /// The marker is not a solid.
     #[error("{0}")]
     NoSolid(String),
-    /// TF does not have its frame.
+    /// TF does not have the frame.
     #[error(transparent)]
     Frame(#[from] FrameError),
-    /// There are already as many keep-outs as allowed.
+    /// There are as many keep-outs as allowed.
     #[error(
         "there are too many: at most {MOST_KEEP_OUTS} are possible, including those of keep_out and keep_in"
     )]
     TooMany,
-    /// Its [`Name`](crate::space::Name) would equal that of another one.
+    /// The [`Name`](crate::space::Name) would be the same as that of another keep-out.
     #[error("its name, shortened to {0:?}, is that of another one")]
     Namesake(String),
-    /// It moves with a frame whose transforms no longer arrive.
+    /// The keep-out moves with a frame whose transforms no longer arrive.
     #[error("TF no longer updates its frame {0:?}: it stays at the last position")]
     Silent(String),
 }
@@ -66,20 +66,20 @@ const STILL: f64 = 1e-3;
 #[derive(Clone, Debug, Default)]
 pub struct FramedKeepOuts {
     all: Vec<Entry>,
-    /// The keep-outs that are not in force, at most [`MOST_REFUSED`].
+    /// The keep-outs that are not in force. There are at most [`MOST_REFUSED`].
     refused: Vec<(KeepOutKey, KeepOutRefused)>,
 }
 
 #[derive(Clone, Debug)]
 struct Entry {
     key: KeepOutKey,
-    /// The keep-out in force.
+    /// The keep-out in force, if any.
     current: Option<Placed>,
     /// The newest message, until its pose is found.
     next: Option<FramedKeepOut>,
 }
 
-/// The inputs of one update: the transforms to `base`, and how long to wait for them.
+/// The inputs of one update: the transforms, the base frame, the time, and how long to wait for transforms.
 struct Look<'a> {
     tree: &'a FrameTree,
     base: &'a str,
@@ -87,7 +87,7 @@ struct Look<'a> {
     patience: Duration,
 }
 
-/// A keep-out at its pose.
+/// A keep-out at its pose in the base frame.
 #[derive(Clone, Debug)]
 struct Placed {
     keep_out: FramedKeepOut,
@@ -98,17 +98,17 @@ struct Placed {
     is_silent: bool,
 }
 
-/// The last transform of a frame.
+/// When the last transform of a frame arrived.
 #[derive(Clone, Copy, Debug)]
 struct Heard {
-    /// Its stamp \[ns\]; `None` if the frame never moves.
+    /// The stamp of the last transform \[ns\]; `None` if the frame never moves.
     stamp: Option<i64>,
-    /// When it arrived.
+    /// The time at which the last transform arrived.
     at: Duration,
 }
 
 impl FramedKeepOut {
-    /// Returns its name for messages: its namespace, shortened, and its number.
+    /// Returns the keep-out's name for messages: its namespace, shortened, and its number.
     fn name(&self) -> String {
         let KeepOutKey { namespace, id } = &self.key;
         let id = format!("/{id}");
@@ -126,7 +126,8 @@ impl FramedKeepOut {
         !self.lifetime.is_zero() && now.saturating_sub(self.came) >= self.lifetime
     }
 
-    /// Returns the keep-out placed at `now` with its frame at `base_from_frame`. If the solid equals that of `before`, its shape is reused.
+    /// Returns the keep-out placed at `now`; its frame is at `base_from_frame`. If the solid equals that of `before`, reuses its
+    /// shape.
     fn placed(
         &self,
         base_from_frame: UnitDualQuaternion,
@@ -145,12 +146,12 @@ impl FramedKeepOut {
 }
 
 impl Placed {
-    /// Moves the keep-out with its frame. If that is no longer possible, returns the reason, once.
+    /// Moves the keep-out with its frame. If that is no longer possible, returns the reason, and only once.
     fn follow(&mut self, look: &Look) -> Option<KeepOutRefused> {
         let Look { tree, base, now, patience } = *look;
         let frame = self.keep_out.frame(base);
         let newest = tree.newest(base, frame);
-        // A frame that never moves is not silent.
+        // A frame that never moves is never silent.
         if newest.as_ref().is_ok_and(|stamp| stamp.is_none() || *stamp != self.heard.stamp) {
             self.heard = Heard { stamp: newest.unwrap_or_default(), at: now };
         }
@@ -176,8 +177,8 @@ impl Entry {
         self.next.as_ref().or(current).map(FramedKeepOut::name)
     }
 
-    /// Places the newest message at its exact pose, or meanwhile at the newest pose that is known. Returns the reason if the exact pose is
-    /// not found within `patience`.
+    /// Places the newest message at its exact pose. While that is not known, places it at the newest known pose. Returns the reason
+    /// if the exact pose is not found within `patience`.
     fn find(&mut self, look: &Look) -> Option<KeepOutRefused> {
         let Look { tree, base, now, patience } = *look;
         let next = self.next.take()?;
@@ -205,11 +206,11 @@ impl Entry {
 }
 
 impl FramedKeepOuts {
-    /// Adds a keep-out, or replaces the one with the same key. There may be at most `most`. [`look`](Self::look) finds its pose; until then
-    /// a newer message with the same key may replace it.
+    /// Adds a keep-out, or replaces the one with the same key. There may be at most `most`. [`look`](Self::look) then finds its
+    /// pose. A newer message with the same key may replace it before that.
     ///
     /// # Errors
-    /// [`KeepOutRefused`]; then nothing changes.
+    /// [`KeepOutRefused`]; nothing changes then.
     pub fn put(&mut self, keep_out: FramedKeepOut, most: usize) -> Result<(), KeepOutRefused> {
         let (key, name) = (keep_out.key.clone(), keep_out.name());
         let why = if let Some(known) = self.all.iter_mut().find(|known| known.key == key) {
@@ -229,7 +230,7 @@ impl FramedKeepOuts {
         Err(why)
     }
 
-    /// Notes that a keep-out is not in force.
+    /// Notes that a keep-out is not in force, and why.
     pub fn refuse(&mut self, key: KeepOutKey, why: KeepOutRefused) {
         self.refused.retain(|(other, _)| *other != key);
         if self.refused.len() < MOST_REFUSED {
@@ -255,8 +256,8 @@ impl FramedKeepOuts {
         self.all.iter().any(|known| known.next.is_some() || known.current.as_ref().is_some_and(may_change))
     }
 
-    /// Updates the poses of all keep-outs in `base` at `now`. Returns the keep-outs whose frames were not found within `patience`, and
-    /// those that are out of date because their frames have been silent for that time, each once. A replaced keep-out remains in force
+    /// Updates the poses of all keep-outs in `base` at `now`. Returns, once each, the keep-outs whose frames were not found within
+    /// `patience`, and those that are out of date because their frames have been silent for that time. A keep-out remains in force
     /// until its replacement is found, even if that never happens.
     pub fn look(
         &mut self,
@@ -297,13 +298,13 @@ impl FramedKeepOuts {
         self.all.iter().filter_map(|known| known.current.as_ref())
     }
 
-    /// Returns the keep-outs that are not in force, or not up to date, with their reasons; at most `MOST_REFUSED`.
+    /// Returns the keep-outs that are not in force or not up to date, with their reasons. There are at most `MOST_REFUSED`.
     pub fn refused(&self) -> &[(KeepOutKey, KeepOutRefused)] {
         &self.refused
     }
 }
 
-/// Largest number of refused keep-outs that are remembered and reported.
+/// Largest number of refused keep-outs that are reported.
 const MOST_REFUSED: usize = 64;
 
 #[cfg(test)]
@@ -407,7 +408,7 @@ mod tests {
         }
         let namesake = FramedKeepOut { key: key("a_ball", 1), ..ball(1, "") };
         assert!(matches!(all.put(namesake, 2), Err(KeepOutRefused::Namesake(_))));
-        // It would replace the first one, but its frame does not exist.
+        // The second keep-out would replace the first one, but its frame does not exist.
         all.put(ball(1, "nowhere"), 2).unwrap();
         all.put(ball(2, "nowhere"), 2).unwrap();
         assert_eq!(all.put(ball(3, ""), 2), Err(KeepOutRefused::TooMany));

@@ -1,9 +1,9 @@
-//! Transforms between frames: what TF publishes, kept for a while, and looked up at a time.
+//! Transforms between frames. The module keeps the recent transforms that TF publishes, and finds the pose of a frame at a given time.
 //!
 //! The module does no I/O and reads no clock: stamps are numbers, and time is an argument. Between two transforms of a frame, the rotation
-//! is interpolated on a great circle and the translation on a straight line, independently. tf2 does the same, and a goal must be where
-//! RViz and all other ROS 2 nodes see it. On a screw (ScLERP) it would deviate by up to the sagitta of the arc: 0.1 mm for steps of 10 mm
-//! and 5°.
+//! is interpolated on a great circle and the translation on a straight line, independently. tf2 does the same, and a goal must be at the
+//! place where RViz and all other ROS 2 nodes see it. On a screw (ScLERP), the place would deviate by up to the sagitta of the arc: 0.1 mm
+//! for steps of 10 mm and 5°.
 //!
 //! ```
 //! use dq_space::frames::{FrameTree, Transform};

@@ -7,13 +7,13 @@ use dq_common::text::cut;
 use nalgebra::Vector3;
 use std::collections::BTreeMap;
 
-/// Largest number of frames that are kept, because anyone can publish more.
+/// Largest number of frames that are kept. Without it, anyone could fill the memory.
 const MOST_FRAMES: usize = 1000;
 
-/// Largest number of transforms that are kept of all frames together: 7 MB.
+/// Largest number of transforms that are kept, of all frames together: 7 MB.
 const MOST_PLACES: usize = 100_000;
 
-/// Largest translation \[m\]. Larger ones do not occur on Earth.
+/// Largest translation \[m\]. There are no larger ones on Earth.
 const FARTHEST: f64 = 1e7;
 
 /// A transform as received: the pose of `child` in `parent`.
@@ -23,7 +23,7 @@ pub struct Transform<'a> {
     pub parent: &'a str,
     /// The child frame.
     pub child: &'a str,
-    /// The time \[ns\]; ignored for a static transform.
+    /// The time stamp \[ns\]; ignored for a static transform.
     pub stamp: i64,
     /// The child's origin \[m\].
     pub translation: [f64; 3],
@@ -31,24 +31,24 @@ pub struct Transform<'a> {
     pub rotation_xyzw: [f64; 4],
 }
 
-/// A frame and its parent.
+/// A frame, by its parent and its transforms.
 #[derive(Clone, Debug)]
 struct Edge {
     parent: String,
     history: History,
 }
 
-/// All frames in TF, each with its recent transforms relative to its parent.
+/// All frames of TF, each with its recent transforms relative to its parent.
 ///
-/// The tree never exceeds 1000 frames and 100 000 transforms, with names of 250 bytes. If a frame gets another parent, or changes between
-/// static and moving, its earlier transforms are removed.
+/// The tree has at most 1000 frames with names of up to 250 bytes, and at most 100 000 transforms. If a frame gets another parent,
+/// or changes between static and moving, its earlier transforms are removed.
 #[derive(Clone, Debug, Default)]
 pub struct FrameTree {
     edges: BTreeMap<String, Edge>,
     places: usize,
 }
 
-/// Returns the frame's name without the leading slash that ROS 1 wrote.
+/// Returns the name of the frame without the leading slash that ROS 1 wrote.
 fn name(frame: &str) -> &str {
     frame.trim_start_matches('/')
 }
@@ -69,7 +69,7 @@ impl FrameTree {
     /// Adds a transform.
     ///
     /// # Errors
-    /// [`Ignored`]; then nothing changes.
+    /// [`Ignored`]; nothing changes then.
     pub fn insert(&mut self, transform: &Transform, is_static: bool) -> Result<(), Ignored> {
         let (parent, child) = (cut(name(transform.parent)), cut(name(transform.child)));
         if parent.is_empty() || child.is_empty() || parent == child {
@@ -104,8 +104,8 @@ impl FrameTree {
         self.places = self.edges.values().map(|edge| edge.history.len()).sum();
     }
 
-    /// Returns the pose of `frame` in `base` at `stamp` \[ns\]. A stamp of 0 stands for the newest time at which all frames between them
-    /// are known.
+    /// Returns the pose of `frame` in `base` at `stamp` \[ns\]. A stamp of 0 stands for the newest time at which all frames between
+    /// the two are known.
     ///
     /// # Errors
     /// [`FrameError`] if the pose is not known. Nothing is extrapolated.
@@ -122,7 +122,7 @@ impl FrameTree {
         Ok(of(&path.down)?.inverse() * of(&path.up)?)
     }
 
-    /// Returns the newest time \[ns\] at which all frames between `frame` and `base` are known; `None` if none of them moves.
+    /// Returns the newest time at which all frames between `frame` and `base` are known \[ns\]; `None` if none of them moves.
     ///
     /// # Errors
     /// [`FrameError`] if no transforms connect them.
@@ -157,7 +157,7 @@ impl FrameTree {
         }
     }
 
-    /// Returns the frame's edge, that of its parent, and so on to the root.
+    /// Returns the edge of the frame, that of its parent, and so on up to the root.
     fn ancestry<'a>(&'a self, frame: &'a str) -> Result<Vec<Named<'a>>, FrameError> {
         let (mut edges, mut at) = (Vec::new(), frame);
         while let Some((child, edge)) = self.edges.get_key_value(at) {
@@ -182,10 +182,10 @@ impl FrameTree {
     }
 }
 
-/// An edge with the name of its child.
+/// An edge with the name of its child frame.
 type Named<'a> = (&'a str, &'a Edge);
 
-/// The connection between two frames.
+/// The path between two frames.
 struct Path<'a> {
     /// The edges from one frame up to the common ancestor.
     up: Vec<Named<'a>>,
@@ -198,7 +198,7 @@ impl<'a> Path<'a> {
         self.up.iter().chain(&self.down)
     }
 
-    /// Returns the newest time \[ns\] at which the whole path is known; `None` if it has no moving frame.
+    /// Returns the newest time at which the whole path is known \[ns\]; `None` if the path has no moving frame.
     fn newest(&self) -> Option<i64> {
         self.edges().filter_map(|(_, edge)| edge.history.newest()).min()
     }

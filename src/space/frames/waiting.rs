@@ -11,31 +11,31 @@ const MOST: usize = 1000;
 /// A goal in a TF frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FramedGoal {
-    /// The number of the goal, counted from the first.
+    /// The number of the goal, counted from the first one.
     pub number: u64,
-    /// The frame of the pose.
+    /// The name of the TF frame.
     pub frame: String,
     /// The time stamp of the pose \[ns\]; 0 for the newest transform.
     pub stamp: i64,
-    /// The number of its publisher.
+    /// The number of the goal's publisher.
     pub by: u32,
-    /// When it was sent, by the clock of the caller.
+    /// When the goal was sent, by the clock of the caller.
     pub came: Duration,
-    /// The pose.
+    /// The pose of the goal in its frame.
     pub frame_from_goal: UnitDualQuaternion,
 }
 
-/// The result for a goal.
+/// The result of the search for a goal's pose.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Answer {
     /// The goal.
     pub goal: FramedGoal,
-    /// Its pose in the base frame.
+    /// The goal's pose in the base frame, or the reason why it is not known.
     pub base_from_goal: Result<UnitDualQuaternion, FrameError>,
 }
 
-/// Goals that wait for transforms that may still arrive, in the order of arrival. When the pose of a goal is found, earlier goals are
-/// dropped.
+/// Goals that wait for transforms that may still arrive, in the order of their arrival. When the pose of a goal is found, earlier
+/// goals are dropped.
 #[derive(Clone, Debug, Default)]
 pub struct WaitingGoals {
     line: VecDeque<(FramedGoal, Duration)>,
@@ -50,18 +50,18 @@ impl WaitingGoals {
         self.line.push_back((goal, now));
     }
 
-    /// Removes all goals up to the one with this number.
+    /// Removes all goals up to and including the goal `number`.
     pub fn forget(&mut self, number: u64) {
         self.line.retain(|(goal, _)| goal.number > number);
     }
 
-    /// Returns the time at which the first goal will have waited for `patience`.
+    /// Returns the time at which the first goal has waited for `patience`; `None` if no goal waits.
     pub fn deadline(&self, patience: Duration) -> Option<Duration> {
         self.line.front().map(|(_, came)| came.saturating_add(patience))
     }
 
-    /// Looks up the frame of each goal in `tree`. Returns the goals that are found, in the frame `base`, and those that cannot be found or
-    /// were not found within `patience` until `now`.
+    /// Looks up the frame of each goal in `tree`. Returns the goals whose poses in the frame `base` are found. Also returns the
+    /// goals that cannot be found, or were not found within `patience` until `now`.
     pub fn look(&mut self, tree: &FrameTree, base: &str, now: Duration, patience: Duration) -> Vec<Answer> {
         let mut answers = Vec::new();
         let found = |goal: &FramedGoal| {

@@ -6,21 +6,22 @@ use nalgebra::Vector3;
 use std::ops::Range;
 use thiserror::Error;
 
-/// All points within a radius of a segment that moves with a link.
+/// A capsule on a link: all points within a radius of a segment. It moves with the link.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Capsule {
-    /// The number of the link, counted from 1, arm after arm; 0 for a part fixed to the base. Unless joints drive others, it is also the
-    /// number of the joint that moves the link.
+    /// The number of the link, counted from 1 arm after arm; 0 for a part fixed to the base. It is also the number of the joint
+    /// that moves the link, unless joints drive several links.
     pub link: usize,
-    /// The indices of the links that carry it, itself included, counted from 0, arm after arm.
+    /// The indices of the links that carry the capsule, counted from 0 arm after arm. They include its own link.
     pub(super) carried_by: Range<usize>,
-    /// The segment in the link's frame, whose z axis is the joint's; for a part fixed to the base, in the base frame \[m\].
+    /// The segment in the link's frame, whose z axis is the joint's axis \[m\]. For a part fixed to the base it is in the base
+    /// frame.
     pub core: Segment,
     /// The radius \[m\].
     pub radius: f64,
 }
 
-/// A text that is not a capsule.
+/// The error for a text that is not a capsule.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[error("{text:?} is not a capsule: expected {}", Self::EXPECTED)]
 pub struct CapsuleError {
@@ -40,15 +41,15 @@ pub struct Body {
     pub capsules: Vec<Capsule>,
 }
 
-/// A link shorter than this \[m\] gets no capsule of its own.
+/// A link shorter than this has no capsule of its own \[m\].
 const SHORTEST: f64 = 1e-6;
 
 /// Largest radius of a capsule, and largest distance of its ends from the joint \[m\].
 const LARGEST: f64 = 100.0;
 
 impl Body {
-    /// Creates a capsule of this radius \[m\] along each link: from its joint to the next one, or to the tool; and from the base to the
-    /// first joint.
+    /// Creates a capsule of this radius \[m\] along each link, from its joint to the next joint or the tool. Another capsule leads
+    /// from the base to the first joint.
     pub fn along(chains: &[Chain], radius: f64) -> Self {
         let (mut capsules, mut before) = (Vec::new(), 0);
         for chain in chains {
@@ -67,7 +68,7 @@ impl Body {
         Self { capsules }
     }
 
-    /// Parses the capsules of each of `arms` arms, whose links move by joints with these names.
+    /// Parses the capsules of each of `arms` arms. `joints` are the names of the joints that move the links.
     ///
     /// # Errors
     /// [`CapsuleError`] for the first invalid text.
@@ -77,7 +78,7 @@ impl Body {
             for text in texts {
                 let wrong = || CapsuleError { text: dq_common::text::cut(text).into_owned() };
                 let (link, core, radius) = parse(text, joints).ok_or_else(wrong)?;
-                // A part fixed to the base exists once, in the base frame.
+                // A part fixed to the base exists only once, in the base frame.
                 if link > 0 || arm == 0 {
                     capsules.push(Capsule::new(arm * joints.len(), link, core, radius));
                 }
@@ -88,7 +89,7 @@ impl Body {
 }
 
 impl Capsule {
-    /// Returns the tools of these arms, as points.
+    /// Returns the tools of these arms as capsules without extent.
     pub(super) fn tools(chains: &[Chain]) -> Vec<Self> {
         let mut before = 0;
         let each = chains.iter().map(|chain| {
@@ -100,20 +101,21 @@ impl Capsule {
         each.collect()
     }
 
-    /// Creates a capsule on the link with this number, counted from 1, of an arm after `before` other links; 0 is the arm's base.
+    /// Creates a capsule on the link `link` of an arm, counted from 1; 0 is the arm's base. There are `before` links of other arms
+    /// before it.
     fn new(before: usize, link: usize, core: Segment, radius: f64) -> Self {
         let carried_by = before..before + link;
         Self { link: if link == 0 { 0 } else { carried_by.end }, carried_by, core, radius }
     }
 }
 
-/// Parses the link, the core and the radius from the name of a joint, a blank, and seven numbers. The name may contain any characters,
-/// blanks included. It may also be `base`, or be missing.
+/// Parses the link, the segment and the radius from the name of a joint, a blank, and seven numbers. The name may contain any
+/// characters, blanks included. It may also be `base`, or be missing.
 fn parse(text: &str, joints: &[String]) -> Option<(usize, Segment, f64)> {
     let named = |text: &str, name: &str| {
         text.strip_prefix(name).filter(|rest| rest.starts_with(char::is_whitespace)).and_then(numbers)
     };
-    // If several names match, the longest counts. Blanks at the beginning may or may not be part of the name.
+    // If several names match, the longest one counts. Blanks at the beginning may be part of the name or not.
     let of = |text: &str| {
         let found = joints
             .iter()

@@ -1,4 +1,4 @@
-//! Capsules fitted around shapes: the smallest along three or four axes.
+//! Capsules that are fitted around shapes. Each is the smallest capsule along one of a few axes.
 
 use super::Segment;
 use nalgebra::{Isometry3, Vector3};
@@ -7,26 +7,26 @@ use std::f64::consts::PI;
 /// A capsule around a shape.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fitted {
-    /// Its core \[m\].
+    /// The segment of the capsule \[m\].
     pub core: Segment,
-    /// Its radius \[m\].
+    /// The radius of the capsule \[m\].
     pub radius: f64,
 }
 
-/// A circle about a line, or a torus if `thick` is not 0, that a capsule along the line must contain.
+/// A circle around a line, or a torus if `thick` is not 0. A capsule along the line must contain it.
 #[derive(Clone, Copy)]
 struct Ring {
-    /// The position along the line, and the distance from it \[m\].
+    /// The position along the line, and the radius of the circle \[m\].
     along: f64,
     across: f64,
-    /// The radius of the ball \[m\].
+    /// The thickness of the torus, as a radius \[m\].
     thick: f64,
 }
 
-/// Number of times that the interval of the best radius is reduced.
+/// Number of times that the interval of radii is reduced.
 const STEPS: u32 = 30;
 
-/// The fraction of the interval that remains each time (golden section, Kiefer 1953).
+/// The fraction of the interval that remains after each reduction (golden section, Kiefer 1953).
 const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
 impl Fitted {
@@ -35,20 +35,20 @@ impl Fitted {
         Self { core: Segment { ends: [*center; 2] }, radius }
     }
 
-    /// Creates a capsule along z, with its middle at the origin; `length` excludes the round ends.
+    /// Creates a capsule along z whose middle is at the origin. `length` excludes the round ends.
     pub fn capsule(radius: f64, length: f64) -> Self {
         let end = Vector3::new(0.0, 0.0, 0.5 * length);
         Self { core: Segment { ends: [-end, end] }, radius }
     }
 
-    /// Creates a capsule around a cylinder along z, with its middle at the origin.
+    /// Creates the smallest capsule around a cylinder along z whose middle is at the origin.
     pub fn cylinder(radius: f64, length: f64) -> Self {
         let rim = |along: f64| Ring { along, across: radius, thick: 0.0 };
         along(&Vector3::zeros(), &Vector3::z(), &[rim(-0.5 * length), rim(0.5 * length)])
     }
 
-    /// Creates the smallest capsule around `points` whose axis is parallel to x, y or z and passes through the middle of their bounding
-    /// box. `None` if there are no points.
+    /// Creates the smallest capsule around `points` whose axis is parallel to x, y or z and passes through the middle of their
+    /// bounding box. `None` if there are no points.
     pub fn points(points: &[Vector3<f64>]) -> Option<Self> {
         let first = points.first()?;
         let bound = |of: fn(&Vector3<f64>, &Vector3<f64>) -> Vector3<f64>| {
@@ -60,7 +60,7 @@ impl Fitted {
         smallest(&axes, balls)
     }
 
-    /// Returns a capsule around this one and another.
+    /// Returns a capsule around this capsule and `other`.
     #[must_use]
     pub fn with(&self, other: &Self) -> Self {
         let ends = [self, other].map(|one| one.core.ends);
@@ -72,7 +72,7 @@ impl Fitted {
             (middles[1], other.core.vector()),
             (middles[0], middles[1] - middles[0]),
         ];
-        // Balls about one point have no direction: any will do.
+        // Balls with the same center have no direction between them: any direction will do.
         let axes: Vec<_> = axes.into_iter().chain(longest).chain([(middles[0], Vector3::z())]).collect();
         let balls = [self, other].into_iter().flat_map(|one| one.core.ends.map(|end| (end, one.radius)));
         smallest(&axes, balls).unwrap_or(*self)
@@ -87,7 +87,7 @@ impl Fitted {
         }
     }
 
-    /// Returns its volume \[m³\].
+    /// Returns the volume of the capsule \[m³\].
     pub fn volume(&self) -> f64 {
         volume(self.core.vector().norm(), self.radius)
     }
@@ -97,7 +97,8 @@ fn volume(length: f64, radius: f64) -> f64 {
     PI * radius * radius * (length + 4.0 / 3.0 * radius)
 }
 
-/// Returns the smallest capsule around these balls along one of the lines, each given by a point and its direction.
+/// Returns the smallest capsule around these balls whose axis is one of `lines`. Each line is a point and a direction; each ball is
+/// a center and a radius.
 fn smallest(
     lines: &[(Vector3<f64>, Vector3<f64>)],
     balls: impl Iterator<Item = (Vector3<f64>, f64)> + Clone,
@@ -114,7 +115,8 @@ fn smallest(
     lines.iter().filter_map(on).min_by(|one, two| one.volume().total_cmp(&two.volume()))
 }
 
-/// Returns the smallest capsule along a line around these rings. Searches over the radius, because a thicker capsule may be shorter.
+/// Returns the smallest capsule around these rings whose axis is the line. Searches for the best radius, because a thicker capsule
+/// may be shorter.
 fn along(origin: &Vector3<f64>, direction: &Vector3<f64>, rings: &[Ring]) -> Fitted {
     let [bottom, top] = span(rings, f64::INFINITY);
     let middle = 0.5 * (bottom + top);
@@ -137,8 +139,8 @@ fn along(origin: &Vector3<f64>, direction: &Vector3<f64>, rings: &[Ring]) -> Fit
     Fitted { core: Segment { ends }, radius }
 }
 
-/// Returns the ends of the shortest core along the line with which a capsule of this radius contains the rings. For an infinite radius,
-/// returns the range of the rings' positions.
+/// Returns the ends of the shortest segment on the line with which a capsule of this radius contains the rings. For an infinite
+/// radius, returns the range of the rings' positions.
 fn span(rings: &[Ring], radius: f64) -> [f64; 2] {
     let (mut bottom, mut top) = (f64::INFINITY, f64::NEG_INFINITY);
     for ring in rings {
@@ -150,15 +152,15 @@ fn span(rings: &[Ring], radius: f64) -> [f64; 2] {
         };
         (bottom, top) = (bottom.min(ring.along + reach), top.max(ring.along - reach));
     }
-    // A ball is enough: its center may be anywhere between the two.
+    // A ball is enough. Its center may be anywhere between the two positions.
     if bottom > top { [0.5 * (bottom + top); 2] } else { [bottom, top] }
 }
 
-/// Capsules of one joint beyond this number are first merged in pairs, in their order.
+/// If a joint has more capsules than this, they are first merged in pairs, in their order.
 const MOST_OF_ONE: usize = 64;
 
-/// Merges capsules of the same joint. Two capsules become one if the union has no more volume than both together. While there are more than
-/// `most` capsules, merges the pair whose union adds the least volume.
+/// Merges capsules of the same joint. Two capsules become one if the union has at most the volume of both together. While there are
+/// more than `most` capsules, also merges the pair whose union adds the least volume.
 pub fn merged(mut all: Vec<(usize, Fitted)>, most: usize) -> Vec<(usize, Fitted)> {
     all.sort_by_key(|(joint, _)| *joint);
     let mut groups: Vec<_> = all.chunk_by(|one, two| one.0 == two.0).map(Group::new).collect();
@@ -181,7 +183,7 @@ pub fn merged(mut all: Vec<(usize, Fitted)>, most: usize) -> Vec<(usize, Fitted)
 /// The capsules that one joint moves.
 struct Group {
     joint: usize,
-    /// The capsules, each with a number.
+    /// The capsules with their numbers.
     all: Vec<(usize, Fitted)>,
     /// The unions of all pairs.
     unions: Vec<Union>,
@@ -190,7 +192,7 @@ struct Group {
 struct Union {
     of: [usize; 2],
     whole: Fitted,
-    /// The additional volume of the union \[m³\].
+    /// The volume of the union less the volumes of its two capsules \[m³\]; may be negative.
     added: f64,
 }
 
@@ -239,7 +241,7 @@ mod tests {
         prop::array::uniform3(-1.0..1.0f64).prop_map(Vector3::from)
     }
 
-    /// Returns the distance of a point outside of the capsule.
+    /// Returns how far a point lies outside the capsule; negative inside.
     fn beyond(fitted: &Fitted, point: &Vector3<f64>) -> f64 {
         fitted.core.gap_of(point).distance - fitted.radius
     }
@@ -300,10 +302,10 @@ mod tests {
         let long = Fitted::points(&corners(0.02, 0.3, 0.03)).unwrap();
         let along = long.core.vector();
         assert!(along.y.abs() > 0.5 && along.x == 0.0 && along.z == 0.0, "{along}");
-        // Round ends that extend over the corners are thicker, and end sooner.
+        // If the round ends extend over the corners, the capsule is thicker and shorter.
         let plain = volume(0.6, 0.02_f64.hypot(0.03));
         assert!(long.volume() < plain && long.volume() > 0.9 * plain, "{} {plain}", long.volume());
-        // The derivative is zero: (R² + d²) = 2 (h − d) d + 2 d √(R² + d²), if the core ends d before the rims.
+        // If the segment ends at the distance d from the rims, the derivative is zero: (R² + d²) = 2 (h − d) d + 2 d √(R² + d²).
         let (radius, half) = (0.1_f64, 0.3);
         let rod = Fitted::cylinder(radius, 2.0 * half);
         let d = half - 0.5 * rod.core.vector().norm();

@@ -7,17 +7,17 @@ use parry3d_f64::shape::Triangle;
 use parry3d_f64::transformation::try_convex_hull;
 use std::sync::Arc;
 
-/// The convex hull of some points. Copies share its faces.
+/// The convex hull of points. Its copies share the faces.
 #[derive(Clone, Debug)]
 pub struct Hull {
     faces: Arc<[Face]>,
-    /// A bounding ball.
+    /// A ball around the hull.
     ball: Ball,
-    /// The tolerance of its faces \[m\].
+    /// The tolerance of the faces \[m\].
     near: f64,
 }
 
-/// A bounding ball, which avoids most distance computations.
+/// A bounding ball. It makes most distance computations unnecessary.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Ball {
     /// The center \[m\].
@@ -38,28 +38,29 @@ struct Face {
     /// The outward normal, and one of the corners \[m\].
     normal: Vector3<f64>,
     corner: Vector3<f64>,
-    /// A bounding ball.
+    /// A ball around the face.
     ball: Ball,
-    /// Its triangles, at least one: the corners of each \[m\], counterclockwise from outside.
+    /// The triangles of the face, at least one. Each is given by its corners \[m\], counterclockwise as seen from outside.
     triangles: Vec<[Vector3<f64>; 3]>,
 }
 
-/// Least thickness of a hull \[m\], also as a fraction of its length; a thinner one counts as flat.
+/// Least thickness of a hull \[m\], also as a fraction of its length. A thinner hull counts as flat.
 pub(super) const FLAT: f64 = 1e-6;
 
-/// A point lies in a plane if its distance is at most this fraction of the hull's length.
+/// A point counts as in a plane if its distance from the plane is at most this fraction of the hull's length.
 const EXACT: f64 = 1e-8;
 
-/// A point is above a face if its distance from the face exceeds that from the face's plane by at most this \[m\].
+/// A point counts as above a face if its distance from the face exceeds its distance from the face's plane by at most this \[m\].
 const TOGETHER: f64 = 1e-12;
 
 impl Hull {
-    /// Computes the hull of `points` \[m\]; `None` if they lie in a plane, or so nearly that its faces are not found.
+    /// Computes the hull of `points` \[m\]. `None` if they lie in a plane, or so close to a plane that the faces are not found.
     pub fn of(points: &[Vector3<f64>]) -> Option<Self> {
         let (length, evenly) = spread(points)?;
         let near = EXACT * length;
         let points = apart(points, near);
-        // Scaling does not change which points are corners, and without it parry3d takes a hull of a thousandth thickness for flat.
+        // Scaling does not change which points are corners. Without it, parry3d takes a hull for flat whose thickness is a
+        // thousandth of its length.
         let even: Vec<_> = points.iter().map(|point| foreign(&(evenly * (point - points[0])))).collect();
         let (corners, numbers) = try_convex_hull(&even).ok()?;
         let known = |corner: &Vector| even.iter().position(|one| one == corner).map(|number| points[number]);
@@ -69,7 +70,7 @@ impl Hull {
         // The area vectors of a closed surface add up to zero.
         let is_closed = triangles.iter().map(across).sum::<Vector3<f64>>().norm() <= near * length;
         triangles.retain(|it| height(it) > near);
-        // The planes of the largest triangles are the most exact ones.
+        // The planes of the largest triangles are the most accurate ones.
         triangles.sort_by(|one, other| across(other).norm().total_cmp(&across(one).norm()));
         let mut faces: Vec<Face> = Vec::new();
         for triangle in triangles {
@@ -88,28 +89,28 @@ impl Hull {
         })
     }
 
-    /// Yields the triangles of its surface: the corners of each \[m\], counterclockwise from outside.
+    /// Yields the triangles of the surface. Each is given by its corners \[m\], counterclockwise as seen from outside.
     pub fn triangles(&self) -> impl Iterator<Item = &[Vector3<f64>; 3]> {
         self.faces.iter().flat_map(|face| &face.triangles)
     }
 
-    /// Yields both ends of each edge between two faces \[m\].
+    /// Yields each edge between two faces by its two ends \[m\].
     pub fn edges(&self) -> impl Iterator<Item = [Vector3<f64>; 2]> {
         self.faces.iter().flat_map(|face| {
             let sides = || face.triangles.iter().flat_map(|[a, b, c]| [[*a, *b], [*b, *c], [*c, *a]]);
-            // Each edge occurs twice, in opposite directions. An edge inside of a face occurs both times in that face.
+            // Each edge occurs twice, in opposite directions. An edge inside a face occurs both times in that face.
             sides().filter(move |[from, to]| {
                 from.iter().lt(to.iter()) && !sides().any(|side| side == [*to, *from])
             })
         })
     }
 
-    /// Yields the distance of `point` above the plane of each face \[m\], and the outward normal.
+    /// Yields, for each face, the height of `point` above its plane \[m\], and the outward normal.
     pub(super) fn planes(&self, point: &Vector3<f64>) -> impl Iterator<Item = (f64, Vector3<f64>)> {
         self.faces.iter().map(|face| (face.above(point), face.normal))
     }
 
-    /// Returns a lower bound of the signed distance of `point` \[m\], without much computation.
+    /// Returns a lower bound of the signed distance of `point` \[m\]. It takes little computation.
     pub(super) fn at_least(&self, point: &Vector3<f64>) -> f64 {
         self.ball.at_least(point)
     }
@@ -129,7 +130,7 @@ impl Hull {
         let mut nearest = first.distance(point, highest);
         for face in &*self.faces {
             let above = face.above(point);
-            // No point of a face is nearer than its plane, or than its bounding ball.
+            // No point of a face is nearer than the plane of the face, or than its bounding ball.
             if above > 0.0 && above < nearest.0 && face.ball.at_least(point) < nearest.0 {
                 let next = face.distance(point, above);
                 if next.0 < nearest.0 {
@@ -151,7 +152,7 @@ impl Face {
         self.normal.dot(&(point - self.corner))
     }
 
-    /// Returns the distance of a point at this height above the plane, and its gradient.
+    /// Returns the distance of `point` from the face, and its gradient. `above` is the height of the point above the plane.
     fn distance(&self, point: &Vector3<f64>, above: f64) -> (f64, Vector3<f64>) {
         let mut nearest = (f64::INFINITY, self.normal);
         for [a, b, c] in &self.triangles {
@@ -169,8 +170,8 @@ impl Face {
     }
 }
 
-/// Returns an estimate of the length of the point cloud \[m\], at least half of it, and the matrix that scales the cloud to equal extents;
-/// `None` if the points lie in a plane.
+/// Returns an estimate of the length of the point cloud \[m\], at least half of it, and the matrix that scales the cloud to equal
+/// extents. `None` if the points lie in a plane.
 fn spread(points: &[Vector3<f64>]) -> Option<(f64, Matrix3<f64>)> {
     let first = points.first()?;
     let farthest = |far: &dyn Fn(&Vector3<f64>) -> f64| {
@@ -187,9 +188,9 @@ fn spread(points: &[Vector3<f64>]) -> Option<(f64, Matrix3<f64>)> {
     (thick > FLAT * length.max(1.0)).then_some((length, evenly))
 }
 
-/// Removes points within `near` \[m\] of another one: parry3d loses faces of a hull between such corners.
+/// Removes points that are within `near` \[m\] of another one. Otherwise parry3d loses faces of a hull between such corners.
 fn apart(points: &[Vector3<f64>], near: f64) -> Vec<Vector3<f64>> {
-    // Two corners of a machine rarely lie in one plane perpendicular to this direction.
+    // Two corners of a machine part rarely lie in one plane perpendicular to this direction.
     let along = |point: &Vector3<f64>| Vector3::new(0.36, 0.48, 0.8).dot(point);
     let mut points = points.to_vec();
     points.sort_by(|one, other| along(one).total_cmp(&along(other)));
@@ -204,7 +205,7 @@ fn apart(points: &[Vector3<f64>], near: f64) -> Vec<Vector3<f64>> {
 }
 
 impl Ball {
-    /// Creates the ball around these points, centered in their bounds.
+    /// Creates a ball around these points. Its center is the middle of their bounding box.
     fn around(points: &[Vector3<f64>]) -> Self {
         let bound = |of: fn(&Vector3<f64>, &Vector3<f64>) -> Vector3<f64>| {
             points.iter().copied().reduce(|a, b| of(&a, &b)).unwrap_or_default()
@@ -213,18 +214,18 @@ impl Ball {
         Self { center, radius: points.iter().map(|point| (point - center).norm()).fold(0.0, f64::max) }
     }
 
-    /// Returns a lower bound of the distance of a point from anything inside of the ball \[m\].
+    /// Returns a lower bound of the distance of a point from anything inside the ball \[m\].
     fn at_least(&self, point: &Vector3<f64>) -> f64 {
         (point - self.center).norm() - self.radius
     }
 }
 
-/// Returns the normal of a triangle, with twice its area as length \[m²\].
+/// Returns the normal of a triangle. Its length is twice the triangle's area \[m²\].
 fn across([a, b, c]: &[Vector3<f64>; 3]) -> Vector3<f64> {
     (b - a).cross(&(c - a))
 }
 
-/// Returns the least height of a triangle \[m\].
+/// Returns the smallest height of a triangle \[m\].
 fn height(triangle: &[Vector3<f64>; 3]) -> f64 {
     let [a, b, c] = triangle;
     across(triangle).norm() / (b - a).norm().max((c - b).norm()).max((a - c).norm())
@@ -245,8 +246,8 @@ mod tests {
     use nalgebra::UnitQuaternion;
     use proptest::prelude::*;
 
-    /// Yields random points, points nearly on a grid (many of them coplanar or equal), near corners, on a thin plate, nearly in two planes,
-    /// and in one plane; rotated, moved and scaled.
+    /// Returns random point clouds: points nearly on a grid (many of them coplanar or equal), near corners, on a thin plate, nearly
+    /// in two planes, and in one plane. They are rotated, moved and scaled.
     fn cloud() -> impl Strategy<Value = Vec<Vector3<f64>>> {
         let vector = || prop::array::uniform3(-1.0..1.0f64).prop_map(Vector3::from);
         let points = prop::collection::vec(vector(), 4..100);
@@ -289,10 +290,10 @@ mod tests {
                 let point = middle + length * direction;
                 let (distance, gradient) = hull.distance(&point);
                 prop_assert!((gradient.norm() - 1.0).abs() < 1e-9);
-                // All points are behind the plane at this distance: outside, nothing is nearer.
+                // All points are behind the plane at this distance: outside, no point is nearer.
                 let slack = 1e-6 * length;
                 prop_assert!(reach(&gradient, &point) <= slack - distance, "{distance} {}", reach(&gradient, &point));
-                // The surface is where the distance says: inside, nothing is nearer.
+                // The surface is where the distance says: inside, no point of the surface is nearer.
                 let (at_it, _) = hull.distance(&(point - distance * gradient));
                 prop_assert!(at_it.abs() <= slack, "{distance} {at_it}");
                 for other in directions.iter().filter_map(|other| other.try_normalize(1e-3)) {
@@ -312,7 +313,7 @@ mod tests {
             |z: f64| [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1.0, z]].map(Vector3::from);
         assert_eq!(Hull::of(&square(1e-9)), None);
         assert_eq!(Hull::of(&square(0.5).map(|point| 1e-6 * point)), None);
-        // Corners of a floor 1 km long and 2 mm thick.
+        // The corners of a floor that is 1 km long and 2 mm thick.
         assert!(Hull::of(&square(2e-6).map(|point| 1000.0 * point)).is_some());
     }
 

@@ -1,17 +1,17 @@
-//! Distances of a point inside a shape from its surface.
+//! The distance of a point inside a shape from the shape's surface.
 
 use super::{Gap, Shape};
 use nalgebra::Vector3;
 
 impl Shape {
-    /// Returns the gap between a point inside the shape and the surface. The distance is negative if the point is outside.
+    /// Returns the gap between a point inside the shape and the shape's surface. The distance is negative if the point is outside.
     pub fn gap_inside(&self, point: &Vector3<f64>) -> Gap {
         let (distance, outward) = self.distance(point);
         gap(point, -distance, -outward)
     }
 
-    /// Calls `each` with the gap between a point inside the shape and each face of a box, a cylinder or a hull. Other shapes have a single
-    /// smooth surface, and [`gap_inside`](Self::gap_inside) is enough.
+    /// Calls `each` with the gap between a point inside the shape and each face of a box, a cylinder or a hull. Other shapes have a
+    /// single smooth surface, for which [`gap_inside`](Self::gap_inside) is enough.
     pub(super) fn faces(&self, point: &Vector3<f64>, mut each: impl FnMut(Gap)) {
         let mut between = |half: f64, along: f64, direction: Vector3<f64>| {
             each(gap(point, half - along, -direction));
@@ -39,7 +39,7 @@ impl Shape {
     }
 }
 
-/// Returns the gap between `point` and a surface at this distance, in the direction opposite to `normal`.
+/// Returns the gap between `point` and a surface at the distance `distance`, in the direction opposite to `normal`.
 fn gap(point: &Vector3<f64>, distance: f64, normal: Vector3<f64>) -> Gap {
     Gap { distance, normal, point: *point, other: point - distance * normal }
 }

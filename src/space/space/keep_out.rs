@@ -8,19 +8,20 @@ use std::fmt;
 use std::ops::RangeInclusive;
 use std::str::FromStr;
 
-/// A named solid that the arm must keep out of, or that its tool must stay in.
+/// A named solid that the arm must stay clear of, or that its tool must stay in.
 ///
 /// Its text form is the name followed by the text of the [`Solid`]: `table half_space 0 0 1 0.02`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct KeepOut {
-    /// Its name.
+    /// The name, as in reports.
     pub name: Name,
-    /// Its shape in the base frame.
+    /// The shape in the base frame.
     pub shape: Shape,
     solid: Solid,
 }
 
-/// The allowed numbers of points of a hull. A hull has less than twice as many faces, and all of them may constrain a velocity at once.
+/// The allowed numbers of points of a hull. A hull has less than twice as many faces, and all of them may constrain a velocity at
+/// once.
 const POINTS: RangeInclusive<usize> = 4..=100;
 
 impl KeepOut {
@@ -33,7 +34,7 @@ impl KeepOut {
         Ok(Self { name, shape, solid })
     }
 
-    /// Returns its solid.
+    /// Returns the solid of the keep-out.
     pub fn solid(&self) -> &Solid {
         &self.solid
     }
@@ -48,14 +49,14 @@ impl FromStr for KeepOut {
     }
 }
 
-/// Writes the text form. Parsing it restores exactly the same numbers.
+/// Writes the text form. Parsing restores exactly the same numbers.
 impl fmt::Display for KeepOut {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{} {}", self.name, self.solid)
     }
 }
 
-/// Returns the shape of a valid solid.
+/// Returns the shape of a solid, if the solid is valid.
 fn shape(solid: &Solid) -> Result<Shape, KeepOutError> {
     match solid {
         Solid::HalfSpace { normal, offset } => {
@@ -92,14 +93,14 @@ fn shape(solid: &Solid) -> Result<Shape, KeepOutError> {
     }
 }
 
-/// Returns the frame in the middle of a solid.
+/// Returns the frame at the center of a solid with the orientation `turn`.
 fn frame(center: &Vector3<f64>, turn: &[f64; 4]) -> Result<Isometry3<f64>, KeepOutError> {
     center.iter().try_for_each(|place| check_place(*place))?;
     let rotation = unit_rotation(*turn).map_err(|_| KeepOutError::Direction)?;
     Ok(Isometry3::from_parts(Translation3::from(*center), rotation))
 }
 
-/// Returns the direction of the axis of a round solid.
+/// Returns the direction of the axis of a cylinder or a capsule.
 fn axis(center: &Vector3<f64>, turn: &[f64; 4], sizes: [f64; 2]) -> Result<Vector3<f64>, KeepOutError> {
     let frame = frame(center, turn)?;
     sizes.into_iter().try_for_each(check_length)?;

@@ -1,4 +1,4 @@
-//! The pairs of a scene that can meet: all except parts of the body that always touch.
+//! The pairs of a scene that can meet. These are all pairs except parts of the body that always touch.
 
 use super::placed::Placed;
 use super::scene::{Against, Meeting};
@@ -6,18 +6,18 @@ use super::{Body, Capsule, KeepOut, MOST_CAPSULES, MOST_KEEP_OUTS, Scene, SceneE
 use dq_kinematics::arm::{Chain, Coupling, JointKind};
 use std::f64::consts::PI;
 
-/// Number of sampled configurations from which pairs that always touch are found.
+/// Number of configurations that are sampled to find the pairs that always touch.
 const SAMPLES: u32 = 200;
 
-/// Largest number of samples, 5 %, in which a pair may be apart and still count as always touching (as in MoveIt's setup assistant).
+/// Number of samples in which a pair may be apart and still count as always touching: 5 %, as in MoveIt's setup assistant.
 const SELDOM: u32 = SAMPLES / 20;
 
-/// The assumed range of a prismatic joint without limits, to each side \[m\].
+/// The assumed range of a prismatic joint without limits, on each side \[m\].
 const SLIDE: f64 = 3.0;
 
 impl Scene {
-    /// Creates the scene of these arms, whose joints move within these ranges \[rad, prismatic: m\], arm after arm. Leaves out pairs of
-    /// body parts that always touch.
+    /// Creates the scene of these arms. Their joints move within these ranges \[rad, prismatic: m\], arm after arm. Pairs of body
+    /// parts that always touch are left out.
     ///
     /// # Errors
     /// [`SceneError`] if there are more than [`MOST_CAPSULES`] capsules or [`MOST_KEEP_OUTS`] keep-outs.
@@ -44,7 +44,7 @@ impl Scene {
         };
         scene.meet_itself();
         scene.leave_out(chains, ranges);
-        // Until here, these are the levers of links.
+        // Until here, the levers are those of the links.
         scene.levers = scene.levers.iter().map(|levers| scene.of_joints(levers)).collect();
         scene.keep_out_of(keep_outs)?;
         Ok(scene)
@@ -60,8 +60,8 @@ impl Scene {
         Ok(scene)
     }
 
-    /// Returns the scene with keep-ins: the tool of each arm must stay in all of `keep_ins`. `chains` and `ranges` must be those with which
-    /// the scene was created.
+    /// Returns the scene with keep-ins: the tool of each arm must stay in all of `keep_ins`. `chains` and `ranges` must be those
+    /// from which the scene was created.
     ///
     /// # Errors
     /// [`SceneError`] if there are more than [`MOST_KEEP_OUTS`], including keep-outs.
@@ -87,7 +87,7 @@ impl Scene {
         Ok(self)
     }
 
-    /// Returns the levers of the joints that drive links with these levers.
+    /// Converts the levers of links to those of the joints that drive them.
     fn of_joints(&self, levers: &[f64]) -> Vec<f64> {
         let mut of_joints = vec![0.0; self.joint_count];
         for (lever, (coupling, _)) in levers.iter().zip(&self.links) {
@@ -110,8 +110,8 @@ impl Scene {
         }
     }
 
-    /// Adds a pair for each capsule and each of these keep-outs. Pairs that touch are added too, because keep-outs do not move with the
-    /// arm; only parts that never move are left out.
+    /// Adds a pair for each capsule and each of these keep-outs, except for capsules that never move. Pairs that touch are added,
+    /// too, because keep-outs do not move with the arm.
     fn keep_out_of(&mut self, more: Vec<KeepOut>) -> Result<(), SceneError> {
         self.check_room(&more)?;
         for keep_out in more {
@@ -128,12 +128,12 @@ impl Scene {
         Ok(())
     }
 
-    /// Adds each pair of capsules.
+    /// Adds each pair of two capsules.
     fn meet_itself(&mut self) {
         let capsules = &self.body.capsules;
         for (capsule, of) in capsules.iter().enumerate() {
             for (other, with) in capsules.iter().enumerate().take(capsule) {
-                // Links that carry both do not move one relative to the other.
+                // A link that carries both capsules does not move one relative to the other.
                 let of_one = self.levers[capsule].iter().zip(&self.levers[other]).enumerate();
                 let levers = of_one.map(|(link, (one, two))| {
                     let both = of.carried_by.contains(&link) && with.carried_by.contains(&link);
@@ -151,7 +151,7 @@ impl Scene {
         }
     }
 
-    /// Leaves out pairs of capsules that cannot be kept apart.
+    /// Leaves out the pairs of capsules that no joint, or only one joint, moves apart, and those that always touch.
     fn leave_out(&mut self, chains: &[Chain], ranges: &[(f64, f64)]) {
         let mut apart = vec![0_u32; self.meetings.len()];
         let mut placed = Placed::of(self);
@@ -176,7 +176,7 @@ impl Scene {
     }
 }
 
-/// Returns the joint positions of sample `number`, spread evenly over these ranges (Roberts 2018).
+/// Returns the joint positions of sample `number`. The samples are spread evenly over these ranges (Roberts 2018).
 fn sample(number: u32, ranges: &[(f64, f64)]) -> Vec<f64> {
     let root = (0..64).fold(1.5_f64, |g, _| (1.0 + g).powf(1.0 / (ranges.len() as f64 + 1.0)));
     let mut step = 1.0;
@@ -188,7 +188,7 @@ fn sample(number: u32, ranges: &[(f64, f64)]) -> Vec<f64> {
     ranges.iter().map(place).collect()
 }
 
-/// Returns how each link moves, with its driver among the joints of all arms.
+/// Returns the coupling and the kind of each link. The drivers are counted among the joints of all arms.
 fn links(chains: &[Chain]) -> Vec<(Coupling, JointKind)> {
     let (mut links, mut before) = (Vec::new(), 0);
     for chain in chains {
@@ -199,8 +199,8 @@ fn links(chains: &[Chain]) -> Vec<(Coupling, JointKind)> {
     links
 }
 
-/// Returns for each capsule the largest distance of its core from the axis of each link \[m\]; 1 for a link that slides, 0 for a link that
-/// does not carry it.
+/// Returns, for each capsule, its levers: the largest distance of its segment from the axis of each link \[m\]. It is 1 for a link
+/// that slides, and 0 for a link that does not carry the capsule.
 fn levers(
     capsules: &[Capsule],
     chains: &[Chain],

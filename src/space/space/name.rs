@@ -15,13 +15,13 @@ pub struct Name {
     length: u8,
 }
 
-/// A text that is not a [`Name`].
+/// The error for a text that is not a [`Name`].
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 #[error("{0:?} is not a name: expected {expected}", expected = self.expected())]
 pub struct NameError(String);
 
 impl NameError {
-    /// Returns the expected form.
+    /// Returns the description of a valid name.
     pub(super) fn expected(&self) -> String {
         format!("a name of 1 to {LONGEST} letters, digits, '_', '-', '.' or '/'")
     }

@@ -8,16 +8,16 @@ use nalgebra::{Isometry3, Vector3};
 /// A body at given joint positions.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Placed {
-    /// The core of each capsule in the base frame.
+    /// The segment of each capsule in the base frame.
     cores: Vec<Segment>,
-    /// The center of each core, and half its length \[m\].
+    /// The center of each segment, and half its length \[m\].
     balls: Vec<(Vector3<f64>, f64)>,
-    /// The axis about or along which each link moves: its direction, and a point of it.
+    /// The axis about or along which each link moves: its direction, and a point on it.
     axes: Vec<(Vector3<f64>, Vector3<f64>)>,
     /// The frame of each link.
     links: Vec<Isometry3<f64>>,
-    /// The last measured gap of each pair, without the radii around the cores. Only the body moves, so it yields a lower bound of the gap
-    /// at any position of the body.
+    /// The last measured gap of each pair, without the radii around the segments. Only the body moves, so this gap yields a lower
+    /// bound of the gap at any position of the body.
     measured: Vec<Option<Gap>>,
     /// The largest travel of each part, and of each pair of parts relative to each other \[m\].
     travels: Vec<f64>,
@@ -25,24 +25,24 @@ pub struct Placed {
 
 #[cfg(debug_assertions)]
 thread_local! {
-    /// The number of gaps to keep-outs that this thread has measured: the cost of a cycle, for tests.
+    /// Number of gaps to keep-outs that this thread has measured. It is the cost of a cycle, for tests.
     pub static MEASURED: std::cell::Cell<usize> = const { std::cell::Cell::new(0) };
 }
 
-/// The capsules, and the tools of two arms.
+/// Largest number of parts: the capsules, and the tools of two arms.
 const MOST_PARTS: usize = MOST_CAPSULES + 2;
 
 /// Two parts that are near each other.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Near {
-    /// The index of the pair.
+    /// The index of the pair of parts.
     pub pair: usize,
-    /// The gap between them.
+    /// The gap between the two parts.
     pub gap: Gap,
 }
 
 impl Placed {
-    /// Creates the body of `scene`, without a position yet.
+    /// Creates the body of `scene`. It has no position yet.
     pub fn of(scene: &Scene) -> Self {
         let mut placed = Self {
             cores: Vec::new(),
@@ -56,7 +56,7 @@ impl Placed {
         placed
     }
 
-    /// Allocates for the body of any scene of these arms.
+    /// Allocates the buffers for the body of any scene of these arms.
     pub fn with_room<'a>(chains: impl Iterator<Item = &'a Chain>) -> Self {
         let links = chains.map(Chain::link_count).sum();
         Self {
@@ -69,7 +69,7 @@ impl Placed {
         }
     }
 
-    /// Replaces the body by that of `scene`, without a position yet. Allocates nothing if there is enough capacity.
+    /// Replaces the body by that of `scene`. It has no position yet. Allocates nothing if there is enough capacity.
     pub fn take(&mut self, scene: &Scene) {
         fn put<T>(list: &mut Vec<T>, of: impl Iterator<Item = T>) {
             list.clear();
@@ -83,7 +83,7 @@ impl Placed {
         put(&mut self.measured, std::iter::repeat_n(None, scene.pair_count()));
     }
 
-    /// Moves the joints of the arms of `scene` to `theta` \[rad, prismatic: m\], arm after arm. Allocates nothing.
+    /// Places the body: the joints of the arms of `scene` are at `theta` \[rad, prismatic: m\], arm after arm. Allocates nothing.
     pub fn place<'a>(&mut self, scene: &Scene, chains: impl IntoIterator<Item = &'a Chain>, theta: &[f64]) {
         let (mut slots, mut theta) = (self.links.iter_mut().zip(&mut self.axes), theta);
         for chain in chains {
@@ -104,9 +104,9 @@ impl Placed {
         }
     }
 
-    /// Writes to `near` the pairs that are near, in the order of `scene`, and at most the capacity of `near`. A pair is near if its gap
-    /// \[m\] is less than `within` returns for its [`travel`](Scene::travel) while each joint moves by `moves` \[rad, prismatic: m\]. Only
-    /// pairs that may be near are measured.
+    /// Sets `near` to the pairs that are near, in the order of `scene`, up to the capacity of `near`. A pair is near if its gap
+    /// \[m\] is less than `within` of the pair's [`travel`](Scene::travel), if each joint moves by `moves` \[rad, prismatic: m\].
+    /// Only pairs that may be near are measured.
     pub fn near(
         &mut self,
         scene: &Scene,
@@ -130,14 +130,14 @@ impl Placed {
         }
     }
 
-    /// Returns the gap of the pair with this index.
+    /// Returns the gap of the pair with the index `pair`.
     pub fn gap_of(&self, scene: &Scene, pair: usize) -> Gap {
         let meeting = &scene.meetings[pair];
         self.core_gap(scene, meeting).less(meeting.radius)
     }
 
-    /// Returns a lower bound of a pair's gap and the point at which it lies, with little computation, from the gap of the pair at other
-    /// positions. `None` if that gap yields no bound.
+    /// Returns a lower bound of a pair's gap from its gap at other positions (`near`), with little computation; `None` if that gap
+    /// yields no bound.
     pub fn gap_at_least(&self, scene: &Scene, near: &Near) -> Option<Gap> {
         let Meeting { capsule, against, .. } = scene.meetings[near.pair];
         matches!(against, Against::KeepOut(_)).then(|| self.cores[capsule].gap_at_least(&near.gap))
@@ -162,7 +162,7 @@ impl Placed {
         distance - meeting.radius
     }
 
-    /// Returns the gap between the core of a pair's capsule and the other part; for two capsules, between both cores.
+    /// Returns the gap between the segment of a pair's capsule and the other part, which may be the segment of another capsule.
     fn core_gap(&self, scene: &Scene, meeting: &Meeting) -> Gap {
         #[cfg(debug_assertions)]
         MEASURED.set(MEASURED.get() + usize::from(matches!(meeting.against, Against::KeepOut(_))));
@@ -174,8 +174,9 @@ impl Placed {
         }
     }
 
-    /// Calls `each` with the gaps at the ends of a pair's cores: if two cores are parallel, a single point does not show how they may move.
-    /// For a tool in a box, a cylinder or a hull, calls it with the gap to each face, because several may be equally near.
+    /// Calls `each` with the gaps at the ends of a pair's segments. If two segments are parallel, a single point does not show how
+    /// they may move. For a tool in a box, a cylinder or a hull, calls `each` with the gap to each face, because several faces may
+    /// be equally near.
     pub fn ends(&self, scene: &Scene, pair: usize, mut each: impl FnMut(Gap)) {
         let meeting = &scene.meetings[pair];
         let core = &self.cores[meeting.capsule];
@@ -196,8 +197,8 @@ impl Placed {
         }
     }
 
-    /// Computes the growth of a pair's gap with each joint [m/rad, prismatic: m/m] (Faverjon & Tournassoud 1987): the normal times the
-    /// Jacobian of the point, minus that of the point of the other capsule. Writes it to `slope`.
+    /// Sets `slope` to the growth of a pair's gap with each joint [m/rad, prismatic: m/m] (Faverjon & Tournassoud 1987). It is the
+    /// normal times the Jacobian of the capsule's point, less that of the other capsule's point.
     pub fn slope(&self, scene: &Scene, pair: usize, gap: &Gap, slope: &mut [f64]) {
         let meeting = &scene.meetings[pair];
         slope.fill(0.0);
@@ -253,7 +254,7 @@ mod tests {
         "tent hull -1 -0.8 -0.4 1 -0.9 -0.3 1 1 -0.4 -1 1 -0.3 -0.8 0.1 1 0.9 0 1.2",
     ];
 
-    /// Returns two arms of three joints each, one of which is prismatic.
+    /// Returns two arms of three joints each. One joint of each arm is prismatic.
     fn chains() -> [Chain; 2] {
         let joint = |kind, xyz: [f64; 3], turn: [f64; 3]| Joint {
             kind,
@@ -271,7 +272,7 @@ mod tests {
         [one.clone(), one.standing_at(&beside)]
     }
 
-    /// Returns the same arms with two joints each, the first of which drives the third link too.
+    /// Returns the same arms with two joints each. The first joint also drives the third link.
     fn driven() -> [Chain; 2] {
         let third = Coupling { driver: 0, ratio: -0.7, offset: 0.2 };
         let couplings = vec![Coupling::own(0), Coupling::own(1), third];
@@ -317,8 +318,8 @@ mod tests {
                 let (less, more) = (beside(-1.0), beside(1.0));
                 for (pair, (less, more)) in less.iter().zip(&more).enumerate() {
                     let difference = (more.distance - less.distance) / (2.0 * STEP);
-                    // If another edge or point becomes the nearest one, there is a kink; and inside of a box, a cylinder or a hull, two
-                    // faces may be equally near.
+                    // If the nearest edge or point changes, there is a kink. Inside a box, a cylinder or a hull, two faces may be
+                    // equally near.
                     let is_outside = less.distance + scene.radius(pair) > 1e-3;
                     let is_same =
                         (more.normal - less.normal).norm() < 1e-4 && (more.point - less.point).norm() < 1e-4;
@@ -352,7 +353,7 @@ mod tests {
         }
     }
 
-    /// Lower bounds of gaps are correct, whatever was measured before.
+    /// The lower bounds of gaps are correct, whatever was measured before.
     #[test]
     fn a_pair_that_is_not_measured_is_not_near() {
         let chains = chains();
@@ -390,7 +391,7 @@ mod tests {
             words.contains(&"the link of joint2 and the link of joint1: neighbours".to_owned()),
             "{words:?}"
         );
-        // With a length in the wrong unit, the sphere contains the whole arm.
+        // The length is in the wrong unit, so the sphere contains the whole arm.
         let floor: KeepOut = "floor sphere 0 0 0 500".parse().unwrap();
         let body = Body::along(&chains[..1], 0.1);
         let moved = body.capsules.iter().filter(|capsule| capsule.link > 0).count();

@@ -5,20 +5,20 @@ use dq_kinematics::arm::{Coupling, JointKind};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-/// Largest number of capsules of a body: one along each link of the longest chain, base included.
+/// Largest number of capsules in a body: one along each link of the longest chain, base included.
 pub const MOST_CAPSULES: usize = 65;
 /// Largest number of keep-outs and keep-ins together in a scene.
 pub const MOST_KEEP_OUTS: usize = 64;
-/// Largest number of pairs in a scene: each two capsules, and each capsule with each keep-out.
+/// Largest number of pairs in a scene: all pairs of two capsules, and all pairs of a capsule and a keep-out.
 pub const MOST_PAIRS: usize = MOST_CAPSULES * (MOST_CAPSULES - 1) / 2 + MOST_CAPSULES * MOST_KEEP_OUTS;
 
-/// Why a scene is invalid.
+/// The reason why a scene is invalid.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum SceneError {
-    /// There are too many capsules.
+    /// There are this many capsules, which is too many.
     #[error("a body of {0} capsules: at most {MOST_CAPSULES} are possible")]
     Capsules(usize),
-    /// There are too many keep-outs; these exceed the limit.
+    /// There are too many keep-outs. These exceed the limit.
     #[error("at most {MOST_KEEP_OUTS} keep-outs and keep-ins are possible: no room for {}", names(.0))]
     KeepOuts(Vec<Name>),
 }
@@ -27,7 +27,7 @@ fn names(of: &[Name]) -> String {
     of.iter().map(Name::as_str).collect::<Vec<_>>().join(", ")
 }
 
-/// The other part of a pair, by its index.
+/// The second part of a pair, by its index.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Against {
     Capsule(usize),
@@ -36,22 +36,22 @@ pub(super) enum Against {
     KeepIn(usize),
 }
 
-/// A pair that is checked.
+/// A pair of parts that are checked.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Meeting {
-    /// The index of a capsule of the body, or, beyond those, of a tool.
+    /// The index of the capsule in the body. The tools follow the capsules.
     pub capsule: usize,
     pub against: Against,
-    /// The index of its levers among those of the scene.
+    /// The index of the pair's levers among those of the scene.
     pub levers: usize,
-    /// The sum of both radii \[m\].
+    /// The sum of the radii of both parts \[m\].
     pub radius: f64,
 }
 
-/// The names of the two members of a pair.
+/// The names of the two parts of a pair.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Pair {
-    /// Two parts of the body, by the joints that move (or drive) their links, counted from 1, arm after arm; 0 for a base.
+    /// Two parts of the body. Each is named by the joint that moves or drives its link, counted from 1 arm after arm; 0 for a base.
     Body(usize, usize),
     /// A part of the body and a keep-out.
     KeepOut(usize, Name),
@@ -95,7 +95,7 @@ fn millimeters(length: f64) -> String {
 }
 
 impl Pair {
-    /// Describes the pair in words; `joint` names a joint by its number.
+    /// Describes the pair in words. `joint` names a joint by its number.
     pub fn explain(&self, joint: impl Fn(usize) -> String) -> String {
         let link = |number: usize| match number {
             0 => "the base".to_owned(),
@@ -108,7 +108,8 @@ impl Pair {
         }
     }
 
-    /// Describes the pair and its gap \[m\] in words. The gap is negative if the two overlap, or if the tool is outside of its keep-in.
+    /// Describes the pair and its gap \[m\] in words. The gap is negative if the two parts overlap, or if the tool is outside its
+    /// keep-in.
     pub fn explain_gap(&self, gap: f64, joint: impl Fn(usize) -> String) -> String {
         let (length, is_closed) = (millimeters(gap.abs()), gap < 0.0);
         match self {
@@ -123,14 +124,14 @@ impl Pair {
     }
 }
 
-/// Why a pair is not checked.
+/// The reason why a pair is not checked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Why {
-    /// No joint moves one relative to the other.
+    /// No joint moves one part relative to the other.
     Fixed,
-    /// A single joint moves one relative to the other, and they meet in it.
+    /// A single joint moves one part relative to the other, and the parts meet at this joint.
     Neighbours,
-    /// Two parts of the body that touch in nearly all configurations.
+    /// Both are parts of the body, and they touch in nearly all configurations.
     Touch,
 }
 
@@ -145,29 +146,29 @@ impl Why {
     }
 }
 
-/// A pair that is not checked, and why.
+/// A pair that is not checked, and the reason.
 pub type LeftOut = (Pair, Why);
 
-/// A body with its keep-outs, tools with their keep-ins, and the pairs that can meet.
+/// A body with its keep-outs, tools with their keep-ins, and the pairs of these that can meet.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scene {
     pub(super) body: Body,
     pub(super) keep_outs: Vec<KeepOut>,
-    /// The tools, each as a point.
+    /// The tools, as capsules without extent.
     pub(super) tools: Vec<Capsule>,
     pub(super) keep_ins: Vec<KeepOut>,
-    /// The largest motion of a part, or of one capsule relative to another, per motion of each joint [m/rad, prismatic: m/m]; those of
-    /// single capsules first.
+    /// The levers: the largest motion of a part, or of one capsule relative to another, per motion of each joint [m/rad, prismatic:
+    /// m/m]. Those of single capsules come first.
     pub(super) levers: Vec<Vec<f64>>,
     pub(super) meetings: Vec<Meeting>,
     pub(super) left_out: Vec<LeftOut>,
-    /// How each link moves, with its driver among the joints, arm after arm.
+    /// The coupling and the kind of each link, arm after arm. The drivers are counted among the joints of all arms.
     pub(super) links: Vec<(Coupling, JointKind)>,
     pub(super) joint_count: usize,
 }
 
 impl Scene {
-    /// Returns the pairs of the body that are not checked, and keep-outs paired with parts that never move.
+    /// Returns the pairs that are not checked: pairs of parts of the body, and keep-outs with parts that never move.
     pub fn left_out(&self) -> &[LeftOut] {
         &self.left_out
     }
@@ -197,7 +198,7 @@ impl Scene {
         self.joint_count
     }
 
-    /// Returns the names of the pair with this index.
+    /// Returns the names of the two parts of the pair with the index `number`.
     pub fn pair(&self, number: usize) -> Pair {
         self.named(&self.meetings[number])
     }
@@ -224,25 +225,25 @@ impl Scene {
         self.body.capsules.get(number).unwrap_or_else(|| &self.tools[number - self.body.capsules.len()])
     }
 
-    /// Returns how much \[m\] the gap of a pair shrinks at most while each joint moves by `moves` \[rad, prismatic: m\] in either
+    /// Returns by how much a pair's gap shrinks at most \[m\] if each joint moves by `moves` \[rad, prismatic: m\] in either
     /// direction.
     pub fn travel(&self, number: usize, moves: impl Iterator<Item = f64>) -> f64 {
         travel(&self.levers[self.meetings[number].levers], moves)
     }
 
-    /// Returns whether the pair is a tool and its keep-in. Keep-ins are convex, so along a straight line the gap is smallest at one of the
-    /// ends.
+    /// Returns whether the pair is a tool and its keep-in. Keep-ins are convex, so on a straight line the gap is smallest at one of
+    /// the ends.
     pub fn is_inside(&self, number: usize) -> bool {
         matches!(self.meetings[number].against, Against::KeepIn(_))
     }
 
-    /// Returns the distance between the cores of a pair at which its gap is 0 \[m\].
+    /// Returns the distance between the segments of a pair at which its gap is 0 \[m\].
     pub fn radius(&self, number: usize) -> f64 {
         self.meetings[number].radius
     }
 }
 
-/// Returns the largest motion \[m\] of a part with these levers while each joint moves by `moves` \[rad, prismatic: m\].
+/// Returns the largest motion of a part with these levers \[m\] if each joint moves by `moves` \[rad, prismatic: m\].
 pub(super) fn travel(levers: &[f64], moves: impl Iterator<Item = f64>) -> f64 {
     levers.iter().zip(moves).map(|(lever, by)| lever * by.abs()).sum()
 }

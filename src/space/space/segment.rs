@@ -1,4 +1,4 @@
-//! Line segments: the cores of capsules.
+//! Line segments, such as the axes of capsules.
 
 use super::Gap;
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
@@ -6,17 +6,17 @@ use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 /// The line segment between two points \[m\].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Segment {
-    /// Both ends.
+    /// The two ends.
     pub ends: [Vector3<f64>; 2],
 }
 
-/// Two points within this distance \[m\] have no direction between them.
+/// Two points that are closer together than this have no direction between them \[m\].
 const TOGETHER: f64 = 1e-12;
 
 impl Segment {
-    /// Returns a lower bound of the gap between this core and a convex shape, and the point at which it lies, given the `gap` between
-    /// another core and that shape. The shape lies behind the plane perpendicular to the normal of `gap`, and no point of this core is
-    /// nearer to the shape than to that plane.
+    /// Returns a lower bound of the gap between this segment and a convex shape. `gap` is the gap between another segment and that
+    /// shape. The shape lies behind the plane perpendicular to the gap's normal, so no point of this segment is nearer to the shape
+    /// than to that plane.
     pub(super) fn gap_at_least(&self, gap: &Gap) -> Gap {
         let beyond = |point: &Vector3<f64>| gap.distance + gap.normal.dot(&(point - gap.point));
         let [one, other] = self.ends.map(|end| (beyond(&end), end));
@@ -24,12 +24,12 @@ impl Segment {
         Gap { distance, normal: gap.normal, point, other: point - distance * gap.normal }
     }
 
-    /// Creates the segment with the middle `center` that extends by `half` to both sides \[m\].
+    /// Creates the segment whose middle is `center`. It extends by `half` to both sides \[m\].
     pub fn about(center: &Vector3<f64>, half: &Vector3<f64>) -> Self {
         Self { ends: [center - half, center + half] }
     }
 
-    /// Returns the point at this fraction of the segment, from the first end to the second.
+    /// Returns the point at the fraction `part` of the segment, from the first end to the second one.
     pub fn at(&self, part: f64) -> Vector3<f64> {
         self.ends[0] + part * self.vector()
     }
@@ -39,7 +39,7 @@ impl Segment {
         self.ends[1] - self.ends[0]
     }
 
-    /// Returns a frame in its middle whose z axis points from the first end to the second.
+    /// Returns a frame at the segment's middle. Its z axis points from the first end to the second one.
     pub fn frame(&self) -> Isometry3<f64> {
         let about_x = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI);
         let turn = UnitQuaternion::rotation_between(&Vector3::z(), &self.vector()).unwrap_or(about_x);
@@ -53,12 +53,13 @@ impl Segment {
         if length > 0.0 { ((point - self.ends[0]).dot(&along) / length).clamp(0.0, 1.0) } else { 0.0 }
     }
 
-    /// Returns the gap from this segment's nearest point to `point`.
+    /// Returns the gap between `point` and the point of this segment that is nearest to it.
     pub fn gap_of(&self, point: &Vector3<f64>) -> Gap {
         between(point, &self.at(self.part_near(point)))
     }
 
-    /// Returns the gap between the nearest points of this segment and another (Ericson, Real-Time Collision Detection, 2005, §5.1.9).
+    /// Returns the gap between the nearest points of this segment and of `other` (Ericson, Real-Time Collision Detection, 2005,
+    /// §5.1.9).
     pub fn gap_to(&self, other: &Self) -> Gap {
         let (one, two, apart) = (self.vector(), other.vector(), self.ends[0] - other.ends[0]);
         let (a, e, b) = (one.norm_squared(), two.norm_squared(), one.dot(&two));
@@ -68,7 +69,8 @@ impl Segment {
         } else {
             0.0
         };
-        // If lines are nearly parallel, rounding makes the point arbitrary; projecting back and forth once finds a nearest one.
+        // If the lines are nearly parallel, rounding makes the point arbitrary. Projecting back and forth once finds a nearest
+        // point.
         let there = other.part_near(&self.at(part));
         let here = self.part_near(&other.at(there));
         let there = other.part_near(&self.at(here));

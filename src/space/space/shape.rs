@@ -1,4 +1,4 @@
-//! Convex solid shapes: the signed distance of points and segments from them.
+//! Convex solid shapes, and the signed distances of points and segments from them.
 
 use super::{Gap, Hull, Segment};
 use dq_algebra::{Line, Plane};
@@ -7,13 +7,13 @@ use nalgebra::{Isometry3, Vector2, Vector3};
 /// A convex solid shape, in the base frame.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Shape {
-    /// Everything behind a plane.
+    /// All points behind a plane.
     HalfSpace(Plane),
     /// A ball.
     Sphere {
-        /// Its center \[m\].
+        /// The center of the ball \[m\].
         center: Vector3<f64>,
-        /// Its radius \[m\].
+        /// The radius of the ball \[m\].
         radius: f64,
     },
     /// All points within a radius of a segment.
@@ -25,23 +25,23 @@ pub enum Shape {
     },
     /// A box.
     Box {
-        /// Its center, and the directions of its edges.
+        /// The center of the box, and the directions of its edges.
         base_from_box: Isometry3<f64>,
         /// Half the length of each edge \[m\].
         half: Vector3<f64>,
     },
     /// A cylinder.
     Cylinder {
-        /// Its axis.
+        /// The axis of the cylinder.
         axis: Line,
-        /// Its center \[m\].
+        /// The center of the cylinder \[m\].
         center: Vector3<f64>,
-        /// Its radius \[m\].
+        /// The radius of the cylinder \[m\].
         radius: f64,
-        /// Half its length \[m\].
+        /// Half the length of the cylinder \[m\].
         half_length: f64,
     },
-    /// The convex hull of some points.
+    /// The convex hull of points.
     Hull(Hull),
 }
 
@@ -50,8 +50,8 @@ const EXACT: f64 = 1e-12;
 const STEPS: u32 = 40;
 
 impl Shape {
-    /// Returns the signed distance of `point` \[m\], negative inside, and its gradient, of unit length. The shape is convex, so the
-    /// distance is convex, too, and it changes by at most the motion of the point.
+    /// Returns the signed distance of `point` \[m\], negative inside, and its gradient of unit length. The shape is convex. So the
+    /// distance is convex, too, and changes by at most the motion of the point.
     pub fn distance(&self, point: &Vector3<f64>) -> (f64, Vector3<f64>) {
         match self {
             Self::HalfSpace(plane) => (plane.distance(point), plane.normal()),
@@ -82,7 +82,7 @@ impl Shape {
         }
     }
 
-    /// Returns a lower bound of the distance of `point` \[m\], without much computation for any shape.
+    /// Returns a lower bound of the distance of `point` \[m\]. It takes little computation for any shape.
     pub(super) fn at_least(&self, point: &Vector3<f64>) -> f64 {
         match self {
             Self::Hull(hull) => hull.at_least(point),
@@ -90,7 +90,7 @@ impl Shape {
         }
     }
 
-    /// Returns the gap from the shape to the nearest point of `segment`, or to the deepest one inside.
+    /// Returns the gap between the shape and the nearest point of `segment`, or the deepest one inside the shape.
     pub fn gap_to(&self, segment: &Segment) -> Gap {
         match self {
             Self::Sphere { center, radius } => {
@@ -105,14 +105,14 @@ impl Shape {
         }
     }
 
-    /// Returns the gap at one point.
+    /// Returns the gap between the shape and `point`.
     pub fn gap_at(&self, point: &Vector3<f64>) -> Gap {
         let (distance, normal) = self.distance(point);
         Gap { distance, normal, point: *point, other: point - distance * normal }
     }
 
-    /// Returns the lowest distance along a segment. The tangents of the convex distance intersect at a lower bound, at which it is
-    /// evaluated next (Kelley 1960).
+    /// Returns the gap at the point of a segment with the smallest distance. The distance is convex, so its tangents intersect at a
+    /// lower bound, and it is evaluated there next (Kelley 1960).
     fn lowest(&self, segment: &Segment) -> Gap {
         let along = segment.vector();
         let at = |part: f64| {
@@ -144,7 +144,7 @@ impl Shape {
     }
 }
 
-/// Returns the length of a vector and its direction, which is arbitrary for a zero vector.
+/// Returns the length of a vector, and its direction. The direction of a zero vector is arbitrary.
 fn length(vector: &Vector3<f64>) -> (f64, Vector3<f64>) {
     let length = vector.norm();
     if length > 0.0 { (length, vector / length) } else { (0.0, Vector3::x()) }
@@ -211,7 +211,7 @@ mod tests {
             let step = 1e-6;
             let at = |side: f64| shape.distance(&(point + side * step * along));
             let slope = (at(1.0).0 - at(-1.0).0) / (2.0 * step);
-            // Inside of a box or a hull, near an edge, the gradient changes direction within the step.
+            // Inside a box or a hull, near an edge, the gradient changes its direction within the step.
             prop_assume!((at(1.0).1 - at(-1.0).1).norm() < 1e-3);
             prop_assert!((slope - gradient.dot(&along)).abs() < 1e-5, "{slope} {}", gradient.dot(&along));
         }

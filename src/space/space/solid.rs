@@ -1,4 +1,4 @@
-//! Solids by their sizes, as in texts and messages.
+//! Solids, described by their sizes as in texts and messages.
 
 use super::hull::FLAT;
 use super::name::NameError;
@@ -7,23 +7,23 @@ use std::fmt;
 use std::str::FromStr;
 use thiserror::Error;
 
-/// Why a solid is not valid as a [`KeepOut`](super::KeepOut).
+/// The reason why a solid is not valid as a [`KeepOut`](super::KeepOut).
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum KeepOutError {
-    /// The name is invalid.
+    /// The name is not valid.
     Name(#[from] NameError),
-    /// The shape is unknown.
+    /// The name of the shape is unknown.
     Shape,
-    /// The number of numbers does not match the shape, or one of them is not a finite number.
+    /// The count of numbers does not match the shape, or one of them is not a finite number.
     Numbers {
-        /// The shape.
+        /// The name of the shape.
         shape: &'static str,
-        /// The description of its numbers.
+        /// The description of the shape's numbers.
         numbers: &'static str,
     },
-    /// A length is invalid.
+    /// This length is not valid.
     Length(f64),
-    /// A position is too far away.
+    /// This position is too far away.
     Far(f64),
     /// A direction or an orientation is invalid.
     Direction,
@@ -32,7 +32,7 @@ pub enum KeepOutError {
 }
 
 impl KeepOutError {
-    /// Returns the expected form.
+    /// Returns the description of a valid keep-out.
     pub fn expected(&self) -> String {
         match self {
             Self::Name(why) => why.expected(),
@@ -62,7 +62,7 @@ impl fmt::Display for KeepOutError {
 /// Largest distance of a position, and largest length \[m\].
 pub(super) const FARTHEST: f64 = 1000.0;
 
-/// The orientation of a solid that is not rotated: qx qy qz qw.
+/// The orientation qx qy qz qw of a solid that is not rotated.
 pub const NO_TURN: [f64; 4] = [0.0, 0.0, 0.0, 1.0];
 
 /// A solid by its sizes, in meters, in its own reference frame.
@@ -79,52 +79,52 @@ pub const NO_TURN: [f64; 4] = [0.0, 0.0, 0.0, 1.0];
 /// An orientation `qx qy qz qw` may follow the numbers of a box, a cylinder or a capsule.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Solid {
-    /// Everything behind a plane.
+    /// All points behind a plane.
     HalfSpace {
-        /// The outward direction, of any length.
+        /// The outward direction. Its length does not matter.
         normal: Vector3<f64>,
         /// The distance of the plane from the origin along the normal \[m\].
         offset: f64,
     },
     /// A ball.
     Sphere {
-        /// Its center \[m\].
+        /// The center of the ball \[m\].
         center: Vector3<f64>,
-        /// Its radius \[m\].
+        /// The radius of the ball \[m\].
         radius: f64,
     },
     /// A box.
     Box {
-        /// Its center \[m\].
+        /// The center of the box \[m\].
         center: Vector3<f64>,
-        /// The orientation of its edges, qx qy qz qw.
+        /// The orientation of the edges, qx qy qz qw.
         turn: [f64; 4],
-        /// The lengths of its edges \[m\].
+        /// The lengths of the edges \[m\].
         lengths: Vector3<f64>,
     },
-    /// A cylinder along its z axis.
+    /// A cylinder along its own z axis.
     Cylinder {
-        /// Its center \[m\].
+        /// The center of the cylinder \[m\].
         center: Vector3<f64>,
-        /// Its orientation, qx qy qz qw.
+        /// The orientation of the cylinder, qx qy qz qw.
         turn: [f64; 4],
-        /// Its radius \[m\].
+        /// The radius of the cylinder \[m\].
         radius: f64,
-        /// Its length \[m\].
+        /// The length of the cylinder \[m\].
         length: f64,
     },
-    /// All points within a radius of a segment along its z axis.
+    /// All points within a radius of a segment along the capsule's own z axis.
     Capsule {
         /// The center of the segment \[m\].
         center: Vector3<f64>,
-        /// Its orientation, qx qy qz qw.
+        /// The orientation of the capsule, qx qy qz qw.
         turn: [f64; 4],
-        /// The radius \[m\].
+        /// The radius of the capsule \[m\].
         radius: f64,
         /// The length of the segment \[m\].
         length: f64,
     },
-    /// The convex hull of some points.
+    /// The convex hull of points.
     Hull {
         /// The points \[m\].
         points: Vec<Vector3<f64>>,
@@ -132,7 +132,7 @@ pub enum Solid {
 }
 
 impl Solid {
-    /// The names of the shapes, with the descriptions of their numbers.
+    /// The names of the shapes, each with the description of its numbers.
     pub(super) const SHAPES: [(&str, &str); 6] = [
         ("half_space", "normal x y z, offset along it"),
         ("sphere", "x y z radius"),
@@ -142,7 +142,7 @@ impl Solid {
         ("hull", "x y z of 4 to 100 points"),
     ];
 
-    /// Returns the name of its shape.
+    /// Returns the name of the solid's shape.
     pub fn name(&self) -> &'static str {
         let number = match self {
             Self::HalfSpace { .. } => 0,
@@ -160,7 +160,7 @@ impl Solid {
         wrong_numbers(self.name())
     }
 
-    /// Returns the solid with its frame moved by `by`.
+    /// Returns the solid after its frame has moved by `by`.
     pub fn moved(&self, by: &Isometry3<f64>) -> Self {
         let place = |point: &Vector3<f64>| by.rotation * point + by.translation.vector;
         let mut moved = self.clone();
@@ -184,7 +184,7 @@ impl Solid {
         moved
     }
 
-    /// Returns its numbers, in the order of the text form.
+    /// Returns the solid's numbers, in the order of the text form.
     fn numbers(&self) -> Vec<f64> {
         let of =
             |center: &Vector3<f64>, sizes: &[f64], turn: &[f64]| [center.as_slice(), sizes, turn].concat();
@@ -259,7 +259,7 @@ mod tests {
     }
 
     proptest! {
-        /// Keep-outs are recorded in bags as text, and must be equal to the last bit when they are read.
+        /// Bags record keep-outs as text. They must be equal to the last bit when they are read.
         #[test]
         fn the_text_form_is_exact(numbers in numbers(), turn in prop::array::uniform4(-1.0..1.0f64)) {
             let [x, y, z, a, b, c, ..] = numbers;

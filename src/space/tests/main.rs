@@ -1,4 +1,4 @@
-//! Tests of the frame tree: poses of frames, when they are known, and what the tree accepts from publishers.
+//! Tests of the frame tree: poses of frames, the times at which they are known, and what the tree accepts from publishers.
 
 use dq_algebra::UnitDualQuaternion;
 use dq_space::frames::{
@@ -33,7 +33,7 @@ fn near(one: &UnitDualQuaternion, other: &UnitDualQuaternion) -> bool {
         || (one.to_vector8() + other.to_vector8()).norm() < 1e-12
 }
 
-/// Returns base -> map (moves from 1 s to 3 s), map -> table (static), base -> tool (moves from 2 s to 4 s).
+/// Returns the tree of base → map (moves from 1 s to 3 s), map → table (static), and base → tool (moves from 2 s to 4 s).
 fn tree() -> FrameTree {
     let mut tree = FrameTree::default();
     put(&mut tree, ["/base", "map"], SECOND, &pose(1.0, 0.0), false).unwrap();
@@ -48,14 +48,14 @@ fn tree() -> FrameTree {
 fn a_frame_is_found_up_and_down_the_tree_at_its_time() {
     let tree = tree();
     let (map, table) = (pose(1.5, 0.5), pose(0.5, 0.2));
-    // Halfway: angle and line are interpolated independently.
+    // Halfway, rotation and translation are interpolated independently.
     assert!(near(&tree.lookup("base", "map", 2 * SECOND).unwrap(), &map));
     assert!(near(&tree.lookup("base", "/table", 2 * SECOND).unwrap(), &(map * table)));
     assert!(near(&tree.lookup("table", "base", 2 * SECOND).unwrap(), &(map * table).inverse()));
     let tool = pose(0.0, -1.0);
     assert!(near(&tree.lookup("tool", "table", 2 * SECOND).unwrap(), &(tool.inverse() * map * table)));
     assert!(near(&tree.lookup("table", "table", 77).unwrap(), &UnitDualQuaternion::identity()));
-    // 0 stands for the newest time at which the whole path is known: 3 s in the first case, any in the second.
+    // 0 stands for the newest time at which the whole path is known: 3 s in the first case, any time in the second.
     let tool = pose(2.0, -1.5);
     assert!(near(&tree.lookup("tool", "map", 0).unwrap(), &(tool.inverse() * pose(2.0, 1.0))));
     assert!(near(&tree.lookup("map", "table", 0).unwrap(), &table));
@@ -81,13 +81,13 @@ fn unknown_frames_and_times_are_reported_by_name() {
         assert!(why.to_string().contains(text), "{why}");
         assert_eq!(why.may_pass(), label != "transform_too_old");
     }
-    // Extreme stamps.
+    // Extreme values of the stamp.
     for stamp in [i64::MIN, i64::MAX] {
         assert!(tree.lookup("base", "map", stamp).is_err());
     }
 }
 
-/// tf2 accepts a quaternion whose squared norm is within 10e-3 of 1, because people type two digits.
+/// tf2 accepts a quaternion whose squared norm is within 10e-3 of 1, because people type only two digits.
 #[test]
 fn a_quaternion_of_two_digits_is_accepted() {
     let mut tree = FrameTree::default();
@@ -142,7 +142,7 @@ fn transforms_may_arrive_in_any_order_and_are_kept_for_ten_seconds() {
     for time in [2.0, 2.5, 3.75, 8.0, 11.0, 11.5, 12.0] {
         assert!((x(&tree, (time * 1e9) as i64).unwrap() - time).abs() < ALGEBRA);
     }
-    // A clock may be set back by an hour, or forward by a year for one message.
+    // Someone may set a clock back by an hour, or forward by a year for one message.
     put(&mut tree, frames, -3600 * SECOND, &pose(-1.0, 0.0), false).unwrap();
     assert!((x(&tree, 0).unwrap() + 1.0).abs() < ALGEBRA);
     put(&mut tree, frames, 31_536_000 * SECOND, &pose(-2.0, 0.0), false).unwrap();
@@ -164,7 +164,7 @@ fn opposite_rotations_without_a_unique_arc_cause_no_fault() {
         assert!((found.real().norm() - 1.0).abs() < ALGEBRA, "{tenth}");
         assert!((found.translation().x - 0.1 * tenth as f64).abs() < ALGEBRA);
     }
-    // The shorter arc, whatever the signs of the quaternions.
+    // The tree interpolates along the shorter arc, whatever the signs of the quaternions are.
     put(&mut tree, ["base", "turned"], SECOND, &pose(0.0, 0.2), false).unwrap();
     put(&mut tree, ["base", "turned"], 2 * SECOND, &-pose(0.0, 0.4), false).unwrap();
     let found = tree.lookup("base", "turned", SECOND * 3 / 2).unwrap();
@@ -218,7 +218,7 @@ fn endless_publishing_neither_fills_memory_nor_displaces_others() {
     assert!((tree.lookup("base", "map", 0).unwrap().translation().x - 2999.0).abs() < 1e-9);
     assert!(tree.lookup("base", "map", 4 * SECOND + 1000).is_ok());
     assert!(tree.lookup("base", "map", 4 * SECOND + 999).is_err(), "2000 are kept");
-    // All frames together have 100 000; beyond that, each frame keeps its present capacity.
+    // All frames together have at most 100 000 transforms. Beyond that, each frame keeps its present number.
     let mut tree = FrameTree::default();
     for stamp in 0..1500 {
         for name in &names[..100] {
@@ -229,7 +229,7 @@ fn endless_publishing_neither_fills_memory_nor_displaces_others() {
     assert!((newest - 1499.0).abs() < 1e-9, "the newest always has room");
     assert!(tree.lookup("base", "frame99", 400).is_err() && tree.lookup("base", "frame99", 520).is_ok());
     assert_eq!(put(&mut tree, ["base", "one more"], 0, &pose(0.0, 0.0), true), Err(Ignored::TooMany));
-    // Names are shortened.
+    // The tree shortens names.
     let long = "x".repeat(10_000_000);
     let mut tree = FrameTree::default();
     put(&mut tree, ["base", &long], 0, &pose(0.0, 0.0), true).unwrap();
@@ -238,7 +238,7 @@ fn endless_publishing_neither_fills_memory_nor_displaces_others() {
 }
 
 proptest! {
-    /// The pose in the tree equals the product of the transforms, except for rounding.
+    /// The pose in the tree equals the product of the transforms, apart from rounding.
     #[test]
     fn a_long_path_is_the_product_of_its_transforms(
         numbers in prop::collection::vec((-1.0..1.0_f64, -3.0..3.0_f64), 2..12),
@@ -247,7 +247,7 @@ proptest! {
         let mut tree = FrameTree::default();
         let split = split.min(numbers.len() - 1);
         let name = |i: usize| format!("f{i}");
-        // Up to frame `split` the parents have the higher numbers, from there on the lower ones.
+        // Up to frame `split`, parents have the higher numbers; from there on, the lower ones.
         let mut expected = UnitDualQuaternion::identity();
         for (i, (x, angle)) in numbers.iter().enumerate() {
             let turn = UnitQuaternion::from_scaled_axis(Vector3::new(*angle, 0.3 * x, -0.5));
@@ -290,7 +290,7 @@ fn a_goal_waits_for_its_transform_but_not_forever() {
     assert_eq!(waiting.deadline(patience), Some(501 * MS));
     let answers = waiting.look(&tree, "base", 6 * MS, patience);
     assert_eq!(numbers(&answers), [(5, Some("transform_too_old"))], "what cannot pass is said at once");
-    // The newest goal that is found replaces those before it.
+    // The newest goal that is found replaces earlier ones.
     put(&mut tree, ["base", "map"], 4 * SECOND, &pose(3.0, 0.0), false).unwrap();
     let answers = waiting.look(&tree, "base", 100 * MS, patience);
     assert_eq!(numbers(&answers), [(1, None), (2, None)]);
@@ -348,7 +348,7 @@ fn a_frame_is_followed_until_it_is_silent_and_again_when_it_is_heard() {
     );
     put(&mut tree, ["base", "map"], 5 * SECOND, &pose(8.0, 0.0), false).unwrap();
     assert!(x(followed.look(&tree, "base", 2001 * MS, patience)).is_some());
-    // A frame that is cut off from the base is lost too, and found again when it is reconnected.
+    // A frame that is cut off from the base is lost, too. It is found again when it is reconnected.
     put(&mut tree, ["moon", "map"], 6 * SECOND, &pose(8.0, 0.0), false).unwrap();
     assert_eq!(followed.look(&tree, "base", 2002 * MS, patience), None);
     assert_eq!(followed.look(&tree, "base", 2600 * MS, patience), Some(FrameMotion::Lost));

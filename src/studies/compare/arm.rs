@@ -11,27 +11,27 @@ use rand_chacha::rand_core::{Rng, SeedableRng};
 use std::f64::consts::PI;
 use std::path::Path;
 
-/// The built-in arms that are compared. Other sizes of them behave similarly.
+/// The built-in arms that are compared. Other sizes of these arms behave similarly.
 const COMPARED: [&str; 5] = ["puma560", "ur5e", "panda", "iiwa14", "xarm6"];
 
 /// An arm with its servo parameters.
 #[derive(Clone, Debug)]
 pub struct Arm {
-    /// The name of its file, without folder and extension.
+    /// The name of the arm: the name of its file, without folder and extension.
     pub name: String,
-    /// Its kinematics, joints, limits, and all other servo parameters.
+    /// The kinematics, joint names, limits, and all other servo parameters of the arm.
     pub parameters: ServoParameters,
-    /// The values from which the parameters were built, and their source.
+    /// The values from which the parameters were built, and the name of their source.
     values: Vec<(String, Value)>,
     source: String,
 }
 
-/// A start and a goal.
+/// The start and the goal of a motion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Task {
     /// Joint angles at the start \[rad\].
     pub start: Vec<f64>,
-    /// The tool's goal, with the sign that is nearer at the start.
+    /// The goal of the tool. Its sign is the nearer one at the start.
     pub base_from_goal: UnitDualQuaternion,
 }
 
@@ -45,7 +45,7 @@ impl Arm {
         files.map(|(name, text)| Self::in_box(name, text)).collect()
     }
 
-    /// Returns the built-in arm with this name, or else the arm of the parameter file at this path.
+    /// Returns the built-in arm with this name; if there is none, the arm of the parameter file at this path.
     ///
     /// # Errors
     /// [`CompareError::NoArm`] or [`CompareError::Config`].
@@ -65,15 +65,15 @@ impl Arm {
 
     fn parse(name: &str, text: &str, source: &str) -> Result<Self, CompareError> {
         let mut values = parameters_for(text, source, "/dq_servo")?;
-        // The laws are compared, not the servo's reconfigurations after a stall.
+        // The comparison is about the laws, not about the servo's reconfigurations after a stall.
         values.push(("reconfigure".to_owned(), Value::String(Reconfigure::Never.name().to_owned())));
-        // Nor what the servo does with joints that no law needs.
+        // Nor is it about the motion of joints that no law needs.
         values.push(("posture.gain".to_owned(), Value::Double(0.0)));
         Self::of(name, values, source)
     }
 
     fn of(name: &str, values: Vec<(String, Value)>, source: &str) -> Result<Self, CompareError> {
-        // Two of the arms have jerk limits, which are removed so that all arms have the same kinds of limits.
+        // Two of the arms have jerk limits. They are removed, so that all arms have the same kinds of limits.
         let parameters = ServoParameters::from_values(values.clone(), source)?
             .with(|settings| settings.limits.joint_jerk.fill(f64::INFINITY));
         Ok(Self { name: name.to_owned(), parameters, values, source: source.to_owned() })
@@ -87,11 +87,11 @@ impl Arm {
         Self::of(&self.name, self.values.iter().cloned().chain(parameters).collect(), &self.source)
     }
 
-    /// Returns the task with this number. Start and goal are the poses of random joint positions between the position limits, within half a
-    /// turn either way. Each number has its own stream of random numbers, so that the order of runs does not matter.
+    /// Returns the task `number`. Its start and goal are the poses of random joint positions, between the position limits and
+    /// within half a turn in both directions. Each task has its own stream of random numbers, so the order of runs does not matter.
     ///
     /// # Errors
-    /// Never fails in practice: there is one position per joint.
+    /// There is none in practice: there is one position per joint.
     pub fn task(&self, seed: u64, number: u32) -> Result<Task, CompareError> {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         random.set_stream(u64::from(number));

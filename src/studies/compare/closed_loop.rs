@@ -5,18 +5,16 @@ use super::arm::{Arm, Task};
 use super::conditions::{PERIOD, Plant, Sensor};
 use dq_common::named;
 use dq_config::ServoParameters;
-use dq_core::servo::{
-    Arms, Event, Figures, GoalError, JointReading, MotionMeter, Reconfiguration, STARTS, Search, Servo,
-    Settings, State, Tolerance,
-};
+use dq_core::servo::{Arms, Event, JointReading, Reconfiguration, STARTS, Search, Servo, Settings, State};
 use dq_kinematics::control::{Approach, Controller, SignMemory};
+use dq_metrics::{Figures, GoalError, MotionMeter, Tolerance};
 use std::time::Duration;
 
-/// Time after which a loop that has not settled has failed.
+/// The time after which a loop that has not settled counts as failed.
 pub const HORIZON: Duration = Duration::from_secs(10);
-/// Time inside of the 2 % band after which a loop has settled.
+/// The time within the 2 % band after which a loop counts as settled.
 const DWELL: Duration = Duration::from_millis(500);
-/// The last part of a failed loop, in which its behavior is classified.
+/// The length of the last part of a failed loop, by which its behavior is classified.
 const LAST: Duration = Duration::from_secs(1);
 /// Joint speeds below this [rad/s] count as standing.
 const STANDING: f64 = 1e-2;
@@ -30,17 +28,17 @@ named! {
         /// The error stays within 2 % of its initial value, or within the goal tolerances.
         #[default]
         Settled = "settled",
-        /// Still getting nearer at the end.
+        /// The arm was still getting nearer at the end.
         Slow = "slow",
-        /// Moving, but not getting nearer.
+        /// The arm moved but did not get nearer.
         Oscillating = "oscillating",
-        /// Standing away from the goal in a singular configuration.
+        /// The arm stood away from the goal in a singular configuration.
         Singular = "singular",
-        /// Standing away from the goal.
+        /// The arm stood away from the goal.
         Stuck = "stuck",
-        /// Stopped by a position limit.
+        /// A position limit stopped the arm.
         JointLimit = "joint_limit",
-        /// Diverged, with unbounded speeds.
+        /// The motion diverged, with unbounded speeds.
         Diverged = "diverged",
     }
 }
@@ -50,12 +48,12 @@ named! {
 pub struct Result {
     /// The outcome.
     pub outcome: Outcome,
-    /// Its figures, as defined by [`MotionMeter`].
+    /// The figures of the loop, as [`MotionMeter`] defines them.
     pub figures: Figures,
 }
 
 impl Result {
-    /// Returns when it had settled \[s\]; `None` if it has not.
+    /// Returns when the loop had settled \[s\]; `None` if it has not.
     pub fn settled(&self) -> Option<f64> {
         (self.outcome == Outcome::Settled).then(|| self.figures.settling_time()).flatten()
     }
@@ -70,7 +68,7 @@ struct BareLaw {
     hysteresis: f64,
 }
 
-/// Computes commands from joint states.
+/// The source of commands, given joint states.
 enum Driver {
     /// The law alone.
     Law(Box<BareLaw>),
@@ -78,7 +76,7 @@ enum Driver {
     Servo { servo: Box<Servo>, search: Box<Search>, names: Vec<String>, age: Duration },
 }
 
-/// A loop to run.
+/// A closed loop that can be run.
 pub struct ClosedLoop<'a> {
     /// The arm.
     pub arm: &'a Arm,
@@ -86,21 +84,21 @@ pub struct ClosedLoop<'a> {
     pub controller: Controller,
     /// The imperfections of the joint states.
     pub plant: Plant,
-    /// Whether the servo with its limits and all rules drives the arm, or the law alone.
+    /// Whether the servo drives the arm, with its limits and all rules. Otherwise the law alone does.
     pub limits: bool,
 }
 
 impl ClosedLoop<'_> {
-    /// Runs the task with this number until it has settled, or for [`HORIZON`].
+    /// Runs the task `number` until the loop has settled, or for [`HORIZON`].
     ///
     /// # Errors
-    /// Never fails in practice: the numbers of joints match.
+    /// There is none in practice: the numbers of joints match.
     pub fn run(&self, task: &Task, number: u32) -> std::result::Result<Result, CompareError> {
         Ok(self.run_for(task, number, HORIZON, |_| ())?.0)
     }
 
-    /// Runs the task for `horizon`, and also returns the servo's final state in words. Calls `see` with the joint positions \[rad\] of each
-    /// cycle.
+    /// Runs the task for `horizon`. Calls `see` with the joint positions \[rad\] of each cycle. Also returns the servo's final
+    /// state in words.
     pub(super) fn run_for(
         &self,
         task: &Task,
@@ -145,7 +143,7 @@ impl ClosedLoop<'_> {
         let mut servo = Box::new(ServoParameters { settings, period: PERIOD, ..parameters.clone() }.build()?);
         let (t, r) = (task.base_from_goal.translation(), task.base_from_goal.rotation());
         servo.take_goal(t.into(), [r.i, r.j, r.k, r.w], "", Duration::ZERO)?;
-        // Joint states are stamped when they are measured.
+        // Joint states get their stamps when they are measured.
         let age = PERIOD * self.plant.latency as u32;
         let search = Box::new(Search::new(parameters.arms.clone()));
         Ok(Driver::Servo { servo, search, names, age })
@@ -153,7 +151,7 @@ impl ClosedLoop<'_> {
 }
 
 impl Driver {
-    /// Writes the command for joints measured at `seen` \[rad\].
+    /// Sets the command for joints that are measured at `seen` \[rad\].
     fn drive(
         &mut self,
         goal: &Task,
@@ -198,7 +196,7 @@ impl Driver {
         }
     }
 
-    /// Returns whether nothing will move anymore: a servo with a stalled goal waits for another.
+    /// Returns whether nothing will move anymore: a servo whose goal has stalled waits for another goal.
     fn is_over(&self) -> bool {
         match self {
             Self::Law(_) => false,
@@ -209,7 +207,7 @@ impl Driver {
         }
     }
 
-    /// Describes the servo's final state: why it has stalled, or its state, and what is known of another configuration.
+    /// Describes the servo's final state in words: why it has stalled, or its state, and what it knows of another configuration.
     fn words(&self) -> String {
         match self {
             Self::Law(_) => String::new(),
@@ -234,10 +232,10 @@ impl Driver {
     }
 }
 
-/// Measures the actual arm, not its joint states.
+/// Measures the real arm, not its joint states.
 struct Watch {
     arms: Arms,
-    /// The last actual positions \[rad\].
+    /// The last real positions \[rad\].
     theta: Vec<f64>,
     goal: Task,
     horizon: Duration,
@@ -246,7 +244,7 @@ struct Watch {
     threshold: f64,
     motion: Option<MotionMeter>,
     inside_since: Option<Duration>,
-    /// The least error until [`LAST`] before the end, by [`size`](Self::size).
+    /// The least error, by [`size`](Self::size), until [`LAST`] before the end.
     least: f64,
     error: GoalError,
 }
@@ -272,7 +270,7 @@ impl Watch {
         }
     }
 
-    /// Adds a cycle; returns false if the arm is out of control. `evaluated` is the arm at `theta`, if already known.
+    /// Adds a cycle. Returns false if the arm is out of control. `evaluated` is the arm at `theta`, if it is known already.
     fn see(&mut self, evaluated: Option<&Arms>, theta: &[f64], command: &[f64], now: Duration) -> bool {
         if !command.iter().all(|speed| speed.abs() < DIVERGED) {
             return false;
@@ -301,7 +299,7 @@ impl Watch {
         true
     }
 
-    /// Returns distance and angle as one number, each divided by its tolerance.
+    /// Returns the distance and the angle as one number: each is divided by its tolerance.
     fn size(&self) -> f64 {
         self.error.position / self.tolerance.linear + self.error.rotation / self.tolerance.angular
     }
@@ -321,7 +319,7 @@ impl Watch {
         let outcome = match () {
             () if self.inside_since.is_some() => Outcome::Settled,
             () if held => Outcome::JointLimit,
-            // An oscillating error may be below that of a second ago, but not below all earlier ones.
+            // An oscillating error may be below the error of a second ago, but not below all earlier errors.
             () if self.size() < 0.98 * self.least => Outcome::Slow,
             () if !standing => Outcome::Oscillating,
             () if self.controller.smallest_singular_value(self.arms.state()) < self.threshold => {

@@ -11,11 +11,11 @@ pub const PERIOD: Duration = Duration::from_millis(5);
 /// The imperfections of the joint states.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Plant {
-    /// The name, as a part of file names.
+    /// The name of the plant, which is a part of file names.
     pub name: &'static str,
-    /// The age in cycles.
+    /// The age of joint states, in cycles.
     pub latency: usize,
-    /// The largest error of each position in either direction \[rad\].
+    /// The largest error of each position, in either direction \[rad\].
     pub noise: f64,
 }
 
@@ -26,10 +26,10 @@ impl Plant {
     }
 }
 
-/// One count of a 13-bit encoder \[rad\].
+/// The angle of one count of a 13-bit encoder \[rad\].
 const COUNT: f64 = std::f64::consts::TAU / 8192.0;
 
-/// The plants of the comparison.
+/// The plants that are compared.
 pub const PLANTS: [Plant; 6] = [
     Plant { name: "ideal", latency: 0, noise: 0.0 },
     Plant { name: "latency_5ms", latency: 1, noise: 0.0 },
@@ -39,7 +39,7 @@ pub const PLANTS: [Plant; 6] = [
     Plant { name: "encoder_noise", latency: 0, noise: COUNT },
 ];
 
-/// Delays joint states and adds noise.
+/// Delays joint states and adds noise to them.
 pub(super) struct Sensor {
     plant: Plant,
     random: ChaCha8Rng,
@@ -48,7 +48,7 @@ pub(super) struct Sensor {
 }
 
 impl Sensor {
-    /// Creates the sensor of an arm that has long stood at `start` \[rad\], with the noise of the task.
+    /// Creates the sensor of an arm that has stood at `start` for a long time \[rad\]. Each `task` has its own noise.
     pub fn new(plant: Plant, start: &[f64], task: u32) -> Self {
         let mut random = ChaCha8Rng::seed_from_u64(NOISE_SEED);
         random.set_stream(u64::from(task));
@@ -60,7 +60,7 @@ impl Sensor {
         }
     }
 
-    /// Returns the measured positions while the joints are at `theta` \[rad\]; call it once per cycle.
+    /// Returns the measured positions while the joints are at `theta` \[rad\]. Call it once per cycle.
     pub fn see(&mut self, theta: &[f64]) -> &[f64] {
         match self.on_the_way.pop_front() {
             Some(mut oldest) => {
@@ -79,5 +79,5 @@ impl Sensor {
     }
 }
 
-/// The seed of the noise; it differs from the seeds of tasks.
+/// The seed of the noise. It differs from the seeds of the tasks.
 const NOISE_SEED: u64 = 0x006e_6f69_7365;

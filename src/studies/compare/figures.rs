@@ -1,4 +1,4 @@
-//! The comparison's figures.
+//! The figures of the comparison.
 
 use super::summary::{ALL_ARMS, Key, Summary};
 use super::{Findings, Matched};
@@ -22,7 +22,8 @@ pub fn figures(findings: &Findings, summary: &Summary) -> [Figure; 3] {
     ]
 }
 
-/// Each way to match gains has a column, so that a figure fits a column of a paper.
+/// Returns the figure `name` of distributions. Each kind of matched gains has a column, so that the figure fits a column of a
+/// paper.
 fn distributions(name: &str, title: &str, summary: &Summary, limits: bool) -> Figure {
     let row = |what: &str, x: Axis, column: usize| {
         let panel = |matched| {
@@ -43,7 +44,7 @@ fn distributions(name: &str, title: &str, summary: &Summary, limits: bool) -> Fi
     chart(name, title, &rows)
 }
 
-/// Plots the fraction of all tasks whose value is at most x. If a curve ends below 100 %, tasks failed.
+/// Returns a panel with the fraction of all tasks whose value is at most x. A curve that ends below 100 % shows that tasks failed.
 fn distribution(
     summary: &Summary,
     matched: Matched,
@@ -92,7 +93,7 @@ fn latency(findings: &Findings) -> Figure {
     chart("compare_latency", "Old joint states, gains for equal settling time", &rows)
 }
 
-/// Laws with the transpose are dashed.
+/// Returns the curve of a law. Laws with the transpose are dashed.
 fn series(law: Law, points: Vec<(f64, f64)>) -> Series {
     let line = if law.map() == Map::Transpose { Line::Dashed } else { Line::Solid };
     Series { name: law.name().to_owned(), color: law_color(law), line, points }

@@ -1,4 +1,5 @@
-//! The file of runs: one line per run, in a fixed order. All cores compute it, and it is continued after an interruption.
+//! The file of runs, which has one line per run in a fixed order. All cores compute it. After an interruption the program continues
+//! it.
 
 use super::part::Part;
 use super::record::Record;
@@ -9,7 +10,7 @@ use std::io::{BufRead, BufReader, BufWriter, Seek, SeekFrom, Write};
 use std::ops::Range;
 use std::path::Path;
 
-/// Number of runs that are computed and then written together, which an interruption can lose.
+/// Number of runs that are computed, and then written together. An interruption loses at most this many.
 const BATCH: u64 = 2048;
 
 /// The complete lines of a file of runs.
@@ -19,17 +20,18 @@ pub(super) struct WholeLines {
 }
 
 impl Study {
-    /// Writes the lines of `part` of the runs to the file, continuing after existing lines. Calls `done` with the number of finished runs.
+    /// Writes the lines of `part` of the runs to the file, after the existing lines. Calls `done` with the number of finished runs.
     ///
     /// # Errors
-    /// [`CompareError::File`]; [`CompareError::OtherRuns`] and [`CompareError::Damaged`] for existing lines; and the errors of the loops.
+    /// [`CompareError::File`]; [`CompareError::OtherRuns`] and [`CompareError::Damaged`] for existing lines; and the first error of
+    /// a simulated run, of which there is none in practice.
     pub fn write(&self, file: &Path, part: Part, done: impl Fn(u64)) -> Result<(), CompareError> {
         let error = |why| CompareError::file(file, why);
         let runs = part.runs(self.run_count());
         let options = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(file);
         let mut lines = options.map_err(error)?;
         let WholeLines { count: have, bytes } = self.check(file, &lines, &runs)?;
-        // Removes an incomplete line after an interruption.
+        // Removes the incomplete line that an interruption has left.
         lines.set_len(bytes).and_then(|()| lines.seek(SeekFrom::End(0))).map_err(error)?;
         done(have);
         let mut writer = BufWriter::new(lines);
@@ -61,7 +63,7 @@ impl Study {
         }
     }
 
-    /// Checks the complete lines: the first, the last, and one of each cell must equal the program's own results.
+    /// Checks the complete lines. The first one, the last one, and one of each cell must equal the results of this program.
     pub(super) fn check(
         &self,
         file: &Path,
@@ -90,7 +92,7 @@ impl Study {
         }
     }
 
-    /// Calls `each` with the complete lines, after checking that each belongs to the expected run.
+    /// Calls `each` with the complete lines, after a check that each line is of the expected run.
     fn lines(
         &self,
         file: &Path,

@@ -11,43 +11,43 @@ use super::{
 use dq_kinematics::control::Law;
 use serde::{Deserialize, Serialize};
 
-/// The data of the page and the tables.
+/// The data for the page "What the laws do" and for its tables.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct Findings {
     /// The number of tasks per arm.
     pub tasks: u32,
     /// The seed of the tasks.
     pub seed: u64,
-    /// The arms' names.
+    /// The names of the arms.
     pub arms: Vec<String>,
     /// The control period of every loop \[s\].
     pub period_s: f64,
-    /// Time after which a loop that has not settled has failed \[s\].
+    /// The time after which a loop that has not settled counts as failed \[s\].
     pub horizon_s: f64,
     /// The gains of each law.
     pub gains: Vec<Gain>,
-    /// The gains that miss their targets by more than 2 %, and why.
+    /// The gains that miss their targets by more than 2 %, and the reasons.
     #[serde(default)]
     pub unmatched: Vec<Unmatched>,
-    /// All runs by cell, for each arm and for all arms together.
+    /// The results of the runs for each cell. There are cells for each arm, and for all arms together.
     pub cells: Vec<Cell>,
     /// Pairwise comparisons of laws on the same tasks.
     pub comparisons: Vec<Comparison>,
-    /// Other programs on the first tasks of each arm, compared with the reference law.
+    /// The results of other programs on the first tasks of each arm, with those of the reference law.
     pub peers: Vec<Peer>,
-    /// How old joint states may be.
+    /// How old joint states may be, for each law.
     pub ageing: Vec<Ageing>,
-    /// The time of a step.
+    /// The time of a step, for each law.
     pub step_times: Vec<StepTime>,
-    /// One run of each cell, to check whether a program still has the same results.
+    /// One run of each cell, by which a program can check whether it still has the same results.
     pub samples: Vec<Record<'static>>,
 }
 
 impl Findings {
-    /// Computes the findings of a study from its runs and those of other programs.
+    /// Computes the findings of a study from its runs and from those of other programs.
     ///
     /// # Errors
-    /// The errors of the loops with older joint states.
+    /// The first error of a simulated run with older joint states. There is none in practice.
     pub fn new(study: &Study, summary: &Summary, peers: &Peers) -> Result<Self, CompareError> {
         let arms: Vec<_> = study.arms.iter().map(|arm| arm.name.clone()).collect();
         Ok(Self {
@@ -67,13 +67,13 @@ impl Findings {
         })
     }
 
-    /// Returns the runs of a law on an arm, or on all arms.
+    /// Returns the results of a law on `arm`, which may also be `all`.
     pub fn cell(&self, matched: Matched, law: Law, arm: &str, limits: bool, plant: &str) -> Option<&Cell> {
         let key = Key::new(matched, law, arm, limits, plant);
         self.cells.iter().find(|cell| cell.key == key)
     }
 
-    /// Returns how the law with the name `law` differs from `other`, if this was compared.
+    /// Returns how the law with the name `law` differs from `other`; `None` if the two were not compared.
     pub fn comparison(
         &self,
         quantity: Quantity,
@@ -96,7 +96,8 @@ impl Findings {
         gains.fold((f64::INFINITY, 0.0), |(low, high), gain| (low.min(gain.gain), high.max(gain.gain)))
     }
 
-    /// Returns by how much \[%\] the gains of these laws miss their targets at most; `None` if a law fails more than half of the tasks.
+    /// Returns the largest percentage by which the gains of these laws miss their targets. `None` if a law fails more than half of
+    /// the tasks.
     pub fn most_off(&self, matched: Matched, of: impl Fn(Law) -> bool) -> Option<f64> {
         let laws: Vec<_> = Law::all().filter(|law| of(*law)).map(|law| law.name()).collect();
         let mut gains =
@@ -106,7 +107,7 @@ impl Findings {
         })
     }
 
-    /// Returns whether a law's gain was matched on every arm.
+    /// Returns whether the gain of a law is matched on every arm.
     pub fn is_matched(&self, matched: Matched, law: Law) -> bool {
         let mut gains = self.gains.iter().filter(|gain| gain.matched == matched && gain.law == law.name());
         gains.all(Gain::is_matched)

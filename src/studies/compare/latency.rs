@@ -11,48 +11,49 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-/// The ages to try, in cycles: half octaves from 5 ms to 0.32 s.
+/// The ages that are tried, in cycles: half octaves from 5 ms to 0.32 s.
 const AGES: [usize; 12] = [1, 2, 3, 4, 6, 8, 11, 16, 23, 32, 45, 64];
-/// An age is acceptable if at least this percentage of the tasks that settle with fresh joint states also settle at that age.
+/// An age is acceptable for a law if, of the tasks that settle with fresh joint states, at least this percentage also settles at
+/// that age.
 const HOLDS: f64 = 95.0;
-/// Number of tasks of each arm on which an age is tried first; if the result is in doubt, all tasks follow.
+/// Number of tasks of each arm on which an age is tried first. If the result is in doubt, all tasks are tried.
 pub(super) const FIRST: u32 = 400;
-/// The result for an age leaves no doubt if the interval with this quantile of the normal distribution (p < 1e-4) does not contain 95 %.
+/// The result for an age is in doubt if the interval with this quantile of the normal distribution (p < 1e-4) contains 95 %.
 const NO_DOUBT: f64 = 4.0;
 
-/// The age of joint states at which a law begins to fail.
+/// The age of joint states up to which a law works.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct Ageing {
-    /// The law's name.
+    /// The name of the law.
     pub law: String,
     /// Whether the servo's limits were on.
     pub limits: bool,
-    /// The number of tasks of all arms that settle with fresh joint states.
+    /// Number of tasks of all arms that settle with fresh joint states.
     pub tasks: usize,
-    /// For each tried age \[ms\], the percentage of these tasks that settle with joint states of that age.
+    /// For each tried age \[ms\], the percentage of these tasks that settle at that age.
     pub settled_percent: Vec<(f64, Interval)>,
-    /// The largest age \[ms\] at which at least 95 % of them settle; 0 if none.
+    /// The largest age at which at least 95 % of these tasks settle \[ms\]; 0 if there is none.
     pub holds_up_to_ms: f64,
-    /// The largest age \[ms\] at which certainly at least 95 % settle, because the whole interval lies above 95 %.
+    /// The largest age at which certainly at least 95 % settle, because the whole interval is above 95 % \[ms\].
     pub low_ms: f64,
-    /// The least age \[ms\] at which certainly fewer settle; `None` if it exceeds the tried ages.
+    /// The smallest age at which certainly fewer than 95 % settle \[ms\]; `None` if it exceeds the tried ages.
     pub high_ms: Option<f64>,
 }
 
 impl Ageing {
-    /// Returns whether the law copes with every age that was tried.
+    /// Returns whether the law works at every age that was tried.
     pub fn holds_to_the_end(&self) -> bool {
         let oldest = AGES.last().map_or(0.0, |age| age_ms(*age));
         self.holds_up_to_ms >= oldest
     }
 }
 
-/// Converts cycles to \[ms\].
+/// Converts cycles to milliseconds.
 fn age_ms(cycles: usize) -> f64 {
     1e3 * PERIOD.as_secs_f64() * cycles as f64
 }
 
-/// Returns the plant of the comparison with joint states of this age \[cycles\], and no other imperfection.
+/// Returns the plant of the comparison whose joint states have this age \[cycles\] and no other imperfection.
 fn known(age: usize) -> Option<&'static Plant> {
     PLANTS.iter().find(|plant| plant.latency == age && plant.noise == 0.0)
 }
@@ -60,20 +61,20 @@ fn known(age: usize) -> Option<&'static Plant> {
 /// Determines the ages for every law, with its gain for equal settling time, without and with limits.
 ///
 /// # Errors
-/// The errors of the loops.
+/// The first error of a simulated run. There is none in practice.
 pub(super) fn ageing(study: &Study, summary: &Summary) -> Result<Vec<Ageing>, CompareError> {
     let each = Law::all().flat_map(|law| [false, true].map(|limits| (law, limits)));
     each.map(|(law, limits)| Ages { study, summary, law, limits, tried: BTreeMap::new() }.find()).collect()
 }
 
-/// A task, by the index of its arm and its number.
+/// A task, given by the index of its arm and by its number.
 #[derive(Clone, Copy)]
 struct ArmTask {
     arm: usize,
     number: u32,
 }
 
-/// The number of tasks that settle, and the number of tasks.
+/// The number of tasks that settle, out of a number of tasks.
 struct Count {
     settled: usize,
     of: usize,
@@ -85,13 +86,13 @@ struct Ages<'a> {
     summary: &'a Summary,
     law: Law,
     limits: bool,
-    /// The results by index in [`AGES`].
+    /// The results, by the index of the age in [`AGES`].
     tried: BTreeMap<usize, Interval>,
 }
 
 impl Ages<'_> {
-    /// Finds the age by bisection, because fewer tasks settle the older joint states are; from there finds the ages at which the result is
-    /// certain. The ages of the comparison's plants come first, because their results are known.
+    /// Finds the age by bisection, because fewer tasks settle if joint states are older. From there finds the ages at which the
+    /// result is certain. Tries the ages of the comparison's plants first, because their results are known.
     fn find(mut self) -> Result<Ageing, CompareError> {
         let (mut holds, mut fails) = (0, AGES.len());
         for place in (0..AGES.len()).filter(|place| known(AGES[*place]).is_some()) {
@@ -101,7 +102,7 @@ impl Ages<'_> {
             }
             holds = place + 1;
         }
-        // Ages before index `holds` are acceptable, those from `fails` on are not.
+        // Ages before the index `holds` are acceptable; those from `fails` on are not.
         while holds < fails {
             let middle = usize::midpoint(holds, fails);
             if self.share(middle)?.value >= HOLDS { holds = middle + 1 } else { fails = middle }
@@ -126,21 +127,21 @@ impl Ages<'_> {
         })
     }
 
-    /// Yields the tasks with these numbers that settle with fresh joint states.
+    /// Yields the tasks among `numbers` that settle with fresh joint states.
     fn settling(&self, numbers: Range<u32>) -> impl Iterator<Item = ArmTask> + '_ {
         let tasks = move |arm| numbers.clone().map(move |number| ArmTask { arm, number });
         let tasks = (0..self.study.arms.len()).flat_map(tasks);
         tasks.filter(|task| self.settles(*task, "ideal") == Some(true))
     }
 
-    /// Returns whether a task settles with one of the comparison's plants.
+    /// Returns whether a task settles with the plant `plant` of the comparison.
     fn settles(&self, task: ArmTask, plant: &str) -> Option<bool> {
         let arm = &self.study.arms[task.arm].name;
         let key = Key::new(Matched::SettlingTime, self.law, arm, self.limits, plant);
         self.summary.rows(&key).get(task.number as usize).map(Option::is_some)
     }
 
-    /// Returns the percentage of these tasks that settle with joint states of this age.
+    /// Returns the percentage of the tasks that settle with joint states of the age number `place`.
     fn share(&mut self, place: usize) -> Result<Interval, CompareError> {
         if let Some(share) = self.tried.get(&place) {
             return Ok(*share);
@@ -157,7 +158,7 @@ impl Ages<'_> {
         Ok(share)
     }
 
-    /// Counts the tasks with these numbers that settle with joint states of this age \[cycles\].
+    /// Counts the tasks among `numbers` that settle with joint states of the age `age` \[cycles\].
     fn count(&self, age: usize, numbers: Range<u32>) -> Result<Count, CompareError> {
         let plant = Plant { name: "latency", latency: age, noise: 0.0 };
         let settles = |task: ArmTask| {

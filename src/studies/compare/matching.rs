@@ -1,4 +1,4 @@
-//! Chooses gains for a fair comparison: all laws settle in the same time, or move at the same peak speed.
+//! Chooses gains for a fair comparison. With these gains, all laws settle in the same time, or move at the same peak speed.
 
 use super::CompareError;
 use super::arm::{Arm, Task};
@@ -10,11 +10,11 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 named! {
-    /// The quantity that is made equal among laws.
+    /// The quantity that the gains make equal for all laws.
     #[derive(Deserialize, Serialize)]
     #[serde(rename_all = "snake_case")]
     "matched" Matched {
-        /// The median settling time; that of a failed task is infinite.
+        /// The median settling time. The settling time of a failed task is infinite.
         SettlingTime = "settling_time",
         /// The median peak joint speed.
         PeakSpeed = "peak_speed",
@@ -26,7 +26,7 @@ impl Matched {
     pub const ALL: [Self; 2] = [Self::SettlingTime, Self::PeakSpeed];
 }
 
-/// The reference law and its gain [1/s], to which the others are matched.
+/// The reference law and its gain [1/s]. The gains of the other laws are matched to it.
 pub const REFERENCE: (Law, f64) = (Law::Logc, 2.0);
 
 /// Yields all laws except the reference.
@@ -34,19 +34,21 @@ pub(super) fn others() -> impl Iterator<Item = Law> {
     Law::all().filter(|law| *law != REFERENCE.0)
 }
 
-/// Number of tasks on which gains are chosen, and number of other tasks on which the choice is judged: enough for [`CLOSE`] in the settling
-/// times of laws with the damped inverse. Peak speeds vary so much among tasks that they would need ten times as many.
+/// Number of tasks on which gains are chosen, and number of other tasks on which the choice is judged. This is enough for an error
+/// of [`CLOSE`] in the settling times of laws with the damped inverse. Peak speeds vary so much among tasks that ten times as many
+/// would be necessary.
 pub(super) const PILOTS: usize = 1024;
-/// Number of pilot tasks for the coarse search of a gain.
+/// Number of tasks for the coarse search of a gain.
 const FEW: usize = 48;
-/// The seeds of the pilot and the judging tasks, which differ from those of the other tasks.
+/// The seeds of the tasks on which gains are chosen, and of those on which the choice is judged. They differ from the seeds of all
+/// other tasks.
 const PILOT_SEED: u64 = 0x0070_696c_6f74;
 const JUDGE_SEED: u64 = 0x6a75_6467_6573;
-/// Relative difference up to which two targets are the same, except for rounding.
+/// Relative difference up to which two targets are the same, apart from rounding.
 const ROUNDING: f64 = 1e-6;
-/// Relative error of the target up to which a gain is matched.
+/// Relative error of the target up to which a gain counts as matched.
 pub(super) const CLOSE: f64 = 0.02;
-/// Relative accuracy of the choice on the pilot tasks. Settling times are multiples of a cycle, a four hundredth of the target.
+/// Relative accuracy with which a gain is chosen. Settling times are multiples of a cycle, which is a four hundredth of the target.
 const CHOSEN: f64 = 0.003;
 /// Largest gain that is tried [1/s].
 const HIGHEST: f64 = 1e4;
@@ -56,32 +58,32 @@ const HIGHEST: f64 = 1e4;
 pub struct Gain {
     /// The quantity that this gain makes equal to that of the reference law.
     pub matched: Matched,
-    /// The law's name.
+    /// The name of the law.
     pub law: String,
-    /// The arm's name.
+    /// The name of the arm.
     pub arm: String,
     /// The gain [1/s], as an argument of `Controller::with_law`.
     pub gain: f64,
-    /// The reference's value on tasks that were not used to choose gains: \[s\] or [rad/s].
+    /// The value of the reference law, on tasks that were not used to choose gains [s or rad/s].
     pub target: f64,
-    /// The value of this gain on the same tasks; `None` if more than half of them fail.
+    /// The value with this gain on the same tasks; `None` if more than half of them fail.
     pub reached: Option<f64>,
 }
 
 impl Gain {
-    /// Returns whether the target was reached within 2 %, on other tasks than those used to choose the gain.
+    /// Returns whether the gain reaches the target within 2 %, on other tasks than those on which it was chosen.
     pub fn is_matched(&self) -> bool {
         self.reached.is_some_and(|reached| (reached / self.target - 1.0).abs() < CLOSE)
     }
 }
 
-/// Tasks of an arm that no comparison uses, to choose gains or to judge the choice.
+/// Tasks of an arm on which gains are chosen, or on which the choice is judged. No comparison uses them.
 pub(super) struct Tasks<'a> {
     arm: &'a Arm,
     tasks: Vec<Task>,
 }
 
-/// The medians of the quantities over some tasks.
+/// The medians of the two quantities over some tasks.
 #[derive(Clone, Copy, Debug)]
 struct Medians {
     settling_time: f64,
@@ -97,7 +99,7 @@ impl Medians {
     }
 }
 
-/// The quantities of each of some tasks, in ascending order.
+/// The two quantities of each of some tasks, each in ascending order.
 pub(super) struct Sorted {
     settling_time: Vec<f64>,
     peak_speed: Vec<f64>,
@@ -118,19 +120,19 @@ impl<'a> Tasks<'a> {
         Ok(Self { arm, tasks: tasks.collect::<Result<_, _>>()? })
     }
 
-    /// Creates the tasks that judge the choice.
+    /// Creates the tasks on which the choice is judged.
     pub fn judges(arm: &'a Arm) -> Result<Self, CompareError> {
         Self::new(arm, JUDGE_SEED)
     }
 
-    /// Returns the medians of `law` with `gain` on the first `count` tasks.
+    /// Returns the medians of the two quantities for `law` with `gain`, over the first `count` tasks.
     fn medians(&self, law: Law, gain: f64, count: usize) -> Result<Medians, CompareError> {
         let runs = self.sorted(law, gain, count)?;
         let median = |matched: Matched| runs.of(matched)[count / 2];
         Ok(Medians { settling_time: median(Matched::SettlingTime), peak_speed: median(Matched::PeakSpeed) })
     }
 
-    /// Returns the quantities of `law` with `gain` on the first `count` tasks, in ascending order.
+    /// Returns the two quantities of `law` with `gain` on the first `count` tasks, each in ascending order.
     pub fn sorted(&self, law: Law, gain: f64, count: usize) -> Result<Sorted, CompareError> {
         let controller = self.arm.parameters.settings.controller.with_law(law, gain);
         let closed_loop = ClosedLoop { arm: self.arm, controller, plant: PLANTS[0], limits: false };
@@ -153,11 +155,11 @@ impl<'a> Tasks<'a> {
     }
 }
 
-/// Returns the gain at which a law, even an unregistered one, has the reference's median settling time on an arm. It is computed on a few
-/// tasks that no comparison uses, for a quick look.
+/// Returns the gain at which a law has the reference's median settling time on an arm. The law need not be registered. For a quick
+/// look, uses only a few tasks.
 ///
 /// # Errors
-/// The errors of the loops.
+/// The first error of a simulated run. There is none in practice.
 pub fn settling_gain(arm: &Arm, law: Law) -> Result<f64, CompareError> {
     let pilots = Tasks::new(arm, PILOT_SEED)?;
     let matched = Matched::SettlingTime;
@@ -166,10 +168,10 @@ pub fn settling_gain(arm: &Arm, law: Law) -> Result<f64, CompareError> {
     search.fine(search.coarse()?)
 }
 
-/// Chooses the gains of all laws on an arm, for each way to match them.
+/// Chooses the gain of each law on an arm, once for equal settling time and once for equal peak speed.
 ///
 /// # Errors
-/// The errors of the loops.
+/// The first error of a simulated run. There is none in practice.
 pub(super) fn gains(arm: &Arm, chosen: impl Fn()) -> Result<Vec<Gain>, CompareError> {
     let (pilots, judges) = (Tasks::new(arm, PILOT_SEED)?, Tasks::judges(arm)?);
     let (few, all, judged) = (
@@ -199,10 +201,10 @@ pub(super) fn gains(arm: &Arm, chosen: impl Fn()) -> Result<Vec<Gain>, CompareEr
     Matched::ALL.into_iter().flat_map(|matched| Law::all().map(move |law| gain(matched, law))).collect()
 }
 
-/// Returns whether these are gains of all laws on these arms, with the targets that this program measures.
+/// Returns whether `kept` are the gains of all laws on these arms, with the targets that this program measures.
 ///
 /// # Errors
-/// The errors of the loops.
+/// The first error of a simulated run. There is none in practice.
 pub(super) fn are_gains_of(arms: &[Arm], kept: &[Gain]) -> Result<bool, CompareError> {
     let mut kept = kept.iter();
     for arm in arms {
@@ -222,7 +224,7 @@ pub(super) fn are_gains_of(arms: &[Arm], kept: &[Gain]) -> Result<bool, CompareE
     Ok(kept.next().is_none())
 }
 
-/// A search for the gain at which a law has the value `target` on the first `count` pilot tasks.
+/// A search for the gain at which a law has the value `target` on the first `count` tasks.
 struct Search<'a> {
     pilots: &'a Tasks<'a>,
     law: Law,
@@ -236,11 +238,11 @@ impl Search<'_> {
         Ok(self.pilots.medians(self.law, gain, self.count)?.of(self.matched))
     }
 
-    /// Doubles or halves the gain until the target lies between two gains, then halves that step. If no gain reaches the target, because
-    /// the loop becomes unstable first, returns the best of those tried.
+    /// Doubles or halves the gain until the target lies between two gains, then halves that step. If no gain reaches the target,
+    /// because the loop becomes unstable first, returns the best gain that was tried.
     fn coarse(&self) -> Result<f64, CompareError> {
         let mut tried = Vec::new();
-        // Returns true if the gain is high enough.
+        // Returns whether the gain is high enough.
         let mut enough = |gain: f64| {
             let median = self.median(gain)?;
             tried.push((gain, (median - self.target).abs()));
@@ -265,8 +267,8 @@ impl Search<'_> {
         Ok(best.map_or(gain, |(gain, _)| *gain))
     }
 
-    /// Returns the best of a few gains from `near` on. With k times the gain a law follows the same path k times as fast, except for the
-    /// effects of the control period and of gain limits. So each step multiplies the gain by the missing ratio.
+    /// Returns the best of a few gains from `near` on. With k times the gain, a law follows the same path k times as fast, apart
+    /// from the effects of the control period and of gain limits. So each step multiplies the gain by the missing ratio.
     fn fine(&self, near: f64) -> Result<f64, CompareError> {
         const STEPS: usize = 5;
         let (mut gain, mut best) = (near, (f64::INFINITY, near));
@@ -276,7 +278,7 @@ impl Search<'_> {
                 (Matched::PeakSpeed, median) => self.target / median,
             };
             let off = missing.ln().abs();
-            // A gain that does not improve is unstable.
+            // If the result does not improve, the gain is unstable.
             if off >= best.0 {
                 break;
             }

@@ -1,6 +1,6 @@
 //! Compares the laws on many arms, tasks and plants, with gains that make them comparable.
 //!
-//! `dq_servo compare` is the command of this module; the page [`what_the_laws_do`] has the results of its last long run.
+//! The command `dq_servo compare` runs this module. The page [`what_the_laws_do`] shows the results of its last long run.
 
 mod arm;
 mod closed_loop;
@@ -59,7 +59,7 @@ use dq_params::ParameterError;
 use std::path::Path;
 use thiserror::Error;
 
-/// Why a comparison fails.
+/// The reason why a comparison fails.
 #[derive(Debug, Error)]
 pub enum CompareError {
     /// The parameters of an arm are invalid.
@@ -77,20 +77,20 @@ pub enum CompareError {
     /// Two arms have the same name.
     #[error("two arms are called {0:?}: expected files with different names")]
     SameName(String),
-    /// A name is neither that of a built-in arm nor of a parameter file.
+    /// There is no built-in arm with this name, and no parameter file with this path.
     #[error("{name} is neither a built-in arm ({}) nor a parameter file: {why}", ARMS.map(|(name, _)| name).join(", "))]
     NoArm {
         /// The name.
         name: String,
-        /// Why the file cannot be read.
+        /// The reason why the file cannot be read.
         why: std::io::Error,
     },
     /// A file cannot be read or written.
     #[error("{file}: {why}")]
     File {
-        /// The file.
+        /// The name of the file.
         file: String,
-        /// The reason.
+        /// The error of the operating system.
         why: std::io::Error,
     },
     /// The file has gains of other arms or laws, or of another version of this program.
@@ -98,23 +98,23 @@ pub enum CompareError {
         "{file} has gains of other arms or of another version of this program: delete it to choose the gains again"
     )]
     OtherGains {
-        /// The file.
+        /// The name of the file.
         file: String,
     },
-    /// A line belongs to another run than expected.
+    /// A line is of another run than expected.
     #[error(
         "{file}: line {line} is of another run than expected: join each part once and in order; for other arms, tasks or seeds, use a new folder"
     )]
     OtherRuns {
-        /// The file.
+        /// The name of the file.
         file: String,
-        /// The line, counted from 1.
+        /// The number of the line, counted from 1.
         line: u64,
     },
-    /// The runs of other programs are not of the same tasks.
+    /// The runs of other programs are of other tasks.
     #[error("{file} does not have runs of the first tasks of each of these arms: run compare_peers.py again")]
     OtherPeers {
-        /// The file.
+        /// The name of the file.
         file: String,
     },
     /// A line is not a run.
@@ -122,19 +122,19 @@ pub enum CompareError {
         "{file}: line {line} is damaged: delete it and all later lines, then repeat the command, which continues from there"
     )]
     Damaged {
-        /// The file.
+        /// The name of the file.
         file: String,
-        /// The line, counted from 1.
+        /// The number of the line, counted from 1.
         line: u64,
     },
     /// A file has too few runs.
     #[error("{file}: {count} runs, expected {expected}")]
     Count {
-        /// The file.
+        /// The name of the file.
         file: String,
-        /// The number of its runs.
+        /// The number of runs in the file.
         count: u64,
-        /// The expected number.
+        /// The expected number of runs.
         expected: u64,
     },
     /// A run cannot be written as a line.
@@ -147,12 +147,12 @@ impl CompareError {
         Self::File { file: file.display().to_string(), why }
     }
 
-    /// Creates the error for the line after `before` others.
+    /// Creates the error for the line that follows `before` other lines.
     fn other_runs(file: &Path, before: u64) -> Self {
         Self::OtherRuns { file: file.display().to_string(), line: before + 1 }
     }
 
-    /// Creates the error for the line after `before` others.
+    /// Creates the error for the line that follows `before` other lines.
     fn damaged(file: &Path, before: u64) -> Self {
         Self::Damaged { file: file.display().to_string(), line: before + 1 }
     }

@@ -1,8 +1,8 @@
-//! Formats numbers, intervals and probabilities for the page.
+//! Formats numbers, intervals and probabilities for the page "What the laws do".
 
 use super::Interval;
 
-/// Formats three digits, as many as the intervals justify.
+/// Formats a number with three digits, which is as many as the intervals justify.
 pub(super) fn number(value: f64) -> String {
     match value.abs() {
         v if !v.is_finite() => "-".to_owned(),
@@ -25,7 +25,7 @@ pub(super) fn median(interval: Option<Interval>) -> String {
     interval.map_or("-".to_owned(), |interval| bracketed(interval, number))
 }
 
-/// Formats a time \[s\], or that it is beyond the horizon.
+/// Formats a time \[s\]. A time beyond the horizon is written as such.
 pub(super) fn time(interval: Option<Interval>, horizon: f64) -> String {
     let told = |time: f64| if time < horizon { number(time) } else { format!("> {horizon}") };
     match interval {

@@ -8,7 +8,7 @@ use super::{ALL_ARMS, Findings, Interval, Matched, REFERENCE, Unmatched, tables}
 use dq_kinematics::control::{Law, Map};
 use std::fmt::Write as _;
 
-/// Returns the page in Markdown. Every number in it comes from the findings.
+/// Returns the page as Markdown. All its numbers come from the findings.
 pub fn page(findings: &Findings) -> String {
     let mut page = String::from("# What the laws do\n\n");
     for sentence in sentences(findings) {
@@ -56,7 +56,7 @@ pub fn page(findings: &Findings) -> String {
     page
 }
 
-/// Returns the section on other programs.
+/// Returns the section about other programs.
 fn peers(findings: &Findings) -> String {
     let tasks = findings.peers.iter().map(|peer| peer.cell.runs).max().unwrap_or(0);
     let mut page = format!(
@@ -108,7 +108,7 @@ fn how(findings: &Findings) -> String {
     )
 }
 
-/// Explains why gains miss their targets: a sentence for each way to match them, followed by a space.
+/// Explains why gains miss their targets: one sentence for each matched quantity, followed by a space.
 fn why_unmatched(findings: &Findings) -> String {
     let of = |matched| findings.unmatched.iter().filter(move |unmatched| unmatched.gain.matched == matched);
     let mut why = String::new();
@@ -137,7 +137,7 @@ fn why_unmatched(findings: &Findings) -> String {
     why
 }
 
-/// Explains which tasks the medians are of.
+/// Explains of which tasks the medians are.
 fn on_common(findings: &Findings, matched: Matched, limits: bool) -> String {
     let cell = |law| findings.cell(matched, law, ALL_ARMS, limits, "ideal");
     let common = Law::all().filter_map(cell).find_map(|cell| Some((cell.common?, cell.runs)));

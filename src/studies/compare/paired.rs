@@ -1,4 +1,4 @@
-//! Compares, task by task, how many tasks settle under two conditions.
+//! Compares, task by task, whether tasks settle under two conditions.
 
 use super::numbers::{percent, probability, signed};
 use super::sign_test;
@@ -6,25 +6,25 @@ use super::summary::{Interval, Z};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-/// The end of a task.
+/// How a task ended.
 #[derive(Clone, Debug, PartialEq)]
 pub struct End {
-    /// When it had settled \[s\]; `None` if it has not.
+    /// When the task had settled \[s\]; `None` if it has not.
     pub settled: Option<f64>,
-    /// Whether parts of the arm collided with each other on the way.
+    /// Whether parts of the arm passed through each other during the motion.
     pub through_itself: bool,
-    /// The end in words.
+    /// How the task ended, in words.
     pub words: String,
 }
 
 /// The tasks of one law on one arm, each under two conditions.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Paired {
-    /// The law's name.
+    /// The name of the law.
     pub law: String,
-    /// The arm's name.
+    /// The name of the arm.
     pub arm: String,
-    /// The end of each task under both conditions.
+    /// How each task ended under each of the two conditions.
     pub tasks: Vec<[End; 2]>,
 }
 
@@ -42,7 +42,7 @@ impl Paired {
         [0, 1].map(|way| self.tasks.iter().filter(alone(way)).count())
     }
 
-    /// Returns how much later tasks settle under the second condition \[s\]: the median of those that settle under both.
+    /// Returns by how much later tasks settle under the second condition \[s\]: the median of the tasks that settle under both.
     pub fn later(&self) -> Option<Interval> {
         let both = self.tasks.iter().filter_map(|[first, second]| Some(second.settled? - first.settled?));
         let mut differences: Vec<_> = both.collect();
@@ -50,7 +50,7 @@ impl Paired {
         Interval::median(&differences, Z)
     }
 
-    /// Counts the tasks that do not settle under the second condition, by their end.
+    /// Counts the tasks that do not settle under the second condition, by how they ended.
     pub fn rest(&self) -> BTreeMap<&str, usize> {
         let mut rest = BTreeMap::new();
         for [_, end] in self.tasks.iter().filter(|[_, end]| end.settled.is_none()) {
@@ -59,7 +59,7 @@ impl Paired {
         rest
     }
 
-    /// Returns the same result without the tasks in which the arm passed through itself.
+    /// Returns the result without the tasks in which the arm passed through itself.
     #[must_use]
     pub fn past_itself(&self) -> Self {
         let mut paired = self.clone();
@@ -71,8 +71,9 @@ impl Paired {
         paired
     }
 
-    /// Returns a table of the `rows`, with the given names of the two conditions: percentages that settle with their 95 % intervals, the
-    /// numbers of tasks that differ, the probability that this is chance, and how much later tasks settle under the second condition.
+    /// Returns a table of the `rows`. `first` and `second` are the names of the two conditions. The columns are the percentages
+    /// that settle with their 95 % intervals, the numbers of tasks that differ, the probability that this is chance, and by how
+    /// much later tasks settle under the second condition.
     pub fn table(rows: &[Self], [first, second]: &[String; 2]) -> String {
         let mut table = format!(
             "| law | arm | tasks | settled, {first} [%] | settled, {second} [%] | only {first}, only {second} | p | {second} later [s] | not \

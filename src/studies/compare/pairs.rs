@@ -10,64 +10,65 @@ use super::{ALL_ARMS, Matched, REFERENCE};
 use dq_kinematics::control::Law;
 
 named! {
-    /// The quantities in which two laws are compared.
+    /// A quantity in which two laws are compared.
     #[derive(Deserialize, Serialize)]
     #[serde(rename_all = "snake_case")]
     "quantity" Quantity {
-        /// How many tasks settle \[%\].
+        /// The percentage of tasks that settle.
         Settled = "settled",
-        /// Settling time to 2 % \[s\].
+        /// The settling time to 2 % \[s\].
         SettlingTime = "settling_time",
-        /// Path length / straight line.
+        /// The path length divided by the straight line.
         PathRatio = "path_ratio",
         /// The overshoot \[mm\].
         Overshoot = "overshoot",
-        /// `∫|θ̇|² dt` [rad²/s].
+        /// The effort `∫|θ̇|² dt` [rad²/s].
         Effort = "effort",
-        /// Peak joint speed [rad/s].
+        /// The peak joint speed [rad/s].
         PeakSpeed = "peak_speed",
     }
 }
 
-/// The quantities that are compared on tasks that both laws settle, in the order of a row's columns.
+/// The quantities that are compared on the tasks that both laws settle, in the order of a row's columns.
 pub(super) const FIGURES: [Quantity; 5] =
     [Quantity::SettlingTime, Quantity::PathRatio, Quantity::Overshoot, Quantity::Effort, Quantity::PeakSpeed];
 
 /// The comparison of two laws in one quantity, with fresh joint states.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct Comparison {
-    /// The quantity.
+    /// The quantity that is compared.
     pub quantity: Quantity,
-    /// The quantity that was made equal among the laws.
+    /// The quantity that the gains make equal for all laws.
     pub matched: Matched,
-    /// The arm's name, or `all`.
+    /// The name of the arm, or `all`.
     pub arm: String,
     /// Whether the servo's limits were on.
     pub limits: bool,
-    /// The two laws.
+    /// The names of the two laws.
     pub laws: [String; 2],
-    /// The number of tasks.
+    /// The number of tasks that are compared.
     pub pairs: usize,
-    /// The numbers of tasks on which the first law has more, and the second.
+    /// The number of tasks on which the first law has more, and the number on which the second law has more.
     pub more: [usize; 2],
-    /// First minus second: for percentages their difference in points, for figures the median of the tasks' differences.
+    /// The first law's value less the second law's. For percentages it is the difference in points; for the other quantities it is
+    /// the median of the tasks' differences.
     pub difference: Interval,
-    /// Probability of numbers in `more` that differ at least as much, if neither law were better.
+    /// The probability of two numbers in `more` that differ at least as much, if neither law is better.
     pub p: f64,
-    /// The same probability, adjusted by Holm (1979) for all comparisons. Below 0.05 the laws differ significantly.
+    /// The probability `p`, adjusted by Holm (1979) for all comparisons. If it is below 0.05, the laws differ significantly.
     pub p_holm: f64,
 }
 
-/// The level of significance: in 95 of 100 studies no difference is found if there is none.
+/// The level of significance: if there is no difference, 95 of 100 studies find none.
 const TOLD: f64 = 0.05;
 
 impl Comparison {
-    /// Returns whether the two laws differ significantly, by the test and by the interval.
+    /// Returns whether the two laws differ significantly, both by the test and by the interval.
     pub fn tells(&self) -> bool {
         self.p_holm < TOLD && (self.difference.low > 0.0 || self.difference.high < 0.0)
     }
 
-    /// Returns the comparison with the laws in the other order.
+    /// Returns the comparison with the two laws exchanged.
     #[must_use]
     pub fn reversed(&self) -> Self {
         let Interval { value, low, high } = self.difference;
@@ -81,14 +82,14 @@ impl Comparison {
     }
 }
 
-/// Returns the probability that `a + b` tosses of a coin split at least as unevenly as `a` and `b`: the exact sign test, and the exact test
-/// of McNemar (1947) if `a` and `b` count the pairs in which only one has a property.
+/// Returns the probability that `a + b` tosses of a coin split at least as unevenly as `a` and `b`. This is the exact sign test. If
+/// `a` and `b` are the numbers of pairs in which only one member has a property, it is also the exact test of McNemar (1947).
 pub fn sign_test(a: usize, b: usize) -> f64 {
     // One half is a valid probability, so the distribution always exists.
     Binomial::new(0.5, (a + b) as u64).map_or(1.0, |tosses| (2.0 * tosses.cdf(a.min(b) as u64)).min(1.0))
 }
 
-/// Adjusts the probabilities for all of these tests together (Holm 1979).
+/// Adjusts the probabilities `p` of several tests for all of these tests together (Holm 1979).
 pub fn holm(p: &[f64]) -> Vec<f64> {
     let mut order: Vec<_> = (0..p.len()).collect();
     order.sort_by(|i, j| p[*i].total_cmp(&p[*j]));
@@ -101,8 +102,9 @@ pub fn holm(p: &[f64]) -> Vec<f64> {
 }
 
 impl Interval {
-    /// Returns the difference of two percentages \[points\] of the same `pairs`, `first` of which have the property only in the first case,
-    /// and `second` only in the second. The interval is Wald's after adding half a pair of each of the four kinds (Agresti & Min 2005).
+    /// Returns the difference of two percentages of the same `pairs` \[points\]. In `first` pairs only the first member has the
+    /// property, in `second` pairs only the second. The interval is Wald's after half a pair is added to each of the four kinds
+    /// (Agresti & Min 2005).
     pub fn paired_share(first: usize, second: usize, pairs: usize, z: f64) -> Self {
         let (b, c, n) = (first as f64 + 0.5, second as f64 + 0.5, pairs as f64 + 2.0);
         let (center, half) = ((b - c) / n, z * (b + c - (b - c).powi(2) / n).max(0.0).sqrt() / n);
@@ -112,8 +114,8 @@ impl Interval {
     }
 }
 
-/// Makes all comparisons: on all arms together every pair of laws, with gains for equal settling time; otherwise each law with the
-/// reference; and `more`, which count too.
+/// Makes all comparisons. On all arms together, with gains for equal settling time, compares every pair of laws; otherwise compares
+/// each law with the reference. Adjusts the probabilities of these and of the comparisons `more`.
 pub(super) fn comparisons(summary: &Summary, arms: &[String], more: Vec<Comparison>) -> Vec<Comparison> {
     let mut all = Vec::new();
     for limits in [false, true] {
@@ -146,7 +148,7 @@ pub(super) fn comparisons(summary: &Summary, arms: &[String], more: Vec<Comparis
     all
 }
 
-/// Compares two laws on the same tasks, with the probability of this comparison alone; `None` if there is nothing to compare.
+/// Compares two laws on the same tasks. The probability is for this comparison alone. `None` if there is nothing to compare.
 pub(super) fn compared(
     quantity: Quantity,
     matched: Matched,
@@ -161,8 +163,8 @@ pub(super) fn compared(
     Some(Comparison { quantity, matched, arm, limits, laws, pairs, more, difference, p, p_holm: 1.0 })
 }
 
-/// Returns the number of pairs, on how many of them the first and the second have more, and the difference; `None` if no task is settled by
-/// both.
+/// Returns the number of pairs, the numbers of pairs in which the first and the second member have more, and the difference. `None`
+/// if both laws settle no common task.
 fn compare(
     quantity: Quantity,
     first: &[Option<Row>],

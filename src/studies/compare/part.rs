@@ -10,31 +10,31 @@ use std::str::FromStr;
 /// A part of the runs, for one of several machines.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Part {
-    /// The number of the part, from 1.
+    /// The number of the part, counted from 1.
     number: u64,
     /// The number of parts.
     of: u64,
 }
 
 impl Part {
-    /// Largest number of parts; more is probably a typing error.
+    /// Largest number of parts. A larger number is probably a typing error.
     pub const MOST: u64 = 100_000;
 
-    /// All runs.
+    /// The part that has all runs.
     pub const WHOLE: Self = Self { number: 1, of: 1 };
 
-    /// Yields all of `of` parts, in their order.
+    /// Yields all parts in their order, if there are `of` parts.
     fn each(of: u64) -> impl Iterator<Item = Self> {
         (1..=of).map(move |number| Self { number, of })
     }
 
-    /// Returns the runs of this part out of `count`; all parts together cover all runs.
+    /// Returns the runs of this part, out of `count`. All parts together have all runs.
     pub fn runs(&self, count: u64) -> Range<u64> {
         let bound = |part: u64| (u128::from(count) * u128::from(part) / u128::from(self.of)) as u64;
         bound(self.number - 1)..bound(self.number)
     }
 
-    /// Returns the name of this part's file, `compare-K-of-N.jsonl`, which sorts in the order of the parts.
+    /// Returns the name of the part's file, `compare-K-of-N.jsonl`. The names sort in the order of the parts.
     pub fn file_name(&self) -> String {
         let Self { number, of } = self;
         format!("compare-{number:0width$}-of-{of}.jsonl", width = of.to_string().len())
@@ -54,11 +54,11 @@ impl FromStr for Part {
 }
 
 impl Study {
-    /// Merges all `of` parts in `folder` into `file`, after checking that each is complete and belongs to this study.
+    /// Merges all `of` parts in `folder` into `file`, after a check that each is complete and belongs to this study.
     ///
     /// # Errors
-    /// [`CompareError::File`] for a missing part; [`CompareError::Count`] for a part with too few runs; [`CompareError::OtherRuns`],
-    /// [`CompareError::Damaged`].
+    /// [`CompareError::File`] for a missing part; [`CompareError::Count`] for a part with too few runs;
+    /// [`CompareError::OtherRuns`], [`CompareError::Damaged`].
     pub fn merge(&self, folder: &Path, of: u64, file: &Path) -> Result<(), CompareError> {
         let mut parts = Vec::new();
         for part in Part::each(of) {

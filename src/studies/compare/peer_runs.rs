@@ -1,4 +1,4 @@
-//! Other programs under the arms' limits, compared with the reference law with a servo parameter at its second value.
+//! Other programs under the arms' limits. They are compared with the reference law if a servo parameter has its second value.
 
 use super::paired::{End, Paired};
 use super::record::Record;
@@ -6,16 +6,16 @@ use super::{CompareError, REFERENCE, Study};
 use std::collections::{BTreeMap, HashSet};
 use std::path::Path;
 
-/// When the first tasks of each arm settled under limits \[s\], by program and arm.
+/// For each program and arm: when the first tasks settled under limits \[s\].
 #[derive(Clone, Debug, Default)]
 pub struct PeerRuns(BTreeMap<(String, String), Vec<Option<f64>>>);
 
 impl PeerRuns {
-    /// Reads `peers.jsonl` in the folder, if it exists; its tasks are those of `tasks.jsonl`.
+    /// Reads `peers.jsonl` in the folder, if it exists. The tasks of these runs are those in `tasks.jsonl`.
     ///
     /// # Errors
-    /// [`CompareError::File`]; [`CompareError::Damaged`]; [`CompareError::OtherPeers`] if a program has not run the first tasks of an arm,
-    /// or if the study has other tasks.
+    /// [`CompareError::File`]; [`CompareError::Damaged`]; [`CompareError::OtherPeers`] if a program has not run the first tasks of
+    /// an arm, or if the study has other tasks.
     pub fn read(study: &Study, folder: &Path) -> Result<Self, CompareError> {
         let file = folder.join("peers.jsonl");
         let records = Record::read_all(&file)?;
@@ -39,7 +39,7 @@ impl PeerRuns {
         if runs.are_of(study, &theirs.lines().collect())? { Ok(runs) } else { Err(other()) }
     }
 
-    /// Returns whether the tasks that were run are those of the study, as far as the study has them.
+    /// Returns whether the tasks that the programs have run are those of the study, as far as the study has them.
     fn are_of(&self, study: &Study, theirs: &HashSet<&str>) -> Result<bool, CompareError> {
         for arm in &study.arms {
             let counts = self.0.iter().filter(|((_, of), _)| *of == arm.name).map(|(_, tasks)| tasks.len());
@@ -53,8 +53,8 @@ impl PeerRuns {
         Ok(true)
     }
 
-    /// Compares the reference law under its second condition with each program, on the tasks that both have run. Returns the program's
-    /// name, and a row for each arm.
+    /// Compares the reference law under its second condition with each program, on the tasks that both have run. Returns, for each
+    /// program, its name and a row for each arm.
     pub fn beside(&self, rows: &[Paired]) -> Vec<(String, Vec<Paired>)> {
         let mut tables: BTreeMap<&str, Vec<Paired>> = BTreeMap::new();
         for row in rows.iter().filter(|row| row.law == REFERENCE.0.name()) {

@@ -1,4 +1,4 @@
-//! Other programs on the tasks of the comparison, as run by `tests/benches/compare_peers.py`.
+//! Other programs on the tasks of the comparison. `tests/benches/compare_peers.py` runs them.
 
 use super::pairs::{Comparison, FIGURES, Quantity, compared};
 use super::record::Record;
@@ -8,17 +8,18 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// The results of another program, or of the reference law, on the same tasks: fresh joint states, gains for equal settling time.
+/// The results of another program, or of the reference law, on the same tasks. Joint states are fresh, and gains are for equal
+/// settling time.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct Peer {
-    /// Its runs on all arms; its name is in the place of the law's.
+    /// The results on all arms together. The name of the program replaces the name of the law.
     #[serde(flatten)]
     pub cell: Cell,
-    /// Its smallest and its largest gain on the arms [1/s].
+    /// The smallest and the largest gain on the arms [1/s].
     pub gains: [f64; 2],
 }
 
-/// The runs of other programs on the first tasks of each arm, with those of the reference law.
+/// The runs of other programs on the first tasks of each arm, and those of the reference law.
 #[derive(Clone, Debug, Default)]
 pub struct Peers {
     summary: Summary,
@@ -26,11 +27,11 @@ pub struct Peers {
 }
 
 impl Peers {
-    /// Reads `peers.jsonl`, if it exists; the law's runs are taken from `summary`.
+    /// Reads `peers.jsonl`, if it exists. Takes the runs of the reference law from `summary`.
     ///
     /// # Errors
-    /// [`CompareError::File`]; [`CompareError::Damaged`]; [`CompareError::OtherPeers`] if a program has not run the first tasks of each arm
-    /// of the study, the same number for all.
+    /// [`CompareError::File`]; [`CompareError::Damaged`]; [`CompareError::OtherPeers`] unless all programs have run the same number
+    /// of tasks of each arm of the study, from the first task on.
     pub fn read(study: &Study, summary: &Summary, file: &Path) -> Result<Self, CompareError> {
         let mut peers = Self::default();
         let mut tasks: BTreeMap<Key, Vec<(String, u32)>> = BTreeMap::new();
@@ -57,7 +58,7 @@ impl Peers {
         Ok(peers)
     }
 
-    /// Adds a run, and returns the key of its cell of all arms.
+    /// Adds a run. Returns the key of its cell for all arms together.
     fn add(&mut self, record: &Record) -> Key {
         let key = Key::of(record, ALL_ARMS);
         self.summary.add_to(key.clone(), record);
@@ -66,7 +67,7 @@ impl Peers {
         key
     }
 
-    /// Returns the figures of every program and of the reference law; empty if no other program has run.
+    /// Returns the results of every program and of the reference law; none if no other program has run.
     pub(super) fn cells(&self) -> Vec<Peer> {
         let gains = |cell: &Cell| self.gains.get(&cell.key).copied().unwrap_or_default();
         self.summary.cells(Z).into_iter().map(|cell| Peer { gains: gains(&cell), cell }).collect()

@@ -8,39 +8,39 @@ use std::borrow::Cow;
 use std::io::ErrorKind;
 use std::path::Path;
 
-/// A run and its result.
+/// A run and its result: a line of the file.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct Record<'a> {
-    /// The quantity that was made equal among the laws: settling_time or peak_speed.
+    /// The quantity that the gains make equal for all laws: settling_time or peak_speed.
     pub matched: Cow<'a, str>,
-    /// The law's name.
+    /// The name of the law.
     pub law: Cow<'a, str>,
-    /// The arm's name.
+    /// The name of the arm.
     pub arm: Cow<'a, str>,
     /// Whether the servo's limits were on.
     pub limits: bool,
-    /// The plant's name.
+    /// The name of the plant.
     pub plant: Cow<'a, str>,
     /// The number of the task.
     pub task: u32,
-    /// The law's gain [1/s].
+    /// The gain of the law [1/s].
     pub gain: f64,
-    /// The outcome: settled, or why it failed.
+    /// How the run ended: settled, or the reason of the failure.
     pub outcome: Cow<'a, str>,
-    /// When rotation and position had settled to 2 %.
+    /// The time from which both errors stay below 2 % of their initial values; `None` if they do not.
     pub settling_s: Option<f64>,
-    /// Path length of the tool divided by the distance between its ends; `None` if that is below a millimeter.
+    /// The tool's path length divided by the distance between the ends of the path; `None` if that distance is below a millimeter.
     pub path_ratio: Option<f64>,
     /// The overshoot past the goal, along the line from the start.
     pub overshoot_mm: f64,
-    /// `∫|θ̇|² dt` [rad²/s].
+    /// The effort `∫|θ̇|² dt` [rad²/s].
     pub effort: f64,
     /// The largest joint speed.
     pub peak_rad_s: f64,
 }
 
 impl<'a> Record<'a> {
-    /// Creates the record of a run and its end. Numbers have six digits, as many as are meaningful.
+    /// Creates the record of a run that ended as `ended`. Numbers have six digits, which is as many as are meaningful.
     pub(super) fn new(run: &Run<'a>, ended: &Ended) -> Self {
         let figures = &ended.figures;
         Self {
@@ -60,7 +60,7 @@ impl<'a> Record<'a> {
         }
     }
 
-    /// Reads the lines of `file`, which other programs have written; empty if the file does not exist.
+    /// Reads the lines of `file`, which other programs have written. Returns none if the file does not exist.
     ///
     /// # Errors
     /// [`CompareError::File`] or [`CompareError::Damaged`].
@@ -91,7 +91,7 @@ impl<'a> Record<'a> {
         }
     }
 
-    /// Returns whether the record belongs to this run, whatever its result.
+    /// Returns whether the record is of this run, whatever its result is.
     pub(super) fn is_of(&self, run: &Run) -> bool {
         let is =
             [(&self.matched, run.matched.name()), (&self.law, run.law.name()), (&self.arm, &run.arm.name)];
@@ -101,6 +101,6 @@ impl<'a> Record<'a> {
 }
 
 fn six_digits(value: f64) -> f64 {
-    // Formatting rounds to the nearest decimal, and its result can be parsed.
+    // Formatting rounds to the nearest decimal. The text can always be parsed.
     format!("{value:.5e}").parse().unwrap_or(value)
 }

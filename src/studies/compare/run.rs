@@ -5,7 +5,7 @@ use super::conditions::Plant;
 use super::matching::Matched;
 use dq_kinematics::control::Law;
 
-/// One run.
+/// One run of the comparison.
 #[derive(Clone, Copy)]
 pub(super) struct Run<'a> {
     pub matched: Matched,

@@ -1,5 +1,5 @@
-//! Writes the sentences at the top of the page: which law to take, with which gain, up to which age of the joint states. Each has an
-//! interval or a p-value.
+//! Writes the sentences at the top of the page "What the laws do": which law to take, with which gain, and up to which age of the
+//! joint states. Each sentence has an interval or a p-value.
 
 use super::numbers::{median, percent, probability, range, signed, time};
 use super::tables::age;
@@ -9,11 +9,11 @@ use dq_kinematics::control::Law;
 /// The laws under the servo's limits, with fresh joint states and gains for equal settling time.
 struct Laws<'a> {
     findings: &'a Findings,
-    /// The law that settles most tasks.
+    /// The law that settles the most tasks.
     best: Law,
-    /// This law and those that do not differ from it significantly.
+    /// The best law, and the laws that do not differ from it significantly.
     good: Vec<Law>,
-    /// The others.
+    /// The other laws.
     rest: Vec<Law>,
 }
 
@@ -49,7 +49,7 @@ fn names(laws: &[Law]) -> String {
     laws.iter().map(|law| format!("`{law}`")).collect::<Vec<_>>().join(", ")
 }
 
-/// Formats a difference with its probability.
+/// Formats a difference and its probability.
 fn told(compared: &Comparison) -> String {
     format!("{} ({})", signed(compared.difference), probability(compared.p_holm))
 }
@@ -64,7 +64,7 @@ impl Laws<'_> {
         self.findings.comparison(quantity, Matched::SettlingTime, ALL_ARMS, true, law, other)
     }
 
-    /// Returns the law among `others` whose difference from `law` is least certain.
+    /// Returns the law among `others` whose difference from `law` is the least certain.
     fn nearest(&self, quantity: Quantity, law: Law, others: &[Law]) -> Option<(Law, Comparison)> {
         let compared = |other: &Law| Some((*other, self.compared(quantity, law, *other)?));
         let each = others.iter().filter(|other| **other != law).filter_map(compared);
@@ -107,7 +107,7 @@ impl Laws<'_> {
         )
     }
 
-    /// Reports arms on which a law differs from the reference in the opposite direction than on all arms.
+    /// Returns sentences about arms on which a law differs from the reference in the opposite direction than on all arms together.
     fn on_each_arm(&self) -> Vec<String> {
         let mut reversed = Vec::new();
         for (arm, law) in self.findings.arms.iter().flat_map(|arm| Law::all().map(move |law| (arm, law))) {
@@ -134,7 +134,7 @@ impl Laws<'_> {
         }
     }
 
-    /// Reports which of the good laws has the least value, if the difference is significant.
+    /// Returns a sentence about the law in `good` with the smallest value, if the difference is significant.
     fn least(&self, quantity: Quantity, is: &str, unit: &str, of: fn(&Cell) -> Option<Interval>) -> String {
         let value =
             |law: Law| self.cell(law, true).and_then(of).map_or(f64::INFINITY, |interval| interval.value);

@@ -24,11 +24,11 @@ pub struct Study {
     pub tasks: u32,
     /// The seed of the tasks.
     pub seed: u64,
-    /// The gain of each law on each arm, for each quantity that is made equal among the laws.
+    /// The gain of each law on each arm, for each quantity that the gains make equal.
     pub gains: Vec<Gain>,
 }
 
-/// Writes the whole file at once or not at all, because other machines may read it.
+/// Writes the whole file at once or not at all, because other machines may be reading it.
 fn keep(file: &Path, text: &str) -> std::io::Result<()> {
     let mut kept = NamedTempFile::new_in(file.parent().unwrap_or(Path::new(".")))?;
     kept.write_all(text.as_bytes())?;
@@ -36,8 +36,8 @@ fn keep(file: &Path, text: &str) -> std::io::Result<()> {
     Ok(())
 }
 
-/// Yields the conditions under which every law runs every task. Gains for equal peak speed only show whether the way of matching matters,
-/// for which fresh joint states are enough.
+/// Yields the conditions under which every law runs every task. Gains for equal peak speed only show whether the choice of the
+/// matched quantity matters. Fresh joint states are enough for that.
 fn conditions() -> impl Iterator<Item = (Matched, bool, Plant)> {
     Matched::ALL.into_iter().flat_map(|matched| {
         let plants = if matched == Matched::SettlingTime { &PLANTS[..] } else { &PLANTS[..1] };
@@ -48,11 +48,11 @@ fn conditions() -> impl Iterator<Item = (Matched, bool, Plant)> {
 }
 
 impl Study {
-    /// Creates a study with the gains in `file`, if it exists; otherwise chooses the gains and writes them to it.
+    /// Creates a study. Takes the gains from `file` if it exists; otherwise chooses them and writes them to `file`.
     ///
     /// # Errors
-    /// [`CompareError::SameName`] for two arms with the same name; [`CompareError::File`]; [`CompareError::OtherGains`] if the file has
-    /// gains that this program would not choose for these arms.
+    /// [`CompareError::SameName`] for two arms with the same name; [`CompareError::File`]; [`CompareError::OtherGains`] if the file
+    /// has gains that this program would not choose for these arms.
     pub fn new(
         arms: Vec<Arm>,
         tasks: u32,
@@ -85,7 +85,7 @@ impl Study {
         Ok(Self { arms, tasks, seed, gains })
     }
 
-    /// Returns how many gains [`new`](Self::new) chooses for this many arms.
+    /// Returns how many gains [`new`](Self::new) chooses for `arms` arms.
     pub fn gain_count(arms: usize) -> u64 {
         (Matched::ALL.len() * arms * Law::all().len()) as u64
     }
@@ -96,14 +96,14 @@ impl Study {
         cells as u64 * u64::from(self.tasks)
     }
 
-    /// Returns the gain [1/s] of a law on an arm; 0 for an arm that is not in the study.
+    /// Returns the gain of a law on an arm [1/s]; 0 if the arm is not in the study.
     pub fn gain(&self, matched: Matched, arm: &str, law: Law) -> f64 {
         let chosen = |gain: &&Gain| gain.matched == matched && gain.arm == arm && gain.law == law.name();
         self.gains.iter().find(chosen).map_or(0.0, |gain| gain.gain)
     }
 
-    /// Writes a line for each task of each arm: joint positions \[rad\] and tool at the start, position \[m\] and orientation (x, y, z, w)
-    /// of the goal.
+    /// Writes a line for each task of each arm. It has the joint positions \[rad\] and the tool at the start, and the position
+    /// \[m\] and orientation (x, y, z, w) of the goal.
     ///
     /// # Errors
     /// [`CompareError::File`] if the file cannot be written.
@@ -134,7 +134,7 @@ impl Study {
         Ok(line.to_string())
     }
 
-    /// Returns the run with this number.
+    /// Returns the run with the number `number`.
     pub(super) fn run(&self, number: u64) -> Run<'_> {
         let mut rest = number;
         let mut digit = |base: u64| {
@@ -151,24 +151,24 @@ impl Study {
         Run { matched, law, arm, gain: self.gain(matched, &arm.name, law), limits, plant, task }
     }
 
-    /// Yields the number of one run of each cell, each time of another task.
+    /// Yields the number of one run of each cell. Each is of another task.
     pub(super) fn sampled(&self) -> impl Iterator<Item = u64> + '_ {
-        /// A prime number, which has no common factor with usual numbers of tasks.
+        /// The distance between these tasks. It is prime, so that it has no common factor with usual numbers of tasks.
         const STRIDE: u64 = 7919;
         let tasks = u64::from(self.tasks);
         (0..self.run_count() / tasks).map(move |cell| cell * tasks + cell * STRIDE % tasks)
     }
 
-    /// Makes one run of each cell.
+    /// Runs one run of each cell.
     ///
     /// # Errors
-    /// The errors of the loops.
+    /// The first error of a simulated run. There is none in practice.
     pub fn sample(&self) -> Result<Vec<Record<'_>>, CompareError> {
         let numbers: Vec<_> = self.sampled().collect();
         numbers.into_par_iter().map(|number| self.record(number)).collect()
     }
 
-    /// Makes the run with this number.
+    /// Runs the run with the number `number`.
     pub(super) fn record(&self, number: u64) -> Result<Record<'_>, CompareError> {
         let run = self.run(number);
         let controller = run.arm.parameters.settings.controller.with_law(run.law, run.gain);

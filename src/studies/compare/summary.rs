@@ -8,22 +8,23 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// The 97.5 % quantile of the normal distribution: in 95 of 100 studies the intervals contain the true value.
+/// The 97.5 % quantile of the normal distribution. In 95 of 100 studies, intervals with it contain the true value.
 pub(super) const Z: f64 = 1.959_964;
 
 /// A figure with its 95 % confidence interval.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
 pub struct Interval {
-    /// The figure.
+    /// The value of the figure.
     pub value: f64,
-    /// Lower end.
+    /// The lower end of the interval.
     pub low: f64,
-    /// Upper end.
+    /// The upper end of the interval.
     pub high: f64,
 }
 
 impl Interval {
-    /// Returns the percentage \[%\] `count` of `of`, with Wilson's score interval (1927); `z` is the quantile of the normal distribution.
+    /// Returns `count` as a percentage of `of`, with Wilson's score interval (1927). `z` is the quantile of the normal
+    /// distribution.
     pub fn share(count: usize, of: usize, z: f64) -> Self {
         let (n, p) = (of.max(1) as f64, count as f64 / of.max(1) as f64);
         let center = (p + z * z / (2.0 * n)) / (1.0 + z * z / n);
@@ -32,8 +33,8 @@ impl Interval {
         Self { value: percent(p), low: percent(center - half), high: percent(center + half) }
     }
 
-    /// Returns the median of `sorted`, with the interval between the values whose ranks a binomial distribution gives. It assumes nothing
-    /// about the distribution, and agrees with a bootstrap of the median. `None` for an empty list.
+    /// Returns the median of `sorted`. Its interval lies between the values whose ranks a binomial distribution gives. It assumes
+    /// nothing about the distribution of the values, and agrees with a bootstrap of the median. `None` for an empty list.
     pub fn median(sorted: &[f64], z: f64) -> Option<Self> {
         let n = sorted.len() as f64;
         let at =
@@ -47,29 +48,29 @@ impl Interval {
     }
 }
 
-/// The common properties of the runs of a cell.
+/// What the runs of a cell have in common.
 #[derive(Clone, Debug, Deserialize, Eq, Ord, PartialEq, PartialOrd, Serialize)]
 pub struct Key {
-    /// The quantity that was made equal among the laws.
+    /// The quantity that the gains make equal for all laws.
     pub matched: String,
-    /// The arm's name; `all` for all arms together.
+    /// The name of the arm, or `all` for all arms together.
     pub arm: String,
     /// Whether the servo's limits were on.
     pub limits: bool,
-    /// The plant's name.
+    /// The name of the plant.
     pub plant: String,
-    /// The law's name.
+    /// The name of the law.
     pub law: String,
 }
 
 impl Key {
-    /// Creates the key of these runs.
+    /// Creates the key of the runs under these conditions.
     pub fn new(matched: Matched, law: Law, arm: &str, limits: bool, plant: &str) -> Self {
         let (matched, law) = (matched.name().to_owned(), law.name().to_owned());
         Self { matched, arm: arm.to_owned(), limits, plant: plant.to_owned(), law }
     }
 
-    /// Creates the key of a run on `arm`; `arm` may also be `all`.
+    /// Creates the key of a run on `arm`. `arm` may also be `all`.
     pub(super) fn of(record: &Record, arm: &str) -> Self {
         Self {
             matched: record.matched.clone().into_owned(),
@@ -80,7 +81,7 @@ impl Key {
         }
     }
 
-    /// Returns whether the other cell has runs of the same tasks under the same conditions, whatever the law.
+    /// Returns whether `other` has runs of the same tasks under the same conditions, whatever its law is.
     fn is_beside(&self, other: &Self) -> bool {
         (&self.matched, &self.arm, self.limits, &self.plant)
             == (&other.matched, &other.arm, other.limits, &other.plant)
@@ -90,38 +91,39 @@ impl Key {
 /// The name for all arms together.
 pub const ALL_ARMS: &str = "all";
 
-/// The figures of a cell's runs.
+/// The results of a cell's runs.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct Cell {
-    /// The cell.
+    /// What the runs have in common.
     #[serde(flatten)]
     pub key: Key,
     /// The number of runs.
     pub runs: usize,
-    /// The percentage of them that settled \[%\].
+    /// The percentage of runs that settled.
     pub settled_percent: Interval,
-    /// The numbers of failed runs, by reason.
+    /// The number of failed runs for each reason.
     pub failures: BTreeMap<String, usize>,
-    /// The median settling time to 2 % of all runs \[s\]; a failed run counts as later than the horizon. If an end of the interval equals
-    /// the horizon, it lies beyond.
+    /// The median settling time to 2 % of all runs \[s\]. A failed run counts as later than the horizon. An end of the interval
+    /// that equals the horizon stands for a time beyond it.
     pub settling_s: Option<Interval>,
-    /// The number of tasks of the figures below: those that are settled by each law that settles at least half of all tasks. `None` for a
-    /// law that settles fewer.
+    /// The number of tasks for the figures below: the tasks that are settled by every law that settles at least half of all tasks.
+    /// `None` if this cell's law settles fewer than half.
     pub common: Option<usize>,
-    /// Path length / straight line.
+    /// The median of the path length divided by the straight line.
     pub path_ratio: Option<Interval>,
-    /// The overshoot past the goal \[mm\].
+    /// The median overshoot past the goal \[mm\].
     pub overshoot_mm: Option<Interval>,
-    /// `∫|θ̇|² dt` [rad²/s].
+    /// The median effort `∫|θ̇|² dt` [rad²/s].
     pub effort: Option<Interval>,
-    /// Peak joint speed [rad/s].
+    /// The median peak joint speed [rad/s].
     pub peak_rad_s: Option<Interval>,
 }
 
-/// The figures of a run that settled: settling time, path ratio (NaN if there is none), overshoot, effort, peak speed, as in [`Record`].
+/// The figures of a run that settled: settling time, path ratio (NaN if there is none), overshoot, effort, peak speed. Units are as
+/// in [`Record`].
 pub type Row = [f64; 5];
 
-/// The runs of a cell, in the order of tasks (and of arms, for all arms together); `None` for failed runs.
+/// The runs of a cell in the order of tasks; for all arms together, in the order of arms and tasks. `None` for failed runs.
 #[derive(Clone, Debug, Default)]
 struct CellRuns {
     rows: Vec<Option<Row>>,
@@ -144,13 +146,13 @@ impl CellRuns {
         self.rows.iter().flatten().count()
     }
 
-    /// Returns whether enough runs settled for a fair comparison of figures.
+    /// Returns whether at least half of the runs settled, so that figures can be compared fairly.
     fn settles_half(&self) -> bool {
         2 * self.settled() >= self.rows.len()
     }
 }
 
-/// All runs of a study by cell, including the cells of all arms together.
+/// All runs of a study, in cells. There are cells for each arm, and for all arms together.
 #[derive(Clone, Debug, Default)]
 pub struct Summary {
     cells: BTreeMap<Key, CellRuns>,
@@ -167,7 +169,7 @@ impl Summary {
         Ok(summary)
     }
 
-    /// Adds a run to its cell and to that of all arms.
+    /// Adds a run to its arm's cell and to the cell of all arms together.
     fn add(&mut self, record: &Record) {
         for arm in [&*record.arm, ALL_ARMS] {
             self.add_to(Key::of(record, arm), record);
@@ -179,17 +181,17 @@ impl Summary {
         self.cells.entry(key).or_default().add(record);
     }
 
-    /// Sets the runs of a cell, without the reasons of failed runs.
+    /// Sets the runs of a cell. The reasons of failed runs are not known.
     pub(super) fn set(&mut self, key: Key, rows: Vec<Option<Row>>) {
         self.cells.insert(key, CellRuns { rows, failures: BTreeMap::new() });
     }
 
-    /// Returns the runs of a cell in the order of tasks; `None` for failed runs. Rows of two laws have the same tasks.
+    /// Returns the runs of a cell in the order of tasks; `None` for failed runs. The runs of two laws are of the same tasks.
     pub fn rows(&self, key: &Key) -> &[Option<Row>] {
         self.cells.get(key).map_or(&[], |cell| &cell.rows)
     }
 
-    /// Returns, for each task of a cell, whether all laws settle it, except those that settle fewer than half of all tasks.
+    /// Returns, for each task of a cell, whether every law settles it. Laws that settle fewer than half of the tasks do not count.
     pub fn common(&self, key: &Key) -> Vec<bool> {
         let mut common = vec![true; self.rows(key).len()];
         let beside = self.cells.iter().filter(|(other, cell)| key.is_beside(other) && cell.settles_half());
@@ -199,7 +201,7 @@ impl Summary {
         common
     }
 
-    /// Returns the figures of every cell; `z` is the quantile of the normal distribution for the intervals.
+    /// Returns the results of every cell. `z` is the quantile of the normal distribution for the intervals.
     pub fn cells(&self, z: f64) -> Vec<Cell> {
         self.cells.iter().map(|(key, runs)| self.cell(key, runs, z)).collect()
     }
@@ -228,7 +230,7 @@ impl Summary {
     }
 }
 
-/// Returns the median of the finite values.
+/// Returns the median of the finite values, with its interval.
 fn median(values: impl Iterator<Item = f64>, z: f64) -> Option<Interval> {
     let mut values: Vec<_> = values.filter(|value| value.is_finite()).collect();
     values.sort_by(f64::total_cmp);
@@ -236,7 +238,7 @@ fn median(values: impl Iterator<Item = f64>, z: f64) -> Option<Interval> {
 }
 
 impl Outcome {
-    /// Yields the names of the failures.
+    /// Yields the names of all outcomes except `settled`.
     pub fn failures() -> impl Iterator<Item = &'static str> {
         Self::NAMES.iter().copied().filter(|name| *name != Self::Settled.name())
     }

@@ -1,34 +1,34 @@
-//! Compares how many tasks settle under the servo's limits with a parameter at two values.
+//! Compares how many tasks settle under the servo's limits for two values of a parameter.
 //!
-//! Tasks are the poses of joint positions within the limits, so all can be reached. Each law runs each task twice, with the gain for equal
-//! settling time and fresh joint states.
+//! Start and goal of each task are the poses of joint positions within the limits, so all goals can be reached. Each law runs each
+//! task twice, with the gain for equal settling time and fresh joint states.
 
 use super::closed_loop::{ClosedLoop, HORIZON};
 use super::conditions::PLANTS;
 use super::paired::{End, Paired};
 use super::{Arm, CompareError, Matched, Study};
+use dq_check::Gaps;
 use dq_core::servo::Reconfigure;
 use dq_kinematics::control::Law;
-use dq_limits::check::Gaps;
 use dq_params::Value;
 use dq_space::space::Scene;
 use rayon::prelude::*;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// A servo parameter that is compared at two values.
+/// A servo parameter whose two values are compared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Switch {
-    /// Whether a stalled arm never or always moves to another configuration.
+    /// Whether a stalled arm moves to another configuration: never or always.
     Reconfigure,
-    /// Whether keep-outs, the arm's body and its joint limits are constraints of the law.
+    /// Whether the law has the keep-outs, the arm's body and its joint limits as constraints.
     Constraints,
-    /// Whether joints to spare go back to the posture in which the motion began.
+    /// Whether joints to spare return to the posture in which the motion began.
     Posture,
 }
 
 impl Switch {
-    /// Returns the parameter's name.
+    /// Returns the name of the parameter.
     pub fn parameter(self) -> &'static str {
         match self {
             Self::Reconfigure => "reconfigure",
@@ -47,15 +47,15 @@ impl Switch {
         }
     }
 
-    /// Returns the names of the values.
+    /// Returns the two values as texts.
     pub fn names(self) -> [String; 2] {
         self.values().map(|value| value.to_string())
     }
 
-    /// Returns the time after which a loop that has not settled has failed.
+    /// Returns the time after which a loop that has not settled counts as failed.
     pub fn horizon(self) -> Duration {
         match self {
-            // Before a reconfiguration the motion stalls, which takes `progress_timeout`.
+            // A motion stalls before its reconfiguration, which takes `progress_timeout`.
             Self::Reconfigure => Duration::from_secs(60),
             Self::Constraints | Self::Posture => HORIZON,
         }
@@ -68,10 +68,10 @@ impl Study {
         2 * (Law::all().len() * self.arms.len()) as u64 * u64::from(self.tasks)
     }
 
-    /// Runs every law on every arm, with the parameter at both values. Calls `done` after each loop.
+    /// Runs every law on every arm with both values of the parameter. Calls `done` after each loop.
     ///
     /// # Errors
-    /// The errors of the loops.
+    /// The first error of a simulated run. There is none in practice.
     pub fn switched(&self, switch: Switch, done: impl Fn() + Sync) -> Result<Vec<Paired>, CompareError> {
         let mut all = Vec::new();
         let [first, second] = switch.values();
@@ -98,7 +98,7 @@ impl Study {
         Ok(all)
     }
 
-    /// Returns the end of the task with this number, and whether the arm with this body collided with itself.
+    /// Returns how the task `number` ended, and whether the arm passed through itself.
     fn end(
         &self,
         law: Law,

@@ -1,4 +1,4 @@
-//! Formats the tables of the page.
+//! Formats the tables of the page "What the laws do".
 
 use super::matching::others;
 use super::numbers::{median, number, percent, probability, range, signed, time};
@@ -6,7 +6,7 @@ use super::{ALL_ARMS, Cell, Comparison, Findings, Matched, Outcome, PLANTS, Peer
 use dq_kinematics::control::Law;
 use std::fmt::Write as _;
 
-/// Returns the figures of each law on all arms.
+/// Returns the table of each law's results on all arms together.
 pub(super) fn figures(findings: &Findings, matched: Matched, limits: bool) -> String {
     let mut table = String::from(
         "| law | gain [1/s] | settled [%] | settling [s] | path / straight | overshoot [mm] | effort [rad²/s] | peak [rad/s] | step [ns] |\n\
@@ -27,7 +27,7 @@ pub(super) fn figures(findings: &Findings, matched: Matched, limits: bool) -> St
     table
 }
 
-/// Returns the columns from `settled` to `peak`.
+/// Returns the columns from `settled` to `peak` for a cell.
 fn of_cell(cell: &Cell, findings: &Findings) -> String {
     let settled = [percent(Some(cell.settled_percent)), time(cell.settling_s, findings.horizon_s)];
     let figures = [cell.path_ratio, cell.overshoot_mm, cell.effort, cell.peak_rad_s].map(median);
@@ -38,7 +38,7 @@ fn of_cell(cell: &Cell, findings: &Findings) -> String {
 const DIFFERENCES: &str = "| law | settled [points] | settling [s] | path / straight | overshoot [mm] | effort [rad²/s] | peak [rad/s] |\n\
      |---|---|---|---|---|---|---|\n";
 
-/// Returns how each law differs from the reference on all arms.
+/// Returns the table of each law's differences from the reference, on all arms together.
 pub(super) fn differences(findings: &Findings, matched: Matched, limits: bool) -> String {
     let mut table = String::from(DIFFERENCES);
     for law in others() {
@@ -47,7 +47,7 @@ pub(super) fn differences(findings: &Findings, matched: Matched, limits: bool) -
     table
 }
 
-/// Returns how a law, or another program, differs from the reference on all arms.
+/// Returns the row of a law's or another program's differences from the reference, on all arms together.
 fn row_of_differences(findings: &Findings, matched: Matched, limits: bool, law: &str) -> String {
     const OF: [Quantity; 6] = [
         Quantity::Settled,
@@ -61,7 +61,7 @@ fn row_of_differences(findings: &Findings, matched: Matched, limits: bool, law: 
     format!("| {law} | {} |\n", OF.map(|quantity| difference(of(quantity).as_ref())).join(" | "))
 }
 
-/// Returns the other programs and the reference law on the same tasks: their figures and their differences.
+/// Returns the tables of the other programs and of the reference law, on the same tasks: their results and their differences.
 pub(super) fn peers(findings: &Findings, limits: bool) -> String {
     let peers = || findings.peers.iter().filter(|peer| peer.cell.key.limits == limits);
     let mut table = String::from(
@@ -84,7 +84,7 @@ fn difference(comparison: Option<&Comparison>) -> String {
     format!("{}{}", signed(comparison.difference), if comparison.tells() { " ∗" } else { "" })
 }
 
-/// Returns the percentages that settle with each plant.
+/// Returns the table of the percentages that settle with each plant.
 pub(super) fn settled(findings: &Findings) -> String {
     let mut table = String::from("| law |");
     for limits in ["no limits", "limits"] {
@@ -106,7 +106,7 @@ pub(super) fn settled(findings: &Findings) -> String {
     table
 }
 
-/// Returns the results of each law on one arm.
+/// Returns the table of each law's results on one arm.
 pub(super) fn of_arm(findings: &Findings, arm: &str) -> String {
     let mut table = format!(
         "| law | gain [1/s] | settled, no limits [%] | less {law} | p | settled, limits [%] | less {law} | p | settling, limits [s] | \
@@ -154,7 +154,7 @@ pub(super) fn of_arm(findings: &Findings, arm: &str) -> String {
     table
 }
 
-/// Returns a table of the reasons why tasks failed.
+/// Returns the table of the reasons why tasks failed.
 pub(super) fn failures(findings: &Findings) -> String {
     let reasons: Vec<_> = Outcome::failures().collect();
     let names: Vec<_> = reasons.iter().map(|reason| reason.replace('_', " ")).collect();
@@ -168,7 +168,7 @@ pub(super) fn failures(findings: &Findings) -> String {
     table
 }
 
-/// Returns a table of the largest age of joint states with which each law copes.
+/// Returns the table of the largest age of joint states at which each law works.
 pub(super) fn ages(findings: &Findings) -> String {
     let mut table = String::from("| law | no limits [ms] | limits [ms] |\n|---|---|---|\n");
     for law in Law::all() {
@@ -177,7 +177,7 @@ pub(super) fn ages(findings: &Findings) -> String {
     table
 }
 
-/// Returns the largest age of joint states with which the law copes \[ms\], with its interval.
+/// Returns the largest age of joint states at which the law works \[ms\], with its interval.
 pub(super) fn age(findings: &Findings, law: Law, limits: bool) -> String {
     let Some(ageing) = findings.ageing(law, limits) else { return "-".to_owned() };
     let (age, low) = (ageing.holds_up_to_ms, ageing.low_ms);

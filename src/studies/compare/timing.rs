@@ -1,4 +1,4 @@
-//! Measures the time of a step.
+//! Measures the time of a step of each law.
 
 use super::{CompareError, Study};
 use dq_kinematics::arm::ArmState;
@@ -7,19 +7,19 @@ use serde::{Deserialize, Serialize};
 use std::hint::black_box;
 use std::time::Instant;
 
-/// The time of a law's step on this machine.
+/// The time that a step of a law takes on this machine.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct StepTime {
-    /// The law's name.
+    /// The name of the law.
     pub law: String,
-    /// The time of kinematics and law on the first arm: median, minimum and maximum of nine rounds \[ns\].
+    /// The time of kinematics and law for the first arm: median, minimum and maximum of nine rounds \[ns\].
     pub ns: [f64; 3],
 }
 
-/// Measures every law on the first arm's tasks. Returns nothing in a build without optimization, whose times would be meaningless.
+/// Measures every law on the first arm's tasks. Returns nothing in a build without optimization, whose times would mean nothing.
 ///
 /// # Errors
-/// Never fails in practice: the tasks belong to the arm.
+/// There is none in practice: the tasks belong to the arm.
 pub fn step_times(study: &Study) -> Result<Vec<StepTime>, CompareError> {
     const ROUNDS: usize = 9;
     let Some(arm) = study.arms.first().filter(|_| !cfg!(debug_assertions)) else { return Ok(Vec::new()) };

@@ -1,4 +1,4 @@
-//! Explains why gains miss their targets, from the tasks on which the choice is judged.
+//! Explains why gains miss their targets, by the tasks on which the choice is judged.
 
 use super::closed_loop::HORIZON;
 use super::matching::{CLOSE, PILOTS, Tasks};
@@ -10,37 +10,37 @@ use serde::{Deserialize, Serialize};
 /// A gain that misses its target by more than 2 %.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct Unmatched {
-    /// The gain, its target, and its value.
+    /// The gain, with its target and its value.
     #[serde(flatten)]
     pub gain: Gain,
-    /// Its value, \[s\] or [rad/s], with the 95 % interval of the median; at most the horizon.
+    /// The value with this gain [s or rad/s], with the 95 % interval of the median. It is at most the horizon.
     pub median: Interval,
-    /// The median settling times \[s\] with half an octave less and half an octave more gain; the horizon if more than half of the tasks
-    /// fail. `None` for equal peak speed, which grows with the gain.
+    /// The median settling times \[s\] with half an octave less and with half an octave more gain; the horizon if more than half of
+    /// the tasks fail. `None` for equal peak speed, which grows with the gain.
     pub beside: Option<[f64; 2]>,
 }
 
 impl Unmatched {
-    /// Returns whether no gain reaches the target: the law settles later both with less and with more gain than this.
+    /// Returns whether no gain reaches the target: the law settles later both with less and with more gain.
     pub fn is_fastest(&self) -> bool {
         self.beside.is_some_and(|beside| beside.iter().all(|median| *median >= self.median.value))
     }
 
-    /// Returns half the width of the median's interval \[%\].
+    /// Returns half the width of the median's interval, as a percentage of the median.
     pub fn uncertain_percent(&self) -> f64 {
         50.0 * (self.median.high - self.median.low) / self.median.value
     }
 
-    /// Returns the number of tasks for which half that width would be 2 %.
+    /// Returns the number of tasks for which that percentage would be 2 %.
     pub fn tasks_needed(&self) -> f64 {
         PILOTS as f64 * (0.01 * self.uncertain_percent() / CLOSE).powi(2)
     }
 }
 
-/// Returns the gains of a study that are not matched.
+/// Returns the gains of a study that are not matched, with the reasons.
 ///
 /// # Errors
-/// The errors of the loops.
+/// The first error of a simulated run. There is none in practice.
 pub(super) fn unmatched(study: &Study) -> Result<Vec<Unmatched>, CompareError> {
     let mut all = Vec::new();
     for arm in &study.arms {
@@ -67,7 +67,7 @@ pub(super) fn unmatched(study: &Study) -> Result<Vec<Unmatched>, CompareError> {
     Ok(all)
 }
 
-/// Returns the largest value that can be known; settling times end at the horizon.
+/// Returns the largest value that can be measured. Settling times end at the horizon.
 fn most(matched: Matched) -> f64 {
     match matched {
         Matched::SettlingTime => HORIZON.as_secs_f64(),

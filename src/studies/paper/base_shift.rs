@@ -1,4 +1,4 @@
-//! (a) diffc depends on the position of the base frame; logc and double_geodesic do not.
+//! Study (a): diffc depends on the position of the base frame; logc and double_geodesic do not.
 
 use super::{Laboratory, PaperError, SimulatedRun};
 use dq_algebra::UnitDualQuaternion;
@@ -9,20 +9,20 @@ use dq_kinematics::control::Law;
 use nalgebra::{UnitQuaternion, Vector3};
 use serde::Serialize;
 
-/// The motion of a law for the same task with a shifted base.
+/// The result of a law for the same task with a shifted base.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Shifted {
-    /// The law's name.
+    /// The name of the law.
     pub law: &'static str,
-    /// Its gain [1/s].
+    /// The gain of the law [1/s].
     pub gain: f64,
     /// The shift of the base along x.
     pub shift_m: f64,
-    /// Largest distance, at equal times, from the path with the first shift, both relative to the arm.
+    /// The largest distance, at equal times, from the path with the first shift. Both paths are relative to the arm.
     pub deviation_mm: f64,
 }
 
-/// Runs each law with each shift. Returns the results and the figures: the paths, and their distances.
+/// Runs each law with each shift. Returns the results and two figures: of the paths, and of their distances.
 ///
 /// # Errors
 /// [`PaperError`] if a simulation fails.
@@ -41,9 +41,9 @@ pub fn base_shift(lab: &Laboratory) -> Result<(Vec<Shifted>, [Figure; 2]), Paper
 
 const LAWS: [Law; 3] = [Law::Diffc, Law::Logc, Law::DoubleGeodesic];
 
-/// Returns a panel for each law at the same scale, preceded by the beginning of diffc's motion.
+/// Returns a figure with a panel for each law, at the same scale. The first panel shows the beginning of diffc's motion.
 fn deviation_chart(lab: &Laboratory, curves: Vec<Vec<Series>>) -> Figure {
-    /// The time after which the paths converge, and the time at which diffc's motion is nearly over \[s\].
+    /// The time from which the paths converge, and the time at which diffc's motion is nearly over \[s\].
     const SOON: (f64, f64) = (2.0, 0.05);
     let most = |series: &[Series]| {
         series.iter().flat_map(|series| &series.points).map(|point| point.1).fold(0.0, f64::max)
@@ -66,7 +66,7 @@ fn deviation_chart(lab: &Laboratory, curves: Vec<Vec<Series>>) -> Figure {
     chart("base_shift_deviation", title, &panels.chunks(2).map(<[_]>::to_vec).collect::<Vec<_>>())
 }
 
-/// Runs the law with the base shifted, and returns the poses relative to the unshifted base.
+/// Runs the law with the base shifted by `shift`. Returns the poses relative to the base that is not shifted.
 fn shifted(lab: &Laboratory, law: Law, shift: f64) -> Result<SimulatedRun, PaperError> {
     let place = UnitDualQuaternion::from_parts(UnitQuaternion::identity(), Vector3::new(shift, 0.0, 0.0));
     let chain = lab.chain.clone().standing_at(&place);
@@ -87,13 +87,13 @@ fn compare(lab: &Laboratory, law: Law, runs: &[SimulatedRun]) -> Vec<Shifted> {
     runs.iter().zip(&lab.experiment.base_shift.distances).map(row).collect()
 }
 
-/// Returns the distances of the tools at equal times \[mm\].
+/// Yields the distances between the tools of two runs at equal times \[mm\].
 fn deviations(run: &SimulatedRun, other: &SimulatedRun) -> impl Iterator<Item = f64> {
     let pairs = run.poses.iter().zip(&other.poses);
     pairs.map(|(a, b)| 1e3 * (a.translation() - b.translation()).norm())
 }
 
-/// Returns a curve for each run except the first, with which the others are compared.
+/// Returns a curve for each run except the first one, with which the others are compared.
 fn apart(lab: &Laboratory, law: Law, runs: &[SimulatedRun]) -> Vec<Series> {
     let curve = |(i, (run, shift)): (usize, (&SimulatedRun, &f64))| Series {
         name: format!("{law}, base moved by {shift} m"),
@@ -130,7 +130,7 @@ fn scene(lab: &Laboratory, law: Law, runs: &[SimulatedRun]) -> Scene {
     }
 }
 
-/// Returns points of a path that are far enough apart for dots that do not touch.
+/// Returns points of a path that are so far apart that dots do not touch.
 fn spaced(points: Vec<Vector3<f64>>) -> Vec<Vector3<f64>> {
     const APART: f64 = 0.015;
     let mut last: Option<Vector3<f64>> = None;

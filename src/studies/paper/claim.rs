@@ -2,14 +2,14 @@
 
 use serde::Serialize;
 
-/// A claim of the paper and its verification.
+/// A claim of the paper, and its verdict.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Claim {
-    /// The claim.
+    /// The claim in words.
     pub claim: String,
-    /// Whether it holds here.
+    /// Whether the claim holds in this program's results.
     pub holds: bool,
-    /// The numbers that show it.
+    /// The numbers that show whether it holds.
     pub evidence: String,
 }
 

@@ -1,4 +1,4 @@
-//! Judges the claims of the paper by the results: the text of the evidence depends on the numbers.
+//! Judges the claims of the paper by the results. The text of the evidence depends on the numbers.
 
 use super::claim::Claim;
 use super::comparison::Row;
@@ -11,17 +11,17 @@ use dq_kinematics::control::Law;
 pub struct Evidence<'a> {
     /// The arm and the constants.
     pub lab: &'a Laboratory,
-    /// The motions.
+    /// The simulated motions.
     pub runs: &'a Runs,
-    /// The comparison: diffc with logc's gain, diffc, logc, double_geodesic.
+    /// The rows of the comparison: diffc with logc's gain, diffc, logc, double_geodesic.
     pub comparison: &'a [Row; 4],
-    /// logc as the paper integrated it.
+    /// The figures of logc as the paper integrated it.
     pub theirs: &'a TaskSpaceMetrics,
-    /// Equations 33 to 36.
+    /// The results of equations 33 to 36.
     pub logarithms: &'a LogarithmEquations,
-    /// Equations 13, 31 and 32.
+    /// The results of equations 13, 31 and 32.
     pub pose: &'a PoseEquations,
-    /// Both laws with other gains.
+    /// The results of both laws with other gains.
     pub swept: &'a [Swept],
 }
 
@@ -49,9 +49,10 @@ pub fn claims(evidence: &Evidence) -> Result<Vec<Claim>, PaperError> {
     ])
 }
 
-/// Judges section 8: 1 and 185 "to achieve the same settling time (within 2% of the final value) of 10s".
+/// Judges the claim of section 8 that gains of 1 and 185 are chosen "to achieve the same settling time (within 2% of the final
+/// value) of 10s".
 fn settle_alike(logc: &Row, diffc: &Row) -> Claim {
-    /// Relative difference below which times count as equal.
+    /// The relative difference below which times count as equal.
     const ALIKE: f64 = 0.1;
     let of = |row: &Row| {
         let joints = &row.metrics.settling_time_2_percent_joints_s;
@@ -75,7 +76,7 @@ fn settle_alike(logc: &Row, diffc: &Row) -> Claim {
     )
 }
 
-/// Judges section 10: "Both the controllers behave abruptly as the gain is increased".
+/// Judges the claim of section 10: "Both the controllers behave abruptly as the gain is increased".
 fn is_abrupt(swept: &[Swept]) -> Claim {
     let of = |law: Law| swept.iter().filter(|row| row.law == law.name()).copied().collect::<Vec<_>>();
     let laws = [Law::Diffc, Law::Logc].map(of);
@@ -154,7 +155,7 @@ fn is_less_curved(theirs: &TaskSpaceMetrics, logc: &Metrics, diffc: &Metrics) ->
     let ratio = |metrics: &Metrics| metrics.figures.path_ratio.unwrap_or(f64::NAN);
     Claim::new(
         "logc takes a less curved path than diffc",
-        // Compares both laws through the joints. Joints bend the path, and the paper's task space has no joints.
+        // This compares the two laws through the joints. Joints bend the path, and the paper's task space has no joints.
         ratio(logc) < ratio(diffc),
         format!(
             "path over straight line, through the joints: logc {:.3}, diffc {:.3}; logc in the paper's task space {:.3}",
@@ -165,7 +166,7 @@ fn is_less_curved(theirs: &TaskSpaceMetrics, logc: &Metrics, diffc: &Metrics) ->
     )
 }
 
-/// Returns whether the first settled, and earlier than the second.
+/// Returns whether the first motion settled, and earlier than the second one.
 fn sooner(first: Option<f64>, second: Option<f64>) -> bool {
     first.is_some_and(|first| second.is_none_or(|second| first < second))
 }

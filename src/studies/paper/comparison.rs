@@ -4,12 +4,12 @@ use super::figures::Runs;
 use super::{Laboratory, Metrics, PaperError, SimulatedRun};
 use serde::Serialize;
 
-/// One law in the comparison.
+/// The result of one law in the comparison.
 #[derive(Clone, Debug, Serialize)]
 pub struct Row {
-    /// The law's name.
+    /// The name of the law.
     pub law: &'static str,
-    /// Its gain [1/s].
+    /// The gain of the law [1/s].
     pub gain: f64,
     /// The duration of the motion \[s\].
     #[serde(rename = "duration_s")]
@@ -19,7 +19,7 @@ pub struct Row {
     pub metrics: Metrics,
 }
 
-/// Compares diffc with logc's gain, diffc with its own, logc, and double_geodesic.
+/// Compares diffc with logc's gain, diffc with its own gain, logc, and double_geodesic.
 ///
 /// # Errors
 /// [`PaperError`] if a simulation fails.

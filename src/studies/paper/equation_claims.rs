@@ -1,16 +1,17 @@
-//! Judges the claims of the paper about its equations by numbers.
+//! Judges the paper's claims about its equations by numbers.
 
 use super::claim::Claim;
 use super::{Laboratory, LogarithmEquations, PaperError, PoseEquations};
 use dq_kinematics::arm::ArmState;
 
-/// Largest difference between numbers that differ only by rounding.
+/// Numbers that differ by at most this differ only by rounding.
 const EQUAL: f64 = 1e-12;
 
-/// Eigenvalues below this fraction of the largest count as 0.
+/// An eigenvalue counts as 0 if it is below this fraction of the largest one.
 const ZERO: f64 = 1e-12;
 
-/// Judges section 2.3.1. J is 8×n, so the 8×8 product has at most rank 6: errors in the null space of Jᵀ move no joint.
+/// Judges the claim of section 2.3.1. J is 8×n, so the 8×8 product has at most rank 6: errors in the null space of Jᵀ move no
+/// joint.
 pub(super) fn is_positive_definite(lab: &Laboratory) -> Result<Claim, PaperError> {
     let mut state = ArmState::new(&lab.chain);
     lab.chain.evaluate(&lab.experiment.theta_initial, &mut state)?;
@@ -35,7 +36,7 @@ pub(super) fn is_positive_definite(lab: &Laboratory) -> Result<Claim, PaperError
     ))
 }
 
-/// Judges section 6, equations 33 to 36.
+/// Judges the claims of section 6 about equations 33 to 36.
 pub(super) fn is_no_sum(equations: &LogarithmEquations) -> Claim {
     let differences = equations.differences();
     let [product, sum, difference, relative] = differences;
@@ -51,7 +52,7 @@ pub(super) fn is_no_sum(equations: &LogarithmEquations) -> Claim {
     )
 }
 
-/// Judges section 6, equation 31.
+/// Judges the claim of section 6 about equation 31.
 pub(super) fn is_the_pose(pose: &PoseEquations) -> Claim {
     Claim::new(
         "r exp(ε ½ t) (eq. 31) is the pose r + ε ½ t r (eq. 13)",
@@ -63,8 +64,8 @@ pub(super) fn is_the_pose(pose: &PoseEquations) -> Claim {
     )
 }
 
-/// Judges section 6, equation 32, which takes the sum of the logarithms of the two factors of eq. 31 for the logarithm of their product;
-/// eq. 34 says that it is not.
+/// Judges the claim of section 6 about equation 32. The equation takes the sum of the logarithms of the two factors of eq. 31 for
+/// the logarithm of their product. By eq. 34, it is not.
 pub(super) fn is_the_logarithm(pose: &PoseEquations) -> Claim {
     Claim::new(
         "the logarithm of a pose is ½ θ k + ε ½ t (eq. 32)",

@@ -1,23 +1,24 @@
-//! Evaluates equations 13 and 31 to 36 of the paper: which expressions equal the logarithm of a pose or of a product, and which do not.
+//! Evaluates equations 13 and 31 to 36 of the paper: which expressions equal the logarithm of a pose or of a product, and which do
+//! not.
 
 use dq_algebra::UnitDualQuaternion;
 use nalgebra::{UnitQuaternion, Vector3, Vector6};
 use serde::Serialize;
 
-/// Both sides of each equation for `q = q₁ q₂`, as half-log pairs [rad, m] (eq. 32).
+/// Both sides of equations 33 to 36 for `q = q₁ q₂`, as half-log pairs \[rad, m\] (eq. 32).
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct LogarithmEquations {
-    /// `log q`, the left side of equations 33 and 34.
+    /// The left side of equations 33 and 34, `log q`.
     pub log_q: [f64; 6],
-    /// `log(q₁ q₂)`: equal to it (eq. 33).
+    /// The right side of eq. 33, `log(q₁ q₂)`. It equals the left side.
     pub log_q1_q2: [f64; 6],
-    /// `log q₁ + log q₂`: not equal to it (eq. 34).
+    /// The right side of eq. 34, `log q₁ + log q₂`. It does not equal the left side.
     pub log_q1_plus_log_q2: [f64; 6],
-    /// `log q₂`, the right side of equations 35 and 36.
+    /// One side of equations 35 and 36, `log q₂`.
     pub log_q2: [f64; 6],
-    /// `log q − log q₁`: not equal to it (eq. 35).
+    /// The other side of eq. 35, `log q − log q₁`. It does not equal `log q₂`.
     pub log_q_minus_log_q1: [f64; 6],
-    /// `log(q₁* q)`: equal to it (eq. 36).
+    /// The other side of eq. 36, `log(q₁* q)`. It equals `log q₂`.
     pub log_conjugate_q1_q: [f64; 6],
 }
 
@@ -40,7 +41,7 @@ impl LogarithmEquations {
         Self { log_q, log_q1_q2, log_q1_plus_log_q2, log_q2, log_q_minus_log_q1, log_conjugate_q1_q }
     }
 
-    /// The largest difference between the components of both sides of equations 33, 34, 35 and 36.
+    /// Returns the largest difference between the components of the two sides, for equations 33, 34, 35 and 36.
     pub fn differences(&self) -> [f64; 4] {
         [
             (self.log_q, self.log_q1_q2),
@@ -55,10 +56,10 @@ impl LogarithmEquations {
 /// Three interpretations of one pose: by eq. 13, by the exponential of eq. 31, and by the exponential of the logarithm of eq. 32.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct PoseEquations {
-    /// The distance of the translation of `r exp(ε ½ t)` (eq. 31) from t. It is `R t`, because `r exp(ε ½ t) = r + ε ½ r t`, while eq. 13
-    /// has `r + ε ½ t r`.
+    /// How far the translation of `r exp(ε ½ t)` (eq. 31) is from t \[m\]. It is `R t`, because `r exp(ε ½ t) = r + ε ½ r t`,
+    /// whereas eq. 13 has `r + ε ½ t r`.
     pub product_off_m: f64,
-    /// The distance of the translation of the dual quaternion exponential of `½ θ k + ε ½ t` (eq. 32) from t.
+    /// How far the translation of the dual quaternion exponential of `½ θ k + ε ½ t` (eq. 32) is from t \[m\].
     pub logarithm_off_m: f64,
 }
 

@@ -5,7 +5,7 @@ use dq_params::one_line;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
-/// The built-in file.
+/// The file that is built into the program.
 const BUILTIN: &str = include_str!("../msg_config/paper.yaml");
 
 /// The constants of all experiments; rad, m, s, gains in 1/s.
@@ -16,39 +16,39 @@ pub struct Experiment {
     pub theta_initial: Vec<f64>,
     /// Joint angles at the goal \[rad\].
     pub theta_desired: Vec<f64>,
-    /// diffc as in the paper.
+    /// The constants of diffc in the paper.
     pub diffc: Diffc,
-    /// The two-arm experiment.
+    /// The constants of the experiment with two arms.
     pub relative_position: RelativePosition,
-    /// logc as integrated in the paper.
+    /// The constants of logc as the paper integrated it.
     pub task_space_logc: TaskSpaceGains,
-    /// The comparison of the laws.
+    /// The constants of the comparison of the laws.
     pub comparison: Comparison,
-    /// The task with a shifted base.
+    /// The constants of the task with a shifted base.
     pub base_shift: BaseShift,
-    /// The task with the goal's other sign.
+    /// The constants of the task with the goal's other sign.
     pub wrong_sign: WrongSign,
 }
 
-/// diffc as in the paper.
+/// The constants of diffc in the paper.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Diffc {
-    /// K that settles in the duration [1/s].
+    /// The gain K with which the motion settles within its duration [1/s].
     pub gain: f64,
-    /// K equal to logc's [1/s].
+    /// The gain K that equals logc's gain [1/s].
     pub low_gain: f64,
     /// The duration of the motion \[s\].
     pub duration: f64,
-    /// The duration with K equal to logc's, in figure 7 \[s\].
+    /// The duration of figure 7, in which K equals logc's gain \[s\].
     pub low_gain_duration: f64,
 }
 
-/// Relative position control of two arms.
+/// The constants of relative position control of two arms.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct RelativePosition {
-    /// K [1/s].
+    /// The gain K [1/s].
     pub gain: f64,
     /// The goal as a multiple of the initial relative translation.
     pub target_factor: f64,
@@ -56,39 +56,39 @@ pub struct RelativePosition {
     pub duration: f64,
 }
 
-/// logc on the half-log pair in task space: the rotation decays with `k_ω`, the translation with `k_ω + k_v`.
+/// The constants of logc on the half-log pair in task space. The rotation decays with `k_ω`, the translation with `k_ω + k_v`.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct TaskSpaceGains {
-    /// `k_ω` [1/s].
+    /// The gain `k_ω` [1/s].
     pub gain_angular: f64,
-    /// `k_v` [1/s].
+    /// The gain `k_v` [1/s].
     pub gain_linear: f64,
     /// The duration of the motion \[s\].
     pub duration: f64,
 }
 
-/// The comparison of the laws.
+/// The constants of the comparison of the laws.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Comparison {
-    /// Gain of logc and double_geodesic [1/s].
+    /// The gain of logc and double_geodesic [1/s].
     pub gain: f64,
     /// The duration of the motion \[s\].
     pub duration: f64,
 }
 
-/// The same task with a shifted base.
+/// The constants of the task with a shifted base.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct BaseShift {
-    /// The shifts of the base along x \[m\]; the others are compared with the first.
+    /// The shifts of the base along x \[m\]. The motions with later shifts are compared with the one with the first shift.
     pub distances: Vec<f64>,
     /// The duration of the motion \[s\].
     pub duration: f64,
 }
 
-/// The task with the goal's other sign.
+/// The constants of the task with the goal's other sign.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct WrongSign {
@@ -140,7 +140,8 @@ impl Experiment {
             ("base_shift.duration", self.base_shift.duration),
             ("wrong_sign.duration", self.wrong_sign.duration),
         ];
-        /// Larger numbers are probably typing errors, and longer times \[s\] would fill the memory with samples.
+        /// The largest allowed number. A larger one is probably a typing error; as a time \[s\], it would fill the memory with
+        /// samples.
         const LARGEST: f64 = 1e4;
         const LONGEST: f64 = 600.0;
         if !self.theta_initial.iter().chain(&self.theta_desired).all(|angle| angle.abs() <= LARGEST) {

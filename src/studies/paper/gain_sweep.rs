@@ -1,4 +1,4 @@
-//! Both laws with more and with less gain: which figures change, and which do not.
+//! Both laws with more gain and with less gain: which figures change, and which do not.
 
 use super::{Laboratory, PaperError, SimulatedRun};
 use dq_algebra::UnitDualQuaternion;
@@ -9,12 +9,12 @@ use serde::Serialize;
 /// The gains, as multiples of the law's gain in the comparison.
 const PARTS: [f64; 4] = [0.5, 1.0, 2.0, 4.0];
 
-/// A law with one of the gains.
+/// The result of a law with one of the gains.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Swept {
-    /// The law's name.
+    /// The name of the law.
     pub law: &'static str,
-    /// Its gain [1/s].
+    /// The gain of the law [1/s].
     pub gain: f64,
     /// The gain as a multiple of that in the comparison.
     pub part: f64,
@@ -22,7 +22,7 @@ pub struct Swept {
     pub peak_rad_s: f64,
     /// The settling time to 2 % of rotation and position \[s\].
     pub settling_s: Option<f64>,
-    /// Path length divided by the distance between its ends.
+    /// The path length divided by the distance between the ends of the path.
     pub path_ratio: Option<f64>,
 }
 
@@ -54,9 +54,9 @@ pub fn gain_sweep(lab: &Laboratory) -> Result<(Vec<Swept>, Figure), PaperError> 
     Ok((rows, figure))
 }
 
-/// Returns the distance of the tool from the goal over time.
+/// Returns the curve of the tool's distance from the goal over time.
 fn distance(run: &SimulatedRun, gain: f64) -> Series {
-    /// Samples between the points of a curve.
+    /// Number of samples from one point of the curve to the next.
     const STEP: usize = 25;
     let samples = run.trajectory.times.iter().zip(&run.poses).step_by(STEP);
     let distance = |pose: &UnitDualQuaternion| (pose.translation() - run.goal.translation()).norm();
@@ -64,7 +64,7 @@ fn distance(run: &SimulatedRun, gain: f64) -> Series {
     Series::solid(format!("gain {gain}"), law_color(run.controller.law), points)
 }
 
-/// Draws the curves of a law, with a color for each gain.
+/// Returns a panel with the curves of a law. Each gain has its own color.
 fn of_law(law: Law, curves: &[(Law, Series)]) -> Panel {
     let of = curves.iter().filter(|(of, _)| *of == law).zip(COMPONENTS);
     let series: Vec<_> = of.map(|((_, series), color)| Series { color, ..series.clone() }).collect();

@@ -12,7 +12,7 @@ use dq_kinematics::control::{Controller, Law, nearer_goal};
 pub struct Laboratory {
     /// The arm that is simulated.
     pub chain: Chain,
-    /// The servo's settings, of which damping and tolerances are used.
+    /// The servo's settings. Only damping and tolerances are used.
     pub settings: Settings,
     /// The constants of the experiments.
     pub experiment: Experiment,
@@ -25,14 +25,14 @@ pub struct SimulatedRun {
     pub controller: Controller,
     /// The goal, with the chosen sign.
     pub goal: UnitDualQuaternion,
-    /// The joint angles.
+    /// The joint angles over time.
     pub trajectory: Trajectory,
-    /// The tool's poses at the same times.
+    /// The tool's pose at each time of the trajectory.
     pub poses: Vec<UnitDualQuaternion>,
 }
 
 impl Laboratory {
-    /// Returns the controller with this law, and `gain` for all of its gains [1/s].
+    /// Returns the controller with this law. All its gains are `gain` [1/s].
     pub fn controller(&self, law: Law, gain: f64) -> Controller {
         self.settings.controller.with_law(law, gain)
     }

@@ -1,32 +1,33 @@
 //! The figures of a simulated motion.
 
 use super::{Laboratory, PaperError, SimulatedRun};
-use dq_core::servo::{Figures, GoalError, MotionMeter, Settling};
 use dq_kinematics::arm::ArmState;
+use dq_metrics::{Figures, GoalError, MotionMeter, Settling};
 use serde::Serialize;
 use std::time::Duration;
 
 /// The figures of a simulated motion.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Metrics {
-    /// The figures of the motion, as defined by [`MotionMeter`].
+    /// The figures of the motion, as [`MotionMeter`] defines them.
     #[serde(flatten)]
     pub figures: Figures,
-    /// When each joint had come within 2 % of its position at the goal for good; `None` if it has not, or if that position is 0.
+    /// The time from which each joint stays within 2 % of its position at the goal; `None` if it does not, or if that position is
+    /// 0.
     pub settling_time_2_percent_joints_s: Vec<Option<f64>>,
-    /// Distance from start to goal.
+    /// The distance from start to goal.
     pub distance_m: f64,
-    /// Whether the determinant of the Jacobian of six joints changed its sign on the way. If so, the smallest singular value in the figures
-    /// is 0, because the nearest sample to a singularity is arbitrary.
+    /// Whether the determinant of the Jacobian of six joints changed its sign during the motion. If so, the smallest singular value
+    /// in the figures is 0, because it is arbitrary how near a sample is to the singularity.
     pub singularity_crossed: bool,
     /// When the determinant changed its sign, to the accuracy of a sample.
     pub singularities_crossed_s: Vec<f64>,
-    /// The final error of each joint in percent of its position at the goal; `None` if that is 0.
+    /// The final error of each joint as a percentage of its position at the goal; `None` if that position is 0.
     pub joint_error_percent: Vec<Option<f64>>,
 }
 
 impl Laboratory {
-    /// Computes the figures of a run, as defined by [`MotionMeter`], and those of the joints.
+    /// Computes the figures of a run, as [`MotionMeter`] defines them, and those of the joints.
     ///
     /// # Errors
     /// [`PaperError::Arm`] if the run belongs to another arm.
@@ -93,7 +94,7 @@ impl Laboratory {
     }
 }
 
-/// Returns the determinant of the body Jacobian, if it is square.
+/// Returns the determinant of the body Jacobian if the matrix is square.
 fn determinant(state: &ArmState) -> Option<f64> {
     let jacobian = state.body_jacobian();
     (jacobian.ncols() == 6).then(|| jacobian.fixed_columns::<6>(0).determinant())

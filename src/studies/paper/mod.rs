@@ -34,21 +34,21 @@ pub use task_space::{TaskSpaceLogc, TaskSpaceMetrics, half_log_rate};
 use dq_kinematics::arm::ArmError;
 use thiserror::Error;
 
-/// Why the work could not be reproduced.
+/// The reason why the work could not be reproduced.
 #[derive(Debug, Error)]
 pub enum PaperError {
     /// The file of constants is invalid.
     #[error("{file}: {why}")]
     Experiment {
-        /// The file's path.
+        /// The path of the file.
         file: String,
-        /// The fault.
+        /// The error in the file.
         why: String,
     },
     /// The constants do not match the arm.
     #[error("the experiment's theta_initial and theta_desired do not fit the arm")]
     Arm(#[from] ArmError),
-    /// The integration failed.
+    /// The integration of a motion failed.
     #[error("the simulation failed: {0}")]
     Simulation(String),
 }

@@ -1,4 +1,4 @@
-//! Reproduces all results of the paper at once, with additional ones.
+//! Reproduces all results of the paper at once, and adds further ones.
 
 use super::claim::Claim;
 use super::claims::{Evidence, claims};
@@ -12,11 +12,11 @@ use std::path::Path;
 
 /// The reproduced results.
 pub struct Reproduction {
-    /// `fig1` to `fig9` and the joint angles of section 4, then additional results.
+    /// The figures `fig1` to `fig9` and the joint angles of section 4, then further ones.
     pub figures: Vec<Figure>,
-    /// Section 8 of the paper.
+    /// The comparison of section 8 of the paper.
     pub comparison: [Row; 4],
-    /// The claims of the paper.
+    /// The claims of the paper, with their verdicts.
     pub claims: Vec<Claim>,
     /// All numbers, for `results.json`.
     pub results: Value,
@@ -66,7 +66,7 @@ pub fn reproduce(lab: &Laboratory) -> Result<Reproduction, PaperError> {
 }
 
 impl Reproduction {
-    /// Writes the figures and `results.json` into `folder`, which is created if necessary.
+    /// Writes the figures and `results.json` into `folder`. Creates the folder if necessary.
     ///
     /// # Errors
     /// [`DrawError`] if a file cannot be written.

@@ -7,26 +7,27 @@ use dq_core::servo::Arms;
 use dq_kinematics::control::Controller;
 use std::cell::RefCell;
 
-/// The motion of a closed loop, with [`INTERVAL`] between samples.
+/// The motion of a closed loop. The time between samples is [`INTERVAL`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Trajectory {
-    /// The samples' times \[s\].
+    /// The times of the samples \[s\].
     pub times: Vec<f64>,
     /// The integrated state at each time: joint positions \[rad\], or the six numbers of a logarithm.
     pub states: Vec<Vec<f64>>,
 }
 
-/// The time between two samples \[s\]: fine enough for diffc's first hundredth of a second, in which it covers a third of its path.
+/// The time between two samples \[s\]. It is short enough for diffc's first hundredth of a second, in which diffc covers a third of
+/// its path.
 pub const INTERVAL: f64 = 1e-3;
 
-/// Relative and absolute tolerance of an integration step, for figures and for the comparison with the reference work.
+/// The relative and the absolute tolerance of an integration step, for the figures and for the comparison with the reference work.
 const RELATIVE_TOLERANCE: f64 = 1e-9;
 const ABSOLUTE_TOLERANCE: f64 = 1e-11;
 
-/// Longest integration in steps; more indicates an endless motion.
+/// Largest number of steps of an integration. More steps indicate an endless motion.
 const MOST_STEPS: usize = 1_000_000;
 
-/// Returns the times of the samples; the last one is exactly the end.
+/// Returns the times of the samples. The last one is exactly the end.
 fn times(duration: f64) -> Vec<f64> {
     let last = (duration / INTERVAL + 1e-9) as u32;
     (0..=last).map(|count| (f64::from(count) * INTERVAL).min(duration)).collect()
@@ -56,7 +57,7 @@ pub fn integrate(
     Ok(Trajectory { times, states })
 }
 
-/// Simulates one arm or two under a law, from `start` \[rad\] towards `goal` with its present sign, for `duration` \[s\].
+/// Simulates one arm or two under a law for `duration` \[s\], from `start` \[rad\] toward `goal` with its present sign.
 ///
 /// # Errors
 /// [`PaperError::Simulation`] if the integration fails.
@@ -77,7 +78,7 @@ pub fn follow(
 }
 
 impl Trajectory {
-    /// Returns the controlled poses along the path: the tool's, or the right tool's in the left tool's frame.
+    /// Returns the controlled poses along the path: those of the tool, or those of the right tool in the left tool's frame.
     pub fn poses(&self, mut arms: Arms) -> Vec<UnitDualQuaternion> {
         let pose = |theta: &Vec<f64>| {
             arms.evaluate(theta);

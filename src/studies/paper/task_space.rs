@@ -1,20 +1,20 @@
-//! logc as integrated in the paper, for its figures 4, 5 (red) and 9: in task space, on the half-log pair, without an arm.
+//! logc as the paper integrated it for its figures 4, 5 (red) and 9: in task space, on the half-log pair, without an arm.
 
 use super::simulation::integrate;
 use super::{Laboratory, PaperError};
 use dq_algebra::{UnitDualQuaternion, log_coefficients};
-use dq_core::servo::Settling;
 use dq_kinematics::control::nearer_goal;
+use dq_metrics::Settling;
 use nalgebra::{Vector3, Vector6};
 use serde::Serialize;
 use std::time::Duration;
 
-/// The motion at equal intervals of [`INTERVAL`](super::INTERVAL).
+/// The motion. The time between samples is [`INTERVAL`](super::INTERVAL).
 #[derive(Clone, Debug)]
 pub struct TaskSpaceLogc {
-    /// The samples' times \[s\].
+    /// The times of the samples \[s\].
     pub times: Vec<f64>,
-    /// The half-log pair `X = (ψ, x)` of the error (eq. 32) [rad, m].
+    /// The half-log pair `X = (ψ, x)` of the error (eq. 32) \[rad, m\].
     pub half_logs: Vec<Vector6<f64>>,
     /// The poses `q_d explogdq(X)` that the figures show.
     pub poses: Vec<UnitDualQuaternion>,
@@ -22,29 +22,31 @@ pub struct TaskSpaceLogc {
     pub goal: UnitDualQuaternion,
 }
 
-/// The figures of figure 4.
+/// The numbers of figure 4.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct TaskSpaceMetrics {
-    /// The half-log pair at the start [rad, m].
+    /// The half-log pair at the start \[rad, m\].
     pub initial: [f64; 6],
-    /// When each component of the half-log pair came within 1e-3 of zero for good \[s\]; `None` if it has not, or if it was never outside.
+    /// The time from which each component of the half-log pair stays within 1e-3 of zero \[s\]. `None` if it does not, or if it
+    /// never was outside.
     pub last_crossing_s: [Option<f64>; 6],
-    /// When the rotation had come within 2 % of its initial angle for good \[s\].
+    /// The time from which the rotation error stays below 2 % of its initial value \[s\]; `None` if it does not.
     #[serde(rename = "settling_time_2_percent_rotation_s")]
     pub settling_time_rotation: Option<f64>,
-    /// When the translation had come within 2 % of its initial distance for good \[s\].
+    /// The time from which the translation error stays below 2 % of its initial value \[s\]; `None` if it does not.
     #[serde(rename = "settling_time_2_percent_position_s")]
     pub settling_time_position: Option<f64>,
-    /// Path length divided by the distance from start to goal.
+    /// The path length divided by the distance from start to goal.
     pub path_ratio: f64,
 }
 
-/// Returns the half-log pair's rate `Ẋ = V + ½ ad_X V + β ad_X² V` under `V = −(k_ω ψ, (k_ω + k_v) x)` (Bullo & Murray 1995), computed as
-/// in the paper's notebooks: with half the rotation vector and half the translation as exponential coordinates.
+/// Returns the rate of the half-log pair, `Ẋ = V + ½ ad_X V + β ad_X² V`, under `V = −(k_ω ψ, (k_ω + k_v) x)` (Bullo & Murray
+/// 1995). It is computed as in the paper's notebooks: the exponential coordinates are half the rotation vector and half the
+/// translation.
 ///
-/// Explicitly: `ψ̇ = −k_ω ψ`, `ẋ = −(k_ω + k_v) x − k_v (½ ψ×x + β ψ×(ψ×x))`, `β = (1 − (|ψ|/2) cot(|ψ|/2))/|ψ|²`. The notebooks have the
-/// form `ẋ = −(k_ω + k_v R_ψ A_ψ⁻¹) x`, with the rotation `R_ψ` by ψ and its integral `A_ψ`. So with equal gains the translation decays
-/// faster than the rotation.
+/// Explicitly: `ψ̇ = −k_ω ψ`, `ẋ = −(k_ω + k_v) x − k_v (½ ψ×x + β ψ×(ψ×x))`, `β = (1 − (|ψ|/2) cot(|ψ|/2))/|ψ|²`. The notebooks
+/// have the form `ẋ = −(k_ω + k_v R_ψ A_ψ⁻¹) x`, with the rotation `R_ψ` by ψ and its integral `A_ψ`. So with equal gains the
+/// translation decays faster than the rotation.
 pub fn half_log_rate([k_omega, k_v]: [f64; 2], half_log: &Vector6<f64>) -> Vector6<f64> {
     let psi: Vector3<f64> = half_log.fixed_rows::<3>(0).into();
     let x: Vector3<f64> = half_log.fixed_rows::<3>(3).into();
@@ -91,7 +93,7 @@ impl TaskSpaceLogc {
         }
     }
 
-    /// Returns when a component came within 1e-3 for good \[s\], which is where its curve in figure 4 of the paper begins.
+    /// Returns the time from which a component stays within 1e-3 of zero \[s\]. Its curve in figure 4 of the paper begins there.
     fn last_crossing(&self, component: usize) -> Option<f64> {
         const EDGE: f64 = 1e-3;
         let size = |sample: usize| Some(self.half_logs.get(sample)?[component].abs());
@@ -101,7 +103,7 @@ impl TaskSpaceLogc {
         Some(self.times[last] + part * (self.times[last + 1] - self.times[last]))
     }
 
-    /// Returns when the three components from `first` on had come within 2 % for good \[s\].
+    /// Returns the time from which the three components from `first` on stay below 2 % of their initial size \[s\].
     fn settled(&self, first: usize) -> Option<f64> {
         let size = |half_log: &Vector6<f64>| half_log.fixed_rows::<3>(first).norm();
         let mut settling = Settling::new(self.half_logs.first().map_or(0.0, size), 0.0);

@@ -1,4 +1,5 @@
-//! (b) diffc started at its goal with the goal's other sign: without the double-cover rule the tool leaves, with it the tool stays.
+//! Study (b): diffc starts at its goal, but with the goal's other sign. Without the double-cover rule the tool leaves; with the
+//! rule it stays.
 
 use super::simulation::follow;
 use super::{Laboratory, PaperError};
@@ -8,18 +9,18 @@ use dq_figures::{Axis, Figure, Line, Series, chart, law_color, over_time};
 use dq_kinematics::control::{Law, nearer_goal};
 use serde::Serialize;
 
-/// How far the tool went from the goal at which it started.
+/// How far the tool went away from the goal at which it started.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Departure {
     /// Whether the double-cover rule chose the sign.
     pub with_rule: bool,
-    /// Largest distance from the goal.
+    /// The largest distance from the goal.
     pub largest_distance_mm: f64,
-    /// Largest angle from the goal.
+    /// The largest angle from the goal.
     pub largest_angle_deg: f64,
 }
 
-/// Simulates both cases. Returns the results and the figure.
+/// Simulates the motion without the rule and with it. Returns the results and the figure.
 ///
 /// # Errors
 /// [`PaperError`] if a simulation fails.
@@ -56,7 +57,7 @@ pub fn wrong_sign(lab: &Laboratory) -> Result<(Vec<Departure>, Figure), PaperErr
     Ok((departures, chart("wrong_sign", "Started on the goal, which is given as −q", &rows)))
 }
 
-/// The distance of the tool at a time \[s\] from the goal at which it started.
+/// How far the tool is from the goal at which it started, at a time \[s\].
 struct Away {
     time: f64,
     /// The distance \[mm\].
@@ -65,7 +66,7 @@ struct Away {
     angle: f64,
 }
 
-/// Simulates an arm that starts at this goal.
+/// Simulates an arm that starts at `goal`.
 fn departure(lab: &Laboratory, goal: &UnitDualQuaternion) -> Result<Vec<Away>, PaperError> {
     let controller = lab.controller(Law::Diffc, lab.experiment.diffc.gain);
     let (arm, duration) = (Arms::one(lab.chain.clone()), lab.experiment.wrong_sign.duration);

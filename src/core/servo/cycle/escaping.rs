@@ -1,4 +1,4 @@
-//! Passing through singularities: detects that a law is stuck at a singularity, and whether it continues without help.
+//! Passing through singularities. Detects that a law is stuck at a singularity, and that it continues without help.
 
 use super::Servo;
 use super::robot::fastest_of;
@@ -8,7 +8,8 @@ use crate::servo::escape_phase::{EscapePhase, Phase};
 use dq_algebra::UnitDualQuaternion;
 use std::time::Duration;
 
-/// A law counts as stuck only if the joints can change less than this fraction of its error: `|Jᵀ e| < 0.01 |e|` (rad and m taken alike).
+/// A law counts as stuck only if the joints can reduce less than this fraction of its error: `|Jᵀ e| < 0.01 |e|` (rad and m weigh
+/// alike).
 const STUCK: f64 = 1e-2;
 
 /// A law counts as stuck only if it drives no joint faster than this [rad/s].
@@ -17,18 +18,18 @@ const STANDING: f64 = 0.05;
 /// A law counts as stuck only after both conditions have held for this time.
 const PATIENCE: Duration = Duration::from_millis(200);
 
-/// A singularity counts as the reason for a stall if the joints can change less than this fraction of the law's error.
+/// A singularity counts as the cause of a stall if the joints can reduce less than this fraction of the law's error.
 const HELD_UP: f64 = 0.1;
 
-/// A smaller commanded speed [rad/s, prismatic: m/s] is not evidence of a pull.
+/// A smaller commanded speed is not evidence of a pull [rad/s, prismatic: m/s].
 const PULLED: f64 = 1e-3;
 
-/// Another escape begins only if the error is below this factor times the error at which the last one began, so that escapes cannot lead in
-/// circles.
+/// Another escape begins only if the error is below this factor times the error at the beginning of the last one. So escapes cannot
+/// lead in circles.
 const NEARER: f64 = 0.999;
 
 impl Servo {
-    /// Updates the phase of escaping, with the velocity that the law asks for in `output.velocity`.
+    /// Updates the phase of the escape. `output.velocity` is the law's velocity.
     pub(super) fn watch_escape(&mut self, now: Duration, goal: &UnitDualQuaternion, arrived: bool) {
         let Some(EscapePhase { phase, .. }) = self.mode.pursuit().map(|pursuit| pursuit.watch.escape) else {
             return;
@@ -64,7 +65,7 @@ impl Servo {
         self.escape.freedom(self.robot.arms.state(), &self.settings.controller, goal)
     }
 
-    /// Begins the escape that was found, if the error is smaller than at the last escape.
+    /// Begins the escape that was found, unless the error is as large as at the last escape.
     fn leave(&mut self, error: f64) -> bool {
         let Some(pursuit) = self.mode.pursuit_mut() else { return false };
         let escape = &mut pursuit.watch.escape;
@@ -80,18 +81,19 @@ impl Servo {
         self.escape.find(&self.settings.controller, goal, theta, limits)
     }
 
-    /// Returns a sagging stall if something pulls at the joints as strongly as the law does, so that the joint with the largest pull loses
-    /// most of its command to the pull.
+    /// Returns the stall [`Stall::Sagging`] if a pull at the joints balances the law: the joint with the largest pull loses most of
+    /// its command to it.
     fn sag(&self) -> Option<Stall> {
         let (joint, pull) = fastest_of(self.robot.link.pulls())?;
-        // If an arm stands, all of its command is lost.
+        // A standing arm loses all of its command.
         let speed = self.output.command[joint];
         let is_lost = (speed - pull).abs() <= 0.5 * pull.abs();
         let (error, kind) = (self.mode.pursuit()?.watch.error, self.joint_line.kinds[joint]);
         (speed.abs() >= PULLED && is_lost).then_some(Stall::Sagging { joint: joint + 1, speed, kind, error })
     }
 
-    /// Returns why the motion to `goal` makes no progress, or `None` if a singularity stopped it and it now continues.
+    /// Returns the reason why the motion to `goal` makes no progress. Returns `None` if a singularity stopped it and an escape has
+    /// begun.
     pub(super) fn stall(&mut self, goal: &UnitDualQuaternion) -> Option<Stall> {
         if let Some(reach) = self.beyond_reach(&goal.translation()) {
             return Some(Stall::BeyondReach(reach));

@@ -1,24 +1,25 @@
-//! New goals, and goals that move with their frames: decides which of them the arm may move to.
+//! New goals, and goals that move with their frames: decides to which goals the arm may move.
 
 use super::Servo;
 use crate::servo::explanation::Nearness;
 use crate::servo::mode::{Mode, Pursuit};
 use crate::servo::{
-    BeyondReach, Goal, GoalError, GoalMotion, GoalReading, MotionRequest, Outcome, Rejection, Requester,
-    Revocation, Sent, Settings,
+    BeyondReach, Goal, GoalMotion, GoalReading, MotionRequest, Outcome, Rejection, Requester, Revocation,
+    Sent, Settings,
 };
 use dq_kinematics::control::nearer_goal;
+use dq_metrics::GoalError;
 use std::time::Duration;
 
 impl Servo {
     /// Takes a goal received at `now`: position \[m\], orientation (x, y, z, w), frame.
     ///
-    /// A goal begins a new motion, unless it arrives within [`STREAM`](crate::servo::STREAM) of the last one from the same publisher: then
-    /// it only moves the aim of the motion in progress. A goal that equals the last one within the tolerances (−q equals q) ends a stall
-    /// only after a silence of `progress_timeout`.
+    /// A goal begins a new motion, unless it arrives within [`STREAM`](crate::servo::STREAM) of the last one from the same
+    /// publisher. Then it only moves the goal of the motion in progress. A goal that equals the last one within the tolerances (−q
+    /// equals q) ends a stall only after a silence of `progress_timeout`.
     ///
     /// # Errors
-    /// The [`Rejection`], which is counted; the last valid goal remains. While a twist is in force, every goal is rejected.
+    /// The [`Rejection`], which is counted. The last valid goal remains. While a twist is in force, the servo rejects every goal.
     pub fn take_goal(
         &mut self,
         position: [f64; 3],
@@ -58,15 +59,15 @@ impl Servo {
         self.hear_goal(sent, self.clock.now, false);
     }
 
-    /// Notes that a goal arrived at `came`, and returns the request to which it belongs.
+    /// Notes that a goal arrived at `came`. Returns the request that it belongs to.
     fn hear_goal(&mut self, sent: Sent, came: Duration, is_usable: bool) -> MotionRequest {
         self.requests.hear(Requester::Goal(sent.by), sent.ago, came, self.silence(), is_usable)
     }
 
-    /// Continues a stream with its next goal, or begins a motion to another goal.
+    /// Continues a stream with its next goal, or begins a motion to a new goal.
     fn pursue(&mut self, goal: Goal, stamp: i64, asker: Requester, now: Duration) {
         let (tolerance, timeout) = (self.settings.goal_tolerance, self.settings.progress_timeout);
-        // The state of a revoked motion does not carry over.
+        // A new motion does not inherit the state of a revoked one.
         let is_revoked = self.requests.consent().revocation().is_some();
         let mut before = self.mode.pursuit_mut().filter(|_| !is_revoked);
         if let Some(pursuit) = &mut before {
@@ -86,7 +87,7 @@ impl Servo {
         self.motions.count += 1;
     }
 
-    /// Returns the goal, sent `ago` before as part of `request`, if the arm may move to it.
+    /// Returns the goal if the arm may move to it. The goal was sent `ago` earlier as part of `request`.
     fn acceptable(
         &self,
         goal: Goal,
@@ -106,7 +107,7 @@ impl Servo {
         self.reachable(goal)
     }
 
-    /// Returns the goal if the arm reaches it, or may move as near to it as it can.
+    /// Returns the goal if the arm can reach it, or if the arm may approach goals that it cannot reach.
     fn reachable(&self, goal: Goal) -> Result<Goal, Rejection> {
         match self.settings.beyond_reach {
             BeyondReach::Approach => Ok(goal),
@@ -117,11 +118,11 @@ impl Servo {
         }
     }
 
-    /// Moves the current goal with its frame, or notes that the frame is lost: then the arm holds until the frame is found again. Without a
-    /// goal nothing happens.
+    /// Moves the current goal with its frame, or notes that the frame is lost. Then the arm holds until the frame is found again.
+    /// Without a goal this does nothing.
     ///
     /// # Errors
-    /// The [`Rejection`], which is counted; the goal stays where it was.
+    /// The [`Rejection`], which is counted. The goal does not move then.
     pub fn move_goal(&mut self, motion: &GoalMotion, now: Duration) -> Result<(), Rejection> {
         self.watch_frame(now);
         let Some(pursuit) = self.mode.pursuit_mut() else { return Ok(()) };
@@ -144,7 +145,7 @@ impl Servo {
         Ok(())
     }
 
-    /// Tells the oscillation monitor how much the new goal changed the law's error, unless the goal still is `before`.
+    /// Tells the oscillation monitor by how much the change of the goal from `before` has changed the law's error.
     fn tell_oscillation(&mut self, before: Option<Goal>) {
         let after = self.mode.pursuit().map(|pursuit| pursuit.goal);
         let (Some(before), Some(after)) = (before, after.filter(|after| before.as_ref() != Some(after)))
@@ -159,8 +160,8 @@ impl Servo {
         }
     }
 
-    /// Adds the current goal to its stream, and checks whether the tool's motion explains the goal's. Returns how near the tool is to the
-    /// goal, if the goal provides new evidence.
+    /// Adds the current goal to its stream, and checks whether the tool's motion explains the goal's. Returns how near the tool is
+    /// to the goal if the goal provides new evidence, and `None` otherwise.
     fn explain(&mut self, stamp: i64, now: Duration) -> Option<Nearness> {
         let pursuit = self.mode.pursuit()?;
         let Settings { controller, goal_tolerance: tolerance, .. } = &self.settings;
@@ -174,7 +175,7 @@ impl Servo {
         self.explanation.compare(now, place, goes_on, &nearness).then_some(nearness)
     }
 
-    /// Revokes all requests until now if TF has not known the goal's frame for longer than `rearm_timeout`.
+    /// Revokes all requests until now if TF has lacked the goal's frame for longer than `rearm_timeout`.
     pub(super) fn watch_frame(&mut self, now: Duration) {
         let Some(lost) = self.mode.pursuit().and_then(|pursuit| pursuit.lost) else { return };
         let request = self.requests.consent().request().filter(|request| request.revoked.is_none());

@@ -6,16 +6,16 @@ use crate::servo::{MotionRequest, Outcome, Rejection, Requester, Revocation, Sen
 use std::time::Duration;
 
 impl Servo {
-    /// Names the tool's own frame, in which twists may be given besides the goal frame.
+    /// Names the tool's own frame. Twists may then be given in it as well as in the goal frame.
     #[must_use]
     pub fn with_tool_frame(mut self, tool_frame: &str) -> Self {
         tool_frame.clone_into(&mut self.frames.tool);
         self
     }
 
-    /// Takes a twist received at `now`. It is in force for `twist_timeout`, and drops the goal. While its publisher holds the stick, that
-    /// is, continues to send, all twists are one [`MotionRequest`]. A zero twist asks for no motion: it releases the stick, and does not
-    /// drop a goal. If two publishers send twists, the first one counts.
+    /// Takes a twist received at `now`. It is in force for `twist_timeout`, and drops the goal. While its publisher continues to
+    /// send, all its twists are one [`MotionRequest`]: somebody holds a stick. A zero twist releases the stick, and does not drop a
+    /// goal. If two publishers send twists, the first one counts.
     ///
     /// # Errors
     /// The [`Rejection`], which is counted.
@@ -36,7 +36,7 @@ impl Servo {
             }
             return Ok(());
         }
-        // Even with a late twist the stick counts as held.
+        // A late twist also shows that the stick is held.
         let is_late = ago > self.settings.twist_timeout;
         self.counted(if is_late { Err(Rejection::Late(ago)) } else { Ok(()) })?;
         if !is_other {
@@ -45,8 +45,8 @@ impl Servo {
         Ok(())
     }
 
-    /// Follows a twist. If its request is revoked, the arm does not move, and the request only serves to report the reason. It does not
-    /// replace the request of another publisher.
+    /// Follows a twist. If the twist's request is revoked, the arm does not move. The request then only serves to report the
+    /// reason, and does not replace the request of another publisher.
     fn jog(&mut self, jog: Jog, request: MotionRequest, now: Duration) {
         let is_first = self.requests.consent().request().is_none_or(|before| before.by == request.by);
         if request.revoked.is_some() && !is_first {
@@ -66,8 +66,8 @@ impl Servo {
         now.saturating_sub(jog.received) <= self.settings.twist_timeout
     }
 
-    /// Ends a twist that has lapsed, or a zero twist once the arm is at rest, so that endless zeros do not block goals. Withdraws the
-    /// consent of a released stick.
+    /// Ends a twist that has lapsed, and withdraws the consent of a released stick. Ends a zero twist once the arm is at rest, so
+    /// that endless zeros do not block goals.
     pub(super) fn watch_jog(&mut self, now: Duration) {
         let is_over = |jog: &Jog| !self.is_fresh(jog, now) || (jog.twist.is_zero() && self.at_rest());
         if self.mode.jog().is_some_and(is_over) {
@@ -86,7 +86,7 @@ impl Servo {
         self.mode.jog().is_some_and(|jog| self.is_fresh(jog, now))
     }
 
-    /// Computes the velocity at which the tool moves by the twist.
+    /// Computes the joint velocity at which the tool moves by the twist.
     pub(super) fn obey(&mut self, twist: &Twist) {
         let Twist { linear, angular, in_tool } = *twist;
         let rotation = self.robot.predicted.tool_axes();

@@ -5,10 +5,10 @@ use dq_algebra::UnitDualQuaternion;
 use dq_kinematics::arm::JointKind;
 use dq_limits::Braking;
 
-/// Number of points along the braking distance at which the tool's speed is checked.
+/// Number of points along the braking distance at which the line's speed limit is computed.
 const PLACES: u32 = 32;
 
-/// The fraction of the acceleration limit that braking for the tool's speed relies on.
+/// The fraction of the acceleration limit that the arm uses to brake for the tool's speed limits.
 const SHARE: f64 = 0.5;
 
 /// The straight line in joint space to the configuration that a search has found.
@@ -16,28 +16,28 @@ pub(super) struct JointLine {
     /// The end of the line \[rad, prismatic: m\], one number per joint.
     pub positions: Vec<f64>,
     pub kinds: Vec<JointKind>,
-    /// The arms at a point of the line, and the joint positions there.
+    /// The arms at a point of the line, and the joint positions at that point.
     trial: Arms,
     place: Vec<f64>,
-    /// The displacement left for each joint.
+    /// The remaining displacement of each joint.
     rest: Vec<f64>,
 }
 
 impl JointLine {
-    /// Creates a line without an end yet, for the arms of `trial`.
+    /// Creates a line without an end. `trial` is used to compute the kinematics along the line.
     pub fn new(trial: Arms) -> Self {
         let kinds = trial.joint_kinds();
         let zeros = vec![0.0; kinds.len()];
         Self { positions: zeros.clone(), kinds, trial, place: zeros.clone(), rest: zeros }
     }
 
-    /// Sets the tool offset of the arms that are tried.
+    /// Sets the tool offset.
     pub fn set_tool_offset(&mut self, tool_offset: &UnitDualQuaternion) {
         self.trial.set_tool_offset(tool_offset);
     }
 
-    /// Returns the displacement left for each joint from `from` \[rad, prismatic: m\]. A joint without position limits turns in the shorter
-    /// direction, because its encoder may wrap in between.
+    /// Returns the remaining displacement of each joint from `from` \[rad, prismatic: m\]. A joint without position limits turns in
+    /// the shorter direction, because its encoder may wrap in between.
     pub fn displacements<'a>(
         &'a self,
         from: &'a [f64],
@@ -50,7 +50,7 @@ impl JointLine {
         })
     }
 
-    /// Returns the joint (counted from 0) that takes longest from `from` at its largest speed, and its time \[s\].
+    /// Returns the joint (counted from 0) that takes longest from `from` at its largest speed, and the time that it takes \[s\].
     pub fn longest(&self, from: &[f64], limits: &Limits) -> (usize, f64) {
         let times = self
             .displacements(from, limits)
@@ -59,8 +59,8 @@ impl JointLine {
         times.enumerate().max_by(|(_, a), (_, b)| a.total_cmp(b)).unwrap_or_default()
     }
 
-    /// Computes the joint velocities [rad/s, prismatic: m/s] along the line from `from`. All joints complete the same fraction of their
-    /// displacements at a time, as fast as the slowest allows, and slow down for the end as for a position limit.
+    /// Computes the joint velocities [rad/s, prismatic: m/s] along the line from `from`. The joints reach the end together, as fast
+    /// as the slowest one allows. They slow down for the end as for a position limit.
     pub fn velocity(&mut self, from: &[f64], limits: &Limits, braking: &Braking, velocity: &mut [f64]) {
         let mut rest = std::mem::take(&mut self.rest);
         rest.iter_mut()
@@ -79,12 +79,12 @@ impl JointLine {
         self.rest = rest;
     }
 
-    /// Returns the fraction of `rest` to move per second, at most `rate` [1/s], such that the tool keeps its speed limits along the line
-    /// with this `acceleration` [1/s²].
+    /// Returns the fraction of `rest` to move per second, at most `rate` [1/s], such that the tool keeps its speed limits along the
+    /// line with this `acceleration` [1/s²].
     ///
-    /// At the fraction p of the line, let `r(p)` be the rate that the tool's limits allow there. Then the present rate may be at most
-    /// `√(r(p)² + 2 a p)`. Looking ahead is necessary: if joints turn in opposite directions, the tool may hardly move now and move fast a
-    /// little later.
+    /// At the fraction p of the line, let `r(p)` be the rate that the tool's limits allow there. Then the present rate may be at
+    /// most `√(r(p)² + 2 a p)`. It is necessary to look ahead: if joints turn in opposite directions, the tool may hardly move now
+    /// and move fast a little later.
     fn tool_rate(
         &mut self,
         from: &[f64],

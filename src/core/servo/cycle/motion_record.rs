@@ -1,11 +1,12 @@
 //! The record of the motion in progress: its beginning and its outcome.
 
 use super::Servo;
-use crate::servo::{Motion, MotionMeter, Outcome, Reconfiguration, STREAM};
+use crate::servo::{Motion, Outcome, Reconfiguration, STREAM};
+use dq_metrics::MotionMeter;
 use std::time::Duration;
 
 impl Servo {
-    /// Records the present outcome of the motion in progress, if it has changed.
+    /// Records the present outcome of the motion in progress if the outcome has changed.
     pub(super) fn record_motion(&mut self, now: Duration) {
         let revocation = self.requests.consent().revocation();
         let Some(pursuit) = self.mode.pursuit_mut() else { return };
@@ -13,7 +14,7 @@ impl Servo {
         let is_open = matches!(pursuit.watch.reconfiguration, Reconfiguration::Searching(_));
         let outcome = match (revocation, pursuit.watch.stall) {
             (Some(why), _) => Outcome::Revoked(why),
-            // The result of the search is known in a moment.
+            // The search will soon return a result.
             (None, Some(_)) if is_open => return,
             (None, Some(stall)) => Outcome::Stalled(stall),
             (None, None) if pursuit.record.settled && stands => Outcome::Arrived,
@@ -26,7 +27,7 @@ impl Servo {
         let Some(pursuit) = self.mode.pursuit_mut() else { return };
         let record = &mut pursuit.record;
         match record.outcome {
-            // What the arm does after its arrival belongs to no motion, unless a stream continues.
+            // After its arrival, the arm's behavior belongs to no motion, unless a stream continues.
             Some(Outcome::Arrived) if stands => {}
             Some(Outcome::Arrived | Outcome::Stalled(_)) if outcome == Outcome::Underway => {
                 record.outcome = Some(outcome);
@@ -42,7 +43,7 @@ impl Servo {
         }
     }
 
-    /// Ends the motion in progress, if there is one that has not ended.
+    /// Ends the motion in progress, unless it has already ended.
     pub(super) fn end_motion(&mut self, outcome: Outcome) {
         let recorded = self.mode.pursuit().and_then(|pursuit| pursuit.record.outcome);
         if recorded.is_some_and(|before| !before.is_end()) {

@@ -1,4 +1,4 @@
-//! The output to the robot: the velocity command, or the positions that it leads to.
+//! The output to the robot: velocities, or the positions that follow from them.
 
 use crate::servo::filters::Filters;
 use crate::servo::setpoint::Setpoint;
@@ -12,25 +12,25 @@ use std::time::Duration;
 pub(super) struct Output {
     /// The desired velocity, which the filters turn into the next motion [rad/s, prismatic: m/s].
     pub velocity: Vec<f64>,
-    /// The motion of the last command, and the command: the motion plus the hold, which balances the pull at each joint.
+    /// The motion of the last command. The command is this motion plus the hold, which balances the pull at each joint.
     pub motion: Vec<f64>,
     pub command: Vec<f64>,
     pub filters: Filters,
     pub latched_limits: LatchedLimits,
     pub setpoint: Setpoint,
-    /// What kept the arm from the desired motion in the last cycle.
+    /// The obstacles to the desired motion in the last cycle.
     pub hindrance: Hindrance,
     interface: Interface,
-    /// Whether the arm was ever driven or braked: from then on, commands are sent.
+    /// Whether the servo sends commands: it does once the arm was first driven or braked.
     begun: bool,
-    /// Whether it is unknown what the arm did during a gap in the cycles: then nothing is sent.
+    /// Whether the servo sends nothing because the arm's motion during missed cycles is unknown.
     blind: bool,
 }
 
-/// What keeps a driven arm from its desired motion.
+/// The obstacles that keep a driven arm from its desired motion.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Hindrance {
-    /// The joint that its position limit stops, counted from 1.
+    /// The joint (counted from 1) that its position limit stops.
     pub at_limit: Option<usize>,
     /// The pair that would come too close to each other.
     pub pair: Option<ClosePair>,
@@ -39,7 +39,7 @@ pub(super) struct Hindrance {
 }
 
 impl Hindrance {
-    /// Collects what the filters have found for a driven arm.
+    /// Collects the obstacles that the filters have found.
     pub fn of(filters: &Filters) -> Self {
         let at_limit = filters.held_back().map(|joint| joint + 1);
         Self { at_limit, pair: filters.held_by(), closest: filters.closest() }
@@ -50,7 +50,7 @@ impl Hindrance {
 pub(super) type SavedOutput = (Vec<f64>, Vec<f64>, LatchedLimits, Setpoint, Approach, bool);
 
 impl Output {
-    /// Returns the state that the next cycle starts from, for [`restore`](Self::restore).
+    /// Returns the state from which the next cycle continues, for [`restore`](Self::restore).
     pub fn saved(&self) -> impl Serialize + use<'_> {
         let Self { motion, command, latched_limits, setpoint, filters, begun, .. } = self;
         (motion, command, latched_limits, setpoint, filters.approach_memory(), begun)
@@ -87,7 +87,7 @@ impl Output {
         self.motion.iter().all(|speed| *speed == 0.0)
     }
 
-    /// Returns what to send, if anything.
+    /// Returns the output, if anything is to be sent.
     pub fn to_send(&self) -> Option<&[f64]> {
         match self.interface {
             _ if self.blind => None,
@@ -96,12 +96,13 @@ impl Output {
         }
     }
 
-    /// Returns whether speeds are sent.
+    /// Returns whether the output consists of velocities.
     pub fn is_sent_speeds(&self) -> bool {
         self.begun && !self.interface.takes_positions()
     }
 
-    /// Sends nothing while `blind`, so that the arm stops by its own timeout: what it did during a gap in the cycles is unknown.
+    /// Sets whether nothing is sent, because the arm's motion during missed cycles is unknown. The arm then stops by its own
+    /// timeout.
     pub fn be_silent(&mut self, blind: bool, hold: &[f64]) {
         self.blind = blind;
         if blind {
@@ -110,14 +111,14 @@ impl Output {
         }
     }
 
-    /// Computes the motion that continues the last command, now that `hold` [rad/s, prismatic: m/s] is the command that moves nothing.
+    /// Sets `motion` to the last command less `hold`, the command at which the joints stand still [rad/s, prismatic: m/s].
     pub fn begin(&mut self, hold: &[f64]) {
         for ((motion, command), hold) in self.motion.iter_mut().zip(&self.command).zip(hold) {
             *motion = command - hold;
         }
     }
 
-    /// Sets the command to the filtered velocity plus the `hold` [rad/s, prismatic: m/s].
+    /// Sets the command to the filtered velocity plus `hold`, the command at which the joints stand still [rad/s, prismatic: m/s].
     pub fn send(&mut self, hold: &[f64]) {
         std::mem::swap(&mut self.motion, &mut self.velocity);
         for ((command, motion), hold) in self.command.iter_mut().zip(&self.motion).zip(hold) {
@@ -130,8 +131,8 @@ impl Output {
         if self.interface.takes_positions() { self.setpoint.speeds() } else { &self.motion }
     }
 
-    /// Advances the position setpoint, `elapsed` after the last cycle. If the arm is `driven`, the setpoint begins at the `measured`
-    /// positions.
+    /// Advances the position setpoint. `elapsed` is the time since the last cycle. When the servo begins to drive the arm
+    /// (`driven`), the setpoint starts at the `measured` positions.
     pub fn move_setpoint(
         &mut self,
         driven: bool,

@@ -1,11 +1,11 @@
-//! A servo in a program of its own: takes one goal and the joint positions, and returns one command.
+//! A servo in a program of its own: it takes one goal and the joint positions, and returns one command.
 
 use super::Servo;
 use crate::servo::{GoalReading, JointReading, Rejection, Sent};
 use dq_algebra::UnitDualQuaternion;
 use std::time::Duration;
 
-/// The measured positions and velocities, in the order of the servo's joints, arm after arm.
+/// The measured positions and velocities. They are in the order of the servo's joints, arm after arm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Measured<'a> {
     /// Positions \[rad, prismatic: m\].
@@ -15,19 +15,19 @@ pub struct Measured<'a> {
 }
 
 impl Servo {
-    /// Sets a goal pose in the base frame, which the next [`cycle`](Self::cycle) or [`cycle_with`](Self::cycle_with) takes. A goal set
-    /// again within [`STREAM`](crate::servo::STREAM) only moves the aim of the motion in progress. So set a moving goal before each cycle,
-    /// with its pose at the time of that cycle.
+    /// Sets a goal pose in the base frame, which the next [`cycle`](Self::cycle) or [`cycle_with`](Self::cycle_with) takes. If the
+    /// program sets another goal within [`STREAM`](crate::servo::STREAM), the motion in progress continues to the new goal. So set
+    /// a moving goal before each cycle, with its pose at the time of that cycle.
     pub fn set_goal(&mut self, base_from_goal: impl Into<UnitDualQuaternion>) {
         self.set = Some(base_from_goal.into());
     }
 
-    /// Runs the whole cycle at time `now` with the joints as `measured`, and returns what to send to the robot, as [`output`](Self::output)
-    /// does. Times may be of any clock that never goes back.
+    /// Runs a whole cycle at time `now` with the joints as `measured`. Returns the output for the robot, as
+    /// [`output`](Self::output) does. `now` may be of any clock that never goes back.
     ///
     /// # Errors
-    /// The [`Rejection`] of the joint state or of the goal that was [set](Self::set_goal). It is counted, and the last valid one remains.
-    /// The cycle runs in any case, and [`output`](Self::output) has its command.
+    /// The [`Rejection`] of the joint state, or of the goal set by [`set_goal`](Self::set_goal). It is counted, and the last valid
+    /// input remains. The cycle runs in any case; [`output`](Self::output) returns its output.
     pub fn cycle(&mut self, now: Duration, measured: &Measured) -> Result<Option<&[f64]>, Rejection> {
         self.begin(now);
         let state = self.take_measured(measured, now);
@@ -58,8 +58,8 @@ impl Servo {
         Ok(())
     }
 
-    /// Takes the goal that was [set](Self::set_goal), if any. Call it after [`begin`](Self::begin); [`cycle`](Self::cycle) and
-    /// [`cycle_with`](Self::cycle_with) call it themselves.
+    /// Takes the goal set by [`set_goal`](Self::set_goal), if any. Call it after [`begin`](Self::begin). [`cycle`](Self::cycle) and
+    /// [`cycle_with`](Self::cycle_with) already do so.
     ///
     /// # Errors
     /// The errors of [`take_stamped_goal`](Self::take_stamped_goal).

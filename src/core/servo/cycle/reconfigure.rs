@@ -1,7 +1,8 @@
-//! Reconfiguration of a stalled motion: moves to another configuration along a straight line in joint space, where the law takes over.
+//! Reconfiguration of a stalled motion: the arm moves to another configuration along a straight line in joint space. From there the
+//! law continues.
 //!
-//! The positions come from a [`Search`], which the servo [asks](Servo::ask) and the caller runs. Its result is an event, like every input
-//! from the robot.
+//! The positions come from a [`Search`], which the servo [asks](Servo::ask) and the caller runs. Its result is an event, like every
+//! input from the robot.
 
 use super::Servo;
 use crate::servo::mode::{Pursuit, Watch};
@@ -10,15 +11,16 @@ use crate::servo::{
 };
 use std::time::Duration;
 
-/// A search that has not answered this long after a stall counts as unanswered. By then the arm stands, which takes a second at most.
+/// A search that has not answered for this long after a stall counts as failed. By then the arm stands, which takes at most a
+/// second.
 const ANSWER: Duration = Duration::from_secs(2);
 
 /// The law takes over if every joint is this near to the end of the line \[rad, prismatic: m\].
 const NEAR: f64 = 1e-3;
 
 impl Servo {
-    /// Asks `search` whether the goal can be reached in another configuration, once the stalled arm has come to rest. Returns true if there
-    /// is a question that this search was not asked yet. The result is [`Event::Found`](crate::servo::Event::Found). Allocates nothing.
+    /// Asks `search` for another configuration that reaches the goal, once the stalled arm has come to rest. Returns whether the
+    /// search has a new question. The result comes back as [`Event::Found`](crate::servo::Event::Found). Allocates nothing.
     pub fn ask(&self, search: &mut Search) -> bool {
         let Some(pursuit) = self.mode.pursuit() else { return false };
         let Reconfiguration::Searching(since) = pursuit.watch.reconfiguration else { return false };
@@ -29,7 +31,7 @@ impl Servo {
         is_new
     }
 
-    /// Takes the result of a search; ignores it if the question is out of date.
+    /// Takes the result of a search. Ignores it if the question is out of date.
     pub(in crate::servo) fn take_found(&mut self, found: &Found) {
         let (now, limits) = (self.now(), &self.settings.limits);
         let asked = Reconfiguration::Searching(found.asked);
@@ -52,10 +54,11 @@ impl Servo {
         }
     }
 
-    /// Starts the reconfiguration that was found for the stalled goal. The request was sent `ago` before.
+    /// Starts the reconfiguration that the search has found for the stalled goal. The request was sent `ago` earlier.
     ///
     /// # Errors
-    /// [`Rejection::NoWayRound`], or [`Rejection::Late`] if it was requested before it was found. They are counted, and nothing moves.
+    /// [`Rejection::NoWayRound`], or [`Rejection::Late`] if the request was sent before the search found the configuration. They
+    /// are counted, and nothing moves.
     pub fn reconfigure(&mut self, ago: Duration) -> Result<(), Rejection> {
         let detour = self.way_round(ago);
         let detour = self.counted(detour)?;
@@ -85,12 +88,13 @@ impl Servo {
         Err(why.into())
     }
 
-    /// Returns whether the arm moves to another configuration.
+    /// Returns whether the arm is moving to another configuration.
     pub(super) fn is_reconfiguring(&self) -> bool {
         self.mode.pursuit().is_some_and(Pursuit::is_reconfiguring)
     }
 
-    /// Ends a search without an answer, and a reconfiguration that has reached its end: then the law takes over.
+    /// Ends a search that has not answered. Ends a reconfiguration that has reached the end of its line, from where the law
+    /// continues.
     pub(super) fn watch_reconfiguration(&mut self, now: Duration) {
         let Some(tracking) = self.mode.pursuit_mut() else { return };
         let limits = &self.settings.limits;
@@ -105,7 +109,7 @@ impl Servo {
             {
                 tracking.try_again();
                 tracking.watch.reconfiguration = Reconfiguration::Taken;
-                // The motion goes on from the other configuration.
+                // The motion continues in the other configuration.
                 tracking.posture.clear();
             }
             _ => {}
@@ -121,7 +125,8 @@ impl Servo {
         self.joint_line.velocity(from, limits, &braking, &mut self.output.velocity);
     }
 
-    /// Returns what makes the law creep: a limit or a singularity. `None` unless `reconfigure` is `Always` and there was no search yet.
+    /// Returns the limit or singularity that slows the law down. `None` unless `reconfigure` is `Always` and the motion has not
+    /// searched yet.
     pub(super) fn hindrance(&self) -> Option<Stall> {
         let pursuit = self.mode.pursuit()?;
         let Settings { controller, reconfigure, .. } = &self.settings;
@@ -139,14 +144,14 @@ impl Servo {
         (sigma < controller.damping.threshold).then_some(Stall::Singular { sigma })
     }
 
-    /// Returns the time for the rest of the line at the largest speeds \[s\].
+    /// Returns the time for the rest of the line if the joints move at their largest speeds \[s\].
     pub(super) fn time_left_on_joint_line(&self) -> f64 {
         let (_, time) = self.joint_line.longest(self.robot.link.measured(), &self.settings.limits);
         time
     }
 
-    /// Reacts to changed settings. Ends a reconfiguration that they do not allow. Ends a stall, too, if the previous change, at `before`,
-    /// is longer ago than `progress_timeout`: constant changes do not restart a stalled motion.
+    /// Reacts to changed settings. Ends a reconfiguration that they do not allow. Ends a stall, too, unless the previous change, at
+    /// `before`, was less than `progress_timeout` ago: so constant changes do not restart a stalled motion.
     pub(super) fn settings_changed(&mut self, before: Option<Duration>) {
         let Settings { limits, reconfigure, progress_timeout, .. } = &self.settings;
         let is_allowed =

@@ -1,4 +1,4 @@
-//! The servo's inputs from its robot, and what follows from them.
+//! The servo's inputs from its robot, and their consequences.
 
 use super::Servo;
 use super::output::Output;
@@ -7,26 +7,28 @@ use dq_algebra::UnitDualQuaternion;
 use dq_link::{ArmFigures, Contact, Disobedience, Hold, JointReading, LinkSettings, Returned, seconds};
 use std::time::Duration;
 
-/// Largest product of the law's fastest rate and the delay. A law of rate λ that feeds back positions predicted over a delay τ is stable by
-/// the small-gain theorem while λ times the error of τ is less than 1; so it is stable with any true delay from 0 to 2 τ.
+/// Largest allowed product of the law's fastest rate and the delay. A law of rate λ that feeds back positions predicted over a
+/// delay τ is stable, by the small-gain theorem, while λ times the error of τ is less than 1. So it is stable with any true delay
+/// from 0 to 2 τ.
 const STABLE: f64 = 1.0;
 
-/// A joint sags if it should have stood for this time, and moves faster than this [rad/s, prismatic: m/s], which is more than the noise of
-/// encoders.
+/// A joint sags if it should have stood for `AT_REST` and still moves faster than `SAGGING` [rad/s, prismatic: m/s], which exceeds the
+/// noise of encoders.
 const AT_REST: Duration = Duration::from_secs(1);
 const SAGGING: f64 = 5e-3;
 
-/// Returns the joint (counted from 0) with the largest of these speeds in either direction, and that speed.
+/// Returns the joint (counted from 0) with the largest absolute speed, and its speed.
 pub(super) fn fastest_of(speeds: impl Iterator<Item = f64>) -> Option<(usize, f64)> {
     speeds.enumerate().max_by(|(_, one), (_, other)| one.abs().total_cmp(&other.abs()))
 }
 
 impl Servo {
-    /// Takes a joint state of the arm number `arm` (0 for a single arm), received at `now`. Of several states in one cycle the last valid
-    /// one counts. Returns whether its publisher is the one in use. If two publishers send states of one arm, the first one is in use.
+    /// Takes a joint state of the arm number `arm` (0 for a single arm), received at `now`. If there are several in one cycle, the
+    /// last valid one counts. Returns whether its publisher is the one in use: if two publishers send states of one arm, the first
+    /// one is.
     ///
     /// # Errors
-    /// The [`Rejection`], which is counted; the last valid joint state remains.
+    /// The [`Rejection`], which is counted. The last valid joint state remains.
     pub fn take_joint_state(
         &mut self,
         arm: usize,
@@ -59,8 +61,8 @@ impl Servo {
         self.robot.link.set_rival(arm, rival);
     }
 
-    /// Notes the speed scaling that the arm number `arm` reports: the fraction, 0 to 1, of the commanded speed at which it moves. The
-    /// report counts for 1 s.
+    /// Notes the speed scaling that the arm number `arm` reports: the arm moves at this fraction of the commanded speed, from 0 to
+    /// 1. The report counts for 1 s.
     ///
     /// # Panics
     /// If the servo has no arm with this number.
@@ -68,29 +70,29 @@ impl Servo {
         self.robot.link.set_factor(arm, factor, self.clock.now);
     }
 
-    /// Returns the number of the arm that has been silent longest.
+    /// Returns the number of the arm whose last joint state is the oldest.
     pub fn quietest_arm(&self) -> usize {
         self.robot.link.quietest()
     }
 
-    /// Returns the link's estimates for each arm in the last cycle.
+    /// Returns what the link has estimated for each arm in the last cycle.
     pub fn arm_figures(&self) -> impl Iterator<Item = &ArmFigures> {
         self.robot.link.figures()
     }
 
-    /// Processes the inputs since the last cycle. After an arm has appeared, or after a gap in the cycles, the command begins with the
-    /// speed that the arm has.
+    /// Processes the inputs since the last cycle. If an arm has appeared, or after missed cycles, the command begins at the arm's
+    /// measured speed.
     pub(super) fn process_robot_inputs(&mut self, now: Duration) {
         let settings = LinkSettings {
             limits: &self.settings.limits,
             state_timeout: self.settings.state_timeout,
-            // A robot that may be silent for longer does not count as away.
+            // A robot that is allowed a longer silence does not count as away.
             rearm_timeout: self.settings.rearm_timeout.max(self.settings.state_timeout),
             latency: self.settings.latency,
             integral: self.settings.integral,
         };
         self.robot.link.advance(now, &settings);
-        // An arm that takes positions stands at its last setpoint, or somebody else moves it.
+        // An arm that takes positions stands at its last setpoint, unless somebody else moves it.
         let coasts = !self.settings.interface.takes_positions();
         for (joint, speed) in self.robot.link.coasting() {
             let limit = self.settings.limits.joint_velocity[joint];
@@ -101,13 +103,13 @@ impl Servo {
         }
     }
 
-    /// Applies all revocations of this cycle, before anything else is decided. If an input that may have only one publisher has two,
-    /// returns them.
+    /// Applies all revocations of this cycle before anything else is decided. Returns the two publishers of an input that may have
+    /// only one, if there are two.
     pub(super) fn revoke_for_faults(&mut self, now: Duration) -> Option<Rivals> {
         let mut is_elsewhere = false;
         for returned in self.robot.link.returns() {
             let why = match returned.what {
-                // `why_of` computes how late it appeared from the time of each request.
+                // `why_of` computes how late the robot appeared from the time of each request.
                 Returned::Came => Revocation::CameLater(0.0),
                 Returned::WasAway(seconds) => Revocation::WasAway(seconds),
                 Returned::IsElsewhere(joint, jump, kind) => Revocation::IsElsewhere(joint, jump, kind),
@@ -115,7 +117,7 @@ impl Servo {
             returned.since.into_iter().for_each(|since| self.requests.revoke(since, now, why));
             is_elsewhere = true;
         }
-        // A second publisher does not release the setpoint: the arm is where it was sent, and decelerates.
+        // A second publisher does not end the setpoint: the arm is at its setpoint, and decelerates.
         if is_elsewhere {
             self.output.setpoint.release();
         }
@@ -136,7 +138,7 @@ impl Servo {
         rivals
     }
 
-    /// If an input that may have only one publisher has two, returns them.
+    /// Returns the two publishers of an input that may have only one, if there are two.
     fn rivals(&mut self, now: Duration) -> Option<Rivals> {
         let asking = self.requests.rivals(now, self.silence());
         let contended = self.robot.link.find(&[Contact::Contended]);
@@ -149,7 +151,7 @@ impl Servo {
 
     /// Revokes consent if an arm that takes positions is too far from its setpoint.
     fn watch_setpoint(&mut self, now: Duration) {
-        // The predicted position counts, because the delay of the robot does not justify a stop.
+        // The distance is from the predicted position, because the delay of the robot is not a reason to stop.
         let lead = self.output.setpoint.farthest(self.robot.link.predicted());
         if let Some((joint, lead, kind)) = lead.filter(|(_, lead, _)| *lead > self.settings.following_error) {
             self.output.setpoint.give_way();
@@ -178,7 +180,8 @@ impl Servo {
         self.output.begin(self.robot.link.hold());
     }
 
-    /// Returns the joint (counted from 0) that sags fastest while the arm is not driven, and its signed speed [rad/s, prismatic: m/s].
+    /// Returns the joint (counted from 0) that sags fastest, and its signed speed [rad/s, prismatic: m/s]. `None` if no joint sags
+    /// or the arm is driven.
     pub(super) fn sinks(&self, now: Duration) -> Option<(usize, f64)> {
         let stands = self.output.is_sent_speeds() && self.robot.link.stood_after(now.saturating_sub(AT_REST));
         let speeds =
@@ -187,8 +190,8 @@ impl Servo {
         fastest.filter(|(_, speed)| stands && speed.abs() >= SAGGING)
     }
 
-    /// Returns the state in which the arm must not be driven, with its reason, if there is such a state. If several apply, the first one
-    /// counts.
+    /// Returns the state in which the arm must stand, and its reason. `None` if the arm may be driven. If several states apply, the
+    /// first one counts.
     pub(super) fn reason_to_stand(
         &self,
         now: Duration,
@@ -231,7 +234,8 @@ impl Servo {
         self.contact()
     }
 
-    /// Returns why an arm with consent is not driven: it does not follow, or nobody subscribes to its commands.
+    /// Returns the state and reason why an arm with consent is not driven: it does not follow, or nobody subscribes to its
+    /// commands.
     fn contact(&self) -> (Option<State>, Option<Reason>) {
         let unheard = self.robot.link.find(&[Contact::Nobody]).map(Reason::NobodyListens);
         let lost = self.robot.link.lost().map(Reason::DoesNotMove);
@@ -239,8 +243,8 @@ impl Servo {
         (must_rest.then_some(State::NotFollowing), unheard.or(lost))
     }
 
-    /// Returns the rate of the present law at the present pose, and the largest rate that is stable at the robot's delay. `None` before the
-    /// first joint state.
+    /// Returns the rate of the present law at the present pose, and the largest rate that is stable at the robot's delay. `None`
+    /// until the first joint state arrives.
     pub fn demand(&self) -> Option<RateBound> {
         let here = self.pose()?;
         let rate = self.fastest_rate(&here);
@@ -250,15 +254,15 @@ impl Servo {
         Some(RateBound { rate, largest, latency, period })
     }
 
-    /// Returns the fraction of the law's gain that the delay allows on the way to `goal`.
+    /// Returns by which factor the delay reduces the law's gain on the way to `goal`.
     pub(super) fn stable_part(&self, goal: &UnitDualQuaternion) -> f64 {
         let part = self.stable_rate() / self.fastest_rate(goal);
         if part < 1.0 { part } else { 1.0 }
     }
 
-    /// Returns the fastest rate [1/s] at which the law may make errors decay.
+    /// Returns the largest rate [1/s] at which the law is stable.
     pub(super) fn stable_rate(&self) -> f64 {
-        // The control period may be longer than the interval of the joint states.
+        // The control period may be longer than the interval of joint states.
         STABLE / self.robot.link.delay().max(self.clock.period)
     }
 

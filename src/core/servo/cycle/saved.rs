@@ -1,11 +1,10 @@
-//! Saves and restores the state of a servo. A restored servo continues bit for bit as the saved one would.
+//! Saves and restores the state of a servo. A restored servo computes the same commands, bit for bit, as the saved one.
 //!
-//! The state is what one cycle leaves for the next. It does not include settings, kinematics, counts of rejections, or memory that each
-//! cycle writes before it reads it.
+//! The state is all that the next cycle needs from this one. It does not include settings, kinematics, counts of rejections, or
+//! buffers that each cycle overwrites before it reads them.
 
 use super::output::SavedOutput;
 use super::{Clock, Servo};
-use crate::servo::Figures;
 use crate::servo::consent::MotionRequests;
 use crate::servo::escape::EscapeDirection;
 use crate::servo::explanation::Explanation;
@@ -13,6 +12,7 @@ use crate::servo::mode::Mode;
 use crate::servo::stream::GoalStream;
 use dq_algebra::UnitDualQuaternion;
 use dq_link::Link;
+use dq_metrics::Figures;
 use nalgebra::Vector6;
 use serde::{Deserialize, Deserializer, Serialize};
 use std::time::Duration;
@@ -26,7 +26,7 @@ type Saved = (
 );
 
 impl Servo {
-    /// Returns the servo's state, for [`restore`](Self::restore). Encoded it has about 60 kB for one arm, most of it past commands.
+    /// Returns the servo's state for [`restore`](Self::restore). Its encoding has about 60 kB for one arm, mostly past commands.
     pub fn saved(&self) -> impl Serialize + use<'_> {
         (
             (self.configurations, self.configured, &self.clock, self.motions.count),
@@ -36,7 +36,7 @@ impl Servo {
         )
     }
 
-    /// Restores the state of a servo that was [`saved`](Self::saved) and that had the same arms, names, settings and period.
+    /// Restores the state of a servo that was [`saved`](Self::saved) with the same arms, names, settings and period.
     ///
     /// # Errors
     /// The error of the format. The servo is unchanged then.

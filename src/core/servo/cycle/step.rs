@@ -5,13 +5,14 @@ use super::output::Hindrance;
 use super::tracking::Tracked;
 use crate::servo::filters::{FilterInput, LawGoal};
 use crate::servo::mode::{Mode, Pursuit};
-use crate::servo::{FreeDirections, Input, MotionMeter, Reason, State, Status};
+use crate::servo::{FreeDirections, Input, Reason, State, Status};
 use dq_kinematics::control::{AllowedRate, Map};
 use dq_limits::Joints;
+use dq_metrics::MotionMeter;
 use std::time::Duration;
 
 impl Servo {
-    /// Computes the next command at time `now`, and returns its joint velocities [rad/s, prismatic: m/s]. To drive the arm, send
+    /// Computes the next command at time `now`. Returns its joint velocities [rad/s, prismatic: m/s]. To drive the arm, send
     /// [`output`](Self::output) instead.
     pub fn step(&mut self, now: Duration) -> &[f64] {
         let elapsed = now.saturating_sub(std::mem::replace(&mut self.clock.stepped, now));
@@ -52,8 +53,8 @@ impl Servo {
         &self.output.command
     }
 
-    /// Computes the desired velocity at the time at which the command takes effect: by the twist, by the law, or along the line to another
-    /// configuration.
+    /// Computes the desired velocity for the time at which the command takes effect: from the twist, from the law, or from the line
+    /// to another configuration.
     fn set_desired_velocity(&mut self, now: Duration, tracked: Option<&Tracked>) {
         match (&self.mode, tracked) {
             (Mode::Jog(jog), _) => {
@@ -66,7 +67,7 @@ impl Servo {
         }
     }
 
-    /// Filters the desired velocity into the next command if the arm is `driven`; otherwise brakes the arm to rest.
+    /// Filters the desired velocity into the next command if the arm is `driven`. Otherwise brakes the arm to rest.
     fn set_command(&mut self, driven: bool, tracked: Option<&Tracked>) {
         let pursuit = self.mode.pursuit().filter(|pursuit| !pursuit.is_reconfiguring());
         let escapes = pursuit.is_some_and(|pursuit| pursuit.watch.escape.is_escaping());
@@ -113,8 +114,8 @@ impl Servo {
         self.output.be_silent(self.robot.link.is_blind(), self.robot.link.hold());
     }
 
-    /// Returns the `reason` for the `state`. If an idle arm sags, returns that as the reason, because it says more than that nobody asks
-    /// for motion.
+    /// Returns the `reason` for `state`. If an idle arm sags, that is the reason, because it is more useful than that nobody
+    /// requests motion.
     fn sagging(&self, now: Duration, state: State, reason: Option<Reason>) -> Option<Reason> {
         let is_told = matches!(reason, None | Some(Reason::Revoked(_) | Reason::Release(_)));
         let stands = matches!(state, State::Holding | State::Paused | State::Stopping);
@@ -171,7 +172,7 @@ impl Servo {
         };
     }
 
-    /// Determines whether the current goal is beyond reach, once per goal and settings.
+    /// Determines whether the current goal is beyond reach, once for each goal and each change of settings.
     fn update_reach(&mut self) {
         let configurations = self.configurations;
         let Some(pursuit) = self.mode.pursuit() else { return };

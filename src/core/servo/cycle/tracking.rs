@@ -4,47 +4,49 @@ use super::Servo;
 use crate::servo::escape_phase::Phase;
 use crate::servo::progress::{Progress, SHARE};
 use crate::servo::stream::MovingGoal;
-use crate::servo::{GoalError, MotionMeter, Reach, Settings, Stall, State, Tolerance};
+use crate::servo::{Reach, Settings, Stall, State};
 use dq_algebra::UnitDualQuaternion;
 use dq_kinematics::control::{Aim, SignMemory};
 use dq_link::Contact;
+use dq_metrics::{GoalError, MotionMeter, Tolerance};
 use nalgebra::Vector3;
 use std::time::Duration;
 
-/// A settled arm counts as tracking again if an error exceeds this multiple of its tolerance.
+/// A settled arm counts as tracking again if an error exceeds its tolerance times this factor.
 const UNSETTLE: f64 = 2.0;
 
-/// An arm has arrived only if, at its speed, crossing the tolerance would take longer than this \[s\].
+/// An arm has arrived only if it would take longer than this to cross the tolerance at its present speed \[s\].
 const LINGERING: f64 = 0.1;
 
-/// The trend of the error is taken over the law's time constant, within these bounds \[s\].
+/// The least and the largest time over which the trend of the error is taken \[s\]. In between, it is the law's time constant.
 const TREND: (f64, f64) = (LINGERING, 0.9);
 
 /// Interval at which the smallest singular value is computed.
 const SIGMA_INTERVAL: Duration = Duration::from_millis(10);
 
-/// A motion stalls after `CLOSED` without progress if the arm stands where no small motion of the joints brings it nearer to the goal. It
-/// stands if no joint is faster than `STANDS` [rad/s, prismatic: m/s]; an arm that creeps may be passing a saddle.
+/// A motion stalls after `CLOSED` without progress if the arm stands, and no small motion of the joints brings it nearer to the
+/// goal. The arm stands if no joint is faster than `STANDS` [rad/s, prismatic: m/s]. A slower arm that still creeps may be passing
+/// a saddle.
 const STANDS: f64 = 1e-3;
 const CLOSED: Duration = Duration::from_secs(1);
 
-/// A desired velocity with no joint above this [rad/s, prismatic: m/s] counts as zero: it is rounding.
+/// A desired velocity counts as zero, apart from rounding, if no joint is faster than this [rad/s, prismatic: m/s].
 const NOTHING: f64 = 1e-9;
 
-/// The current goal in one cycle.
+/// The current goal and the arm's error in one cycle.
 pub(super) struct Tracked {
     /// The error of the arm with respect to the goal.
     pub error: GoalError,
-    /// The screw log of the error, `(ω, v)` [rad, m], without the parts of the goal that the aim ignores.
+    /// The screw log of the error, `(ω, v)` \[rad, m\]. Components that the [`Aim`](dq_kinematics::control::Aim) leaves free are 0.
     pub log: nalgebra::Vector6<f64>,
     /// The goal with the chosen sign.
     pub goal: UnitDualQuaternion,
-    /// The goal and its motion, if it moves and its velocity is fed forward.
+    /// The goal's motion, if it moves and its velocity is fed forward.
     pub moving: Option<MovingGoal>,
 }
 
 impl Servo {
-    /// Returns the distance of `point` \[m\] and the arm's reach, if the reach is too short for the aim.
+    /// Returns the distance of `point` \[m\] and the arm's reach if the point is beyond reach for the aim.
     pub(super) fn beyond_reach(&self, point: &Vector3<f64>) -> Option<Reach> {
         let Settings { limits, goal_tolerance, controller, .. } = &self.settings;
         let reach = self.robot.arms.reach(point, limits.position.ranges());
@@ -63,19 +65,19 @@ impl Servo {
         }
     }
 
-    /// Stalls the motion, from the next cycle on, if it was driven for too long without progress. `elapsed` is the time since the last
-    /// cycle.
+    /// Stalls the motion, from the next cycle on, if the arm was driven too long without progress. `elapsed` is the time since the
+    /// last cycle.
     pub(super) fn watch_progress(&mut self, now: Duration, elapsed: Duration, tracked: &Tracked) {
         let reconfigures = self.is_reconfiguring();
         let left = if reconfigures { self.time_left_on_joint_line() } else { 0.0 };
         let Settings { goal_tolerance: tolerance, progress_timeout, reconfigure, .. } = self.settings;
         let Some(pursuit) = self.mode.pursuit_mut() else { return };
         let watch = &mut pursuit.watch;
-        // The escape from a singularity has its own end.
+        // An escape from a singularity ends by its own rules.
         if watch.escape.is_escaping() {
             return;
         }
-        // On the way to another configuration the distance to the goal may grow for a while.
+        // On the way to another configuration, the distance to the goal may grow for a while.
         let (error, law_error) =
             if reconfigures { (GoalError::default(), left) } else { (tracked.error, watch.law_error) };
         let without = watch.progress.update(elapsed, error, law_error, &tolerance);
@@ -98,13 +100,13 @@ impl Servo {
         }
     }
 
-    /// Returns why an oscillating arm stalls. If the goal is far beyond reach, that is the reason: such a goal makes the arm oscillate at
-    /// any gain.
+    /// Returns the reason why an oscillating arm stalls: the goal is far beyond reach, which makes the arm oscillate at any gain,
+    /// or the arm only oscillates.
     fn stall_of_swings(&self, goal: &Vector3<f64>) -> Stall {
         self.beyond_reach(goal).map_or(Stall::Oscillating, Stall::BeyondReach)
     }
 
-    /// Returns why an arm stalls on its way to another configuration.
+    /// Returns the reason why the arm stalls while it moves to another configuration.
     fn stall_on_the_way(&self) -> Stall {
         match (self.output.hindrance.pair, self.output.hindrance.at_limit) {
             (Some(pair), _) => Stall::Constrained(pair),
@@ -135,7 +137,7 @@ impl Servo {
         Some(Tracked { error, log, goal, moving: moving.map(|moving| MovingGoal { pose: goal, ..moving }) })
     }
 
-    /// Computes the law's velocity towards the goal.
+    /// Computes the law's velocity toward the goal.
     pub(super) fn obey_law(&mut self, now: Duration, tracked: &Tracked) {
         let (arm, wanted) = (self.robot.predicted.state(), &mut self.output.velocity);
         self.settings.controller.joint_velocity(arm, &tracked.goal, wanted);
@@ -157,7 +159,7 @@ impl Servo {
         linear * LINGERING <= tolerance.linear && angular * LINGERING <= tolerance.angular
     }
 
-    /// Returns whether the trend of the error shows that an arm within `tolerance` comes to rest within it, and does not only pass through.
+    /// Returns whether an arm within `tolerance` will come to rest within it, as far as the trend of the error shows.
     fn stays(&mut self, now: Duration, tracked: &Tracked, tolerance: &Tolerance) -> bool {
         let Some(pursuit) = self.mode.pursuit_mut() else { return false };
         pursuit.record.trend.note(now, &tracked.log);
@@ -171,7 +173,7 @@ impl Servo {
         there.translation().norm() <= tolerance.linear && there.rotation().angle() <= tolerance.angular
     }
 
-    /// Adds this cycle to the motion's figures. Returns true if the errors are within the tolerances.
+    /// Adds this cycle to the motion's figures. Returns whether the errors are within the tolerances.
     pub(super) fn measure(&mut self, now: Duration, tracked: Option<&Tracked>) -> bool {
         let (pose, tolerance) = (self.robot.arms.pose(), self.settings.goal_tolerance);
         let lingers =
@@ -199,14 +201,14 @@ impl Servo {
                 meter.see_singular_value(sigma);
             }
         }
-        // A settled arm is within its tolerances at any speed, for example after a switch to a law that drives it faster.
+        // A settled arm stays settled within its tolerances at any speed, for example after a switch to a faster law.
         let (slack, lingers) = if record.settled { (UNSETTLE, true) } else { (1.0, lingers) };
         let Tolerance { linear, angular } = tolerance;
         let within =
             lingers && error.is_within(&Tolerance { linear: slack * linear, angular: slack * angular });
         if within {
             meter.arrived();
-            // If the arm moves away later, the cause is not the lack of progress before.
+            // A later motion away from the goal is not caused by the earlier lack of progress.
             pursuit.watch.progress = Progress::new(SHARE);
         }
         record.settled = within;

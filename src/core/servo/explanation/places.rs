@@ -18,13 +18,13 @@ impl Place {
         Self { time: time.as_secs_f64(), point: pose.translation(), turn: pose.rotation() }
     }
 
-    /// Returns the distance from `other` [m, rad].
+    /// Returns the distance from `other` \[m, rad\].
     pub fn distances(&self, other: &Self) -> [f64; 2] {
         [(self.point - other.point).norm(), self.turn.angle_to(&other.turn)]
     }
 }
 
-/// Accumulates the spread of poses about their mean.
+/// Accumulates the spread of poses around their mean.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Spread {
     count: f64,
@@ -43,16 +43,16 @@ impl Spread {
         self.count += 1.0;
     }
 
-    /// Returns the root mean square distances from the mean [m, rad].
+    /// Returns the root mean square distances from the mean \[m, rad\].
     pub fn sizes(&self) -> [f64; 2] {
         let (point, turn) = (self.points / self.count, self.turns / self.count);
-        // A unit quaternion changes by half the angle.
+        // Between two unit quaternions, the angle is half the angle of rotation.
         let variances = [self.squares / self.count - point.norm_squared(), 4.0 * (1.0 - turn.norm_squared())];
         variances.map(|variance| variance.max(0.0).sqrt())
     }
 }
 
-/// Returns the noise of goals [m, rad], from the distance of each goal to the line between its neighbors.
+/// Returns the noise of the goals [m, rad]: how far each goal is from the line between its neighbors.
 pub fn noise<'a>(goals: impl Iterator<Item = &'a Place> + Clone) -> [f64; 2] {
     let (mut squares, mut count) = ([0.0; 2], 0.0_f64);
     let (second, third) = (goals.clone().skip(1), goals.clone().skip(2));
@@ -71,7 +71,7 @@ pub fn noise<'a>(goals: impl Iterator<Item = &'a Place> + Clone) -> [f64; 2] {
     squares.map(|sum: f64| (sum / count.max(1.0)).sqrt())
 }
 
-/// Returns `turn` with the quaternion sign that is nearer to `other`.
+/// Returns `turn` or its negative, whichever quaternion is nearer to `other`.
 pub fn alike(turn: &UnitQuaternion<f64>, other: &UnitQuaternion<f64>) -> UnitQuaternion<f64> {
     if turn.coords.dot(&other.coords) < 0.0 {
         UnitQuaternion::new_unchecked(-turn.into_inner())

@@ -5,37 +5,38 @@ use crate::servo::{Arms, ClosePair};
 use dq_kinematics::control::{Aim, QuadraticProgram};
 use dq_space::space::{Gap, MOST_PAIRS, Near, Placed, Scene};
 
-/// Gaps are not closed below this \[m\].
+/// The distance below which the arm does not close gaps \[m\].
 pub const CLEARANCE: f64 = 0.01;
 
-/// A gap's time constant of approach to the clearance is at least this many cycles and this many times the delay, as for a position limit.
+/// Bounds for the time constant with which a gap approaches the clearance: at least this many cycles, and this many times the
+/// delay, as for a position limit.
 const CYCLES: f64 = 20.0;
 const DELAYS: f64 = 5.0;
 
-/// The fraction of the acceleration limit that keeping clear relies on.
+/// The fraction of the acceleration limit that braking for gaps uses.
 const SHARE: f64 = 0.5;
 
-/// A gap that is already too small must grow, at least at this fraction of the fastest rate at which the joints could open it at the
-/// desired speeds. Otherwise joints that move along the gap would close it, because their path bends.
+/// A gap that is too small must grow at least at this fraction of the fastest rate at which the joints could open it at the desired
+/// speeds. Otherwise joints that move along the gap would close it, because their paths bend.
 const LEAVING: f64 = 0.1;
 
-/// The weight of a joint's velocity relative to the tool's, in which a rad/s and a m/s weigh alike.
+/// The weight of the joints' velocities relative to the tool's. Rad/s and m/s weigh alike.
 const JOINT_WEIGHT: f64 = 1e-2;
 
-/// Margin \[m\] beyond the reach of the desired velocity within which pairs are checked, because the constrained velocity has another
-/// direction.
+/// Pairs are checked if the desired velocity could close their gap to within this distance \[m\]. The margin is necessary because
+/// the constrained velocity has another direction.
 const AROUND: f64 = 0.05;
 
 /// Largest number of gaps that constrain the velocity.
 const MOST_GAPS: usize = 200;
 
-/// Replaces the desired velocity by the nearest one with `ḋ ≥ −η (d − d_safe)` for each gap d (Faverjon & Tournassoud 1987), with joint
-/// speeds within their limits and no faster towards position limits than allowed.
+/// Replaces the desired velocity by the nearest one with `ḋ ≥ −η (d − d_safe)` for each gap d (Faverjon & Tournassoud 1987). It
+/// also keeps the joints' speed limits, and the limits on speed near position limits.
 ///
-/// If the desired motion is one of the tool, the nearest velocity is that with the nearest tool motion, `min |J (θ̇ − θ̇_w)|² + μ |θ̇ −
-/// θ̇_w|²`; otherwise that with the nearest joint motion. Standing satisfies the constraints of all gaps that are large enough, so there is
-/// a solution. Constraints that make gaps grow are dropped if they contradict each other. If rounding leaves no solution, the velocity is
-/// zero.
+/// If the tool's motion is the aim, the nearest velocity is the one with the nearest tool motion, `min |J (θ̇ − θ̇_w)|² + μ |θ̇ −
+/// θ̇_w|²`. Otherwise it is the one with the nearest joint motion. A standing arm satisfies the constraints of all gaps that are
+/// large enough, so there is a solution. Constraints that make gaps grow are dropped if they contradict each other. If rounding
+/// leaves no solution, the velocity is zero.
 pub(super) struct Constraints {
     pub(super) placed: Placed,
     near: Vec<Near>,
@@ -43,7 +44,7 @@ pub(super) struct Constraints {
     weights: Vec<f64>,
     wanted: Vec<f64>,
     slope: Vec<f64>,
-    /// The index in `near` of the pair of each gap constraint. These constraints follow those of the joints.
+    /// For each gap constraint, the index of its pair in `near`. The gap constraints follow those of the joints.
     owners: Vec<usize>,
     /// The closest of the pairs that were checked.
     pub closest: Option<ClosePair>,
@@ -104,7 +105,7 @@ impl Constraints {
         }
     }
 
-    /// Adds the constraints of each joint.
+    /// Adds the constraints of the joints' speeds.
     fn bound_joints(&mut self, input: &FilterInput) {
         for joint in 0..input.joints.positions.len() {
             let (lowest, highest) = input.joints.span(joint).range;
@@ -113,7 +114,7 @@ impl Constraints {
         }
     }
 
-    /// Adds the constraints of the gaps of near pairs.
+    /// Adds the constraints of the gaps between near pairs.
     fn bound_gaps(&mut self, scene: &Scene, rate: f64) {
         let placed = &self.placed;
         self.owners.clear();
@@ -131,7 +132,7 @@ impl Constraints {
                         self.slope.iter().zip(&self.wanted).map(|(slope, speed)| (slope * speed).abs()).sum();
                     (-rate * room).min(LEAVING * most)
                 };
-                // A constraint that the desired velocity satisfies by far is left out.
+                // Leaves out constraints that the desired velocity satisfies by far.
                 let speed: f64 =
                     self.slope.iter().zip(&self.wanted).map(|(slope, speed)| slope * speed).sum();
                 let is_at_hand = room < AROUND || speed < 0.5 * bound;
@@ -145,7 +146,8 @@ impl Constraints {
         }
     }
 
-    /// Finds the closest pair. Excludes pairs that overlap and that no joint can separate, such as the first link and the stand of the arm.
+    /// Finds the closest pair. Ignores pairs that overlap and that no joint can separate, such as the first link and the stand of
+    /// the arm.
     fn find_closest(&mut self, scene: &Scene) {
         let Self { placed, slope, .. } = self;
         let may_move = |near: &&Near| {
@@ -159,7 +161,7 @@ impl Constraints {
         self.closest = nearest.map(|near| ClosePair::of(scene, near));
     }
 
-    /// Finds the pair that holds the arm, if the velocity differs from the desired one.
+    /// Finds the pair that constrains the arm most, if the velocity differs from the desired one.
     fn find_holder(&mut self, scene: &Scene, velocity: &[f64]) {
         let norm = |numbers: &mut dyn Iterator<Item = f64>| numbers.map(|x| x * x).sum::<f64>().sqrt();
         let change = norm(&mut velocity.iter().zip(&self.wanted).map(|(now, wanted)| now - wanted));
@@ -176,8 +178,8 @@ impl Constraints {
     }
 }
 
-/// Returns whether no joint changes a gap with this slope [m/rad, prismatic: m/m], except by rounding. Such a gap
-/// does not constrain the joints.
+/// Returns whether no joint changes a gap with this slope [m/rad, prismatic: m/m], apart from rounding. Such a gap does not
+/// constrain the joints.
 fn is_none(slope: &[f64]) -> bool {
     slope.iter().all(|slope| slope.abs() < 1e-9)
 }
@@ -185,7 +187,7 @@ fn is_none(slope: &[f64]) -> bool {
 /// An arm counts as constrained if its velocity is changed by more than this fraction.
 const HELD: f64 = 0.1;
 
-/// Returns η \[1/s\], as fast as braking, the control period and the delay allow.
+/// Returns η [1/s]: the fastest rate that braking, the control period and the delay allow.
 fn rate(input: &FilterInput) -> f64 {
     let limits = &input.settings.limits;
     let braking = &input.joints.braking;
@@ -193,7 +195,7 @@ fn rate(input: &FilterInput) -> f64 {
     let joints = limits.joint_acceleration.iter().zip(&limits.joint_velocity).zip(braking.jerks);
     let stops = joints.map(|((acceleration, speed), jerk)| {
         let rate = SHARE * acceleration / speed;
-        // Building up the acceleration takes time, too.
+        // Building up the deceleration takes time, too.
         rate / (1.0 + rate * acceleration / jerk)
     });
     let stops = stops.fold(f64::INFINITY, f64::min);
@@ -205,7 +207,7 @@ impl Constraints {
     pub fn apply(&mut self, input: &FilterInput, velocity: &mut [f64]) {
         (self.closest, self.held_by, self.held_back) = (None, None, None);
         let Some(scene) = input.settings.scene.as_deref() else { return };
-        // The final check handles numbers that are not finite.
+        // The final check rejects numbers that are not finite.
         if velocity.iter().any(|speed| !speed.is_finite()) {
             return;
         }

@@ -1,12 +1,12 @@
-//! The velocity that the law asks for at the present joint positions.
+//! The velocity demanded by the law at the present joint positions.
 
 use super::{FilterInput, LawGoal};
 use dq_limits::ratio;
 
-/// Turns the law's velocity into its demand: reduces it to the gain that the delay allows, adds the escape from a singularity, the
-/// feed-forward of a moving goal and the motion to the posture, and scales the sum to the speed limits.
+/// Turns the law's velocity into its demand. Reduces it to the gain that the delay allows; adds the escape from a singularity, the
+/// feed-forward of a moving goal, and the motion to the posture; and scales the sum to the speed limits.
 pub(super) struct LawDemand {
-    /// The velocity to add [rad/s, prismatic: m/s].
+    /// A velocity to add [rad/s, prismatic: m/s].
     more: Vec<f64>,
 }
 
@@ -18,8 +18,8 @@ impl LawDemand {
 
     /// Adds the joint velocities at which the tool moves with its goal.
     ///
-    /// With the goal's body twist `ξ_d` and the error `e = q_d* q` (eq. 28), the tool's body twist `ξ = Ad_{e⁻¹} ξ_d − K X` leaves `−K X`
-    /// as the twist of the error, which decays as for a fixed goal.
+    /// Let `ξ_d` be the goal's body twist and `e = q_d* q` the error (eq. 28). With the tool's body twist `ξ = Ad_{e⁻¹} ξ_d − K X`,
+    /// the twist of the error is `−K X`, so that the error decays as for a fixed goal.
     fn feed_forward(&mut self, input: &FilterInput, goal: &LawGoal, velocity: &mut [f64]) {
         let Some(moving) = &goal.moving else { return };
         let pose = input.arms.pose();
@@ -30,8 +30,9 @@ impl LawDemand {
         velocity.iter_mut().zip(&self.more).for_each(|(speed, more)| *speed += more);
     }
 
-    /// Adds the motion towards the posture, in the null space of the law's inverse. This motion takes only the speed that the tool's motion
-    /// leaves to each joint within its limits of speed and position, so that it does not slow the tool or keep it from its goal. It waits while the arm leaves a singularity.
+    /// Adds the motion to the posture in the null space of the law's inverse. For each joint, it uses only the speed that the
+    /// tool's motion leaves within the limits on speed and position. So it neither slows the tool nor keeps it from its goal. There
+    /// is no such motion while the arm leaves a singularity.
     fn move_to_posture(&mut self, input: &FilterInput, goal: &LawGoal, velocity: &mut [f64]) {
         let (gain, task) = (input.settings.posture.gain, input.settings.controller.aim.components());
         if goal.escape.is_some() || gain <= 0.0 || input.arms.joint_count() <= task {
@@ -52,7 +53,7 @@ impl LawDemand {
 }
 
 impl LawDemand {
-    /// Turns the `velocity` of the law, one number per joint [rad/s, prismatic: m/s], into its demand.
+    /// Turns `velocity`, the law's velocity of each joint [rad/s, prismatic: m/s], into its demand.
     pub fn apply(&mut self, input: &FilterInput, velocity: &mut [f64]) {
         if let Some(goal) = &input.goal {
             input.settings.controller.soften(input.arms.state(), &goal.pose, goal.allowed, velocity);

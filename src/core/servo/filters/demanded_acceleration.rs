@@ -1,4 +1,4 @@
-//! Limits the acceleration that following the law requires.
+//! Limits the acceleration that the path of the law requires.
 
 use super::demand::LawDemand;
 use super::{FilterInput, LawGoal};
@@ -6,23 +6,23 @@ use crate::servo::Arms;
 use dq_algebra::UnitDualQuaternion;
 use dq_limits::{Joints, ratio, scale};
 
-/// The fraction of the jerk limit that following the law may need. The rest is for catching up.
+/// The fraction of the jerk limit that the path may require. The rest is for catching up with it.
 const JERK_SHARE: f64 = 0.25;
 
-/// Scales joint velocities so that following the law needs no more than the available acceleration and jerk.
+/// Scales joint velocities so that the path of the law requires no more than the available acceleration and jerk.
 ///
-/// The law's velocity changes in a cycle to its value at the end of that cycle, which is an acceleration `A`. A path driven at `s` times
-/// the law's speed needs `s² A`, so `s = √(limit / |A|)`. Otherwise a law with a high gain would overshoot its goal, because the
-/// acceleration limit would prevent it from braking in time.
+/// Within one cycle, the law's velocity changes to its value at the end of the cycle, which is an acceleration `A`. At `s` times
+/// the law's speed, the path requires `s² A`, so `s = √(limit / |A|)`. Without this scaling, a law with a high gain would overshoot
+/// its goal, because the acceleration limit would prevent it from braking in time.
 ///
-/// The acceleration is assumed to change at the relative rate of the speed, so the jerk is `|A|²/|v|`; at `s` times the speed the path
-/// needs `s³` times that.
+/// The acceleration is assumed to change at the relative rate of the speed, so the jerk is `|A|²/|v|`. At `s` times the speed, the
+/// path requires `s³` times that jerk.
 ///
-/// The path is nearly that of the law. While s changes, the speed along the path changes too, which takes acceleration that is not counted
-/// here, and the command lags by that much. This bends the path of logc in the paper's motion by 0.01 mm under 50 rad/s², by 1.3 mm under 5
-/// rad/s² and by 7 mm under 2 rad/s²; other motions by up to four times as much.
+/// The path is nearly that of the law. But while s changes, the speed along the path changes too. That acceleration is not counted,
+/// so the command lags by that much. This bends the path of logc in the paper's motion by 0.01 mm under 50 rad/s², by 1.3 mm under
+/// 5 rad/s² and by 7 mm under 2 rad/s²; other motions by up to four times as much.
 pub(super) struct DemandedAcceleration {
-    /// The arm at the end of the next cycle, and the law's velocity there.
+    /// The arm at the end of the next cycle, with its joint positions and the law's velocity there.
     ahead: Arms,
     positions: Vec<f64>,
     velocity: Vec<f64>,
@@ -30,14 +30,14 @@ pub(super) struct DemandedAcceleration {
 }
 
 impl DemandedAcceleration {
-    /// Creates the filter with `ahead` for the arm at the end of the cycle.
+    /// Creates the filter. `ahead` is used to compute the arm at the end of the next cycle.
     pub fn new(ahead: Arms) -> Self {
         let joints = ahead.joint_count();
         let zeros = vec![0.0; joints];
         Self { ahead, positions: zeros.clone(), velocity: zeros, demand: LawDemand::new(joints) }
     }
 
-    /// Sets the tool offset of the arm ahead.
+    /// Sets the tool offset.
     pub fn set_tool_offset(&mut self, tool_offset: &UnitDualQuaternion) {
         self.ahead.set_tool_offset(tool_offset);
     }

@@ -1,24 +1,6 @@
 //! From the desired velocity to the command, in three steps: the demand, the constraints of the scene, and the envelope.
 //!
-//! The desired velocity is that of the law towards a goal, of a twist, or along the line to another configuration.
-//!
-//! | step | effect on the velocity |
-//! |---|---|
-//! | gain by delay | slows the directions in which the law is faster than the robot's delay allows |
-//! | escape speed | moves the arm out of a singularity at which the law stands still |
-//! | feed-forward | adds the velocity of a moving goal |
-//! | null space | adds the motion towards the posture that does not move the tool |
-//! | speed | scales it to the speed limits of joints and tool |
-//! | demanded acceleration | scales it so that the path needs no more than the available acceleration |
-//! | approach | moves from the last command towards it at the rate of a second-order law |
-//! | probing speed | scales it to a gentle speed until the arm is seen to follow |
-//! | constraints | turns it away from the obstacles of the scene |
-//! | envelope | moves towards it as far as every joint may ([`Envelope`]) |
-//! | stoppable | slows down if a stop would lead into an obstacle |
-//! | final check | replaces a command that is not finite or not in the envelope by a stop |
-//!
-//! The first five steps are the law's demand. The demanded acceleration also applies them at the end of the next cycle. An arm that must
-//! not be driven is stopped, which is always within its envelope.
+//! The desired velocity is that of a law, of a twist, or of a straight line to another configuration.
 
 mod constraints;
 mod demand;
@@ -42,12 +24,12 @@ use stoppable::Stoppable;
 /// The inputs of the filters in one cycle.
 pub(super) struct FilterInput<'a> {
     pub settings: &'a Settings,
-    /// The joints at the positions predicted for the time at which the command takes effect, and the kinematics there.
+    /// The joints and the kinematics at the positions predicted for the time at which the command takes effect.
     pub joints: Joints<'a>,
     pub arms: &'a Arms,
     /// The goal of the law, or `None` if no law drives the arm.
     pub goal: Option<LawGoal<'a>>,
-    /// Whether the desired motion is one of the tool, from which the joints' motion follows.
+    /// Whether the tool's motion is the aim, and the joints' motion follows from it.
     pub by_tool: bool,
     pub link: &'a Link,
 }
@@ -57,22 +39,22 @@ pub(super) struct FilterInput<'a> {
 pub(super) struct LawGoal<'a> {
     /// The goal with the chosen sign.
     pub pose: UnitDualQuaternion,
-    /// The goal and its motion, if it moves and its velocity is fed forward.
+    /// The goal's motion, if it moves and its velocity is fed forward.
     pub moving: Option<MovingGoal>,
-    /// How fast the law may be at the robot's delay.
+    /// The largest rate of the law that the robot's delay allows.
     pub allowed: AllowedRate,
-    /// The direction out of a singularity, while the law stands still there.
+    /// The direction out of a singularity, if the law stands still at one.
     pub escape: Option<&'a EscapeDirection>,
-    /// The positions of the joints to which those move that the task does not need \[rad, prismatic: m\].
+    /// The posture: the positions to which joints move as far as the task leaves them free \[rad, prismatic: m\].
     pub posture: &'a [f64],
 }
 
-/// The commands that were replaced by those of a stop.
+/// The commands that the final check has replaced by those of a stop.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Replaced {
-    /// Their number.
+    /// The number of replaced commands.
     pub count: u64,
-    /// What was wrong with the last of them.
+    /// The violation by the last replaced command.
     pub last: Option<Violation>,
 }
 
@@ -111,7 +93,7 @@ impl Filters {
         self.constraints.apply(input, velocity);
         self.envelope.admit(&input.joints, input.arms, velocity);
         self.stoppable.apply(input, velocity);
-        // The final check: however it was made, a command outside of the envelope is not sent.
+        // The final check: no command outside of the envelope is sent, whatever step made it.
         if let Some(violation) = self.envelope.violation(velocity) {
             self.replaced = Replaced { count: self.replaced.count + 1, last: Some(violation) };
             input.joints.stop(velocity);
@@ -119,7 +101,7 @@ impl Filters {
         self.approach.keep(input.arms.state(), velocity);
     }
 
-    /// Moves from the last command towards the `velocity` of a law, if that is a second-order law.
+    /// Moves from the last command toward the `velocity` of a law, if that is a second-order law.
     fn approach(&mut self, input: &FilterInput, velocity: &mut [f64]) {
         let (controller, arm) = (&input.settings.controller, input.arms.state());
         if input.goal.is_some() && self.approach.apply(controller, arm, input.joints.braking.period, velocity)
@@ -128,24 +110,24 @@ impl Filters {
         }
     }
 
-    /// Sets `velocity` to the next command of an arm that must not be driven [rad/s, prismatic: m/s].
+    /// Sets `velocity` to the next command of an arm that must stop [rad/s, prismatic: m/s].
     pub fn stop(&mut self, input: &FilterInput, velocity: &mut [f64]) {
         // A stop is in the envelope by construction.
         input.joints.stop(velocity);
         self.approach.keep(input.arms.state(), velocity);
     }
 
-    /// Returns the memory of the filters.
+    /// Returns the state that the next cycle needs.
     pub fn approach_memory(&self) -> &Approach {
         &self.approach
     }
 
-    /// Restores the memory of the filters.
+    /// Restores the state of the last cycle.
     pub fn go_on_from(&mut self, approach: Approach) {
         self.approach = approach;
     }
 
-    /// Sets the tool offset of the arm with which filters look ahead.
+    /// Sets the tool offset.
     pub fn set_tool_offset(&mut self, tool_offset: &UnitDualQuaternion) {
         self.demanded_acceleration.set_tool_offset(tool_offset);
     }
@@ -156,7 +138,7 @@ impl Filters {
         self.stoppable.set_scene(scene);
     }
 
-    /// Returns the closest pair of those that were checked in the last cycle in which the arm was driven.
+    /// Returns the closest pair of parts that was checked in the last cycle in which the arm was driven.
     pub fn closest(&self) -> Option<ClosePair> {
         self.constraints.closest
     }

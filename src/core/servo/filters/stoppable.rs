@@ -6,30 +6,32 @@ use dq_limits::{Pace, RAMP_TIME, STOP_TIME, scale};
 use dq_space::space::{Gap, MOST_PAIRS, Near, Placed, Scene};
 use std::ops::Range;
 
-/// A stop leaves gaps of at least this \[m\]. Gaps that are smaller already are not closed further, except by rounding.
+/// Every gap on the path of a stop must be at least this wide \[m\]. A gap that is narrower already must not close further, apart
+/// from rounding.
 const LEAST: f64 = 0.002;
 const ROUNDING: f64 = 1e-9;
 
 /// Largest number of points along a stop that are checked.
 const MOST_PLACES: u32 = 40;
 
-/// Cycles by which a stop may exceed its longest time, because each of its parts is rounded up.
+/// Number of cycles by which a stop may take longer than computed, because each of its parts is rounded up.
 const MORE_CYCLES: usize = 10;
 
 /// Largest number of times that a path is halved.
 const DEPTH: usize = 10;
 
-/// Accepts a velocity if the arm can be stopped after it, each joint by its own deceleration, without closing any gap. Otherwise slows down
-/// along the present path, or stops.
+/// Accepts a velocity if, after it, the arm can be stopped without closing any gap, each joint by its own deceleration. Otherwise
+/// slows down along the present path, or stops.
 ///
-/// Only velocities after which a stop is possible were accepted before. So a stop never closes a gap, at whatever time it comes, even if
-/// one more command than recently acts for two cycles. The path of the stop is checked at the arm's position after a number of cycles. If a
-/// gap says too little there about the path in between, the path is halved and checked there, too (Schwarzer, Saha & Latombe 2005).
+/// All earlier velocities were accepted, too. So a stop never closes a gap, whenever it comes, even if a command acts for one more
+/// cycle than commands did recently. The path of the stop is checked at the arm's position after a number of cycles. If the gaps
+/// there do not prove that the path in between is clear, the path is halved and checked at its middle, too (Schwarzer, Saha &
+/// Latombe 2005).
 pub(super) struct Stoppable {
     pub(super) placed: Placed,
     near: Vec<Near>,
     stop: StoppingPath,
-    /// The pairs that are still undecided on both halves of a path, for each level of halving.
+    /// The pairs that are undecided on the first and the second half of a path, for each level of halving.
     open: Vec<[Vec<Open>; 2]>,
     positions: Vec<f64>,
     slope: Vec<f64>,
@@ -39,12 +41,12 @@ pub(super) struct Stoppable {
     pub held_by: Option<ClosePair>,
 }
 
-/// The path of a stop: how each joint comes to rest.
+/// The path of a stop: the motion of each joint until it rests.
 #[derive(Default)]
 struct StoppingPath {
-    /// The travel of each joint after each cycle, the first of them at full speed.
+    /// The travel of each joint after each cycle. The first cycle is at full speed.
     joints: Vec<Vec<Travel>>,
-    /// The largest loss of speed of each joint per cycle [rad/s].
+    /// The largest decrease of each joint's speed per cycle [rad/s].
     losses: Vec<f64>,
     /// The nominal and the mean control period \[s\].
     period: f64,
@@ -53,14 +55,14 @@ struct StoppingPath {
     cycles: usize,
 }
 
-/// The travel of one joint so far.
+/// The travel of one joint up to a cycle.
 #[derive(Clone, Copy)]
 struct Travel {
     /// The displacement \[rad\].
     gone: f64,
-    /// The length of the path, back and forth \[rad\].
+    /// The length of the path, including parts back and forth \[rad\].
     length: f64,
-    /// The range of its speed [rad/s].
+    /// The least and the largest speed so far [rad/s].
     slowest: f64,
     fastest: f64,
 }
@@ -73,7 +75,7 @@ impl StoppingPath {
         }
     }
 
-    /// Simulates one joint from `speed` [rad/s] to rest.
+    /// Computes the travel of one joint from `speed` [rad/s] to rest.
     fn follow(&mut self, input: &FilterInput, joint: usize, speed: f64) {
         let (most, jerk) =
             (input.joints.braking.decelerations[joint] * self.period, input.joints.braking.jerk_step(joint));
@@ -99,18 +101,18 @@ impl StoppingPath {
         self.cycles = self.cycles.max(travels.len() - 1);
     }
 
-    /// Returns the travel of each joint after this many cycles.
+    /// Returns the travel of each joint after `cycles` cycles.
     fn after(&self, cycles: usize) -> impl Iterator<Item = &Travel> + Clone {
         self.joints.iter().filter_map(move |travels| travels.get(cycles.min(travels.len() - 1)))
     }
 
-    /// Returns the length of each joint's path in these `cycles`, back and forth \[rad\].
+    /// Returns the length of each joint's path during `cycles`, including parts back and forth \[rad\].
     fn lengths(&self, cycles: &Range<usize>) -> impl Iterator<Item = f64> + Clone {
         self.after(cycles.start).zip(self.after(cycles.end)).map(|(begin, end)| end.length - begin.length)
     }
 
-    /// Returns the range of each joint's deviation from the path after this many cycles \[rad\]. One of the cycles may have lasted twice
-    /// its time; and the joint may have used the extra time of the mean period at once, or not at all.
+    /// Returns by how much each joint's position after `cycles` cycles may be less or more than computed \[rad\]. One cycle may
+    /// have lasted twice its time; and the joint may have used the extra time of the mean period at once, or not at all.
     fn deviations(&self, cycles: usize) -> impl Iterator<Item = (f64, f64)> + Clone {
         let late = 1.0 - self.period / self.cycle;
         self.after(cycles).map(move |travel| {
@@ -119,7 +121,8 @@ impl StoppingPath {
         })
     }
 
-    /// Returns by how much a gap with the slope `slope` may be smaller after this many cycles than on the path \[m\].
+    /// Returns by how much a gap may be narrower after `cycles` cycles than computed \[m\]. `slope` is the change of the gap with
+    /// each joint.
     fn spare(&self, cycles: usize, slope: &[f64]) -> f64 {
         let joints = self.deviations(cycles).zip(slope);
         let closed = joints.map(|((least, most), slope)| (-least * slope).max(-most * slope));
@@ -130,15 +133,15 @@ impl StoppingPath {
 /// A pair that is undecided on a part of the path.
 #[derive(Clone, Copy)]
 struct Open {
-    /// Its index in `near`.
+    /// The index of the pair in `near`.
     number: usize,
-    /// Lower bounds of its gap at the beginning and at the end of the part \[m\].
+    /// Lower bounds of the pair's gap at the beginning and at the end of the part \[m\].
     here: f64,
     there: f64,
 }
 
 impl Stoppable {
-    /// Allocates for these arms and any scene, and for stops with the control period `period` \[s\].
+    /// Allocates the buffers for these arms and any scene, and for stops with the control period `period` \[s\].
     pub fn new(arms: &Arms, period: f64) -> Self {
         let zeros = vec![0.0; arms.joint_count()];
         let cycles = ((STOP_TIME + 2.0 * RAMP_TIME) / period).ceil() as usize + MORE_CYCLES;
@@ -199,13 +202,13 @@ struct PathCheck<'a> {
     held_by: &'a mut Option<ClosePair>,
 }
 
-/// Returns the least gap on the path for the pair `near`. A gap that is smaller already may not close further.
+/// Returns the least gap that the pair `near` may have on the path. A gap that is narrower already must not close further.
 fn least(near: &Near) -> f64 {
     LEAST.min(near.gap.distance) - ROUNDING
 }
 
 impl PathCheck<'_> {
-    /// Places the arm at its position after this many cycles of the stop.
+    /// Places the arm at its position after `cycles` cycles of the stop.
     fn place(&mut self, cycles: usize) {
         *self.places += 1;
         let travels = self.stop.after(cycles).zip(self.input.joints.positions);
@@ -216,14 +219,14 @@ impl PathCheck<'_> {
         self.placed.place(self.scene, self.input.arms.chains(), self.positions);
     }
 
-    /// Returns a lower bound of the gap at the placed position, after this many cycles of the stop \[m\].
+    /// Returns a lower bound of the gap after `cycles` cycles of the stop, at which the arm is placed \[m\].
     fn left(&mut self, cycles: usize, pair: usize, gap: &Gap) -> f64 {
         self.placed.slope(self.scene, pair, gap, self.slope);
         gap.distance - self.stop.spare(cycles, self.slope)
     }
 
-    /// Returns a lower bound of a pair's gap: a cheap one if it is enough for both parts of the path there, otherwise one from the measured
-    /// gap. `None` if the gap is too small.
+    /// Returns a lower bound of a pair's gap, or `None` if the gap is too narrow. Returns a cheap bound if that proves enough for
+    /// the path before and after this point (`is_enough`), otherwise one from the measured gap.
     fn check(&mut self, cycles: usize, near: &Near, is_enough: impl Fn(&Self, f64) -> bool) -> Option<f64> {
         let at_least = self.placed.gap_at_least(self.scene, near);
         let at_least = at_least.map(|gap| self.left(cycles, near.pair, &gap));
@@ -244,8 +247,8 @@ impl PathCheck<'_> {
         false
     }
 
-    /// Checks the beginning of the stop, where the arm is placed, and its end after `end` cycles. Returns whether all gaps are large enough
-    /// there. Pairs that are undecided in between become `open`.
+    /// Checks the beginning of the stop, at which the arm is placed, and its end after `end` cycles. Returns whether all gaps are
+    /// wide enough there. Adds the pairs that are undecided in between to `open`.
     fn whole(&mut self, end: usize, open: &mut Vec<Open>) -> bool {
         open.clear();
         for (number, near) in self.near.iter().enumerate() {
@@ -271,13 +274,13 @@ impl PathCheck<'_> {
         true
     }
 
-    /// Returns by how much a gap may be smaller between two positions than at both \[m\]. There it is at least `gap`, and the two parts
-    /// move by at most `travel` relative to each other.
+    /// Returns by how much a gap may be narrower between two positions than at both of them \[m\]. At both positions it is at least
+    /// `gap`. The two parts move by at most `travel` relative to each other.
     ///
-    /// A point that moves straight by w past a convex body, and has the distance D from it at both ends, is nowhere nearer than `√(D² −
-    /// w²/4)`. A point that stays inside of a convex body is nowhere nearer to its surface than at the ends. The path of a point is not
-    /// straight: the rotation φ of the joints moves it by at most `φ w/8`, and the joints' different braking by the bend of their own
-    /// paths.
+    /// If a point moves straight past a convex body by w, and is at the distance D from it at both ends, it is nowhere nearer than
+    /// `√(D² − w²/4)`. A point that stays inside a convex body is nowhere nearer to its surface than at the ends. The path of a
+    /// point is not straight: the rotation φ of the joints bends it by at most `φ w/8`, and the joints' different braking by the
+    /// bends of their own paths.
     fn dip(&self, pair: usize, cycles: &Range<usize>, gap: f64, travel: f64) -> f64 {
         let apart = gap + self.scene.radius(pair);
         let square = apart * apart - 0.25 * travel * travel;
@@ -293,17 +296,18 @@ impl PathCheck<'_> {
         straight + 0.125 * turn * travel + self.scene.travel(pair, bends)
     }
 
-    /// Returns whether a gap with these lower bounds at both ends of `cycles` stays large enough in between.
+    /// Returns whether a gap with these lower bounds at both ends of `cycles` is certainly wide enough in between.
     fn knows(&self, near: &Near, cycles: &Range<usize>, [here, there]: [f64; 2]) -> bool {
         let travel = self.scene.travel(near.pair, self.stop.lengths(cycles));
-        // A closed gap only has to grow from point to point; half of an open one is the margin for what is unknown.
+        // A closed gap must only grow from point to point. For an open one, half of the least gap is the margin for unknown
+        // effects.
         let least = 0.5 * least(near);
         least <= 0.0
             || 0.5 * (here + there - travel) >= least
             || here.min(there) - self.dip(near.pair, cycles, here.min(there), travel) >= least
     }
 
-    /// Returns whether the `open` gaps stay large enough between these `cycles` of the stop.
+    /// Returns whether the gaps of the `open` pairs stay wide enough during `cycles` of the stop.
     fn between(&mut self, cycles: Range<usize>, open: &[Open], room: &mut [[Vec<Open>; 2]]) -> bool {
         let Some(first) = open.first() else { return true };
         let half = cycles.start + cycles.len() / 2;
@@ -336,7 +340,8 @@ impl PathCheck<'_> {
     }
 }
 
-/// Sets `slowed` to the slowest velocity along the present path, or half way to a stop if the jerk is limited.
+/// Sets `slowed` to the slowest velocity along the present path; if the jerk is limited, to the mean of `velocity` and the first
+/// command of a stop.
 fn slow(input: &FilterInput, velocity: &[f64], slowed: &mut [f64]) {
     if input.joints.braking.limits_jerk() {
         input.joints.stop(slowed);
@@ -350,7 +355,7 @@ fn slow(input: &FilterInput, velocity: &[f64], slowed: &mut [f64]) {
         .iter()
         .zip(input.joints.braking.decelerations)
         .map(|(before, deceleration)| 1.0 - deceleration * input.joints.braking.period / before.abs());
-    // The factor is 0 if a standing joint takes no part.
+    // The factor is 0 if no joint moves. A standing joint does not count.
     scale(slowed, left.fold(0.0, f64::max).min(1.0));
     slowed.iter_mut().enumerate().for_each(|(joint, speed)| *speed = input.joints.span(joint).hold(*speed));
 }
@@ -362,7 +367,7 @@ impl Stoppable {
         let Some(scene) = &input.settings.scene else { return };
         let stands = velocity.iter().all(|speed| *speed == 0.0);
         let is_none = velocity.iter().any(|speed| !speed.is_finite());
-        // The final check handles numbers that are not finite.
+        // The final check rejects numbers that are not finite.
         if stands || is_none || self.can_stop(input, scene, velocity) {
             return;
         }

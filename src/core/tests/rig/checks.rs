@@ -1,4 +1,4 @@
-//! What the rig checks in each cycle: who may move the arm, what is sent, and that the arm moves if it must.
+//! The checks of the rig in each cycle: only requests move the arm, the output keeps the limits, and an arm that must move does.
 
 use super::{Arrived, Rig};
 use crate::opinion::{REST, Truth};
@@ -8,21 +8,22 @@ use dq_kinematics::control::{Aim, pose_error};
 use dq_plant::Plant;
 use std::time::Duration;
 
-/// Within this time an arm with consent moves, also if it was not following before.
+/// The time within which an arm with consent moves, also if it did not follow before.
 const MOVES_WITHIN: Duration = Duration::from_millis(1500);
 
-/// A joint that does not move is sent more than the probing speed [rad/s] for no longer than the time that follows.
+/// The speed [rad/s], a little above the probing speed, that a joint that does not move may be commanded for no longer than
+/// [`REFUSED_WITHIN`].
 const REFUSED: f64 = 0.0501;
 const REFUSED_WITHIN: Duration = Duration::from_millis(800);
 
-/// A measured speed below this [rad/s] may be noise.
+/// A measured speed below this is taken for noise [rad/s].
 const STANDSTILL: f64 = 0.02;
 
-/// How long the servo may take to find how fast a robot moves that has come.
+/// The time that the servo may take to measure the speed of a robot that has just come back.
 const KNOWN_WITHIN: Duration = Duration::from_millis(50);
 
 impl Rig {
-    /// The second opinion sees what the servo receives.
+    /// Passes what the servo receives to the model of consent.
     pub(super) fn observe(&mut self, arrived: &[Arrived]) {
         for state in arrived {
             for source in [Some(self.source), self.second_source].into_iter().flatten() {
@@ -36,7 +37,7 @@ impl Rig {
         }
     }
 
-    /// Checks this cycle against the page on safety: who may move the arm, what is sent, and whether consent is used.
+    /// Checks this cycle against the page on safety: who may move the arm, the output, and that the arm moves if it must.
     pub(super) fn check(&mut self, before: Option<&[f64]>) {
         let verdict = self.opinion.cycle(self.now);
         let (state, reason) = (self.state(), self.servo.status().reason);
@@ -51,17 +52,17 @@ impl Rig {
         self.check_that_it_moves(verdict, before);
     }
 
-    /// Whether the integral was ever on. An arm may stand after it let go of a pull.
+    /// Returns whether the integral was ever on. An arm may stand after the integral has let go of a pull.
     pub fn was_held(&self) -> bool {
         self.held > Duration::ZERO
     }
 
-    /// Whether the integral holds joints, or lets go of them.
+    /// Returns whether the integral holds joints, or is letting go of them.
     fn is_held(&self) -> bool {
         self.now.saturating_sub(self.held) < REST
     }
 
-    /// The time since the start \[s\].
+    /// Returns the time since the start \[s\].
     fn seconds(&self) -> f64 {
         self.now.as_secs_f64() - 1000.0
     }
@@ -70,7 +71,7 @@ impl Rig {
         let Some(sent) = self.output.clone() else { return Ok(()) };
         let settings = self.servo.settings();
         let (integral, takes_positions) = (settings.integral, settings.interface.takes_positions());
-        // The integral holds joints against what pulls at them, and lets go of them slowly.
+        // The integral holds joints against a pull, and lets go of them slowly.
         if integral > 0.0 {
             self.held = self.now;
         }
@@ -95,7 +96,7 @@ impl Rig {
             steps.push((None, &on));
         }
         if takes_positions {
-            // It stands where it was sent, or is sent to where it is, at the speed that it was sent or from rest.
+            // Positions continue from the last output, or from the measured positions: at the last speed, or from rest.
             if is_silent || gap != Truth::No {
                 steps.push((Some(&zeros), &on));
             }
@@ -108,7 +109,7 @@ impl Rig {
         }
         let result = self.outputs.check(&steps, self.now, standing);
         self.last_sent.clone_from(&sent);
-        // Positions go back to a robot that behaves oddly, and the hold goes on where a robot stood by its own timeout.
+        // Positions return to a robot that behaves oddly. A hold continues where a robot stood by its own timeout.
         let is_free = match takes_positions {
             true => self.opinion.doubts(self.now),
             false => is_held && has_come,
@@ -125,12 +126,11 @@ impl Rig {
         Ok(())
     }
 
-    /// The arm moves if it must, and a robot that does not move is not pushed.
+    /// Checks that the arm moves if it must, and that a robot that does not move is not pushed.
     fn check_that_it_moves(&mut self, verdict: Truth, before: Option<&[f64]>) {
         let settings = self.servo.settings();
         let is_patient = settings.progress_timeout.is_none_or(|timeout| timeout > MOVES_WITHIN);
         let is_simple = self.check_moves
-            && !self.was_held()
             && settings.controller.aim == Aim::Pose
             && settings.scene.is_none()
             && is_patient;
@@ -181,7 +181,7 @@ impl Rig {
         Some(linear > 2.0 * tolerance.linear || angular > 2.0 * tolerance.angular)
     }
 
-    /// Within 20 s the arms arrive at the goal that is surely in force.
+    /// Checks that the arms arrive within 20 s at the goal that is certainly in force.
     pub fn arrives(&mut self) {
         for _ in 0..40 {
             self.run(0.5);
@@ -193,11 +193,11 @@ impl Rig {
         panic!("not arrived: {} {:?}, {}", status.state, status.reason, self.opinion.explain());
     }
 
-    /// Notes which joints do not move although they are `asked` to, as `done` and where they stay say.
+    /// Notes which joints do not move. `asked` is the command, `done` what the robot did, and `stays` what it does if it stands.
     pub(super) fn note_refusals(&mut self, asked: &[f64], done: &[f64], stays: &[f64]) {
         let refuses = done == stays && asked != stays;
         self.altered = (asked != done).then_some(refuses);
-        // A joint that stands at a command may be held against a pull.
+        // A joint that does not move on a command may be held against a pull.
         let is_held = self.is_held();
         let takes_positions = self.servo.settings().interface.takes_positions();
         let on = |joint: usize| match takes_positions {

@@ -1,4 +1,4 @@
-//! A cycle allocates no memory, once it has gone through what it does.
+//! A cycle allocates no memory once it has run for a while in its state.
 
 use crate::rig::Rig;
 use dq_algebra::UnitDualQuaternion;
@@ -6,7 +6,7 @@ use dq_core::servo::{Interface, State};
 use dq_kinematics::control::{Aim, Controller, Law, Map};
 use nalgebra::Vector3;
 
-/// How long a state has lasted before its cycles are counted \[s\]: all windows of the monitors are full then.
+/// How long the servo is in a state before its cycles are counted \[s\]. By then all windows of the monitors are full.
 const WARM: f64 = 0.5;
 
 fn count(rig: &mut Rig, what: &str, seconds: f64) {

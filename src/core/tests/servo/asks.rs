@@ -1,4 +1,5 @@
-//! Requests, and what revokes them whatever else happens: streams of goals, rivals, robots that do not obey, parameters that change.
+//! Requests and revocations under every disturbance: streams of goals, rival publishers, robots that do not obey, and parameters
+//! that change.
 
 use crate::reference::{distance, pose, puma, theta};
 use crate::rig::{PERIOD, Rig, reading, twist};
@@ -12,13 +13,13 @@ use dq_plant::Plant;
 use nalgebra::{UnitQuaternion, Vector3};
 use std::time::Duration;
 
-/// Somewhat aside of where the paper's arm begins.
+/// Returns a goal a little to the side of the start of the paper's arm.
 fn beside() -> UnitDualQuaternion {
     let theta: Vec<_> = theta("theta_initial").iter().map(|angle| angle + 0.4).collect();
     puma().forward_kinematics(&theta).unwrap()
 }
 
-/// Sends a goal of that publisher each `every` cycles for so long; how far the joints go meanwhile \[rad\].
+/// Sends a goal of the publisher `by` every `every` cycles for `seconds`. Returns how far the joints move meanwhile \[rad\].
 fn stream(rig: &mut Rig, goal: &UnitDualQuaternion, by: u32, every: u32, seconds: f64) -> f64 {
     let cycles = (seconds / PERIOD.as_secs_f64()) as u32;
     let mut travelled = 0.0;
@@ -34,7 +35,7 @@ fn stream(rig: &mut Rig, goal: &UnitDualQuaternion, by: u32, every: u32, seconds
     travelled
 }
 
-/// The publisher has gone on since: only once it has paused the arm moves.
+/// Checks that a publisher that continued after a revocation moves the arm only after it has paused.
 fn moves_after_a_pause_only(rig: &mut Rig, goal: &UnitDualQuaternion, every: u32) {
     assert!(stream(rig, goal, 1, every, 3.0) < 1e-9, "it streams on: {}", rig.state());
     assert_eq!(rig.state(), State::Holding);
@@ -68,7 +69,7 @@ fn a_stream_that_sends_invalid_goals_or_twists_for_a_while_has_not_paused() {
         (0..5).for_each(|_| rig.cycle());
     }
     moves_after_a_pause_only(&mut rig, &goal, 10);
-    // A stick that is held likewise.
+    // A stick that is held behaves in the same way.
     rig.run(STREAM.as_secs_f64() + 0.01);
     let [up, lost] = [0.1, f64::NAN].map(|z| TwistReading { sent, ..twist([0.0, 0.0, z], [0.0; 3], "") });
     rig.take_twist(&up).unwrap();
@@ -127,7 +128,7 @@ fn two_publishers_of_goals_are_rivals_and_one_that_sends_a_single_goal_is_none()
     let goals = [pose("theta_desired"), pose("theta_third")];
     let mut held = 0;
     for cycle in 0..5000 {
-        // Each at 2 Hz.
+        // Each publisher sends at 2 Hz.
         for (by, goal) in [(1, &goals[0]), (2, &goals[1])] {
             if cycle % 250 == 125 * (by - 1) {
                 let sent = Sent { by, ago: Duration::ZERO };
@@ -146,7 +147,8 @@ fn two_publishers_of_goals_are_rivals_and_one_that_sends_a_single_goal_is_none()
     rig.run_until(State::Settled, 20.0);
 }
 
-/// Streams the measured pose of `lag` ago with that offset, at that rate \[Hz\]: the largest speed of the tool \[m/s, rad/s\].
+/// Streams the tool's pose of `lag` cycles ago, with an offset, at `rate` \[Hz\]. Returns the largest speeds of the tool [m/s,
+/// rad/s].
 fn fed_back(offset: &UnitDualQuaternion, rate: f64, lag: u32, feed_forward: bool) -> (f64, f64) {
     let mut rig = Rig::with(|settings| settings.feed_forward = feed_forward);
     rig.set_law(Law::Logc);
@@ -158,7 +160,7 @@ fn fed_back(offset: &UnitDualQuaternion, rate: f64, lag: u32, feed_forward: bool
         poses.push(puma().forward_kinematics(&rig.positions()).unwrap());
         if f64::from(cycle) % (500.0 / rate).round() == 0.0 {
             let measured = poses[(cycle.saturating_sub(lag)) as usize];
-            // Along the base's axes, as "1 cm lower than now" is; turned about the tool's.
+            // The offset is along the base's axes, as in "1 cm lower than now"; its rotation is about the tool.
             let goal = UnitDualQuaternion::from_parts(
                 measured.rotation() * offset.rotation(),
                 measured.translation() + offset.translation(),
@@ -189,7 +191,7 @@ fn the_measured_pose_fed_back_as_the_goal_moves_the_arm_no_faster_than_its_law_d
     }
 }
 
-/// An arm in motion whose robot is stopped for so long, while its joint states go on.
+/// Returns an arm in motion after its robot was stopped for `seconds`, while its joint states continued.
 fn stopped_for(interface: Interface, seconds: f64) -> Rig {
     let mut rig = Rig::with(|settings| settings.interface = interface);
     rig.goal("theta_desired");
@@ -275,7 +277,7 @@ fn one_revocation_hides_no_other() {
         rig.servo.pose().unwrap() * UnitDualQuaternion::screw_exp(&[0.0, 0.0, 0.3, 0.0, 0.1, 0.0].into());
     rig.connected[1] = false;
     rig.run(1.5);
-    // Young enough for an arm that was away, and older than the jump of the other one.
+    // The goal is recent enough for an arm that was away, but older than the jump of the other arm.
     rig.goal_pose(&goal);
     rig.run(0.1);
     let mut elsewhere = rig.plants[0].positions().to_vec();
@@ -321,7 +323,7 @@ fn a_settled_arm_is_sent_zeros() {
     }
 }
 
-/// Its core was taken for so long: the robot stands by its own timeout, and the next command begins there.
+/// The servo's thread got no time. The robot stood by its own timeout, and the next command begins there.
 #[test]
 fn after_a_gap_in_the_servo_s_own_cycles_the_ramp_begins_from_the_robot() {
     for missed in [200, 400, 750, 10_000] {
@@ -352,7 +354,7 @@ fn a_robot_that_moves_ten_times_too_far_is_not_driven() {
     assert!(travelled < 6.0, "{travelled} rad");
 }
 
-/// Changes a limit each 50 ms while the arm is on its way: when it is given up \[s\].
+/// Changes a limit every 50 ms during a motion. Returns when the motion stalls \[s\].
 fn given_up_under_changes(mut rig: Rig, seconds: f64) -> Option<f64> {
     let begin = rig.now;
     for number in 0..(seconds / 0.05) as u32 {

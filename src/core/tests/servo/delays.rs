@@ -1,4 +1,4 @@
-//! Joint states that are late or rare, and commands that take their time.
+//! Joint states that are late or rare, and commands that take effect late.
 
 use crate::reference::puma;
 use crate::rig::Rig;
@@ -9,7 +9,7 @@ use std::time::Duration;
 
 const MS: Duration = Duration::from_millis(1);
 
-/// Joint 3 goes from 2.36 to 1.05 rad; here it may not.
+/// A lower limit of joint 3 \[rad\], which has to go from 2.36 to 1.05 rad.
 const LOWEST: f64 = 1.6;
 
 #[test]
@@ -40,7 +40,7 @@ fn rule_18_position_limits_hold_for_an_arm_that_follows_with_a_lag() {
             rig.set_law(law);
             let beside: Vec<_> = rig.positions().iter().map(|angle| angle + 0.2).collect();
             rig.goal_pose(&puma().forward_kinematics(&beside).unwrap());
-            // Until the latency is known.
+            // The servo needs this time to measure the latency.
             rig.run(3.0);
             rig.goal("theta_desired");
             let mut least = f64::INFINITY;
@@ -57,7 +57,7 @@ fn rule_18_position_limits_hold_for_an_arm_that_follows_with_a_lag() {
     }
 }
 
-/// Turns of a joint's direction while it moves faster than 0.05 rad/s, from now to the goal.
+/// Returns how often a joint changes its direction while it moves faster than 0.05 rad/s, in the `seconds` from now on.
 fn turns_to_the_goal(rig: &mut Rig, seconds: f64) -> usize {
     let (mut turns, end) = (0, rig.now + Duration::from_secs_f64(seconds));
     let mut last = [0.0; 6];
@@ -165,7 +165,7 @@ fn rule_18_an_arm_that_oscillates_is_stopped_within_3_s_and_is_never_settled_mea
     rig.run_until(State::Settled, 90.0);
 }
 
-/// From a goal until the arm has settled there \[s\], behind that lag, which it knows already.
+/// Returns the settling time of a motion under `lag`, which the servo has already measured \[s\].
 fn settling_time(law: Law, lag: Duration) -> f64 {
     let mut rig = Rig::new();
     rig.plants[0].set_realism(Realism { velocity_time_constant: lag, ..Realism::default() });
@@ -186,7 +186,7 @@ fn settling_time(law: Law, lag: Duration) -> f64 {
 #[test]
 fn rule_18_a_lag_slows_no_direction_that_is_slow_already() {
     for law in [Law::Diffc, Law::LogcTranspose, Law::DoubleGeodesicTranspose, Law::UnitQuaternionTranspose] {
-        // A tenth of the law's fastest rate is left.
+        // A tenth of the law's largest rate remains.
         let (without, with) = (settling_time(law, Duration::ZERO), settling_time(law, 85 * MS));
         assert!(with < 1.5 * without, "{law}: {without} s, {with} s");
     }

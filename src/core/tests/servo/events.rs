@@ -1,4 +1,4 @@
-//! What may happen to a servo and its robot, for random sequences.
+//! Events that may happen to a servo and its robot, for random sequences.
 
 use crate::rig::{Rig, reading, state_of, twist};
 use dq_algebra::UnitDualQuaternion;
@@ -8,45 +8,46 @@ use nalgebra::{UnitQuaternion, Vector3, Vector6};
 use proptest::prelude::*;
 use std::time::Duration;
 
-/// What may happen to a servo.
+/// An event that may happen to a servo.
 #[derive(Clone, Debug)]
 pub enum Event {
-    /// A goal of one of two publishers of streams, or of one that sends no other.
+    /// A goal: of one of two publishers of streams, or of a publisher that sends only this one.
     Goal(Option<u32>, [f64; 3], [f64; 4]),
     BadGoal(usize),
     Stream(Stream),
     FrameLost,
     FeedForward(bool),
-    /// A longer tool, or a shorter one.
+    /// The tool becomes longer, or shorter.
     Tool(bool),
     BadJointState(usize),
     Law(usize),
     Gain(f64),
-    /// Twists of one of two publishers: zero or not, how often, how many cycles apart, and how long ago they were sent [ms].
+    /// Twists of one of two publishers: whether they are zero, their number, the cycles between them, and their age on arrival
+    /// \[ms\].
     Twists(u32, bool, usize, usize, u64),
-    /// Sent that long ago [ms].
+    /// A request of `~/pause`, with its age on arrival \[ms\].
     Pause(bool, u64),
-    /// A goal that the arm reaches with its joints moved by these parts of a radian: by one of two publishers or by one that sends no
-    /// other, how long it was under way, and for how long it has waited for its frame [ms].
+    /// A goal that the arm reaches if its joints move by these fractions of a radian. Its publisher is one of two, or one that
+    /// sends only this goal. Then, how long it was under way, and how long it has waited for its frame \[ms\].
     Near(Option<u32>, [f64; 4], u64, u64),
-    /// The frame of a stream of goals is lost for that many cycles, while its publisher goes on.
+    /// TF loses the frame of a stream of goals for this many cycles, while its publisher continues.
     FrameAway(u32, usize),
     TwistTimeout(f64),
     GoalTimeout(Option<f64>),
-    /// A joint is moved by hand, at once [rad].
+    /// Somebody moves a joint by hand at once \[rad\].
     Jump(usize, f64),
-    /// Whether the joint states of the last arm come.
+    /// Whether the joint states of the last arm arrive.
     ConnectLast(bool),
-    /// Whether another publisher sends commands to the arm, or its joint states.
+    /// Whether another publisher sends commands to the arm or joint states of it.
     Rival(bool),
     SecondSource(bool),
-    /// The servo makes no cycles, and then one before the joint states come or after.
+    /// The servo misses cycles; the next one runs after the joint states arrive (true) or before.
     Gap(u32, bool),
-    /// `integral`, and what pulls at a joint [rad/s].
+    /// `integral`, and the pull at a joint [rad/s].
     Pull(f64, usize, f64),
-    /// Whether joint states have velocities, and how far they are apart [ms].
+    /// Whether joint states have velocities, and the time between them \[ms\].
     States(bool, u64),
-    /// Joints follow velocities that late [ms].
+    /// The time constant with which joints follow velocities \[ms\].
     Lag(u64),
     Stuck(Option<usize>),
     Stop,
@@ -54,34 +55,34 @@ pub enum Event {
     Follow(bool),
     /// Another publisher of joint states.
     Source(u32),
-    /// How much older stamps are than their messages \[ms\].
+    /// How much older the stamps are than the messages \[ms\].
     Stamps(u64),
-    /// This many changes of a parameter, 50 ms apart.
+    /// A parameter changes this many times, every 50 ms.
     Changes(u32),
-    /// The delays of commands and of joint states [ms].
+    /// The delays of commands and of joint states \[ms\].
     Delay(u64, u64),
-    /// A limit of one joint, or of all.
+    /// A limit of one joint, or of all joints.
     Limit(Limit, usize, f64),
     ProgressTimeout(f64),
-    /// Whether the arm goes to other configurations, and how long a search for one takes [ms].
+    /// The value of `reconfigure`, and how long a search takes \[ms\].
     Round(Reconfigure, u64),
-    /// Somebody asks for it.
+    /// A request of `~/reconfigure`.
     GoRound,
     Cycles(usize),
     LateCycle(u32),
 }
 
-/// Goals that go on from the one in force by a body twist `(ω, v)` [rad/s, m/s].
+/// A stream of goals that moves on from the goal in force by a body twist `(ω, v)` [rad/s, m/s].
 #[derive(Clone, Copy, Debug)]
 pub struct Stream {
     twist: [f64; 6],
     count: usize,
-    /// Cycles from one to the next.
+    /// Number of cycles from one goal to the next.
     each: usize,
     stamped: bool,
-    /// Their publisher.
+    /// The publisher of the goals.
     by: u32,
-    /// Whether they are the goal in force, as its frame moves it.
+    /// Whether the goals are the goal in force, moved by its frame.
     by_frame: bool,
 }
 
@@ -143,17 +144,17 @@ impl Limit {
 fn limit() -> impl Strategy<Value = Event> {
     use Limit::*;
     let which = prop::sample::select(vec![Velocity, Acceleration, Deceleration, Jerk, Linear, Angular]);
-    // The ends of the parameters' ranges, and what is usual.
+    // The ends of the parameters' ranges, and usual values.
     let value = prop_oneof![
         1 => Just(1e-6),
         1 => Just(1e4),
         6 => (-2.0..2.0f64).prop_map(|exponent| 10f64.powf(exponent)),
     ];
-    // One of the joints, or all where there are fewer.
+    // The limit of one joint; of all joints if the arm has fewer.
     (which, 0..12usize, value).prop_map(|(which, joint, value)| Event::Limit(which, joint, value))
 }
 
-/// What no position limit has to fear.
+/// Returns events that cannot make an arm exceed a position limit.
 pub fn gentle_event() -> impl Strategy<Value = Event> {
     prop_oneof![
         (prop::option::of(0..2u32), prop::array::uniform3(-1.0..1.0f64), prop::array::uniform4(-1.0..1.0f64))
@@ -180,7 +181,7 @@ pub fn gentle_event() -> impl Strategy<Value = Event> {
     ]
 }
 
-/// All. A joint cannot be kept from a limit in cycles that were missed, nor by a servo that cannot know where the arm is.
+/// Returns all events. No servo keeps the position limits during missed cycles, or if it cannot know the arm's position.
 pub fn any_event() -> impl Strategy<Value = Event> {
     prop_oneof![
         15 => gentle_event(),
@@ -194,9 +195,9 @@ pub fn any_event() -> impl Strategy<Value = Event> {
     ]
 }
 
-/// Requests of any age, faults of the robot and its network, and what the settings make of them.
+/// Returns requests of any age, faults of the robot and its network, and changes of settings.
 fn attack() -> impl Strategy<Value = Event> {
-    // Not where the page leaves open whether a message is late.
+    // The ages leave out the times for which the page on safety does not say whether a message is late.
     let ago = || prop_oneof![3 => Just(0), 2 => 10..900u64, 1 => 1100..3000u64];
     let by = || prop::option::of(0..2u32);
     prop_oneof![
@@ -231,7 +232,8 @@ fn attack() -> impl Strategy<Value = Event> {
     ]
 }
 
-/// Something that happens between two requests, of which the second one may have been sent before it, and the time after that.
+/// Returns an event between two requests, and the time after the second one. The second request may have been sent before the
+/// event.
 fn interruption() -> impl Strategy<Value = Vec<Event>> {
     let turns = || prop::array::uniform4(-0.4..0.4f64);
     let between = prop_oneof![
@@ -254,7 +256,7 @@ fn interruption() -> impl Strategy<Value = Vec<Event>> {
     )
 }
 
-/// Sequences of requests and faults, of which some interrupt a stream of goals; many begin with a pull that the integral balances.
+/// Returns sequences of requests and faults. Some interrupt a stream of goals; many begin with a pull that the integral balances.
 pub fn attacks() -> impl Strategy<Value = Vec<Event>> {
     let pull = (1.0..10.0f64, 0..12usize, -0.15..0.15f64)
         .prop_map(|(integral, joint, pull)| Event::Pull(integral, joint, pull));
@@ -263,7 +265,7 @@ pub fn attacks() -> impl Strategy<Value = Vec<Event>> {
         .prop_map(|(pull, parts)| pull.into_iter().chain(parts.into_iter().flatten()).collect())
 }
 
-/// The law of that number, with the gains that it has.
+/// Switches to the law `number`, with its own gains.
 fn switch(rig: &mut Rig, number: usize) {
     let two_arms = rig.plants.len() > 1;
     rig.change(|settings| {
@@ -272,7 +274,7 @@ fn switch(rig: &mut Rig, number: usize) {
             let (map, aim) = ([Map::Transpose, Map::DampedInverse][number % 2], Aim::ALL[number % 5]);
             *controller = Controller::of_two_arms(map, aim, controller.gain(), controller.damping);
         } else {
-            // Another task drops the goal: most switches keep it.
+            // Another task drops the goal, so most switches keep the task.
             let aim = [Aim::Position, Aim::PositionAndAxis].get(number % 8).copied().unwrap_or(Aim::Pose);
             (controller.law, controller.aim) = (Law::ALL[number], aim);
         }
@@ -293,7 +295,7 @@ fn set_gain(rig: &mut Rig, gain: f64) {
     });
 }
 
-/// Changes a parameter as a speed override does: each 50 ms.
+/// Changes a parameter every 50 ms, as a speed override does.
 pub fn change_often(rig: &mut Rig, count: u32) {
     for number in 0..count {
         rig.change(|settings| settings.goal_tolerance.linear = 1e-3 + 1e-6 * f64::from(number % 2));
@@ -302,7 +304,7 @@ pub fn change_often(rig: &mut Rig, count: u32) {
 }
 
 impl Event {
-    /// Whether the servo cannot know exactly where the arm is from then on.
+    /// Returns whether the servo cannot know the arm's exact position after this event.
     fn hides_the_arm(&self) -> bool {
         matches!(
             self,
@@ -323,7 +325,7 @@ impl Event {
     }
 }
 
-/// Sends the goal at that [pose](pose_near); it was under way for `ago`, and then waits for its frame.
+/// Sends the goal at [`pose_near`]. It is under way for `ago`, and then waits for its frame for `waited`.
 pub fn near(rig: &mut Rig, by: Option<u32>, turns: [f64; 4], (ago, waited): (Duration, Duration)) {
     let pose = pose_near(rig, turns);
     let sent = Sent { by: by.unwrap_or_else(|| rig.next_publisher()), ago };
@@ -338,7 +340,7 @@ pub fn near(rig: &mut Rig, by: Option<u32>, turns: [f64; 4], (ago, waited): (Dur
     let _: Result<(), Rejection> = rig.take_goal(&GoalReading { waited, sent, ..reading(&pose, 0) });
 }
 
-/// The pose that the arm reaches with its joints moved by `turns` [rad], one after the other.
+/// Returns the tool's pose after the joints move by `turns` \[rad\]. The joints take the four numbers in turn.
 fn pose_near(rig: &Rig, turns: [f64; 4]) -> UnitDualQuaternion {
     let places: Vec<_> =
         rig.positions().iter().zip(turns.iter().cycle()).map(|(is, turn)| is + turn).collect();
@@ -347,7 +349,8 @@ fn pose_near(rig: &Rig, turns: [f64; 4]) -> UnitDualQuaternion {
     arms.pose()
 }
 
-/// A stream at 10 Hz whose frame is lost for that many cycles: its goals wait, and the last one is found when the frame is back.
+/// Sends a stream at 10 Hz whose frame is lost for `cycles` cycles. Its goals wait, and the last one is found when the frame is
+/// back.
 pub fn lose_frame(rig: &mut Rig, by: u32, cycles: usize) {
     let turns = [0.2, -0.2, 0.1, 0.2];
     for _ in 0..6 {
@@ -367,10 +370,11 @@ pub fn lose_frame(rig: &mut Rig, by: u32, cycles: usize) {
     let _: Result<(), Rejection> = rig.take_goal(&GoalReading { waited, sent, ..goal });
 }
 
-/// Lets it happen; the rig checks the invariants.
+/// Applies the event. The rig checks the invariants.
 pub fn apply(rig: &mut Rig, event: Event) {
     let now = rig.now;
-    // Where the servo cannot know exactly where the arm is, it cannot hold the tool's speed exactly; the rig's own arms keep their tool.
+    // The servo cannot keep the tool's speed limit exactly if it cannot know the arm's position. The rig's arms keep their own
+    // tool.
     rig.check_tools &= !event.hides_the_arm();
     let ms = Duration::from_millis;
     match event {
@@ -462,7 +466,7 @@ pub fn apply(rig: &mut Rig, event: Event) {
             rig.search_time = Duration::from_millis(ms);
             rig.change(|settings| settings.reconfigure = reconfigure);
         }
-        // Most of the time there is nothing to go round.
+        // Most of the time there is no configuration to go to.
         Event::GoRound => drop(rig.servo.take(servo::Event::Reconfigure { ago: Duration::ZERO })),
         Event::Cycles(count) => (0..count).for_each(|_| rig.cycle()),
         Event::LateCycle(missed) => rig.cycle_late(missed),

@@ -1,5 +1,5 @@
-//! Rule 3: the measured pose with an offset, fed back as the goal, is followed as any other goal, and no faster; whatever the camera, the
-//! network and the stream before were like.
+//! Rule 3: if the measured pose with an offset is fed back as the goal, the arm follows it like any other goal, and no faster. This
+//! holds for any camera, any network, and any stream before.
 
 use crate::reference::parameters;
 use crate::sim::{Random, Sim};
@@ -9,14 +9,14 @@ use nalgebra::Vector3;
 
 const START: [f64; 6] = [0.3, -1.0, 0.0, 0.4, 1.4, 0.1];
 
-/// What a stream of goals does before it is made of measured poses.
+/// The stream of goals before it consists of measured poses.
 #[derive(Clone, Copy, PartialEq)]
 enum Before {
     Nothing,
-    /// It stands at the tool, or beside it, for 1 s.
+    /// Stands at the tool for 1 s.
     Stands,
     Leaps,
-    /// It moves by itself at 0.05 m/s, for 1 s.
+    /// Moves at 0.05 m/s for 1 s, independently of the tool.
     Moves,
 }
 
@@ -24,9 +24,9 @@ enum Before {
 #[derive(Clone, Copy)]
 struct Camera {
     offset: Vector3<f64>,
-    /// How often a goal is sent \[Hz\].
+    /// The rate of the goals \[Hz\].
     rate: f64,
-    /// How old a pose is when it comes back, and by how much more at most \[s\].
+    /// The age of a pose when it comes back, and the largest addition to it \[s\].
     lag: f64,
     jitter: f64,
     /// The standard deviation of each coordinate \[m\].
@@ -50,7 +50,7 @@ fn moved(pose: &UnitDualQuaternion, by: Vector3<f64>) -> UnitDualQuaternion {
 }
 
 impl Camera {
-    /// The goal that this stream has `time` after it began, with the tool's poses so far, one a cycle.
+    /// Returns the goal of this stream `time` after its beginning \[s\]. `poses` are the tool's poses so far, one per cycle.
     fn goal(&self, time: f64, poses: &[UnitDualQuaternion], random: &mut Random) -> UnitDualQuaternion {
         let Self { offset, lag, jitter, noise, before, .. } = *self;
         let aside = match before {
@@ -67,7 +67,7 @@ impl Camera {
         moved(&measured, offset + noise)
     }
 
-    /// The largest speed of the tool \[m/s\] once it goes by measured poses.
+    /// Returns the largest speed of the tool [m/s] after the stream has changed to measured poses.
     fn fastest(&self, feed_forward: bool) -> f64 {
         let mut parameters = parameters();
         parameters.settings.feed_forward = feed_forward;
@@ -94,7 +94,7 @@ impl Camera {
     }
 }
 
-/// Each of these is as fast without feed-forward as with it, but for 10 mm/s and a third.
+/// Checks, for each stream, that the tool with feed-forward is at most a third and 10 mm/s faster than without.
 fn are_no_faster(cameras: impl Iterator<Item = Camera>) {
     for camera in cameras {
         let Camera { offset, rate, lag, jitter, noise, seed, .. } = camera;

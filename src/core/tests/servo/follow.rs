@@ -1,4 +1,4 @@
-//! A rig for goals that move: streams of goals on paths, and what the tool does that follows them.
+//! A rig for goals that move: streams of goals on paths, and how the tool follows them.
 
 use crate::reference::{parameters, puma};
 use crate::rig::{PERIOD, Rig, reading};
@@ -9,14 +9,14 @@ use dq_kinematics::control::Law;
 use nalgebra::{UnitQuaternion, Vector3};
 use std::time::Duration;
 
-/// Stamps are of a clock of its own.
+/// The time at which the stamps begin \[ns\]. Their clock is not the servo's.
 pub(super) const EPOCH: i64 = 1_795_242_920_000_000_000;
 
-/// Numbers from −1 to 1, the same in each run.
+/// Pseudorandom numbers from −1 to 1, the same in each run.
 pub(super) struct Random(pub(super) u64);
 
 impl Random {
-    /// Numbers apart from those of other seeds: of neighbours the first ones are alike.
+    /// Returns numbers that differ from those of neighboring seeds, also at first.
     fn of(seed: u64) -> Self {
         let mut random = Self(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15));
         for _ in 0..8 {
@@ -35,14 +35,14 @@ impl Random {
     }
 }
 
-/// Where the goal is at a time \[s\].
+/// Returns the pose of a goal from its start pose, its speed [m/s], and the time \[s\].
 pub(super) type Path = fn(&UnitDualQuaternion, f64, f64) -> UnitDualQuaternion;
 
 pub(super) fn moved(start: &UnitDualQuaternion, by: Vector3<f64>) -> UnitDualQuaternion {
     UnitDualQuaternion::from_parts(UnitQuaternion::identity(), by) * *start
 }
 
-/// Along y.
+/// Moves along y.
 pub(super) fn line(start: &UnitDualQuaternion, speed: f64, time: f64) -> UnitDualQuaternion {
     moved(start, Vector3::new(0.0, speed * time, 0.0))
 }
@@ -54,7 +54,7 @@ pub(super) fn circle(start: &UnitDualQuaternion, speed: f64, time: f64) -> UnitD
     moved(start, RADIUS * Vector3::new(0.0, sin, 1.0 - cos))
 }
 
-/// The tool points down, a hand's breadth before the arm.
+/// Returns the parameters and joint positions of an arm whose tool points down, 0.45 m in front of the base.
 pub(super) fn start_of(y: f64) -> (ServoParameters, Vec<f64>) {
     let parameters = parameters();
     let mut rig = Rig::new();
@@ -72,21 +72,21 @@ pub(super) struct Stream {
     pub(super) speed: f64,
     pub(super) rate: f64,
     pub(super) seconds: f64,
-    /// Whether messages are sent and come unevenly, and poses are measured.
+    /// Whether messages are sent and received at uneven intervals, and poses have measurement noise.
     pub(super) real: bool,
     pub(super) stamped: bool,
     /// The seed of the uneven intervals and of the measurement noise.
     pub(super) seed: u64,
 }
 
-/// What the tool did: at each cycle how far it was from the goal \[m\], and where it was.
+/// The tool's motion: in each cycle, its offset from the goal and its position \[m\].
 pub(super) struct Follow {
     pub(super) rig: Rig,
     pub(super) start: UnitDualQuaternion,
     pub(super) begin: Duration,
     pub(super) errors: Vec<Vector3<f64>>,
     pub(super) points: Vec<Vector3<f64>>,
-    /// All commands, by their bits.
+    /// The bits of all commands.
     pub(super) commands: Vec<u64>,
 }
 
@@ -122,7 +122,7 @@ impl Follow {
         let mut random = Random::of(seed);
         let (mut due, mut number) = (Vec::new(), 0.0);
         while number / rate < seconds {
-            // Up to a fifth of an interval early or late, and up to 4 ms under way.
+            // A message is sent up to a fifth of an interval early or late, and takes up to 4 ms.
             let (shift, delay) = (0.2 * random.next() / rate, 0.002 + 0.002 * random.next());
             let (taken, under_way) = if real { (number / rate + shift, delay) } else { (number / rate, 0.0) };
             let (point, turn) = (1e-4 * random.vector(), 5e-4 * random.vector());
@@ -140,13 +140,14 @@ impl Follow {
             while let Some((_, stamp, goal)) = due.next_if(|(at, ..)| *at <= self.time()) {
                 self.send(&goal, if stamped { stamp } else { 0 });
             }
-            // On the servo's clock the tool is, after a cycle, where the next one finds it.
+            // The tool is now at the position that the next cycle measures.
             let goal = path(&self.start, speed, self.time() + 2.0 * PERIOD.as_secs_f64());
             self.cycle(&goal);
         }
     }
 
-    /// Runs this many cycles, with a goal and its stamp every `every` cycles, made from the arm's start and the cycle's number.
+    /// Runs `cycles` cycles. Every `every` cycles it sends the goal and the stamp that `goal` makes from the start pose and the
+    /// cycle's number.
     pub(super) fn goals(
         arm: &(ServoParameters, Vec<f64>),
         feed_forward: bool,
@@ -165,7 +166,7 @@ impl Follow {
         follow
     }
 
-    /// Beside a goal on a line at that speed [m/s] until then \[s\], of which each 20 ms a message is sent.
+    /// Runs with a goal that moves along a line at `speed` [m/s] until `until` \[s\], and calls `send` for it every 20 ms.
     pub(super) fn along_line(
         &mut self,
         speed: f64,
@@ -184,13 +185,13 @@ impl Follow {
         }
     }
 
-    /// The mean distance \[mm\] over the second half.
+    /// Returns the mean distance over the second half \[mm\].
     pub(super) fn lag(&self) -> f64 {
         let half = &self.errors[self.errors.len() / 2..];
         1e3 * half.iter().map(Vector3::norm).sum::<f64>() / half.len() as f64
     }
 
-    /// The tool's velocities [mm/s] over the second half.
+    /// Returns the tool's velocities over the second half [mm/s].
     pub(super) fn velocities(&self) -> Vec<Vector3<f64>> {
         let half = &self.points[self.points.len() / 2..];
         half.windows(2).map(|pair| 1e3 * (pair[1] - pair[0]) / PERIOD.as_secs_f64()).collect()

@@ -11,7 +11,7 @@ fn turned(pose: &UnitDualQuaternion, by: f64) -> UnitDualQuaternion {
     *pose * UnitDualQuaternion::from_translation_angle_axis(Vector3::zeros(), by, &Vector3::z_axis())
 }
 
-/// Sends what `goal` gives for each cycle, as a stream at the cycle's rate.
+/// Streams the goals that `goal` returns, one per cycle.
 fn stream(rig: &mut Rig, seconds: f64, mut goal: impl FnMut(usize) -> UnitDualQuaternion) {
     for i in 0..(seconds / PERIOD.as_secs_f64()) as usize {
         rig.stream(&goal(i));
@@ -25,7 +25,7 @@ fn the_slack_of_a_settled_arm_is_for_its_goal_and_not_for_the_next() {
     rig.goal_pose(&pose("theta_desired"));
     rig.run(20.0);
     assert_eq!(rig.state(), State::Settled);
-    // 1.5 mm away, where the tolerance is 1 mm.
+    // The goal is 1.5 mm away; the tolerance is 1 mm.
     let there = rig.servo.pose().unwrap();
     rig.goal_pose(&moved_by(&there, 0.0015));
     rig.cycle();
@@ -33,7 +33,7 @@ fn the_slack_of_a_settled_arm_is_for_its_goal_and_not_for_the_next() {
     rig.run_until(State::Settled, 10.0);
     let figures = rig.servo.status().figures;
     assert!(figures.arrival_time.unwrap() > 0.0 && figures.position_error <= 0.001, "{figures:?}");
-    // In its own goal's slack it stays settled.
+    // Within the slack of its own goal, the arm stays settled.
     let mut settled = rig.servo.pose().unwrap();
     settled = moved_by(&settled, 0.0005);
     rig.goal_pose(&settled);
@@ -41,7 +41,7 @@ fn the_slack_of_a_settled_arm_is_for_its_goal_and_not_for_the_next() {
     assert_eq!(rig.state(), State::Settled);
 }
 
-/// A rig whose joint 3, which has to go from 2.36 to 1.05 rad, may not.
+/// Returns a rig whose joint 3 cannot reach the goal: it has to go from 2.36 to 1.05 rad, and its limit is 1.6 rad.
 fn held() -> Rig {
     Rig::with(|settings| {
         settings.progress_timeout = Some(Duration::from_secs(1));
@@ -62,7 +62,7 @@ fn a_stream_of_goals_that_cannot_be_told_apart_is_one_motion() {
     stream(&mut rig, 8.0, |i| moved_by(&pose("theta_desired"), [0.0, 2e-4, -3e-4][i % 3]));
     let status = rig.servo.status();
     assert_eq!((status.state, status.goal_count), (State::Settled, 1));
-    // As a goal that is sent once: 6.6 s and 0.63 m.
+    // As for a goal that is sent once: 6.6 s and 0.63 m.
     assert!((status.figures.arrival_time.unwrap() - 6.6).abs() < 0.3, "{:?}", status.figures);
     assert!((status.figures.path_length - 0.633).abs() < 0.01, "{:?}", status.figures);
 }
@@ -74,9 +74,9 @@ fn a_stream_that_shakes_does_not_defeat_the_stall_watch_but_one_that_moves_does(
         stream(&mut rig, 8.0, goal);
         rig.state() == State::Stalled
     };
-    // 6 mm to and fro, of a way of half a metre.
+    // The goal swings by 6 mm; its distance is half a metre.
     assert!(stalls(|i| moved_by(&pose("theta_desired"), [0.0, 3e-3, -3e-3][i % 3])));
-    // 0.1 m/s: the goal of before is no longer asked for.
+    // The goal moves at 0.1 m/s, so that it is another goal than before.
     assert!(!stalls(|i| moved_by(&pose("theta_desired"), 0.1 * i as f64 * PERIOD.as_secs_f64())));
 }
 
@@ -99,19 +99,19 @@ fn a_stream_near_half_a_turn_keeps_its_sign() {
     let mut signs = Vec::new();
     let mut before = None;
     let half = std::f64::consts::PI;
-    // To and fro over half a turn by 3°, where the hysteresis is 11.5°.
+    // The goal swings about half a turn by 3°; the hysteresis is 11.5°.
     stream(&mut rig, 0.2, |i| turned(&start, half + [-0.05, 0.05][i % 2]));
     for i in 0..100 {
         rig.stream(&turned(&start, half + [-0.05, 0.05][i % 2]));
         rig.cycle();
-        // The way that the law takes: the axis of the error, which turns round with the sign.
+        // The direction in which the law turns: the axis of the error, which is reversed with the sign.
         let axis = rig.servo.status().pose_error.fixed_rows::<3>(0).into_owned();
         if let Some(before) = before.replace(axis) {
             signs.push(axis.dot(&before) > 0.0);
         }
     }
     assert!(signs.iter().all(|same| *same), "{signs:?}");
-    // Far beyond it the nearer side is taken.
+    // Far beyond the hysteresis, the law takes the nearer side.
     stream(&mut rig, 0.2, |_| turned(&start, half + 0.5));
     assert!(rig.servo.status().pose_error.fixed_rows::<3>(0).norm() < half);
 }

@@ -61,7 +61,7 @@ fn rule_12_arms_larger_than_any_are_refused_by_the_number() {
     );
 }
 
-/// Where goals may be.
+/// Coordinates of goals \[m\].
 const GOALS: [f64; 4] = [0.0, 0.3, bounds::LENGTH, -bounds::LENGTH];
 
 #[test]
@@ -83,7 +83,7 @@ fn rule_12_within_the_bounds_two_arms_command_what_the_gate_lets_pass() {
     }
 }
 
-/// Feeds back no number at some gains: no gain makes a law do so, only a defect.
+/// A defective law that returns NaN or infinity at some gains. No gain makes a correct law do so.
 struct Broken;
 
 impl ControlLaw for Broken {
@@ -125,10 +125,10 @@ fn rule_12_what_is_no_number_is_replaced_by_braking_and_counted() {
     }
 }
 
-/// The largest arm that is none too large: rows of alpha, a, d, offset.
+/// The largest arm that the bounds allow, as rows of alpha, a, d and offset.
 const LARGEST: [(f64, f64, f64, f64); 6] = [(1.5, bounds::LENGTH, -bounds::LENGTH, 6.0); 6];
 
-/// Numbers of every size.
+/// Returns numbers of every magnitude.
 fn any_size() -> impl Strategy<Value = f64> {
     prop_oneof![
         4 => -2.0..2.0f64,
@@ -151,7 +151,7 @@ proptest! {
     ) {
         let rows: Vec<_> =
             rows.into_iter().map(|(alpha, a, d, theta_offset)| DhRow { alpha, a, d, theta_offset }).collect();
-        // Most arms of such numbers are refused; then it is the paper's.
+        // Most arms of such numbers are rejected. The paper's arm takes their place.
         let chain = Chain::new(Convention::StandardDh, &rows).unwrap_or_else(|_| crate::reference::puma());
         let mut parameters = parameters();
         let Settings { controller, limits, .. } = &mut parameters.settings;

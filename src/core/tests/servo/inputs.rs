@@ -1,4 +1,4 @@
-//! Rules 1 to 4: what comes in, in time, too late, and bad.
+//! Rules 1 to 4: inputs that are in time, late, or invalid.
 
 use crate::reference::pose;
 use crate::rig::{PERIOD, Rig, state_of};
@@ -27,7 +27,7 @@ fn rule_2_stale_joint_states_stop_the_arm_within_one_timeout_and_fresh_ones_resu
     assert_eq!(rig.state(), State::StaleState);
     rig.run(0.1);
     assert_eq!(rig.speed(), 0.0);
-    // Rule 15 revokes what was asked for after a second.
+    // Rule 15 revokes requests after a second.
     rig.run(0.7);
     rig.connect(true);
     rig.run_until(State::Settled, 30.0);
@@ -84,7 +84,7 @@ fn rule_4_bad_messages_are_rejected_counted_and_leave_the_last_good_ones() {
     assert_eq!(rig.servo.status().goal, before);
     assert_eq!(rig.servo.rejections().total(), 11);
     assert_eq!(rig.servo.rejections().by_reason()[0], ("non_finite", 3));
-    // Rounding is allowed.
+    // A rounding error of the quaternion is allowed.
     rig.take_point([0.1; 3], [0.0, 0.0, 0.0, 1.0009], "/base_link").unwrap();
 }
 
@@ -123,7 +123,7 @@ fn a_goal_beyond_reach_is_rejected_unless_the_arm_may_go_as_near_as_it_can() {
     assert!(!rig.servo.status().goal_beyond_reach, "there is no goal any more");
 }
 
-/// As where millimetres are given for metres: the commands swing then.
+/// A goal is that far away if it is given in millimeters instead of meters. The commands then swing.
 #[test]
 fn rule_9_a_goal_however_far_beyond_reach_is_told_with_both_distances() {
     for distance in [3.0, 10.0, 412.0] {
@@ -155,7 +155,7 @@ fn a_cycle_takes_what_comes_in_its_order_and_counts_what_is_no_message() {
     rig.servo.cycle_with(rig.now, events);
     assert_eq!(rig.servo.rejections().by_reason(), [("malformed", 2)]);
     assert_eq!(rig.state(), State::Stopping);
-    // Had it come before the stop, it would have been dropped.
+    // A stop after the goal would have dropped it.
     let goal = rig.servo.status().goal.unwrap();
     assert!((goal.base_from_goal().translation() - nalgebra::Vector3::from(position)).norm() < 1e-12);
 }

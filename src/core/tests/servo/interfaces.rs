@@ -1,4 +1,4 @@
-//! Robots whose controllers take velocities, positions or trajectories: when anything is sent, and what.
+//! Robots whose controllers take velocities, positions or trajectories: when the servo sends something, and what.
 
 use crate::reference::distance;
 use crate::rig::{Rig, state_of};
@@ -13,7 +13,7 @@ fn rig(interface: Interface, rate: u32) -> Rig {
     Rig::at_rate(rate, |settings| settings.interface = interface)
 }
 
-/// At 0.5 s of a motion.
+/// Returns an arm 0.5 s after it began to move.
 fn in_motion(interface: Interface, rate: u32) -> Rig {
     let mut rig = rig(interface, rate);
     rig.goal("theta_desired");
@@ -86,7 +86,7 @@ fn a_pause_and_a_stop_leave_the_arm_where_it_came_to_rest() {
     }
 }
 
-/// It is sent on by a period a cycle, however late that is.
+/// A late cycle advances the positions in the output by one period only.
 #[test]
 fn an_arm_that_is_sent_positions_by_late_cycles_is_seen_to_follow() {
     for (interface, rate) in OF_POSITIONS {
@@ -102,7 +102,7 @@ fn an_arm_that_is_sent_positions_by_late_cycles_is_seen_to_follow() {
     }
 }
 
-/// How far the arm's joints are from where they were last sent \[rad\].
+/// Returns how far the joints are from the last output \[rad\].
 fn lead(rig: &Rig) -> f64 {
     distance(rig.output.as_ref().unwrap(), &rig.positions())
 }
@@ -118,7 +118,7 @@ fn a_blocked_arm_is_not_run_away_from_and_goes_on_from_where_it_is() {
             rig.cycle();
             furthest = rig.output.as_ref().map_or(furthest, |_| furthest.max(lead(&rig)));
         }
-        // The way to brake from 2.5 rad/s at 50 rad/s² is 0.06 rad, and trials are allowed for.
+        // The arm takes 0.06 rad to brake from 2.5 rad/s at 50 rad/s². Some more rad are for its trials.
         assert!((0.02..0.2).contains(&furthest), "{interface}: {furthest}");
         assert!(matches!(rig.state(), State::Holding | State::NotFollowing), "{}", rig.state());
         assert!(rig.servo.status().reason.is_some());
@@ -135,7 +135,7 @@ fn a_blocked_arm_is_not_run_away_from_and_goes_on_from_where_it_is() {
 fn an_arm_that_lags_too_far_is_held_with_the_joint_s_name_until_somebody_wants_it_to_go_on() {
     let mut rig = in_motion(Interface::Position, 500);
     rig.change(|settings| settings.following_error = 0.01);
-    // One joint is stuck, the others follow: no reason for rule 17.
+    // One joint is stuck and the others follow, so rule 17 does not apply.
     rig.stuck_joint = Some(0);
     rig.run(1.5);
     let (joint, lead) = fell_behind(&rig).expect("a reason");
@@ -156,7 +156,7 @@ fn an_arm_that_is_moved_by_somebody_else_is_not_pulled_back() {
     rig.run(0.5);
     assert!(rig.output.is_some());
     rig.following = false;
-    // Slowly, by hand: no jump of the robot.
+    // Somebody moves the arm slowly by hand, so that it does not jump.
     for _ in 0..500 {
         let moved: Vec<_> = rig.positions().iter().map(|angle| angle + 0.001).collect();
         rig.cycle();
@@ -218,7 +218,7 @@ fn a_second_publisher_of_joint_states_stops_an_arm_that_takes_positions_without_
                 assert!(change.abs() <= most * (1.0 + 1e-6), "{interface}: {change} at {cycle}");
             }
         }
-        // The other one is gone, and the arm goes on from where it stands.
+        // The other publisher has ended. The arm continues from its position.
         rig.run(1.5);
         assert_eq!(
             rig.servo.status().reason,
@@ -265,7 +265,7 @@ fn an_arm_that_takes_positions_keeps_its_position_limits() {
     });
     let goal: UnitDualQuaternion = crate::reference::pose("theta_desired");
     rig.goal_pose(&goal);
-    // The rig holds the positions against the limits.
+    // The rig checks the positions against the limits.
     rig.run_until(State::Stalled, 40.0);
     assert!(rig.output.as_ref().unwrap()[2] >= 1.6);
 }
@@ -284,7 +284,7 @@ fn a_plant_that_is_reset_stays_at_its_start_until_the_servo_has_seen_that() {
             rig.run(1.0);
             assert_eq!(rig.positions(), start, "{interface}");
             let reason = rig.servo.status().reason;
-            // An arm in motion may have been on its way there.
+            // An arm in motion may have been on its way to that position.
             let is_seen = matches!(
                 reason,
                 Some(Reason::Revoked(Revocation::IsElsewhere(..) | Revocation::FellBehind(..)))

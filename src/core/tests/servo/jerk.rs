@@ -1,16 +1,16 @@
-//! Rule 6 where accelerations may not step: jerks, with stops and what is below limits that come near.
+//! Rule 6 under limits on jerk: the jerk of motions and stops, and the limits that a joint approaches.
 
 use crate::rig::{PERIOD, Rig};
 use dq_config::{ForArm, ServoParameters};
 use dq_core::servo::State;
 use dq_kinematics::control::Law;
 
-/// Under this limit on jerk [rad/s³] for each joint.
+/// Returns a rig with this limit on the jerk of each joint [rad/s³].
 fn rig(jerk: f64) -> Rig {
     Rig::with(|settings| settings.limits.joint_jerk = vec![jerk; 6])
 }
 
-/// The largest jerk [rad/s³] of the commands during this many seconds, over all joints.
+/// Returns the largest jerk of the commands of all joints during this time [rad/s³].
 fn largest_jerk(rig: &mut Rig, seconds: f64) -> f64 {
     let period = PERIOD.as_secs_f64();
     let (mut before, mut steps) = (rig.command.clone(), Vec::<f64>::new());
@@ -56,7 +56,7 @@ fn rule_6_goals_are_reached_under_a_limit_on_jerk() {
     }
 }
 
-/// The servo looks ahead by what its stop takes: no joint passes its limit though braking takes time to begin.
+/// The servo looks ahead by the length of its stop: no joint passes its limit, although braking takes time to begin.
 #[test]
 fn rule_7_a_joint_stops_before_its_position_limit_under_a_limit_on_jerk() {
     for jerk in [200.0, 1000.0] {

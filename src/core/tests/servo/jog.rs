@@ -1,4 +1,4 @@
-//! Jogging: a twist moves the tool while it comes, and drops the goal; when it ceases the arm holds.
+//! Jogging: a twist moves the tool and drops the goal. The arm holds when the twists end.
 
 use crate::rig::{Rig, twist};
 use dq_core::servo::{
@@ -12,7 +12,7 @@ use std::time::Duration;
 const UP: [f64; 3] = [0.0, 0.0, 0.05];
 const NONE: [f64; 3] = [0.0; 3];
 
-/// Where the paper's arm is in nobody's way: away from singularities.
+/// A configuration of the paper's arm that is far from singularities \[rad\].
 const FREE: [f64; 6] = [0.3, -1.0, 0.0, 0.4, 1.4, 0.1];
 
 fn rig(interface: Interface) -> Rig {
@@ -24,7 +24,7 @@ fn rig(interface: Interface) -> Rig {
     rig
 }
 
-/// Holds the stick for so long; twists come each 20 ms.
+/// Sends a twist every 20 ms for `seconds`.
 fn hold(rig: &mut Rig, linear: [f64; 3], angular: [f64; 3], frame: &str, seconds: f64) {
     let cycles = (seconds / 0.002) as u32;
     for cycle in 0..cycles {
@@ -47,7 +47,7 @@ fn a_twist_moves_the_tool_along_the_base_s_axes_and_then_the_arm_holds() {
         hold(&mut rig, UP, NONE, "base_link", 2.0);
         assert_eq!((rig.state(), rig.servo.status().input), (State::Jogging, Input::Twist));
         let way = point(&rig) - begin;
-        // 0.05 m/s for 2 s, less the moment in which the arm is tried gently.
+        // 0.05 m/s for 2 s, less the time of the gentle trial at the beginning.
         assert!((0.08..0.1).contains(&way.z) && way.xy().norm() < 2e-3, "{name}: {way:?}");
         rig.run(0.2);
         assert_eq!((rig.state(), rig.speed(), rig.servo.status().input), (State::Holding, 0.0, Input::None));
@@ -62,7 +62,7 @@ fn a_tool_that_must_not_turn_is_moved_straight_and_stopped_without_turning() {
     for [y, z] in [[0.3, 0.3], [0.3, -0.3], [-0.3, 0.3], [-0.1, -0.4]] {
         let mut rig = rig(Interface::Velocity);
         rig.change(|settings| settings.limits.angular_speed = 1e-6);
-        // From then on the lowered limit applies; the rig checks the tool's rotation in each cycle.
+        // The lowered limit applies from then on. The rig checks the tool's rotation in each cycle.
         rig.run(1.1);
         let begin = point(&rig);
         hold(&mut rig, [0.0, y, z], NONE, "base_link", 1.0);
@@ -130,7 +130,7 @@ fn limits_hold_for_a_twist_that_asks_for_too_much() {
         settings.limits.linear_speed = 0.1;
         settings.limits.position.upper[0] = 1.0;
     });
-    // The rig holds every command against the limits: of joints, of the tool, and of positions.
+    // The rig checks each command against the limits of the joints, the tool and the positions.
     for direction in
         [[9.0, 0.0, 0.0], [0.0, -900.0, 0.0], [0.0, 900.0, 3.0], [0.0, 0.0, 1e3], [0.0, 0.0, -1e3]]
     {
@@ -143,7 +143,7 @@ fn limits_hold_for_a_twist_that_asks_for_too_much() {
 #[test]
 fn singularities_are_damped_for_a_twist_too() {
     let mut rig = rig(Interface::Velocity);
-    // Straight out, until the elbow is stretched, and on.
+    // Straight outward, until the elbow is stretched, and further.
     let outward = point(&rig).normalize() * 0.4;
     hold(&mut rig, outward.into(), NONE, "", 8.0);
     assert!(rig.servo.smallest_singular_value() < 0.05);
@@ -151,8 +151,8 @@ fn singularities_are_damped_for_a_twist_too() {
     assert_eq!(rig.speed(), 0.0);
 }
 
-/// After a stop while the stick is held, which sends twists each `every` cycles: whether the arm moves within 3 s, though another stick
-/// sends zeros if there is an `idle` one.
+/// Stops the servo while a user holds a stick. The stick sends a twist every `every` cycles. Returns whether the arm moves within 3
+/// s. If `idle`, another stick sends zeros during this time.
 fn moves_after_a_stop(every: usize, idle: bool, hole: usize) -> bool {
     let mut rig = rig(Interface::Velocity);
     let send = |rig: &mut Rig, cycles: usize| {
@@ -176,7 +176,7 @@ fn moves_after_a_stop(every: usize, idle: bool, hole: usize) -> bool {
 
 #[test]
 fn a_held_stick_does_not_outlive_a_stop() {
-    // At 50, 10, 8 and 5 Hz; with an idle joystick beside it; with a hole of 0.12 s.
+    // At 50, 10, 8 and 5 Hz; at 50 Hz with an idle joystick; at 50 Hz with a pause of 0.12 s.
     for (every, idle, hole) in
         [(10, false, 0), (50, false, 0), (62, false, 0), (100, false, 0), (10, true, 0), (10, false, 60)]
     {
@@ -234,7 +234,7 @@ fn of_two_sticks_that_are_held_none_moves_the_arm_and_both_are_named() {
         cycles_held += usize::from(rig.servo.status().reason == Some(Reason::Rivals(rivals)));
     }
     assert!(cycles_held > 980 && rig.speed() == 0.0, "{cycles_held}");
-    // The one that is left must be let go of first.
+    // The remaining stick must first be released.
     hold(&mut rig, UP, NONE, "", 2.0);
     assert_eq!((rig.state(), rig.speed()), (State::Holding, 0.0));
     hold(&mut rig, NONE, NONE, "", 0.02);
@@ -289,7 +289,7 @@ fn two_arms_are_jogged_relative_to_each_other() {
     assert!(way.x > 0.02 && way.yz().norm() < 0.1 * way.x, "{way:?}");
 }
 
-/// A waist, a shoulder, an elbow and a wrist that pitches, with the tool ahead: it cannot move sideways without turning.
+/// An arm of a waist, a shoulder, an elbow and a wrist that pitches, with its tool ahead, cannot move sideways without turning.
 #[test]
 fn a_twist_that_the_arm_cannot_follow_names_the_directions_that_it_has() {
     let rows = [(FRAC_PI_2, 0.0, 0.3), (0.0, 0.4, 0.0), (0.0, 0.35, 0.0), (0.0, 0.1, 0.0)];
@@ -306,6 +306,6 @@ fn a_twist_that_the_arm_cannot_follow_names_the_directions_that_it_has() {
     let has =
         "the arm has no joints for this twist here: it can move along x, z and turn about y of the base";
     assert_eq!(explained(NONE, [0.2, 0.0, 0.0]).as_deref(), Some(has));
-    // The waist turns about z, and moves the tool sideways then.
+    // The waist turns about z, which moves the tool sideways.
     assert_eq!(explained(NONE, [0.0, 0.2, 0.0]), None);
 }

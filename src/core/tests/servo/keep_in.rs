@@ -1,4 +1,4 @@
-//! Rule 22: what the tool must stay in.
+//! Rule 22: keep-ins of the tool.
 
 use super::keep_out::{beside, rig, scene_within};
 use crate::reference::puma;
@@ -7,8 +7,8 @@ use dq_core::servo::{Arms, Stall, State};
 use dq_kinematics::control::Law;
 use nalgebra::Vector3;
 
-/// The paper's arm, whose tool is to stay in what these are about its tool, which `{x}`, `{y}` and `{z}` stand for, or no lower
-/// than `{below}`.
+/// Returns the paper's arm with these keep-ins. In their texts, `{x}`, `{y}` and `{z}` stand for the tool's position plus `beside`,
+/// and `{below}` and `{low}` for heights 0.15 m below the tool.
 fn within(keep_ins: &[&str], beside: [f64; 3]) -> Rig {
     let mut rig = rig(&[]);
     let tool = rig.servo.pose().unwrap().translation() + Vector3::from(beside);
@@ -74,7 +74,7 @@ fn a_twist_into_a_corner_ends_in_it() {
 #[test]
 fn a_tool_that_is_outside_may_come_back_in_and_go_no_farther() {
     for shape in SHAPES {
-        // The cell is above it.
+        // The keep-in is above the tool.
         let mut rig = within(&[shape], [0.0, 0.0, 0.25]);
         let start = rig.servo.pose().unwrap().translation();
         let deeper = beside(&rig, [0.05, 0.0, -0.2]);
@@ -109,7 +109,7 @@ fn both_tools_of_two_arms_stay_inside() {
     rig.change(|settings| settings.scene = scene_within(&arms, &[], &[&cell]));
     rig.run(0.1);
     let apart = rig.servo.pose().unwrap();
-    // Farther from each other than the ball is wide.
+    // The points are farther apart than the ball is wide.
     let far = dq_algebra::UnitDualQuaternion::from_parts(apart.rotation(), 2.0 * apart.translation());
     rig.goal_pose(&far);
     rig.run(10.0);
@@ -123,7 +123,7 @@ fn both_tools_of_two_arms_stay_inside() {
 fn a_tool_at_the_edge_gets_away_from_it() {
     for (shape, gap) in SHAPES[..4].iter().flat_map(|shape| [1e-6, 1e-4].map(|gap| (shape, gap))) {
         for law in [Law::Logc, Law::Diffc] {
-            // The lowest point of the cell is below it.
+            // The lowest point of the keep-in is below the tool.
             let mut rig = within(&[shape], [0.0, 0.0, 0.15 - gap]);
             rig.set_law(law);
             let away = beside(&rig, [0.03, -0.04, 0.12]);

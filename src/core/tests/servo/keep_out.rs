@@ -1,4 +1,4 @@
-//! Rule 22: what the arm must keep out of, and itself.
+//! Rule 22: the arm keeps clear of its keep-outs and of itself.
 
 use crate::reference::puma;
 use crate::rig::Rig;
@@ -10,12 +10,12 @@ use nalgebra::Vector3;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// The scene of these arms, with capsules of 5 cm around their links.
+/// Returns the scene of these arms, with capsules of 5 cm around their links.
 pub fn scene(arms: &Arms, keep_outs: &[&str]) -> Option<Arc<Scene>> {
     scene_within(arms, keep_outs, &[])
 }
 
-/// The same, with tools that stay in these shapes.
+/// Returns the scene of these arms with keep-outs and with keep-ins of their tools.
 pub fn scene_within(arms: &Arms, keep_outs: &[&str], keep_ins: &[&str]) -> Option<Arc<Scene>> {
     let chains: Vec<_> = arms.chains().cloned().collect();
     let [keep_outs, keep_ins] = [keep_outs, keep_ins]
@@ -25,10 +25,10 @@ pub fn scene_within(arms: &Arms, keep_outs: &[&str], keep_ins: &[&str]) -> Optio
     Some(Arc::new(scene.staying_in(keep_ins, &chains, &ranges).unwrap()))
 }
 
-/// Where the arm begins: its elbow is up, and its tool before it and low \[rad\].
+/// The start position of the arm \[rad\]: elbow up, tool low and in front of the base.
 const START: [f64; 6] = [0.3, -0.9, 0.0, 0.2, 0.9, 0.4];
 
-/// The paper's arm among these.
+/// Returns the paper's arm with these keep-outs.
 pub fn rig(keep_outs: &[&str]) -> Rig {
     let mut rig = Rig::of_arm(puma(), START.to_vec());
     rig.change(|settings| settings.scene = scene(&Arms::one(puma()), keep_outs));
@@ -36,14 +36,14 @@ pub fn rig(keep_outs: &[&str]) -> Rig {
     rig
 }
 
-/// A table of that height [m], below which the arm must not come.
+/// Adds a table of height `z` \[m\], which the arm must stay above.
 fn put_table(rig: &mut Rig, z: f64) {
     rig.change(|settings| {
         settings.scene = scene(&Arms::one(puma()), &[&format!("table half_space 0 0 1 {z}")])
     });
 }
 
-/// The tool's pose, moved along the base's axes \[m\].
+/// Returns the tool's pose, moved along the base's axes by `way` \[m\].
 pub fn beside(rig: &Rig, way: [f64; 3]) -> UnitDualQuaternion {
     let here = rig.servo.pose().unwrap();
     UnitDualQuaternion::from_parts(here.rotation(), here.translation() + Vector3::from(way))
@@ -82,7 +82,7 @@ fn a_twist_into_a_wall_slides_along_it() {
     assert!((0.009..0.02).contains(&rig.least_gap), "{} m", rig.least_gap);
 }
 
-/// The scene of the paper's arm with a body of these capsules.
+/// Returns the scene of the paper's arm with a body of these capsules.
 fn of_body(capsules: &[&str], keep_out: &str) -> Option<Arc<Scene>> {
     let names: Vec<_> = (1..=6).map(|joint| format!("joint{joint}")).collect();
     let capsules: Vec<_> = capsules.iter().map(|text| (*text).to_owned()).collect();
@@ -90,7 +90,7 @@ fn of_body(capsules: &[&str], keep_out: &str) -> Option<Arc<Scene>> {
     Some(Arc::new(Scene::new(body, keep_outs, &[puma()], &[(-3.0, 3.0); 6]).unwrap()))
 }
 
-/// The arm stretched out, with a hand of 10 cm at its tool, all of which a keep-out touches wherever the arm is, but here.
+/// Returns a stretched arm with a hand of 10 cm at its tool and one keep-out.
 fn stretched(keep_out: &str) -> Rig {
     let mut rig = Rig::of_arm(puma(), vec![1.3, -0.1, -1.45, 0.0, 0.1, 0.0]);
     let body = ["joint2 0 0 0 0.43 0 0 0.05", "joint3 0 0 0 0 0.43 0 0.05", "joint6 0 0 -0.05 0 0 0.05 0.03"];
@@ -103,7 +103,7 @@ fn stretched(keep_out: &str) -> Rig {
 fn what_is_outside_of_a_keep_out_that_it_is_seldom_out_of_is_kept_out() {
     let tool = stretched("far half_space 0 0 1 -9").servo.pose().unwrap().translation();
     assert!(tool.y > 0.8, "{tool}");
-    // The hand is 14 mm outside, the arm inside.
+    // The hand is 14 mm outside of the wall, the rest of the arm inside.
     let wall = tool.y - 0.05 - 0.03 - 0.014;
     let mut rig = stretched(&format!("wall half_space 0 1 0 {wall}"));
     let back = beside(&rig, [0.0, -0.6, 0.0]);
@@ -116,7 +116,7 @@ fn what_is_outside_of_a_keep_out_that_it_is_seldom_out_of_is_kept_out() {
 
 #[test]
 fn an_arm_that_is_all_inside_of_a_keep_out_goes_no_deeper_and_says_so() {
-    // In the wrong unit.
+    // The keep-out is in the wrong unit.
     let mut rig = stretched("ball sphere 400 300 300 1000");
     let here = rig.positions();
     let forth = beside(&rig, [0.2, -0.3, 0.2]);
@@ -129,7 +129,7 @@ fn an_arm_that_is_all_inside_of_a_keep_out_goes_no_deeper_and_says_so() {
 
 #[test]
 fn what_the_arm_stands_in_does_not_hold_it() {
-    // The first link turns in it, and no joint takes it out.
+    // The first link turns in the keep-out, and no joint moves it out.
     let mut rig = stretched("far half_space 0 0 1 -9");
     let body = ["joint1 0.01 0 -0.3 0 0.02 0 0.05", "joint3 0 0 0 0 0.43 0 0.05"];
     rig.change(|settings| settings.scene = of_body(&body, "table half_space 0 0 1 -0.2"));
@@ -141,7 +141,7 @@ fn what_the_arm_stands_in_does_not_hold_it() {
 
 #[test]
 fn a_keep_out_that_appears_in_the_way_or_upon_the_arm_is_gone_no_deeper_into() {
-    // That far from where the tool then is \[m\].
+    // The distance of the table from the tool at that time [m].
     for ahead in [0.2, 0.06, 0.0, -0.04] {
         let mut rig = rig(&[]);
         rig.goal_pose(&beside(&rig, [0.0, 0.0, -0.3]));
@@ -165,7 +165,7 @@ fn a_keep_out_that_appears_in_the_way_or_upon_the_arm_is_gone_no_deeper_into() {
 #[test]
 fn the_arm_keeps_clear_of_itself() {
     let mut rig = rig(&["far half_space 0 0 1 -9"]);
-    // The tool would go into the shoulder.
+    // The goal is inside the shoulder.
     let here = rig.servo.pose().unwrap();
     rig.goal_pose(&UnitDualQuaternion::from_parts(here.rotation(), Vector3::new(0.02, 0.05, 0.0)));
     rig.run(20.0);
@@ -214,9 +214,9 @@ fn an_arm_that_goes_round_keeps_clear_too() {
         settings.limits.position.upper[2] = 0.4;
     });
     rig.run(0.1);
-    // The upper arm begins in the table, and stays in it where it turns.
+    // The upper arm begins in the table, and stays in it while it turns.
     let begins = rig.least_gap;
-    // Reached with the elbow down alone, which the table forbids.
+    // The arm reaches this goal only with the elbow down, which the table forbids.
     rig.goal_pose(&puma().forward_kinematics(&[0.3, -0.2, 0.0, 0.2, 0.9, 0.4]).unwrap());
     rig.run(20.0);
     assert!(begins < 0.0 && rig.least_gap > begins - 1e-6, "{begins} {} m", rig.least_gap);
@@ -228,7 +228,7 @@ fn two_arms_keep_clear_of_each_other() {
     let arms = rig.arms().clone();
     rig.change(|settings| settings.scene = scene(&arms, &[]));
     rig.run(0.1);
-    // The right tool in the left one.
+    // The goal puts the right tool into the left one.
     rig.goal_pose(&UnitDualQuaternion::from_parts(rig.servo.pose().unwrap().rotation(), Vector3::zeros()));
     rig.run(20.0);
     assert!((0.0..0.05).contains(&rig.least_gap), "{} m", rig.least_gap);

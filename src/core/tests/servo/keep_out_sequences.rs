@@ -1,4 +1,5 @@
-//! Rule 22 whatever happens: random arms, keep-outs, keep-ins, goals, twists, stops, pauses, laws and late cycles. `TASKS=100000` tries that number of others.
+//! Rule 22 under random arms, keep-outs, keep-ins, goals, twists, stops, pauses, laws and late cycles. `TASKS=100000` runs that
+//! many other tasks.
 
 use super::keep_out::scene_within;
 use super::sequences::{arms, first_difference, jerk};
@@ -10,17 +11,17 @@ use proptest::prelude::*;
 use proptest::test_runner::{RngAlgorithm, TestRng, TestRunner};
 use std::time::Duration;
 
-/// Tasks in each scene.
+/// Number of tasks in each scene.
 const EACH: usize = 6;
 
-/// What happens in the middle of a task.
+/// An event in the middle of a task.
 #[derive(Clone, Copy, Debug)]
 enum Event {
     Nothing,
     Stop,
     Pause,
     Law(usize),
-    /// One cycle is missed: rule 22 counts on one more than was missed so far.
+    /// The servo misses one cycle. Rule 22 allows for one more missed cycle than there were so far.
     Late,
     Twist([f64; 3], [f64; 3]),
 }
@@ -30,7 +31,7 @@ struct Task {
     position: [f64; 3],
     turn: [f64; 4],
     event: Event,
-    /// Cycles before the event and after it.
+    /// Number of cycles before the event and after it.
     cycles: (usize, usize),
 }
 
@@ -48,7 +49,7 @@ fn task() -> impl Strategy<Value = Task> {
         .prop_map(|(position, turn, event, cycles)| Task { position, turn, event, cycles })
 }
 
-/// A keep-out as it is written, but for its name.
+/// Returns random keep-outs as texts without their names.
 fn keep_out() -> impl Strategy<Value = String> {
     let (at, sizes) = (prop::array::uniform3(-0.9..0.9f64), prop::array::uniform3(0.02..0.5f64));
     (0..6usize, at, sizes).prop_map(|(kind, [x, y, z], [a, b, c])| match kind {
@@ -61,7 +62,7 @@ fn keep_out() -> impl Strategy<Value = String> {
     })
 }
 
-/// What the tool is to stay in, about where it begins; as it is written, but for its name.
+/// Returns random keep-ins as texts without their names, each with its offset from the tool's start.
 fn keep_in() -> impl Strategy<Value = ([f64; 3], String)> {
     let (beside, sizes) = (prop::array::uniform3(-0.15..0.15f64), prop::array::uniform3(0.1..0.8f64));
     (0..6usize, beside, sizes).prop_map(|(kind, [x, y, z], [a, b, c])| match kind {
@@ -71,7 +72,7 @@ fn keep_in() -> impl Strategy<Value = ([f64; 3], String)> {
         3 => ([x, y, z], format!("cylinder {{at}} {a} {b}")),
         4 => ([x, y, z], format!("capsule {{at}} {a} {b} 0.6 0.0 0.0 0.8")),
         _ => {
-            // A tent about the arm.
+            // A tent around the arm.
             let [l, w, h] = [0.4 + a, 0.4 + b, 0.5 + c];
             let floor = format!("{l} {w} -1 -{l} {w} -1 -{l} -{w} -1 {l} -{w} -1");
             ([x, y, z], format!("hull {floor} {x} {w} {h} {y} -{w} {h}"))
@@ -86,7 +87,7 @@ fn rig(arm: usize) -> Rig {
     }
 }
 
-/// The arm of that number among those of the keep-outs that it is not in where it begins, and in those of the keep-ins that its tools are in.
+/// Returns the arm `arm` at its start, with the keep-outs that it is outside of and the keep-ins that its tools are inside of.
 fn among(arm: usize, keep_outs: &[String], keep_ins: &[([f64; 3], String)]) -> Rig {
     let mut rig = rig(arm);
     let positions = rig.positions();
@@ -123,7 +124,7 @@ fn run(rig: &mut Rig, task: &Task) {
         waited: Duration::ZERO,
         sent: Sent::default(),
     };
-    // Some are beyond reach.
+    // Some goals are beyond reach.
     let _: Result<(), Rejection> = rig.take_goal(&goal);
     (0..task.cycles.0).for_each(|_| rig.cycle());
     match task.event {
@@ -162,14 +163,14 @@ fn no_order_of_events_leads_into_anything() {
         jerk(),
     );
     let held = std::cell::Cell::new(0_u64);
-    // Those of a usual run are the same each time, so that what it says is about the code.
+    // A usual run has the same tasks each time, so that it fails only if the code has changed.
     let mut runner = match asked {
         Some(_) => TestRunner::new(config),
         None => TestRunner::new_with_rng(config, TestRng::deterministic_rng(RngAlgorithm::ChaCha)),
     };
     let ran = runner.run(&strategy, |(arm, (keep_outs, keep_ins), tasks, round, brakes, jerk)| {
         let mut rig = among(arm, &keep_outs, &keep_ins);
-        // Each joint stops by its own deceleration, from what is just allowed to its acceleration: stops lead off the way.
+        // Each joint has its own deceleration, from the least that is allowed to its acceleration. So stops leave the path.
         rig.change(|settings| {
             let limits = &mut settings.limits;
             let joints = limits
@@ -200,7 +201,7 @@ fn no_order_of_events_leads_into_anything() {
     assert!(held.get() > 10, "{} tasks were held up", held.get());
 }
 
-/// What is measured of gaps is kept from cycle to cycle, and changes nothing.
+/// The scene keeps its measured gaps from cycle to cycle. The output does not depend on them.
 #[test]
 fn another_servo_that_knows_what_this_one_knew_goes_on_among_keep_outs_to_the_bit() {
     let config = ProptestConfig { cases: 40, failure_persistence: None, ..ProptestConfig::default() };

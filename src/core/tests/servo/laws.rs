@@ -1,4 +1,4 @@
-//! That the laws arrive, and as the reference work says.
+//! The laws arrive, and behave as the reference work says.
 
 use crate::reference::pose;
 use crate::rig::Rig;
@@ -27,7 +27,7 @@ fn another_law_leaves_a_settled_arm_settled() {
     rig.run(0.1);
     rig.goal("theta_desired");
     rig.run_until(State::Settled, 30.0);
-    // It drives the arm over what is left ten times faster.
+    // diffc moves the arm over the rest of the distance ten times faster.
     rig.set_law(Law::Diffc);
     for _ in 0..500 {
         rig.cycle();
@@ -42,7 +42,7 @@ fn logc_settles_as_the_reference_run_did() {
     rig.goal("theta_desired");
     rig.run(12.0);
     let figures = rig.servo.status().figures;
-    // An independent simulation: 3.9 s (rotation), 4.2 s (position), joint speeds up to 2.5 rad/s.
+    // An independent simulation found 3.9 s (rotation), 4.2 s (position), and joint speeds up to 2.5 rad/s.
     assert!((figures.settling_time_rotation.unwrap() - 3.9).abs() < 0.1, "{figures:?}");
     assert!((figures.settling_time_position.unwrap() - 4.2).abs() < 0.1, "{figures:?}");
     assert!((figures.peak_joint_speed - 2.5).abs() < 0.1, "{figures:?}");

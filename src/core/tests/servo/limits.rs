@@ -28,7 +28,7 @@ fn rule_6_a_high_gain_neither_overshoots_nor_shakes_under_the_acceleration_limit
     rig.set_law(Law::Diffc);
     rig.goal("theta_desired");
     rig.run(3.0);
-    // In the slow end of the motion the joints do not swing: each keeps its direction.
+    // The joints do not swing in the slow end of the motion: each one keeps its direction.
     let before = rig.command.clone();
     let mut swings = 0;
     let mut last = before;
@@ -41,7 +41,7 @@ fn rule_6_a_high_gain_neither_overshoots_nor_shakes_under_the_acceleration_limit
     rig.run_until(State::Settled, 40.0);
 }
 
-/// The tool's path to `goal` \[m\], with joint accelerations limited to `acceleration` [rad/s²].
+/// Returns the tool's path to `goal` \[m\], with joint accelerations limited to `acceleration` [rad/s²].
 fn path(law: Law, goal: &str, acceleration: f64) -> Vec<Vector3<f64>> {
     let mut rig = Rig::with(|settings| {
         settings.limits.joint_acceleration = vec![acceleration; 6];
@@ -56,7 +56,7 @@ fn path(law: Law, goal: &str, acceleration: f64) -> Vec<Vector3<f64>> {
     (0..4000).map(point).collect()
 }
 
-/// The largest distance \[m\] from a point of `path` to `other`.
+/// Returns the largest distance from a point of `path` to `other` \[m\].
 fn deviation(path: &[Vector3<f64>], other: &[Vector3<f64>]) -> f64 {
     let to_segment = |point: &Vector3<f64>, pair: &[Vector3<f64>]| {
         let (from, way) = (pair[0], pair[1] - pair[0]);

@@ -1,18 +1,18 @@
-//! What connects the servo to its robot: whose joint states count, a robot that was away, one that does not follow.
+//! The connection to the robot: whose joint states count, a robot that was away, and one that does not follow.
 
 use crate::rig::{PERIOD, Rig, state_of};
 use dq_core::servo::{Contended, JointReading, Reason, Revocation, State};
 use std::time::Duration;
 
-/// A rig under way to its goal.
+/// Returns a rig in motion to its goal.
 fn in_motion() -> Rig {
     let rig = Rig::in_motion(0.5);
     assert_eq!(rig.state(), State::Tracking);
     rig
 }
 
-/// Stands for a second, and goes to its goal in a motion of its own once somebody has wanted that, with nothing in its figures of what
-/// was before.
+/// Checks that the arm stands for a second, and that after `want` it settles at its goal in a new motion. The new motion's figures
+/// include nothing of the old one.
 fn stands_until(rig: &mut Rig, want: impl FnOnce(&mut Rig)) {
     rig.run(1.0);
     assert_eq!((rig.state(), rig.speed()), (State::Holding, 0.0));
@@ -158,7 +158,7 @@ fn rule_16_a_gripper_on_the_same_topic_changes_nothing() {
     assert_eq!(rig.servo.status().reason, None);
 }
 
-/// How far the largest step of the commands goes from here on [rad/s], until the goal is reached.
+/// Returns the largest change of a joint's speed from cycle to cycle until the goal is reached [rad/s].
 fn largest_step_to_the_goal(rig: &mut Rig) -> f64 {
     let (mut largest, end) = (0.0_f64, rig.now + Duration::from_secs(30));
     while rig.state() != State::Settled {
@@ -191,7 +191,7 @@ fn rule_17_an_arm_that_does_not_follow_gets_zeros_and_starts_from_rest_when_it_d
     rig.run(1.0);
     assert_eq!((rig.state(), rig.speed()), (State::Holding, 0.0), "it does not go on by itself");
     rig.goal("theta_desired");
-    // In the plant, whose command begins when its controller does.
+    // The plant's commands begin when its controller starts.
     let largest = largest_step_to_the_goal(&mut rig);
     assert!(largest <= 50.0 * PERIOD.as_secs_f64() * (1.0 + 1e-9), "{largest}");
 }
@@ -207,7 +207,7 @@ fn rule_17_an_arm_that_ceases_to_follow_in_motion_is_noticed_and_goes_on_from_re
         rig.run_until(State::NotFollowing, 0.4);
         rig.run(0.2);
         assert_eq!(rig.speed(), 0.0, "{law}");
-        // Within rearm_timeout it goes on by itself.
+        // If the robot follows again within rearm_timeout, the motion continues.
         rig.following = true;
         let largest = largest_step_to_the_goal(&mut rig);
         assert!(largest <= 50.0 * PERIOD.as_secs_f64() * (1.0 + 1e-9), "{law}: {largest}");
@@ -221,7 +221,8 @@ fn rule_17_one_joint_that_does_not_follow_is_enough() {
     rig.run_until(State::NotFollowing, 0.5);
 }
 
-/// How far the joints travel altogether in 20 s \[rad\], how fast the fastest one is [rad/s], and what holds the arm then.
+/// Runs a motion for 20 s with faulty wires. Returns the path of all joints together \[rad\], the largest speed of a joint [rad/s],
+/// and the revocation.
 fn run_with_wires(wires: fn(&mut [f64])) -> (f64, f64, Option<Revocation>) {
     let mut rig = Rig::new();
     (rig.wires, rig.check_tools) = (wires, false);
@@ -244,12 +245,12 @@ fn rule_17_a_joint_that_is_wired_wrongly_is_given_up() {
     let swapped = run_with_wires(|command| command.swap(0, 1));
     for (travelled, fastest, why) in [inverted, swapped] {
         assert!(matches!(why, Some(Revocation::NotObeyed(..))), "{why:?}: {travelled} rad, {fastest} rad/s");
-        // It is seen before the arm is driven any faster.
+        // The servo detects the fault before it drives the arm any faster.
         assert!(travelled < 0.5 && fastest < 0.061, "{travelled} rad, {fastest} rad/s");
     }
 }
 
-/// The arm's own last joint has little to do at first: each joint is driven gently until it is seen itself.
+/// The arm's last joint has little to do at first. The servo drives each joint gently until it has seen that joint follow.
 #[test]
 fn rule_17_a_last_joint_that_is_inverted_turns_no_farther_than_another() {
     let mut rig = Rig::new();
@@ -322,7 +323,7 @@ fn rule_17_an_arm_of_two_that_does_not_follow_stops_both() {
 #[test]
 fn rule_17_an_arm_that_coasts_when_the_servo_starts_is_braked_within_the_limits() {
     let speeds = [1.0, -0.5, 0.0, 2.0, 0.0, 0.1];
-    // With velocities in the joint states, and without.
+    // The joint states have velocities, or have none.
     for velocities in [true, false] {
         let mut rig = Rig::new();
         rig.with_velocities = velocities;
@@ -331,7 +332,7 @@ fn rule_17_an_arm_that_coasts_when_the_servo_starts_is_braked_within_the_limits(
         rig.plants[0].step(rig.now);
         let (mut before, mut largest, mut stopped) = (speeds.to_vec(), 0.0_f64, None);
         for cycle in 0..200 {
-            // Its last command holds until ours come.
+            // The robot's last command continues until the first command of this servo arrives.
             if rig.state() == State::WaitingForState {
                 rig.plants[0].take_command(&speeds, rig.now).unwrap();
             }
@@ -344,7 +345,7 @@ fn rule_17_an_arm_that_coasts_when_the_servo_starts_is_braked_within_the_limits(
                 stopped.get_or_insert(cycle);
             }
         }
-        // 50 rad/s² of 2 ms; velocities by differences are a little off.
+        // A change of 50 rad/s² within 2 ms. Velocities from differences of positions are slightly off.
         assert!(largest <= 0.11, "{velocities}: {largest}");
         assert!((15..60).contains(&stopped.unwrap()), "{velocities}: {stopped:?}");
         assert_eq!(rig.state(), State::Holding);
@@ -371,7 +372,8 @@ fn rule_17_old_states_that_come_after_an_absence_start_nothing() {
     assert_eq!(rig.state(), State::Holding);
 }
 
-/// Joint states at 10 Hz neither drive the arm in bursts nor warn again each time: the arm stands, and the reason names the remedy.
+/// Joint states at 10 Hz neither move the arm in bursts nor cause repeated warnings. The arm stands, and the reason names the
+/// remedy.
 #[test]
 fn joint_states_that_are_too_rare_for_the_timeout_name_it() {
     for (interval, rate) in
@@ -388,12 +390,12 @@ fn joint_states_that_are_too_rare_for_the_timeout_name_it() {
             let text = reason.explain(|_| String::new(), |_, _| String::new(), |_| String::new());
             assert!(text.contains(rate), "{text}");
         }
-        // With the remedy, the arm moves to the goal.
+        // With that remedy, the arm moves to the goal.
         rig.change(|settings| settings.state_timeout = Duration::from_millis(2 * interval));
         rig.run_until(State::Settled, 60.0);
         assert_eq!(rig.servo.status().reason, None);
     }
-    // One outage is not rare.
+    // A single outage does not make joint states rare.
     let mut rig = in_motion();
     rig.connect(false);
     rig.run(0.3);

@@ -1,5 +1,5 @@
-//! A frame that TF loses for longer than `rearm_timeout` revokes what was asked until then, a stream of goals in it too. Whatever revoked a
-//! stream, its publisher must pause, and goals that wait for their frame are no pause.
+//! A frame that TF loses for longer than `rearm_timeout` revokes all earlier requests, streams of goals in that frame included.
+//! After any revocation the publisher of a stream must pause. Goals that wait for their frame are not a pause.
 
 use crate::reference::{parameters, pose, theta};
 use crate::rig::reading;
@@ -7,8 +7,8 @@ use crate::sim::{Random, Sim};
 use dq_core::servo::{Event, GoalMotion, Reason, Rejection, Revocation, Sent, State};
 use std::time::Duration;
 
-/// An arm on its way to a goal in a frame, of which one is sent each `interval` \[s\], until the frame is lost for that time \[s\]. The
-/// publisher goes on.
+/// Returns an arm in motion to a goal in a frame, after TF has lost the frame for `seconds`. The publisher sends a goal every
+/// `interval` \[s\] throughout.
 fn lost_for(seconds: f64, interval: f64) -> Sim {
     let mut sim = Sim::new(&parameters(), theta("theta_initial"));
     sim.run(0.1);
@@ -21,7 +21,7 @@ fn lost_for(seconds: f64, interval: f64) -> Sim {
     sim
 }
 
-/// Goals come each `interval` \[s\] for that time \[s\], and wait for their frame.
+/// Sends goals that wait for their frame, every `interval` for `seconds` \[s\].
 fn wait_for(sim: &mut Sim, seconds: f64, interval: f64) {
     let end = sim.now() + Duration::from_secs_f64(seconds);
     while sim.now() < end {
@@ -30,13 +30,14 @@ fn wait_for(sim: &mut Sim, seconds: f64, interval: f64) {
     }
 }
 
-/// TF has the frame again, where it was.
+/// Finds the frame again, at its old place.
 fn find(sim: &mut Sim) {
     let place = reading(&pose("theta_desired"), 0);
     sim.servo.move_goal(&GoalMotion::To(place), sim.now()).unwrap();
 }
 
-/// Sends goals on, the first of which has waited for so long \[s\], at these intervals, for 3 s. Each is refused, and nothing moves.
+/// Sends more goals of the stream every `interval` \[s\] for 3 s; the first one has waited for `waited` \[s\]. Checks that each is
+/// rejected and nothing moves.
 fn nothing_moves(sim: &mut Sim, waited: f64, interval: f64) {
     let before = sim.q.clone();
     for number in 0..(3.0 / interval) as usize {

@@ -1,4 +1,4 @@
-//! How many gaps a cycle measures among many keep-outs.
+//! The number of gaps that a cycle measures among many keep-outs.
 
 use super::keep_out::scene;
 use dq_config::{NodeParameters, ServoParameters};
@@ -6,7 +6,7 @@ use dq_core::servo::{Measured, State};
 use dq_space::space::MEASURED;
 use nalgebra::Isometry3;
 
-/// Sixty hulls of a hundred points on a circle of that radius about the arm's base.
+/// Returns sixty hulls of a hundred points each, on a circle of radius `away` \[m\] around the arm's base.
 fn hulls(away: f64) -> Vec<String> {
     let hull = |i: u32| {
         let (sin, cos) = (0.7 * f64::from(i)).sin_cos();
@@ -21,7 +21,7 @@ fn hulls(away: f64) -> Vec<String> {
     (0..60).map(hull).collect()
 }
 
-/// The most gaps that a cycle measures on the way to a goal among them, but for the first cycle that sees them.
+/// Returns the largest number of gaps that a cycle measures on the way to a goal among [`hulls`]. The first cycle does not count.
 fn most_measured(away: f64) -> usize {
     let (store, _) = ServoParameters::start("/dq_servo", Vec::new()).unwrap();
     let parameters = ServoParameters::from_store(&store).unwrap();
@@ -50,6 +50,6 @@ fn most_measured(away: f64) -> usize {
 fn what_is_far_is_not_measured_and_what_is_near_not_at_every_place_of_a_stop() {
     assert_eq!(most_measured(3.0), 0);
     let near = most_measured(0.75);
-    // There are 360 pairs of a hull and a capsule, of which a ball parts most, and 40 places of a stop.
+    // There are 360 pairs of a hull and a capsule and 40 positions of a stop. Bounding balls separate most pairs.
     assert!((1..=120).contains(&near), "{near}");
 }

@@ -1,4 +1,4 @@
-//! What the servo keeps does not grow with what comes.
+//! The servo's memory does not grow with its input.
 
 use crate::reference::pose;
 use crate::rig::{Rig, reading};
@@ -6,7 +6,7 @@ use allocation_counter::measure;
 use dq_algebra::UnitDualQuaternion;
 use dq_core::servo::{GoalReading, Sent};
 
-/// Goals of 100 000 publishers, or of one that streams; with or without a reader of the motions.
+/// The goals come from 100 000 publishers or from one that streams, and the motions have a reader or none.
 #[test]
 fn a_hundred_thousand_goals_leave_nothing_behind() {
     for (publishers, is_heard) in [(100_000, true), (100_000, false), (1, true)] {

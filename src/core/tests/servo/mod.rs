@@ -1,5 +1,5 @@
-//! The cycle in fake time: each safety rule of the guide and each state a test. The rig checks the invariants at
-//! every cycle of every one of them.
+//! The cycle in fake time: a test for each state and each safety rule of the guide. The rig checks the invariants in every cycle of
+//! every test.
 
 mod allocations;
 mod asks;

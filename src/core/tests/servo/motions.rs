@@ -1,4 +1,4 @@
-//! What the servo records of its motions.
+//! The servo's record of its motions.
 
 use crate::reference::{moved_by, pose};
 use crate::rig::{Rig, reading};
@@ -11,13 +11,13 @@ use std::time::Duration;
 
 type Motion = dq_core::servo::Motion;
 
-/// Sends a goal from the publisher of that number.
+/// Sends a goal of the publisher `by`.
 fn send(rig: &mut Rig, pose: &UnitDualQuaternion, by: u32, stamp: i64) {
     let sent = Sent { by, ago: Duration::ZERO };
     rig.take_goal(&GoalReading { sent, ..reading(pose, stamp) }).unwrap();
 }
 
-/// Numbers and outcomes of what was recorded since this was last asked.
+/// Returns the numbers and outcomes of the motions recorded since the last call.
 fn news(rig: &mut Rig) -> Vec<(u64, Outcome)> {
     rig.servo.take_motions().map(|motion| (motion.number, motion.outcome)).collect()
 }
@@ -42,7 +42,7 @@ fn a_motion_is_recorded_when_it_begins_and_when_it_arrives_and_what_the_arm_does
     let [ended] = ended.as_slice() else { panic!("{ended:?}") };
     assert_eq!((ended.number, ended.outcome, ended.figures), (1, Outcome::Arrived, at_arrival));
     assert_eq!(at_arrival.arrival_time, Some(at_arrival.elapsed));
-    // The paper's motion crosses a singularity, and joint 3 goes at its limit.
+    // The paper's motion crosses a singularity, and joint 3 reaches its velocity limit.
     assert!(at_arrival.smallest_singular_value.unwrap() < 1e-2, "{at_arrival:?}");
     let peak = ended.peak_speeds.iter().copied().fold(0.0, f64::max);
     let limits = &rig.servo.settings().limits.joint_velocity;
@@ -66,7 +66,7 @@ fn goals_of_one_publisher_that_follow_each_other_are_one_motion_which_arrives_on
     let ended: Vec<Motion> = rig.servo.take_motions().collect();
     let [ended] = ended.as_slice() else { panic!("{ended:?}") };
     assert_eq!((ended.number, ended.outcome, ended.stamp), (1, Outcome::Arrived, 19));
-    // What comes from another, or later, is another motion, though it is the same goal.
+    // A goal of another publisher, or with a later stamp, begins another motion even at the same pose.
     send(&mut rig, &moved_by(&pose("theta_desired"), 0.038), 1, 20);
     rig.run(STREAM.as_secs_f64() + 0.1);
     send(&mut rig, &moved_by(&pose("theta_desired"), 0.038), 1, 21);
@@ -78,7 +78,7 @@ fn goals_of_one_publisher_that_follow_each_other_are_one_motion_which_arrives_on
     assert_eq!(rig.servo.status().figures.path_length, 0.0);
 }
 
-/// By 2 mm to and fro each second, where the tolerance is 1 mm.
+/// The goal moves to and fro by 2 mm each second; the tolerance is 1 mm.
 #[test]
 fn a_goal_that_moves_with_its_frame_is_arrived_at_though_it_moves() {
     let mut rig = Rig::new();
@@ -130,7 +130,7 @@ fn a_motion_that_stalls_goes_on_where_something_changes() {
     rig.change(|settings| settings.beyond_reach = dq_core::servo::BeyondReach::Approach);
     send(&mut rig, &far, 0, 1);
     rig.run_until(State::Stalled, 60.0);
-    // By then it stands, and it is known whether there is a way round.
+    // By then the arm stands, and the search for another configuration has ended.
     rig.run(1.1);
     let ended: Vec<Motion> = rig.servo.take_motions().collect();
     let last = ended.last().unwrap();

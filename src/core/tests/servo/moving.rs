@@ -1,5 +1,5 @@
-//! Goals that move: how far the tool lags behind and how much it shakes, with the goal's motion fed forward and without; the table of the
-//! guide is this test's. And what a stream may not do: overshoot when it ends, fling the arm when it leaps.
+//! Goals that move: the tool's lag and noise, with the goal's motion fed forward and without. This test generates the table of the
+//! guide. Also, what a stream must not do: overshoot at its end, or fling the arm when it jumps.
 
 use super::follow::{EPOCH, Follow, Path, Random, Stream, circle, line, moved, start_of};
 use crate::rig::{PERIOD, reading};
@@ -9,7 +9,8 @@ use dq_core::servo::{GoalMotion, Reason, Revocation, State};
 use nalgebra::{UnitQuaternion, Vector3};
 use std::time::Duration;
 
-/// The error [mm/s] of the velocities of a real stream, relative to an even one without noise.
+/// Returns the root mean square difference between the tool's velocities under a real stream and under an even one without noise
+/// [mm/s].
 fn shake(real: &Follow, even: &Follow) -> f64 {
     let (one, other) = (real.velocities(), even.velocities());
     let squares = one.iter().zip(&other).map(|(a, b)| (a - b).norm_squared());
@@ -19,14 +20,14 @@ fn shake(real: &Follow, even: &Follow) -> f64 {
 /// Number of streams per row of the guide's table.
 const SEEDS: u64 = 20;
 
-/// The median of as many numbers as there are seeds, and what it is between in 96 of 100 studies: the binomial distribution of 20 has 4 %
-/// beyond the 6th and the 15th.
+/// Returns the median of `SEEDS` numbers, and the bounds that contain it in 96 of 100 studies. The binomial distribution of 20
+/// trials has 4 % beyond the 6th and the 15th number.
 fn median(mut numbers: Vec<f64>) -> [f64; 3] {
     numbers.sort_by(f64::total_cmp);
     [0.5 * (numbers[9] + numbers[10]), numbers[5], numbers[14]]
 }
 
-/// Lag and noise, each without and with the goal's motion fed forward.
+/// Returns lag and noise, each without the goal's motion fed forward and with it.
 fn figures(arm: &(ServoParameters, Vec<f64>), stream: &Stream) -> [[f64; 3]; 4] {
     let mut figures = [[0.0; 3]; 4];
     for (i, feed_forward) in [false, true].into_iter().enumerate() {
@@ -74,7 +75,7 @@ fn the_tool_keeps_up_with_a_goal_that_moves_as_the_guide_has_it() {
     assert_eq!(missing, "", "rows that the guide has not");
 }
 
-/// The goals that have come by then, at this rate, until `until`.
+/// Sends the goals of the stream that are due by now, until the time `until`.
 fn send_until(follow: &mut Follow, stream: &Stream, sent: &mut u32, until: f64) {
     while f64::from(*sent) / stream.rate <= follow.time().min(until) {
         let taken = f64::from(*sent) / stream.rate;
@@ -101,7 +102,7 @@ fn a_stream_that_ends_is_overshot_by_no_more_than_its_interval() {
                 follow.cycle(&last);
                 farthest = farthest.max(follow.errors.last().unwrap().y);
             }
-            // And what an arm at 50 rad/s² needs to stand.
+            // In addition to the distance in which an arm stops at 50 rad/s².
             assert!(farthest <= 0.5 / rate + 0.008, "{rate} Hz: {farthest} m");
             assert!(rate > 10.0 || farthest > 0.01, "the motion was fed forward: {farthest}");
             assert_eq!(follow.rig.state(), State::Settled, "where it was seen last");
@@ -113,7 +114,7 @@ fn a_stream_that_ends_is_overshot_by_no_more_than_its_interval() {
 fn a_goal_that_leaps_flings_no_arm() {
     let arm = start_of(-0.3);
     let run = |feed_forward| {
-        // At 50 Hz, 1 m/s for one interval, to and fro and for good.
+        // At 50 Hz, the goal moves at 1 m/s for one interval: to and fro, or once.
         let follow = Follow::goals(&arm, feed_forward, (1500, 10), |start, cycle| {
             let y = if [50, 60, 70].contains(&(cycle / 10)) || cycle > 800 { 0.1 } else { 0.0 };
             (moved(start, Vector3::new(0.0, y, 0.0)), EPOCH + cycle * 2_000_000)
@@ -129,7 +130,7 @@ fn goals_that_stand_or_come_once_change_no_bit() {
     let run = |feed_forward, every| {
         let follow = Follow::goals(&arm, feed_forward, (1000, every), |start, cycle| {
             let goal = moved(start, Vector3::new(0.0, 0.1, 0.05));
-            // q and −q are one goal.
+            // q and −q are the same goal.
             (if (cycle / every) % 2 == 0 { goal } else { -goal }, 0)
         });
         follow.commands
@@ -189,7 +190,7 @@ fn a_goal_that_moves_for_long_neither_stalls_nor_arrives() {
     }
 }
 
-/// A goal that its frame moves by 0.2 m/s, told 50 times a second from 0 to `until`.
+/// Runs for `seconds` with a goal that its frame moves at 0.2 m/s, 50 times per second from 0 to `until`.
 fn with_frame(follow: &mut Follow, seconds: f64, until: f64, sent: &mut u32) {
     let end = follow.time() + seconds;
     while follow.time() < end {
@@ -237,7 +238,7 @@ fn a_goal_moves_with_its_frame_and_the_arm_holds_where_the_frame_is_lost() {
         with_frame(&mut follow, 0.3, 99.0, &mut sent);
         assert_eq!((follow.rig.state() == State::Holding, held(&follow)), (rearms, rearms), "after {away} s");
     }
-    // It goes on when somebody wants that.
+    // The arm resumes when somebody requests it.
     follow.rig.pause(false);
     with_frame(&mut follow, 0.1, 99.0, &mut sent);
     assert_eq!(follow.rig.state(), State::Tracking);
@@ -250,8 +251,8 @@ fn a_goal_moves_with_its_frame_and_the_arm_holds_where_the_frame_is_lost() {
     );
 }
 
-/// Follows for 20 s a goal in a frame that TF tells of each 20 ms, `late` by so much, and that is carried by the tool from `grasped` on:
-/// the largest speed in the last 10 s [rad/s], and what holds the arm.
+/// Follows a goal in a frame for 20 s. TF gives the frame every 20 ms, `late` cycles old, and the tool carries it from the time
+/// `grasped` \[s\] on. Returns the largest joint speed in the last 10 s [rad/s], and the reason why the arm holds.
 fn follow_what_the_tool_carries(feed_forward: bool, late: usize, grasped: f64) -> (f64, Option<Reason>) {
     let mut follow = Follow::begin(&start_of(-0.3), feed_forward);
     let goal = moved(&follow.start, Vector3::new(0.1, 0.2, 0.1));
@@ -278,7 +279,7 @@ fn follow_what_the_tool_carries(feed_forward: bool, late: usize, grasped: f64) -
 #[test]
 fn a_goal_that_the_arm_itself_carries_is_held_and_named() {
     for feed_forward in [false, true] {
-        // On the tool from the beginning, and grasped on the way; told at once, and 20 ms late.
+        // The goal is on the tool from the beginning, or grasped on the way. TF is up to date, or 20 ms late.
         for (late, grasped) in [(0, 0.0), (10, 0.0), (0, 0.25), (10, 0.25)] {
             let (fastest, reason) = follow_what_the_tool_carries(feed_forward, late, grasped);
             let carried = Some(Reason::Revoked(Revocation::MovesWithTool));
@@ -287,7 +288,7 @@ fn a_goal_that_the_arm_itself_carries_is_held_and_named() {
     }
 }
 
-/// A goal whose frame was lost on the way to it, with the arm at rest.
+/// Returns an arm at rest whose goal's frame was lost during the motion.
 fn with_frame_lost() -> Follow {
     let mut follow = Follow::begin(&start_of(-0.3), true);
     let goal = moved(&follow.start, Vector3::new(0.0, 0.1, 0.0));
@@ -309,7 +310,7 @@ fn a_goal_that_is_sent_again_is_where_its_sender_says_whatever_its_frame_does() 
     follow.rig.run_until(State::Settled, 10.0);
 }
 
-/// The rig sees that the arm is not driven.
+/// The rig checks that the servo does not move the arm.
 #[test]
 fn another_tool_finds_no_frame_that_is_lost() {
     let mut follow = with_frame_lost();
@@ -338,7 +339,7 @@ fn a_goal_that_shakes_is_hardly_a_motion() {
     }
 }
 
-/// The error of a tool beside a goal that turns decays on the screw that it had, seen from the goal.
+/// The tool's error with respect to a goal that turns decays on one screw, seen from the goal.
 #[test]
 fn the_error_decays_as_towards_a_goal_that_stands() {
     let arm = start_of(-0.3);

@@ -3,7 +3,7 @@
 use crate::rig::{Rig, state_of};
 use dq_core::servo::{Rejection, State, StateError};
 
-/// Gives the servo the joints from `first` to before `end`, as `source` sends them.
+/// Sends the servo the joints from `first` up to, but not including, `end`, as the publisher `source`.
 fn part(rig: &mut Rig, (first, end): (usize, usize), source: u32) -> Result<bool, Rejection> {
     let names = rig.names[first..end].to_vec();
     let positions = rig.positions()[first..end].to_vec();
@@ -11,7 +11,7 @@ fn part(rig: &mut Rig, (first, end): (usize, usize), source: u32) -> Result<bool
     rig.take_state(0, &reading)
 }
 
-/// A rig whose plant is heard only by what the test says.
+/// Returns a rig that sends no joint states. The tests send them.
 fn rig() -> Rig {
     let mut rig = Rig::new();
     rig.connect(false);
@@ -23,7 +23,7 @@ fn rule_2_the_newest_of_each_joint_counts_and_the_arm_arrives() {
     let mut rig = rig();
     for cycle in 0..6000 {
         let _ = part(&mut rig, (0, 2), 1);
-        // The arm's driver is slower.
+        // The arm's driver sends less often.
         if cycle % 4 == 0 {
             let _ = part(&mut rig, (2, 6), 2);
         }

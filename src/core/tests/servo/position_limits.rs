@@ -5,7 +5,7 @@ use dq_core::servo::{PositionLimits, State};
 use dq_kinematics::arm::JointKind;
 use dq_kinematics::control::Law;
 
-/// The way from theta_initial to theta_desired takes joint 3 from 2.36 to 1.05 rad; here it may not.
+/// A lower limit of joint 3 \[rad\], which has to go from 2.36 to 1.05 rad on the way from theta_initial to theta_desired.
 const LOWEST: f64 = 1.6;
 
 fn with_lowest(lowest: f64) -> Rig {
@@ -14,7 +14,7 @@ fn with_lowest(lowest: f64) -> Rig {
 
 #[test]
 fn rule_7_a_joint_slows_inside_its_margin_goes_no_further_than_its_limit_and_the_others_go_on() {
-    // double_geodesic goes another way.
+    // double_geodesic takes another path.
     for law in [Law::Logc, Law::Diffc] {
         let mut rig = with_lowest(LOWEST);
         rig.set_law(law);
@@ -31,7 +31,7 @@ fn rule_7_a_joint_slows_inside_its_margin_goes_no_further_than_its_limit_and_the
 
 #[test]
 fn rule_7_started_outside_the_arm_does_not_snap_and_outward_is_forbidden() {
-    // Outside by 0.14 rad.
+    // The joint is outside by 0.14 rad.
     let mut rig = with_lowest(2.5);
     let before = rig.positions();
     rig.run(1.0);
@@ -40,7 +40,7 @@ fn rule_7_started_outside_the_arm_does_not_snap_and_outward_is_forbidden() {
     rig.goal("theta_desired");
     for _ in 0..1000 {
         rig.cycle();
-        // The law wants joint 3 to go down.
+        // The law moves joint 3 downward.
         assert!(rig.command[2] >= 0.0 && rig.plants[0].positions()[2] >= start);
     }
     assert_eq!(rig.servo.status().joint_at_limit, Some(3));
@@ -48,14 +48,14 @@ fn rule_7_started_outside_the_arm_does_not_snap_and_outward_is_forbidden() {
 
 #[test]
 fn rule_7_started_outside_inward_is_allowed() {
-    // Outside by 0.36 rad of an upper limit, and the goal is inside.
+    // The joint is outside by 0.36 rad of an upper limit; the goal is inside.
     let mut rig = Rig::with(|settings| settings.limits.position.upper[2] = 2.0);
     rig.goal("theta_desired");
     rig.run_until(State::Settled, 30.0);
 }
 
-/// The fastest that the tool moves [m/s] on its way to theta_desired with its speed limited to 0.05 m/s and joint `joint` to within
-/// 0.2 rad of where it starts.
+/// Moves to theta_desired with the tool's speed limited to 0.05 m/s and joint `joint` limited to within 0.2 rad of its start.
+/// Returns the tool's largest speed [m/s].
 fn fastest_beside_a_limit(law: Law, joint: usize) -> f64 {
     let mut rig = Rig::with(|settings| {
         settings.limits.linear_speed = 0.05;
@@ -104,7 +104,8 @@ fn what_lies_beside_a_position_lies_inside_the_limits() {
     }
 }
 
-/// How far joint 3 goes past its limit \[rad\], if the servo misses this many cycles before each one that runs, because its thread gets no time.
+/// Returns how far joint 3 passes its limit \[rad\] if, before each cycle, the servo misses `missed` cycles because its thread gets
+/// no time.
 fn past_its_limit(mut missed: impl FnMut(u32) -> u32) -> f64 {
     let mut past = 0.0_f64;
     for law in [Law::Diffc, Law::Logc] {
@@ -112,7 +113,7 @@ fn past_its_limit(mut missed: impl FnMut(u32) -> u32) -> f64 {
         rig.check_positions = false;
         rig.change(|settings| settings.progress_timeout = None);
         rig.set_law(law);
-        // A servo cannot know of a load that begins while it brakes.
+        // The arm settles first: the servo cannot foresee a load that begins while it brakes.
         for cycle in 0..200 {
             rig.cycle_late(missed(cycle));
         }
@@ -139,7 +140,7 @@ fn rule_7_the_limits_hold_where_cycles_come_late() {
     let past = past_its_limit(|_| {
         random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         let part = (random >> 33) as f64 / f64::from(1_u32 << 31);
-        // Late by 8 cycles on average, each third time.
+        // Every fourth cycle is late, by 8 cycles on average.
         if random >> 33 & 3 == 0 { (-8.0 * (1.0 - part).ln()).min(45.0) as u32 } else { 0 }
     });
     assert_eq!(past, 0.0, "at random");
@@ -147,7 +148,7 @@ fn rule_7_the_limits_hold_where_cycles_come_late() {
 
 #[test]
 fn rule_7_what_came_late_is_forgotten() {
-    // Where joint 3 is on its way, a time after a cycle was late.
+    // Returns the position of joint 3 during a motion that begins `seconds` after a late cycle.
     let place = |late, seconds| {
         let mut rig = with_lowest(0.9);
         rig.set_law(Law::Diffc);

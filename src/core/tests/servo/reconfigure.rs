@@ -1,4 +1,4 @@
-//! Rule 21: the way round what a motion has stalled at.
+//! Rule 21: another configuration, if a motion has stalled.
 
 use crate::arms::{anywhere, servo};
 use crate::reference::{distance, pose, puma};
@@ -10,10 +10,10 @@ use dq_core::servo::{
 use dq_kinematics::control::Law;
 use std::time::Duration;
 
-/// The way from theta_initial to theta_desired takes joint 3 from 2.36 to 1.05 rad; here it may not.
+/// A lower limit of joint 3 \[rad\], which has to go from 2.36 to 1.05 rad on the way from theta_initial to theta_desired.
 const LOWEST: f64 = 1.6;
 
-/// An arm that is on its way to where joint 3 is at its limit.
+/// Returns an arm in motion to a goal at which joint 3 would pass its limit.
 fn rig(reconfigure: Reconfigure) -> Rig {
     rig_with(reconfigure, |_| {})
 }
@@ -29,7 +29,7 @@ fn rig_with(reconfigure: Reconfigure, change: impl FnOnce(&mut Settings)) -> Rig
     rig
 }
 
-/// The same, once it goes to another configuration.
+/// Returns the arm of [`rig`] while it moves to another configuration.
 fn underway() -> Rig {
     let mut rig = rig(Reconfigure::Always);
     rig.run_until(State::Reconfiguring, 20.0);
@@ -47,7 +47,7 @@ fn ask(rig: &mut Rig) -> Result<(), Rejection> {
     rig.servo.take(Event::Reconfigure { ago: Duration::ZERO }).map(|_| ())
 }
 
-/// How far the tool is from the pose of theta_desired \[m\].
+/// Returns the distance of the tool from the pose of theta_desired \[m\].
 fn away(rig: &Rig) -> f64 {
     let goal = pose("theta_desired");
     (goal.translation() - rig.servo.pose().unwrap().translation()).norm()
@@ -96,7 +96,7 @@ fn rule_21_the_way_is_a_straight_line_in_joint_space() {
             start.iter().zip(end).map(|(start, end)| start + part * (end - start)).collect();
         assert!(distance(place, &straight) < 1e-6, "{place:?} instead of {straight:?}");
     }
-    // At the speed limit of the joint with the longest way for most of it, or at the tool's.
+    // The slowest joint moves at its speed limit most of the time, or the tool does.
     assert!(places.len() as f64 * PERIOD.as_secs_f64() < 3.0, "{} cycles", places.len());
 }
 
@@ -117,7 +117,7 @@ fn rule_21_an_arm_that_may_be_asked_stands_until_somebody_asks_and_says_how() {
         why.starts_with("joint3 is at its position limit; with joint") && why.contains("~/reconfigure"),
         "{why}"
     );
-    // A request from before there was a result did not mean this result.
+    // A request that was sent before there was a result does not mean this result.
     let early = Event::Reconfigure { ago: rig.now - detour.found + PERIOD };
     rig.servo.begin(rig.now);
     assert!(matches!(rig.servo.take(early), Err(Rejection::Late(_))));
@@ -141,7 +141,7 @@ fn rule_21_an_arm_that_never_may_looks_for_nothing() {
 fn rule_21_where_nothing_is_found_the_arm_stands_and_says_so() {
     let mut rig = rig(Reconfigure::Always);
     rig.change(|settings| {
-        // Nor has any other configuration room.
+        // No other configuration keeps the limits either.
         settings.limits.position.upper[2] = 1.9;
         settings.limits.position.lower[0] = 0.0;
         settings.limits.position.upper[0] = 1.0;
@@ -151,7 +151,7 @@ fn rule_21_where_nothing_is_found_the_arm_stands_and_says_so() {
     let none = NoWayRound::NotFound { starts: STARTS };
     assert_eq!(reconfiguration(&rig), Reconfiguration::NotFound { starts: STARTS });
     assert_eq!((ask(&mut rig), rig.state()), (Err(none.into()), State::Stalled));
-    // Other settings are another question.
+    // After a change of the limits, the result no longer applies.
     rig.change(|settings| settings.limits.position.upper[2] = f64::INFINITY);
     assert_eq!(ask(&mut rig), Err(NoWayRound::NothingStalled.into()));
     rig.change(|settings| {
@@ -281,7 +281,7 @@ fn rule_21_a_twist_a_robot_that_is_away_and_one_that_is_blocked_end_it() {
 
 #[test]
 fn rule_21_an_answer_that_comes_late_or_is_of_no_use_is_none() {
-    // The result is for a goal that is gone.
+    // The result is for a goal that was replaced.
     let mut rig = rig(Reconfigure::Always);
     rig.search_time = Duration::from_millis(300);
     rig.run_until(State::Stalled, 20.0);
@@ -291,7 +291,7 @@ fn rule_21_an_answer_that_comes_late_or_is_of_no_use_is_none() {
     assert_eq!(reconfiguration(&rig), Reconfiguration::Unknown);
     rig.run_until(State::Settled, 20.0);
 
-    // After a stop.
+    // A stop dropped the goal.
     let mut rig = self::rig(Reconfigure::Always);
     rig.search_time = Duration::from_millis(300);
     rig.run_until(State::Stalled, 20.0);
@@ -300,7 +300,7 @@ fn rule_21_an_answer_that_comes_late_or_is_of_no_use_is_none() {
     rig.run(1.0);
     assert_eq!((rig.state(), rig.speed()), (State::Holding, 0.0));
 
-    // The result is for the stall before this one, of the same goal: the motion in between makes it another question.
+    // The result is for an earlier stall at the same goal. The motion in between has outdated it.
     let mut rig = self::rig(Reconfigure::Ask);
     rig.search = None;
     rig.run_until(State::Stalled, 20.0);
@@ -318,7 +318,7 @@ fn rule_21_an_answer_that_comes_late_or_is_of_no_use_is_none() {
     };
     let there = [0.0, 0.5, 2.0, 0.0, 0.0, 0.0];
     assert_eq!(take(before, Some(&there)), Reconfiguration::Searching(since));
-    // Joints in places of no sense, too few of them, or outside the limits.
+    // The joint positions are meaningless, too few, or outside the limits.
     let nothing = Reconfiguration::NotFound { starts: 9 };
     assert_eq!(take(since, Some(&[f64::NAN; 6])), nothing);
     for positions in [&[0.0; 5][..], &[0.0; 7], &[0.0, 0.0, LOWEST - 0.1, 0.0, 0.0, 0.0], &[f64::INFINITY; 6]]
@@ -359,7 +359,7 @@ fn rule_21_a_cycle_that_asks_hears_and_goes_round_allocates_nothing() {
     assert_eq!((rig.state(), rig.allocations), (State::Reconfiguring, 0));
 }
 
-/// The invariants hold in every cycle of the rig: speeds, accelerations, position limits, tool speeds.
+/// The rig checks the invariants in every cycle: speeds, accelerations, position limits, tool speeds.
 #[test]
 fn rule_21_arms_of_the_box_keep_their_limits_on_ways_round() {
     let mut rounds = 0;
@@ -387,7 +387,7 @@ fn rule_21_arms_of_the_box_keep_their_limits_on_ways_round() {
     assert!(rounds > 2000, "{rounds} cycles");
 }
 
-/// iiwa 14 slides along limits under logc with a gain of 1 1/s for minutes, on some tasks.
+/// On some tasks, iiwa 14 slides along limits for minutes under logc with a gain of 1 1/s.
 #[test]
 fn rule_21_a_law_that_creeps_along_a_limit_is_waited_for_unless_the_arm_always_may_go_round() {
     let crept = |reconfigure| {

@@ -1,4 +1,4 @@
-//! `~/pause` (false) asks for the goal in force as of when it was sent, and not while goals that are revoked go on.
+//! `~/pause` (false) requests the goal that was in force when the request was sent, unless a revoked stream of goals continues.
 
 use crate::reference::{parameters, pose, theta};
 use crate::rig::Rig;
@@ -6,21 +6,21 @@ use crate::sim::{Random, Sim};
 use dq_core::servo::{Contended, Event, Rejection, Revocation, STREAM, State};
 use std::time::Duration;
 
-/// Asks to go on, with a request that was sent so long ago \[s\].
+/// Calls `~/pause` (false) with a request that was sent `ago` seconds earlier.
 fn resume(sim: &mut Sim, ago: f64) -> Result<bool, Rejection> {
     let now = sim.now();
     sim.servo.begin(now);
     sim.servo.take(Event::Pause { paused: false, ago: Duration::from_secs_f64(ago) })
 }
 
-/// How far the joints go in half a second \[rad\].
+/// Returns how far the joints move within half a second \[rad\].
 fn travel(sim: &mut Sim) -> f64 {
     let before = sim.q.clone();
     sim.run(0.5);
     sim.q.iter().zip(&before).map(|(now, before)| (now - before).abs()).fold(0.0, f64::max)
 }
 
-/// An arm on its way to a goal of the publisher 1, sent each 0.1 s until now where that is a stream.
+/// Returns an arm in motion to a goal of publisher 1. If `streams`, the goal is sent every 0.1 s until now.
 fn on_its_way(streams: bool) -> Sim {
     let mut sim = Sim::new(&parameters(), theta("theta_initial"));
     sim.run(0.1);

@@ -1,19 +1,19 @@
-//! Something pulls at the joints of an arm that takes velocities: a payload, gravity that its servos do not know of.
+//! A pull at the joints of an arm that takes velocities, such as a payload, or gravity that its servos do not compensate for.
 
 use crate::reference::distance;
 use crate::rig::Rig;
 use dq_core::servo::{Reason, Stall, State};
 
-/// An arm whose second joint goes slower than commanded by 0.05 rad/s.
+/// Returns an arm whose second joint moves slower than commanded by 0.05 rad/s.
 fn pulled(integral: f64) -> Rig {
     let mut rig = Rig::with(|settings| settings.integral = integral);
     rig.wires = |speeds| speeds[1] -= 0.05;
-    // What pulls at the arm takes the tool beyond its own limits a little.
+    // The pull moves the tool slightly faster than its limits.
     rig.check_tools = false;
     rig
 }
 
-/// How far the second joint sinks in that time \[s\].
+/// Returns how far the second joint sinks in `seconds` \[rad\].
 fn sinks(rig: &mut Rig, seconds: f64) -> f64 {
     let before = rig.positions()[1];
     rig.run(seconds);

@@ -1,4 +1,4 @@
-//! Settings that a servo does not take, when it is made and while it runs.
+//! Settings that a servo rejects, when it is built and while it runs.
 
 use crate::reference::parameters;
 use crate::rig::{PERIOD, Rig};
@@ -12,7 +12,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 
 type Spoil = fn(&mut Settings);
 
-/// Each with the name of what is wrong.
+/// Invalid settings, each with the name of its error.
 const SPOILT: [(Spoil, &str); 28] = [
     (|settings| settings.limits.joint_velocity.truncate(5), "limits.joint_velocity"),
     (|settings| settings.limits.joint_velocity.push(1.0), "limits.joint_velocity"),

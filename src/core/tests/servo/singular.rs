@@ -1,4 +1,4 @@
-//! Rule 8: singularities at which a law stands still are left, or named.
+//! Rule 8: a law that stands still at a singularity is led out of it, or the singularity is named.
 
 use crate::reference::puma;
 use crate::rig::Rig;
@@ -16,7 +16,8 @@ fn state(theta: &[f64]) -> ArmState {
     state
 }
 
-/// The angle of joint 3 between `from` and `to` at which the wrist is nearest to the shoulder (`sign` 1) or farthest from it (−1).
+/// Returns the angle of joint 3 between `from` and `to` at which the wrist is nearest to the shoulder (`sign` 1) or farthest from
+/// it (−1).
 fn elbow(sign: f64, from: f64, to: f64) -> f64 {
     let length = |angle: f64| sign * state(&[0.7, 1.0, angle, 0.5, -0.7, 2.0]).tool_point().norm();
     let (mut low, mut high) = (from, to);
@@ -35,7 +36,8 @@ fn stretched() -> [f64; 6] {
     [0.7, 1.0, elbow(-1.0, -2.5, -0.5), 0.5, -0.7, 2.0]
 }
 
-/// What the joints cannot do at `theta`: a unit twist of the tool, at the tool and in the base frame's directions.
+/// Returns the smallest singular value at `theta`, and the motion that the arm has lost: a unit twist at the tool, along the base's
+/// axes.
 fn lost(theta: &[f64]) -> (f64, Vector6<f64>) {
     let state = state(theta);
     let svd = state.body_jacobian().svd(true, false);
@@ -47,7 +49,7 @@ fn lost(theta: &[f64]) -> (f64, Vector6<f64>) {
     (sigma, Vector6::new(angular.x, angular.y, angular.z, linear.x, linear.y, linear.z))
 }
 
-/// The pose of the tool at `theta`, moved by `way` along the lost direction.
+/// Returns the pose of the tool at `theta`, moved by `way` along the lost direction.
 fn beside(theta: &[f64], way: f64) -> UnitDualQuaternion {
     let pose = state(theta).base_from_tool();
     let (_, twist) = lost(theta);
@@ -69,7 +71,7 @@ fn rig(law: Law, theta: &[f64]) -> Rig {
     rig
 }
 
-/// A goal a tenth of a metre, or 0.4 rad, along what the arm has lost, and where joint `joint` leads out.
+/// A goal that is 0.1 m or 0.4 rad away along the direction that the arm has lost, and the joint that leads out.
 struct Case {
     name: &'static str,
     theta: [f64; 6],
@@ -100,7 +102,7 @@ fn cases() -> Vec<Case> {
     ]
 }
 
-/// 0.1 m along the lost direction, with the sign that leads away from the base.
+/// Returns 0.1 m along the lost direction, with the sign that leads away from the base.
 fn outward(theta: &[f64]) -> f64 {
     let (_, twist) = lost(theta);
     0.1 * state(theta).tool_point().dot(&twist.fixed_rows::<3>(3)).signum()
@@ -137,7 +139,7 @@ fn rule_8_the_escape_is_the_same_each_time() {
 
 #[test]
 fn rule_8_what_is_not_stuck_is_not_touched() {
-    // At the elbow logc_pd is slower than logc: it is caught by the singularity there, and is led out.
+    // At the elbow, logc_pd is slower than logc. The singularity stops it, and the escape leads it out.
     for law in Law::ALL.into_iter().filter(|law| *law != Law::LogcPd) {
         let mut rig = Rig::with(|settings| settings.controller.law = law);
         rig.goal("theta_desired");
@@ -148,7 +150,7 @@ fn rule_8_what_is_not_stuck_is_not_touched() {
     }
 }
 
-/// How the motion from `theta` to `goal` is given up.
+/// Returns the reason why the motion to `goal` stalls.
 fn stall(mut rig: Rig, goal: &UnitDualQuaternion) -> Stall {
     rig.goal_pose(goal);
     rig.run_until(State::Stalled, 20.0);
@@ -158,7 +160,7 @@ fn stall(mut rig: Rig, goal: &UnitDualQuaternion) -> Stall {
 #[test]
 fn rule_9_stalls_have_reasons_that_can_be_told_apart() {
     for law in [Law::Logc, Law::DoubleGeodesic, Law::Diffc] {
-        // The shoulder's offset makes a hole round the first axis, and the wrist is at its edge.
+        // The shoulder's offset makes a hole around the first axis. The wrist is at the edge of the hole.
         let hole = beside(&folded(), -outward(&folded()));
         assert_eq!(stall(rig(law, &folded()), &hole), Stall::Unreachable, "{law}");
         let beyond = beside(&stretched(), outward(&stretched()));
@@ -173,7 +175,7 @@ fn rule_9_stalls_have_reasons_that_can_be_told_apart() {
     }
 }
 
-/// One joint that turns, and one that slides.
+/// Returns an arm of one revolute joint, and one of one prismatic joint.
 fn single_joints() -> [(&'static str, Chain); 2] {
     let row = DhRow { alpha: 0.0, a: 0.5, d: 0.1, theta_offset: 0.0 };
     let (origin, axis) = (UnitDualQuaternion::identity(), Vector3::x_axis());
@@ -203,7 +205,7 @@ fn rule_9_one_joint_whose_goal_is_off_its_path_is_as_near_as_it_comes() {
             rig.run_until(State::Stalled, 30.0);
             let status = rig.servo.status();
             let expected = match status.stall {
-                // The goal is farther from the slide than its tool, at any position of it.
+                // At any position of the slide, the goal is farther from it than the tool.
                 Some(Stall::BeyondReach(reach)) => kind == "sliding" && reach.longest < reach.goal,
                 other => kind == "turning" && other == Some(Stall::Unreachable),
             };
@@ -213,7 +215,7 @@ fn rule_9_one_joint_whose_goal_is_off_its_path_is_as_near_as_it_comes() {
     }
 }
 
-/// Only a program that uses the library can set such a gain: a singularity does not hold the arm here.
+/// Only a program that uses the library can set this gain. The arm stands without a singularity.
 #[test]
 fn rule_9_a_gain_of_zero_makes_no_progress() {
     let mut rig = rig(Law::Logc, &stretched());
@@ -237,7 +239,7 @@ fn rule_9_an_escape_that_position_limits_bar_names_the_joint() {
     assert!(stall.explain(|joint| format!("joint{joint}")).starts_with("joint3 is at its position limit"));
 }
 
-/// Both arms are stretched as far as they go, by a goal beyond, and are then to come nearer: along what they have lost.
+/// Both arms are stretched toward a goal beyond their reach. The next goal is nearer, along the direction that they have lost.
 #[test]
 fn rule_8_two_arms_are_led_out_too() {
     for map in [Map::Transpose, Map::DampedInverse] {
@@ -269,7 +271,7 @@ fn rule_8_two_arms_are_led_out_too() {
                 rig.cycle();
                 led |= rig.servo.status().leaving_singularity;
             }
-            // With the inverse a squared distance is so large an error that the law goes by itself.
+            // With the inverse, a squared distance is such a large error that the law needs no escape.
             assert!(led || rig.speed() > 0.05, "{aim} {map}");
             rig.run_until(State::Settled, 20.0);
         }

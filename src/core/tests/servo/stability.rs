@@ -1,4 +1,5 @@
-//! Up to which latency each law is stable by itself: measured, beside the formula; the table of the guide is this test's.
+//! The largest latency at which each law is stable on its own: measured, and by the formula. This test generates the table of the
+//! guide.
 
 use crate::reference::{parameters, theta};
 use dq_algebra::UnitDualQuaternion;
@@ -9,7 +10,7 @@ use std::time::Duration;
 
 const PERIOD: Duration = Duration::from_millis(2);
 
-/// The built-in arm near the reference work's goal, under a law by itself.
+/// The built-in arm near the goal of the reference work, under a law without the rest of the servo.
 struct Loop {
     arm: Arms,
     controller: Controller,
@@ -37,7 +38,7 @@ impl Loop {
         let mut late: VecDeque<_> = std::iter::repeat_n(theta.clone(), latency).collect();
         let mut speeds = vec![0.0; theta.len()];
         let mut approach = Approach::new(theta.len());
-        // Long enough for some swings at the border, of which each takes about four times the delay.
+        // Long enough for some oscillations at the limit of stability. Each takes about four times the delay.
         let cycles = 120 * (latency + 1) + (20.0 / (self.rate() * PERIOD.as_secs_f64())) as usize;
         let mut largest = [0.0_f64; 2];
         for cycle in 0..cycles {
@@ -57,7 +58,7 @@ impl Loop {
         largest[1] < largest[0]
     }
 
-    /// The largest latency at which it is stable, in cycles.
+    /// Returns the largest latency at which the loop is stable, in cycles.
     fn largest_latency(&mut self) -> usize {
         let (mut stable, mut unstable) = (0, (2.0 / (self.rate() * PERIOD.as_secs_f64())) as usize + 2);
         while unstable - stable > 1 {
@@ -68,7 +69,7 @@ impl Loop {
     }
 }
 
-/// The largest latency that the formula allows at `rate`, in cycles.
+/// Returns the largest latency that the formula allows at `rate`, in cycles.
 fn by_formula(rate: f64) -> usize {
     (0..2000).take_while(|cycles| rate < largest_rate(PERIOD * *cycles, PERIOD)).count().saturating_sub(1)
 }

@@ -1,4 +1,4 @@
-//! What makes the arm stand, and what lets it go on: ~/pause, ~/stop, stalls (rule 9), the end (rule 10); all states.
+//! The reasons why the arm stands, and how it resumes: ~/pause, ~/stop, stalls (rule 9), the end (rule 10); all states.
 
 use crate::rig::Rig;
 use dq_core::servo::{Event, State};
@@ -54,12 +54,12 @@ fn a_stop_keeps_a_pause() {
     assert_eq!(rig.state(), State::Tracking);
 }
 
-/// Joint 3, which has to go from 2.36 to 1.05 rad, may not.
+/// Limits joint 3, which has to go from 2.36 to 1.05 rad, so that it cannot arrive.
 fn hold_joint_3(settings: &mut dq_core::servo::Settings) {
     settings.limits.position.lower[2] = 1.6;
 }
 
-/// A rig whose arm has stalled, because joint 3 is held by its position limit.
+/// Returns a rig whose arm has stalled because joint 3 is at its position limit.
 fn stalled() -> Rig {
     let mut rig = Rig::with(|settings| {
         settings.progress_timeout = Some(Duration::from_secs(1));
@@ -98,7 +98,7 @@ fn rule_9_a_stall_ends_by_a_pause_that_ends() {
 #[test]
 fn rule_9_the_same_goal_ends_a_stall_after_a_silence_but_not_as_a_stream() {
     let mut rig = stalled();
-    // stalled() has been silent for long.
+    // The publisher has been silent for a long time.
     rig.goal("theta_desired");
     rig.cycle();
     assert_eq!(rig.state(), State::JointLimit);
@@ -187,7 +187,7 @@ fn each_of_the_eleven_states_is_met_and_has_its_name() {
 #[test]
 fn a_request_to_go_on_that_comes_late_is_rejected_and_one_to_pause_is_not() {
     let mut rig = Rig::new();
-    // The cycle that takes the request is one more than the rig's.
+    // The request is taken in a cycle that the rig does not count.
     rig.check_commands = false;
     rig.goal("theta_desired");
     rig.run(0.5);

@@ -1,10 +1,10 @@
-//! A stop always stops: no limit that is changed in motion takes it away.
+//! A stop always stops the arm, whatever limit is changed during the motion.
 
 use crate::rig::{PERIOD, Rig};
 use dq_core::servo::State;
 use dq_kinematics::control::Law;
 
-/// An arm in the fast part of its motion.
+/// Returns an arm in the fast part of its motion.
 fn in_motion() -> Rig {
     let mut rig = Rig::new();
     rig.set_law(Law::Diffc);
@@ -14,7 +14,7 @@ fn in_motion() -> Rig {
     rig
 }
 
-/// What has reason to make the arm stand.
+/// A cause for the arm to stand: its name, its effect, and the state that follows.
 type Reason = (&'static str, fn(&mut Rig), State);
 
 const REASONS: [Reason; 4] = [
@@ -35,7 +35,7 @@ fn rule_13_acceleration_and_velocity_lowered_in_motion_leave_the_stop_as_it_was(
                 settings.limits.joint_velocity = vec![velocity; 6];
             });
             stop(&mut rig);
-            // From 5 rad/s at 50 rad/s², and the state's timeout before it.
+            // The time to brake from 5 rad/s at 50 rad/s², after the timeout of the joint state.
             rig.run(0.21);
             let end = (rig.state(), rig.speed());
             assert_eq!(end, (state, 0.0), "{reason}, {acceleration} rad/s^2, {velocity} rad/s");
@@ -78,7 +78,7 @@ fn rule_13_each_joint_stops_by_its_own_deceleration() {
 fn rule_13_a_joint_that_may_hardly_accelerate_does_not_hold_up_the_others() {
     let mut rig = in_motion();
     rig.change(|settings| settings.limits.joint_acceleration[0] = 1e-6);
-    // The law goes on to drive; the arm must not run past its goal at the speed that it has.
+    // The law still commands the arm, which must not pass its goal at its present speed.
     rig.run(1.1);
     assert!(rig.speed() < 0.1, "{:?}", rig.command);
 }
@@ -103,7 +103,7 @@ fn rule_13_a_tool_speed_lowered_in_motion_is_reached_within_a_second() {
         settings.limits.linear_speed = 0.01;
         settings.limits.joint_acceleration = vec![1e-6; 6];
     });
-    // From then on the rig checks it.
+    // The rig checks the limit from then on.
     rig.run(2.0);
 }
 
@@ -118,7 +118,7 @@ fn rule_13_a_position_limit_is_kept_with_the_deceleration_that_was_counted_on() 
     while rig.plants[0].positions()[2] > 2.0 {
         rig.cycle();
     }
-    // The joint could not stop at 5 rad/s², which is all that its velocity limit demands.
+    // At 5 rad/s², the least that its velocity limit demands, the joint could not stop in time.
     let speed = rig.command[2];
     assert!(speed * speed / (2.0 * 5.0) > 0.2, "{speed}");
     rig.change(|settings| {

@@ -1,5 +1,5 @@
-//! Goals that wait for their frames: what drops a goal in force, or requests it again, does the same to those that came before it
-//! and are found after it.
+//! Goals that wait for their frames. An event that drops the goal in force, or requests it again, supersedes the goals that arrived
+//! before the event and whose frames are found after it.
 
 use crate::reference::pose;
 use crate::rig::{Rig, reading, state_of};
@@ -7,14 +7,14 @@ use dq_core::servo::{Contended, GoalReading, Interface, Rejection, Revocation, S
 use dq_kinematics::control::{Aim, Law};
 use std::time::Duration;
 
-/// A goal elsewhere, found after it has waited for this many seconds.
+/// Returns another goal, found after it has waited for `seconds`.
 fn found(seconds: f64) -> GoalReading<'static> {
     let pose = pose("theta_third");
     GoalReading { waited: Duration::from_secs_f64(seconds), ..reading(&pose, 0) }
 }
 
-/// Half a second after the goal came, `what` happens, and 1.5 s later the goal is found: why it was refused. One that came after
-/// that is gone to.
+/// Runs `what` 0.5 s after a goal arrived. Returns the reason why the servo rejects this goal when its frame is found 1.5 s later.
+/// Checks that the arm moves to a goal that arrived after `what`.
 fn refusal(rig: &mut Rig, what: impl FnOnce(&mut Rig)) -> Rejection {
     let came = rig.now;
     rig.run(0.5);
@@ -58,7 +58,7 @@ fn a_twist_overtakes_a_goal_that_waits_for_its_frame() {
         rig.twist([0.0, 0.0, 0.05], [0.0; 3], "").unwrap();
     };
     assert_eq!(refusal(&mut standing(), twist), Rejection::Superseded(Revocation::Jogged));
-    // One that came with the twist, or while it ruled, is refused too.
+    // A goal that arrived with the twist, or while the twist was obeyed, is rejected, too.
     let mut rig = standing();
     twist(&mut rig);
     rig.run(0.3);
@@ -84,7 +84,7 @@ fn rule_15_a_goal_that_waits_for_its_frame_does_not_outlive_the_robot_s_absence_
     assert!(why.to_string().contains("the robot was away for 1.2 s: let it send nothing"), "{why}");
     let why = refusal(&mut standing(), |rig| rig.plants[0].reset());
     assert!(matches!(why, Rejection::Superseded(Revocation::IsElsewhere(..))), "{why}");
-    // It is found in the cycle in which the robot jumps.
+    // The goal is found in the cycle in which the robot jumps.
     let mut rig = standing();
     rig.run(0.5);
     rig.plants[0].reset();
@@ -93,7 +93,7 @@ fn rule_15_a_goal_that_waits_for_its_frame_does_not_outlive_the_robot_s_absence_
     assert_eq!((rig.state(), rig.speed()), (State::Holding, 0.0));
 }
 
-/// The goal that is found last came before that, and says nothing newer.
+/// The goal whose frame is found last arrived earlier. So it does not change the request.
 #[test]
 fn a_goal_that_is_set_going_while_the_robot_is_away_stays_so_when_an_older_one_is_found() {
     let mut rig = standing();
@@ -157,7 +157,7 @@ fn a_goal_that_comes_late_is_rejected_and_one_sent_before_a_stop_too() {
     let goal = |seconds| GoalReading { sent: sent(seconds), ..found(0.0) };
     let late = rig.take_single(&goal(5.9)).unwrap_err();
     assert!(
-        matches!(late, Rejection::Late(_)) && late.to_string().contains("sent 5.9 s before it came"),
+        matches!(late, Rejection::Late(_)) && late.to_string().contains("5.9 s after it was sent"),
         "{late}"
     );
     rig.stop();

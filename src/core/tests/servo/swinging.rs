@@ -1,4 +1,5 @@
-//! Rule 18: commands that swing stall the arm within 3 s, whatever restarts other watches; and goals that shake swing no arm that is stable.
+//! Rule 18: commands that oscillate stall the arm within 3 s, whatever restarts other monitors. Noisy goals do not make a stable
+//! arm oscillate.
 
 use super::follow::{Follow, Stream, circle, line, start_of};
 use crate::reference::{parameters, pose, theta};
@@ -9,18 +10,18 @@ use dq_kinematics::control::Law;
 use nalgebra::Vector3;
 use std::time::Duration;
 
-/// A stream of goals about a place.
+/// A noisy stream of goals around one place.
 #[derive(Clone, Copy)]
 struct Noisy {
     /// The standard deviation of each coordinate \[m\].
     noise: f64,
-    /// How often one is sent \[Hz\]; 0 for once.
+    /// The rate of the goals \[Hz\]; 0: a single goal.
     rate: f64,
     seed: u64,
 }
 
 impl Noisy {
-    /// Streams for so long about `goal`, or until the arm stalls: for how long it was driven until then \[s\], if it stalls.
+    /// Streams goals around `goal` for `seconds`. Returns after which time the arm stalls, if it does \[s\].
     fn stalls(&self, sim: &mut Sim, goal: &UnitDualQuaternion, seconds: f64) -> Option<f64> {
         let Self { noise, rate, seed } = *self;
         let mut random = Random::new(seed);
@@ -42,7 +43,7 @@ impl Noisy {
     }
 }
 
-/// An arm whose law is too fast for its delays, which it does not know of.
+/// Returns an arm whose law is too fast for the delays, which the servo does not know.
 fn unstable() -> Sim {
     let mut parameters = parameters();
     parameters.settings.controller.set_gains(Law::Diffc, [1000.0; 2]);

@@ -8,7 +8,7 @@ fn rule_11_while_cycles_are_missed_the_plant_stops_by_itself_and_then_the_motion
     let mut rig = Rig::in_motion(0.5);
     let (before, speed) = (rig.plants[0].positions().to_vec(), rig.speed());
     rig.cycle_late(450);
-    // During the missed 0.9 s the plant has moved for its timeout of 0.1 s, and then for the late cycle itself.
+    // During the missed 0.9 s, the plant moved for its timeout of 0.1 s; then it moved for the late cycle.
     let moved = crate::reference::distance(&before, rig.plants[0].positions());
     let most = (speed + 0.1) * (0.1 + 2.0 * PERIOD.as_secs_f64());
     assert!(moved > 0.0 && moved <= most, "{moved} of {most}");

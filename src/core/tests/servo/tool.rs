@@ -1,4 +1,4 @@
-//! A tool beside the tool frame, and another one while the arm moves.
+//! A tool with an offset from the tool frame, and a change of the tool while the arm moves.
 
 use crate::reference::{pose, puma};
 use crate::rig::Rig;
@@ -33,11 +33,11 @@ fn the_tool_s_offset_goes_to_the_goal() {
     }
 }
 
-/// The rig holds every command against the limits, and every cycle's tool too.
+/// The rig checks every command, and the tool's speed in every cycle, against the limits.
 #[test]
 fn another_tool_stands_until_somebody_asks_it_to_move() {
     let mut rig = Rig::new();
-    // The rig's own arms keep the tool of before.
+    // The rig's arms keep the old tool.
     rig.check_tools = false;
     rig.goal("theta_desired");
     rig.run(0.7);
@@ -58,9 +58,9 @@ fn another_tool_stands_until_somebody_asks_it_to_move() {
     rig.run_until(State::Settled, 30.0);
     let at = puma().forward_kinematics(&rig.positions()).unwrap();
     assert!(apart(&(at * gripper()), &pose("theta_desired")) < 1.1e-2);
-    // The way of the tool does not count the leap from one to the other.
+    // The path length does not include the jump from one tool to the other.
     assert!(rig.servo.status().figures.path_length < 2.0);
-    // One that has arrived stands with the tool that it has now.
+    // An arm that has arrived stays settled with its new tool.
     rig.change(|settings| settings.tool_offset = UnitDualQuaternion::identity());
     rig.run(1.0);
     assert_eq!((rig.state(), rig.speed()), (State::Holding, 0.0));

@@ -1,4 +1,4 @@
-//! Rule 5: a limit on the tool's speed that is lowered is reached within 1 s, under a limit on jerk within 1.4 s, and kept.
+//! Rule 5: if a limit on the tool's speed is lowered, the tool keeps it after 1 s, or after 1.4 s under a limit on jerk.
 
 use crate::reference::{parameters, puma};
 use crate::sim::{Random, Sim};
@@ -6,7 +6,7 @@ use dq_kinematics::control::Law;
 
 const FREE: [f64; 6] = [0.3, -1.0, 0.0, 0.4, 1.4, 0.1];
 
-/// An arm under such a limit on jerk [rad/s³] and acceleration [rad/s²].
+/// Returns an arm under these limits on jerk [rad/s³] and acceleration [rad/s²].
 fn arm(random: &mut Random, jerk: f64, acceleration: f64) -> Sim {
     let mut parameters = parameters();
     let settings = &mut parameters.settings;
@@ -17,7 +17,7 @@ fn arm(random: &mut Random, jerk: f64, acceleration: f64) -> Sim {
     Sim::new(&parameters, FREE.to_vec())
 }
 
-/// For how long after the limits were lowered the tool is faster than they allow \[s\].
+/// Returns how long the tool is faster than its limits after they were lowered \[s\].
 fn too_fast_for(seed: u64, jerk: f64) -> f64 {
     let mut random = Random::new(seed);
     let acceleration = random.pick(&[50.0, 10.0, 3.0]);
@@ -27,7 +27,7 @@ fn too_fast_for(seed: u64, jerk: f64) -> f64 {
     let twist = [(); 3].map(|()| random.between(-0.5, 0.5));
     let jogs = random.is(0.5);
     if !jogs {
-        // One beyond reach is refused.
+        // The servo rejects a goal beyond reach.
         let _ = sim.goal(1, &puma().forward_kinematics(&wanted).unwrap());
     }
     let mut lowered = None;
@@ -48,9 +48,9 @@ fn too_fast_for(seed: u64, jerk: f64) -> f64 {
         sim.cycle();
         sim.truth.evaluate(&sim.q);
         let tool = sim.truth.tool_speed(&sim.command);
-        // Where one limit takes over from the other, joints that may not change their acceleration faster exceed it for some milliseconds.
+        // At the change from one limit to the other, joints under a limit on jerk exceed the limit for some milliseconds.
         let is_fast = tool.linear > 1.3 * linear + 2e-4 || tool.angular > 1.3 * angular + 2e-4;
-        // Later on a twist may swing the arm through a singularity, which is not what is asked here.
+        // Later, a twist may swing the arm through a singularity. This test is not about that.
         if lowered.is_some_and(|at| sim.time > at + 1.43) && sim.servo.smallest_singular_value() < 0.05 {
             break;
         }
@@ -61,7 +61,7 @@ fn too_fast_for(seed: u64, jerk: f64) -> f64 {
     last
 }
 
-/// Returns the seeds, with their jerk limits, whose tool is too fast for longer than this \[s\].
+/// Returns the seeds, with their jerk limits, at which the tool is too fast for longer than `longest` \[s\].
 fn too_late(seeds: u64, longest: f64, jerk: impl Fn(u64) -> f64) -> Vec<(u64, f64, f64)> {
     let all = (0..seeds).map(|seed| (seed, jerk(seed), too_fast_for(seed, jerk(seed))));
     all.filter(|(.., seconds)| *seconds > longest).collect()

@@ -1,4 +1,4 @@
-//! What is sent: after a gap of the cycles, and with `integral` against what pulls at the arm.
+//! The output after missed cycles, and with `integral` against a pull at the arm.
 
 use crate::reference::{parameters, pose, puma, theta};
 use crate::sim::{Random, Sim};
@@ -17,7 +17,7 @@ fn sim_with(start: &[f64], change: impl FnOnce(&mut Settings)) -> Sim {
     Sim::new(&parameters, start.to_vec())
 }
 
-/// The pose `[x, y, z]` \[m\] from `pose`.
+/// Returns `pose`, moved by `by` \[m\].
 fn moved(pose: &UnitDualQuaternion, by: [f64; 3]) -> UnitDualQuaternion {
     UnitDualQuaternion::from_parts(pose.rotation(), pose.translation() + Vector3::from(by))
 }
@@ -55,7 +55,7 @@ fn after_a_gap_nothing_is_sent_before_a_joint_state_that_was_measured_after_it()
     sim.run(0.1);
     sim.goal(1, &pose("theta_desired")).unwrap();
     sim.run(0.7);
-    // The cycle wakes before the threads of DDS: what it hears at first is older than the gap.
+    // The cycle wakes before the threads of DDS, so its first joint states are older than the gap.
     sim.state_delay = 0.05;
     sim.run(0.06);
     sim.advance(0.4, false);
@@ -91,7 +91,7 @@ fn an_arm_that_was_switched_off_where_it_stood_does_not_leap_by_the_integral() {
     }
 }
 
-/// Turns the tool slowly by a twist for that time \[s\]; when the arm was first commanded to stand.
+/// Turns the tool slowly by a twist for `seconds`. Returns when the arm was first commanded to stand.
 fn turn(sim: &mut Sim, speed: f64, seconds: f64) -> Option<f64> {
     let end = sim.time + seconds;
     let mut stood = None;
@@ -124,7 +124,7 @@ fn rule_17_a_joint_that_sticks_in_slow_motion_is_seen_once_it_should_have_gone_2
     }
 }
 
-/// Something that happens to an arm that `integral` holds.
+/// Events that may happen to an arm that `integral` holds.
 const EVENTS: [&str; 18] = [
     "goal",
     "pause",
@@ -183,7 +183,7 @@ fn happens(what: &str, sim: &mut Sim, random: &mut Random) {
     }
 }
 
-/// Sends whatever comes to an arm that is pulled at, and checks acceleration and jerk of what is sent.
+/// Applies random events to an arm under a pull, and checks acceleration and jerk of the output.
 fn keeps_acceleration_and_jerk(seed: u64) {
     let mut random = Random::new(seed);
     let jerk = if random.is(0.5) { 10_f64.powf(random.between(2.5, 4.0)) } else { f64::INFINITY };
@@ -268,7 +268,7 @@ fn a_load_that_changes_at_rest_is_no_disobedience() {
     for (pull, integral) in [(0.05, 5.0), (0.15, 5.0), (0.3, 5.0), (-0.15, 2.0), (0.15, 10.0), (0.05, 0.0)] {
         let mut sim = sim_with(&FREE, |settings| {
             settings.integral = integral;
-            // What the load moves the arm by decays with the law, whose gain is 1/s.
+            // A displacement by the load decays under the law, whose gain is 1 1/s.
             settings.progress_timeout = Some(Duration::from_secs(10));
         });
         sim.run(0.1);

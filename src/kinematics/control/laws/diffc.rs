@@ -8,11 +8,12 @@ use crate::control::{Aim, AngularLinear, PoseError, Stiffness};
 
 /// The law `θ̇ = Jᵀ K (q_d − q)` in R⁸ (eq. 16–20).
 ///
-/// If the aim is less than a pose, the law is the transpose with the error of diffc_inverse, at a quarter of the gain. That is the same law
-/// to first order for a tool at the base frame's origin: the pose's derivative contains ½ of a twist, and so does its transpose.
+/// If the aim is less than a pose, the law is the transpose with the error of diffc_inverse, at a quarter of the gain. For a tool
+/// at the base frame's origin, that is the same law to first order: the pose's derivative is ½ of a twist, and the transpose has
+/// another ½.
 pub struct Diffc;
 
-/// The factor of K if a twist is fed back.
+/// The factor of K if the law feeds back a twist.
 const QUARTER: f64 = 0.25;
 
 impl ControlLaw for Diffc {

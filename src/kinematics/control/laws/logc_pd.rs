@@ -1,13 +1,13 @@
-//! The logarithmic law of second order, with damping.
+//! The second-order logarithmic law.
 
 use crate::control::control_law::{ControlLaw, LEAST, LawGains};
 use crate::control::{AngularLinear, PoseError};
 
 /// The PD law on SE(3), `V̇ = −K_p log(e) − K_d V` in the tool's axes (paper §10.2; Bullo & Murray 1995, theorem 5).
 ///
-/// It is logc with the gain `K_p/K_d`, whose velocity is [approached](ControlLaw::approach_rate) at the rate `K_d`. From rest the tool
-/// moves on one screw, and its distance x along the screw obeys `ẍ + K_d ẋ + K_p x = 0`: critically damped at `K_d = 2√K_p`, with overshoot
-/// below. A motion begins with the acceleration `K_p x` instead of a step of the velocity.
+/// It is logc with the gain `K_p/K_d`; the arm's velocity [approaches](ControlLaw::approach_rate) that of logc at the rate `K_d`.
+/// From rest, the tool moves on one screw. Its distance x along the screw obeys `ẍ + K_d ẋ + K_p x = 0`: critically damped at `K_d
+/// = 2√K_p`, with overshoot at a lower K_d. A motion begins with the acceleration `K_p x` instead of a step of the velocity.
 pub struct LogcPd;
 
 impl ControlLaw for LogcPd {
@@ -34,7 +34,7 @@ impl ControlLaw for LogcPd {
         [k_p / k_d; 2]
     }
 
-    /// Returns critically damped gains, with errors that decay as `(1 + gain t) exp(−gain t)`.
+    /// Returns critically damped gains. Errors decay as `(1 + gain t) exp(−gain t)`.
     fn gains_at(&self, gain: f64, _before: [f64; 2]) -> [f64; 2] {
         [gain.powi(2), 2.0 * gain]
     }

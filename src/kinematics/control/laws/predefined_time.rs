@@ -5,12 +5,12 @@ use crate::control::control_law::{ControlLaw, LawGains};
 use crate::control::{AngularLinear, PoseError};
 use std::f64::consts::PI;
 
-/// logc with a gain that grows near the goal and far from it, so that the time to arrive is bounded. Its parameters are that bound T \[s\]
-/// and the largest gain [1/s].
+/// logc with a gain that grows near the goal and far from it, so that the time to arrive is bounded. The parameters are that bound
+/// T \[s\] and the largest gain [1/s].
 ///
-/// The system `ẋ = −(π/T)(√x + x√x)` moves from x to 0 in the time `(2T/π) atan √x`, which is below T for any start. It is the system of
-/// Aldana-López et al. (2019, arXiv 1809.07012) with exponents ½ and 3/2 and coefficients 1. Its rate is unbounded near 0; a sampled loop
-/// needs a bound.
+/// The system `ẋ = −(π/T)(√x + x√x)` moves from x to 0 within the time `(2T/π) atan √x`, which is below T for any start. It is the
+/// system of Aldana-López et al. (2019, arXiv 1809.07012) with the exponents ½ and 3/2 and coefficients of 1. Its rate is unbounded
+/// near 0, and a sampled loop needs a bound.
 pub struct PredefinedTime;
 
 impl ControlLaw for PredefinedTime {
@@ -33,7 +33,7 @@ impl ControlLaw for PredefinedTime {
         }
     }
 
-    /// Returns the gain, with rad and m taken alike.
+    /// Returns the gain. Rad and m weigh alike.
     fn twist_gains(&self, [settling_time, limit]: [f64; 2], error: &AngularLinear) -> [f64; 2] {
         let root = norm(error).sqrt();
         [(PI / settling_time * (1.0 / root + root)).min(limit); 2]

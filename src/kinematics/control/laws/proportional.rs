@@ -1,4 +1,4 @@
-//! The product of gain and error.
+//! Laws of the form gain times error.
 
 use crate::control::control_law::{ControlLaw, LawGains, Map};
 use crate::control::{AngularLinear, PoseError};
@@ -7,9 +7,9 @@ use crate::control::{AngularLinear, PoseError};
 pub struct Proportional<E> {
     /// The law's name.
     pub name: &'static str,
-    /// Its error.
+    /// The error that the law feeds back.
     pub error: E,
-    /// Its map.
+    /// The map to joint velocities.
     pub map: Map,
 }
 
@@ -27,7 +27,7 @@ impl<E: Fn(&PoseError) -> AngularLinear + Sync> ControlLaw for Proportional<E> {
         self.map
     }
 
-    /// Returns the default gains. A transposed Jacobian reduces the error by its squared singular values, and needs higher gains.
+    /// Returns the default gains. The transpose scales the error by squared singular values, which needs higher gains.
     fn gains(&self) -> LawGains {
         match self.map {
             Map::Transpose => LawGains::twist(50.0, 1e4),

@@ -12,10 +12,10 @@ use nalgebra::Vector6;
 /// The ranges of the vertical axes of the paper's error plots: figures 1, 3 and 4.
 const CLOSE_UP: [f64; 3] = [0.09, 6.5e-4, 1e-3];
 
-/// The initial part of diffc's motion that needs its own time axis \[s\].
+/// The initial part of diffc's motion, which needs its own time axis \[s\].
 const SOON: f64 = 0.5;
 
-/// The joints by the paper's names.
+/// The paper's names of the joints.
 const JOINTS: [&str; 8] = ["θ1", "θ2", "θ3", "θ4", "θ5", "θ6", "θ7", "θ8"];
 
 /// Creates a panel over the whole time of its curves.
@@ -31,7 +31,7 @@ fn with_close_up(label: &str, series: Vec<Series>, close_up: f64) -> [Panel; 2] 
     [panel("whole range", label, series), close]
 }
 
-/// Returns the beginning of a panel.
+/// Returns a panel that shows only the beginning.
 fn soon(panel: &Panel) -> Panel {
     let mut soon = panel.clone();
     soon.title = format!("the first {SOON} s");
@@ -39,7 +39,7 @@ fn soon(panel: &Panel) -> Panel {
     soon
 }
 
-/// Returns a curve of `values` for each of `names`: first solid in the colors of a group, then dashed.
+/// Returns a curve of `values` for each of `names`: the first ones solid in the colors of a group, the others dashed.
 fn components(
     names: &[&str],
     group: usize,
@@ -55,7 +55,7 @@ fn components(
     names.iter().enumerate().map(series).collect()
 }
 
-/// Returns the positions of `count` joints from this index on.
+/// Returns the curves of the positions of `count` joints, from the index `first` on.
 fn angles(trajectory: &Trajectory, first: usize, count: usize) -> Vec<Series> {
     let names = &JOINTS[..count.min(JOINTS.len())];
     components(names, COMPONENTS.len(), &trajectory.times, |k, i| trajectory.states[k][first + i])
@@ -79,7 +79,8 @@ pub(super) fn joint_angles(lab: &Laboratory, run: &SimulatedRun) -> Figure {
     chart("fig2", &title, &[vec![soon(&whole)], vec![whole]])
 }
 
-/// Draws figure 3, and the joint angles of both manipulators, which section 4 of the paper announces but does not show.
+/// Draws figure 3, and a figure of the joint angles of both manipulators. Section 4 of the paper announces the latter but does not
+/// show it.
 pub(super) fn relative_position(lab: &Laboratory) -> Result<[Figure; 2], PaperError> {
     let constants = lab.experiment.relative_position;
     let mut arms = Arms::two(lab.chain.clone(), lab.chain.clone());
@@ -107,7 +108,7 @@ pub(super) fn relative_position(lab: &Laboratory) -> Result<[Figure; 2], PaperEr
     Ok([figure, chart("fig3_angles", &title, &arms)])
 }
 
-/// Draws the motion as integrated in the paper, and as the program runs it through the joints.
+/// Draws logc's motion as the paper integrated it, and as the program runs it through the joints.
 pub(super) fn logc_error(lab: &Laboratory, runs: &Runs) -> Figure {
     const NAMES: [&str; 6] = [
         "½ rotation x [rad]",
@@ -129,7 +130,7 @@ pub(super) fn logc_error(lab: &Laboratory, runs: &Runs) -> Figure {
     let half_logs: Vec<_> = ours.poses.iter().map(|pose| (ours.goal.inverse() * *pose).half_log()).collect();
     let [mut our_whole, our_close] = of(&ours.trajectory.times, &half_logs);
     our_whole.title = format!("through the joints, k = {}", lab.experiment.comparison.gain);
-    // Both have the same range, so that they can be compared.
+    // Both panels have the same range, so that they can be compared.
     our_whole.y.range =
         whole.y.range.start.min(our_whole.y.range.start)..whole.y.range.end.max(our_whole.y.range.end);
     whole.y.range = our_whole.y.range.clone();

@@ -6,7 +6,7 @@ use dq_algebra::UnitDualQuaternion;
 use dq_figures::{BOTH_SIDES, Figure, Line, Path, Place, Scene, Viewpoint, frameplotter, law_color, scenes};
 use dq_kinematics::control::Law;
 
-/// The motion of a tool, with [`INTERVAL`] between poses.
+/// The motion of a tool. The time between poses is [`INTERVAL`].
 #[derive(Clone, Copy)]
 struct Tool<'a> {
     law: Law,
@@ -34,7 +34,7 @@ fn samples(interval: f64) -> usize {
 /// The time between the dots of a path \[s\].
 const DOT_INTERVAL: f64 = 0.05;
 
-/// The time between the frames along a path \[s\], and along a path that takes four times as long.
+/// The time between the frames along a path \[s\]; also for a path that takes four times as long.
 const FRAME_INTERVAL: f64 = 0.1;
 const LONG_FRAME_INTERVAL: f64 = 1.0;
 
@@ -44,7 +44,7 @@ impl Tool<'_> {
         Path { name: name.to_owned(), color: law_color(self.law), line, points }
     }
 
-    /// Returns the path as a line, and as dots at equal intervals.
+    /// Returns the path as a line, and as dots at equal intervals of time.
     fn dotted(&self, name: &str) -> Vec<Path> {
         let dots = self.poses.iter().step_by(samples(DOT_INTERVAL)).map(UnitDualQuaternion::translation);
         let dots = Path {
@@ -70,11 +70,11 @@ impl Tool<'_> {
             .collect()
     }
 
-    /// Returns the tool's frames along its path, `interval` \[s\] apart, from two views.
+    /// Returns the tool's frames along its path, at intervals of `interval` \[s\], from two viewpoints.
     fn frames(&self, title: &str, interval: f64) -> Vec<Scene> {
         let step = samples(interval);
         let end = self.poses.last().map_or_else(nalgebra::Vector3::zeros, UnitDualQuaternion::translation);
-        // A standing tool is drawn once.
+        // A tool that stands is drawn once.
         let moving = self.poses.iter().rposition(|pose| (end - pose.translation()).norm() > 2e-3);
         let moving = moving.map_or(self.poses.len(), |last| (last + step).min(self.poses.len()));
         let base = UnitDualQuaternion::identity();
@@ -94,7 +94,7 @@ impl Tool<'_> {
         BOTH_SIDES.map(scene).to_vec()
     }
 
-    /// The percentage of the distance that is left at the end.
+    /// Returns the percentage of the distance that remains at the end.
     fn left_percent(&self) -> f64 {
         let distance = |pose: Option<&UnitDualQuaternion>| {
             pose.map_or(0.0, |pose| (pose.translation() - self.goal.translation()).norm())
@@ -123,7 +123,7 @@ pub(super) fn both_laws(lab: &Laboratory, runs: &Runs) -> Figure {
 }
 
 pub(super) fn diffc_alone(lab: &Laboratory, run: &SimulatedRun) -> Result<Figure, PaperError> {
-    // A path without overshoot is still shown this near to its goal [m].
+    // A path without overshoot is still shown from this distance to its goal on [m].
     const NEAR: f64 = 5e-3;
     let overshoot = 1e3 * lab.metrics(run)?.figures.overshoot;
     let tool = Tool::from(run);
@@ -132,7 +132,7 @@ pub(super) fn diffc_alone(lab: &Laboratory, run: &SimulatedRun) -> Result<Figure
     let mut end = whole.clone();
     end.title = "its end".to_owned();
     end.places.retain(|place| place.name == "goal");
-    // The view is four times as far around the goal as the overshoot.
+    // The view extends around the goal four times as far as the overshoot.
     let near = (4e-3 * overshoot).max(NEAR);
     for path in &mut end.paths {
         path.points.retain(|point| (point - run.goal.translation()).norm() < near);

@@ -3,26 +3,26 @@
 use crate::paper::{Laboratory, PaperError, SimulatedRun, TaskSpaceLogc};
 use dq_kinematics::control::Law;
 
-/// The runs that several figures and the comparison share.
+/// The simulated motions that several figures and the comparison share.
 pub struct Runs {
-    /// diffc with the gain with which it settles.
+    /// The motion of diffc with the gain with which it settles.
     pub diffc: SimulatedRun,
-    /// diffc with logc's gain.
+    /// The motion of diffc with logc's gain.
     pub diffc_low: SimulatedRun,
-    /// diffc with logc's gain over the time of figure 7.
+    /// The motion of diffc with logc's gain over the time of figure 7.
     pub diffc_low_long: SimulatedRun,
-    /// logc as integrated in the paper.
+    /// The motion of logc as the paper integrated it.
     pub task_space_logc: TaskSpaceLogc,
-    /// logc through the joints, with one gain for rotation and translation.
+    /// The motion of logc through the joints, with one gain for rotation and translation.
     pub logc: SimulatedRun,
-    /// The same over the time of figure 4.
+    /// The motion of logc through the joints over the time of figure 4.
     pub logc_long: SimulatedRun,
-    /// double_geodesic with the same gain.
+    /// The motion of double_geodesic with logc's gain.
     pub double_geodesic: SimulatedRun,
 }
 
 impl Runs {
-    /// Simulates all of these runs.
+    /// Simulates all of these motions.
     ///
     /// # Errors
     /// [`PaperError`] if a simulation fails.

@@ -1,22 +1,23 @@
-//! The guard, which monitors the commands to an arm from outside the servo, and stops the arm if they end during a motion. Most controllers
-//! have no timeout of their own, and continue at the last velocity forever.
+//! The guard monitors the commands to an arm from outside the servo. If they end during a motion, it stops the arm. Most
+//! controllers have no timeout of their own, and continue at the last velocity forever.
 
-use crate::Interface;
 use dq_common::named;
+use dq_limits::Interface;
 use std::f64::consts::TAU;
 use std::time::Duration;
 
-/// How long the stop is commanded. One command that arrives is enough, and the guard must not disturb whoever sends commands next.
+/// How long the guard commands a stop. One command that arrives is enough. After that, the guard must not disturb the next sender
+/// of commands.
 const STOPPING: Duration = Duration::from_secs(1);
 
-/// The number of its own periods for which a live servo may be silent.
+/// Number of its own periods for which a servo may be silent.
 pub const PERIODS: u32 = 3;
 
 /// The longest period of a servo.
 const LONGEST_PERIOD: Duration = Duration::from_millis(500);
 
-/// Commands may have been missed in a gap in the joint states, or between two steps of the guard, that is longer than this fraction of the
-/// timeout.
+/// If joint states, or two steps of the guard, are farther apart than this fraction of the timeout, the guard may have missed
+/// commands.
 const LONGEST_GAP: f64 = 0.5;
 
 named! {
@@ -24,24 +25,24 @@ named! {
     "guard" GuardState {
         /// There has been no guard.
         None = "none",
-        /// There is one.
+        /// There is a guard.
         Watching = "watching",
-        /// The guard has gone: nothing would stop the arm if the servo were killed.
+        /// The guard has ended: nothing would stop the arm if the servo were killed.
         Gone = "gone",
     }
 }
 
 /// The guard of one arm. It reads no clock: time is an argument.
 ///
-/// Commands count as ended only if joint states prove it: a guard that has received joint states without a gap for the whole timeout would
-/// have received commands, too.
+/// Commands count as ended only if joint states prove it. A guard that has received joint states without a gap for the whole
+/// timeout would also have received commands.
 #[derive(Clone, Debug)]
 pub struct Guard {
     interface: Interface,
     timeout: Duration,
-    /// The last command, once there was one.
+    /// The last command; `None` until there is one.
     last: Option<Vec<f64>>,
-    /// The intervals before the last two commands: a slow servo may be silent for longer than the timeout.
+    /// The intervals before the last two commands. A slow servo may be silent for longer than the timeout.
     intervals: [Duration; 2],
     /// When the last command arrived.
     heard: Option<Duration>,
@@ -50,18 +51,18 @@ pub struct Guard {
     /// The last measured positions \[rad, prismatic: m\], and when they arrived.
     measured: Vec<f64>,
     measured_at: Option<Duration>,
-    /// Since when the guard has received joint states without a gap, and no command.
+    /// Since when the guard has received joint states without a gap and without a command.
     silent_since: Duration,
-    /// The time of its last step.
+    /// The time of the guard's last step.
     looked: Duration,
-    /// Since when the guard stops the arm, and with which command.
+    /// Since when the guard has been stopping the arm, and the command that it sends.
     stopping: Option<(Duration, Vec<f64>)>,
     stops: u64,
 }
 
 impl Guard {
-    /// Creates the guard of an arm with `joint_count` joints that takes commands of the kind `interface`. Commands count as ended after
-    /// `timeout` without one.
+    /// Creates the guard of an arm with `joint_count` joints that takes commands of the kind `interface`. Commands count as ended
+    /// if none arrives for `timeout`.
     pub fn new(interface: Interface, joint_count: usize, timeout: Duration) -> Self {
         Self {
             interface,
@@ -79,13 +80,14 @@ impl Guard {
         }
     }
 
-    /// Changes the time without commands after which they count as ended.
+    /// Changes the time without a command after which commands count as ended.
     pub fn set_timeout(&mut self, timeout: Duration) {
         self.timeout = timeout;
     }
 
-    /// Notes a command at `now` of anyone but a guard: velocities [rad/s, prismatic: m/s] or positions \[rad, prismatic: m\]. Its sender is
-    /// responsible for the arm from now on. Commands of another length (for another arm) or that are not finite are ignored.
+    /// Takes a command at `now` of any sender except a guard: velocities [rad/s, prismatic: m/s] or positions \[rad, prismatic: m\].
+    /// The sender is responsible for the arm from now on. Ignores commands of another length, which are for another arm, and
+    /// commands that are not finite.
     pub fn hear(&mut self, command: &[f64], now: Duration) {
         if !self.is_of_arm(command) {
             return;
@@ -101,13 +103,13 @@ impl Guard {
         (self.silent_since, self.stopping) = (now, None);
     }
 
-    /// Returns the time without commands after which they count as ended.
+    /// Returns the time without a command after which commands count as ended.
     fn patience(&self) -> Duration {
         self.timeout.max(PERIODS * self.intervals[0].min(self.intervals[1]))
     }
 
-    /// Notes the `positions` measured at `now` \[rad, prismatic: m\], one per joint. Positions of another length (of another arm) or that
-    /// are not finite are ignored.
+    /// Takes the `positions` measured at `now` \[rad, prismatic: m\], one per joint. Ignores positions of another length, which are
+    /// of another arm, and positions that are not finite.
     pub fn measure(&mut self, positions: &[f64], now: Duration) {
         if !self.is_of_arm(positions) {
             return;
@@ -132,7 +134,8 @@ impl Guard {
         to.saturating_sub(from) > self.patience().mul_f64(LONGEST_GAP)
     }
 
-    /// Returns the command to send at `now`, if any: zeros, or for an arm that takes positions, its measured positions when commands ended.
+    /// Returns the command to send at `now`, if any. It is zeros, or, for an arm that takes positions, the positions that were
+    /// measured when commands ended.
     pub fn step(&mut self, now: Duration) -> Option<&[f64]> {
         let before = std::mem::replace(&mut self.looked, now);
         if self.is_gap(before, now) {
@@ -152,8 +155,8 @@ impl Guard {
         self.stopping.as_ref().map(|(_, command)| command.as_slice())
     }
 
-    /// Returns the command to stand. Positions are the measured ones, shifted by whole turns to the last command, because encoders may not
-    /// count turns.
+    /// Returns the command at which the arm stands. Positions are the measured ones, shifted by whole turns to be nearest to the
+    /// last command, because encoders may not count turns.
     fn stand(&self) -> Vec<f64> {
         match (self.interface, &self.last) {
             (Interface::Velocity, _) | (_, None) => vec![0.0; self.measured.len()],
@@ -169,7 +172,8 @@ impl Guard {
         self.stopping.is_some()
     }
 
-    /// Returns whether nothing else would bring the arm to rest: the last command moves it, and nothing has stopped it since.
+    /// Returns whether only the guard would bring the arm to rest: the last command moves the arm, and nothing has stopped it
+    /// since.
     pub fn is_needed(&self) -> bool {
         self.moves
     }
@@ -186,8 +190,8 @@ mod tests {
 
     const MS: Duration = Duration::from_millis(1);
 
-    /// Runs a guard with a timeout of 100 ms for three seconds, in steps of 2 ms. The guard gets the values of `command` and `state` at the
-    /// times at which `looks` returns true. Returns the time \[ms\] and value of its first command.
+    /// Runs a guard with a timeout of 100 ms for three seconds, in steps of 2 ms. The guard receives `command` and `state` at the
+    /// times at which `looks` is true. Returns the time \[ms\] and the value of its first command.
     fn watches(
         interface: Interface,
         command: impl Fn(f64) -> Option<[f64; 2]>,
@@ -212,7 +216,8 @@ mod tests {
         None
     }
 
-    /// Runs a guard with commands until 100 ms, and with joint states of an arm that follows them and moves on.
+    /// Runs a guard with commands until 100 ms. The arm follows them, then moves on. Returns the time \[ms\] and the value of the
+    /// guard's first command.
     fn after(interface: Interface, command: impl Fn(f64) -> [f64; 2]) -> Option<(u32, Vec<f64>)> {
         watches(interface, |time| (time <= 0.1).then(|| command(time)), |time| Some([1.0, time]), |_| true)
     }
@@ -227,7 +232,7 @@ mod tests {
         }
     }
 
-    /// Commands at 5 Hz, until `end` [s].
+    /// Returns commands at 5 Hz until `end` \[s\].
     fn slow(end: f64) -> impl Fn(f64) -> Option<[f64; 2]> {
         move |time| (((1000.0 * time) as u32).is_multiple_of(200) && time <= end).then_some([1.0, time])
     }
@@ -242,7 +247,7 @@ mod tests {
             slow(2.0)(seconds).iter().for_each(|command| guard.hear(command, now));
             sent.extend(guard.step(now).map(|_| time));
         }
-        // The guard knows the servo's period only after its third command.
+        // The guard knows the servo's period only after the third command.
         let after_third: Vec<_> = sent.into_iter().filter(|time| *time > 400).collect();
         assert_eq!(after_third.first(), Some(&2602));
     }
@@ -252,14 +257,14 @@ mod tests {
         let silent = |time: f64| (0.5..0.8).contains(&time);
         let moving = |time: f64| (!silent(time)).then_some([1.0, time]);
         for interface in [Interface::Velocity, Interface::Position] {
-            // Missed messages are lost, or arrive when it looks again.
+            // The guard loses the messages that it has missed, or receives them at its next step.
             assert_eq!(watches(interface, moving, moving, |_| true), None);
             let all = |time| Some([1.0, time]);
             assert_eq!(watches(interface, all, all, |time| !(500..800).contains(&time)), None);
-            // The commands arrive a moment after the joint states.
+            // Commands arrive a moment after the joint states.
             let later = |time| (!(0.5..0.84).contains(&time)).then_some([1.0, time]);
             assert_eq!(watches(interface, later, moving, |_| true), None);
-            // Old messages do not justify a stop while the guard hears nothing.
+            // Old messages do not justify a stop while the guard receives nothing.
             let until = |time: f64| (time <= 0.1).then_some([1.0, time]);
             assert_eq!(watches(interface, until, |time| until(time - 0.06), |_| true), None);
             assert_eq!(watches(interface, until, |_| None, |_| true), None, "no joint states at all");
@@ -294,7 +299,7 @@ mod tests {
             if time <= 2 {
                 guard.hear(&[0.0, f64::from(time)], MS * time);
             }
-            // If it were accepted, the arm would be sent there.
+            // If the guard accepted these positions, it would send the arm there.
             guard.measure(&[9.0; 3], MS * time);
             guard.measure(&[9.0], MS * time);
             guard.measure(&[9.0, f64::NAN], MS * time);
@@ -311,7 +316,7 @@ mod tests {
 
     #[test]
     fn an_arm_away_from_its_last_setpoint_is_held_where_it_is() {
-        // The measured position, and the position at which it is held: encoders do not count turns, controllers do.
+        // Each measured position, with the position that the guard commands. Controllers count turns, encoders do not.
         for (measured, held) in [(0.5, 0.5), (-2.0, -2.0), (1.1, 1.1), (1.0 - TAU, 1.0), (1.2 + TAU, 1.2)] {
             let mut guard = Guard::new(Interface::Position, 1, 100 * MS);
             for time in 0..=200 {

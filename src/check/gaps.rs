@@ -1,11 +1,11 @@
 //! Checks that an arm keeps clear of its scene.
 
-use crate::Violation;
 use dq_kinematics::arm::Chain;
+use dq_limits::Violation;
 use dq_space::space::{Placed, Scene};
 use std::sync::Arc;
 
-/// A closed gap may close further by this \[m\], because its growth from cycle to cycle can only be predicted approximately.
+/// The distance by which a closed gap may close further \[m\]. Its growth from cycle to cycle can only be predicted approximately.
 const CLOSED_TOLERANCE: f64 = 1e-3;
 
 /// Tracks the gaps of an arm, and finds collisions.
@@ -13,18 +13,18 @@ const CLOSED_TOLERANCE: f64 = 1e-3;
 pub struct Gaps {
     scene: Arc<Scene>,
     placed: Placed,
-    /// The overlap of the two parts of each pair when it was first checked, or a smaller one since \[m\]; 0 for separate parts.
+    /// The smallest overlap so far of the two parts of each pair \[m\]; 0 for separate parts.
     closed: Option<Vec<f64>>,
 }
 
 impl Gaps {
-    /// Creates the check for an arm whose positions are not known yet.
+    /// Creates the check. The positions of the arm are not known yet.
     pub fn new(scene: Arc<Scene>) -> Self {
         Self { placed: Placed::of(&scene), closed: None, scene }
     }
 
-    /// Checks an arm with its joints at `theta` \[rad, prismatic: m\], arm after arm. No pair may overlap, except that a pair that
-    /// overlapped at the beginning may do so until it separates. Returns the least gap \[m\]; infinite without pairs.
+    /// Checks an arm with its joints at `theta` \[rad, prismatic: m\], arm after arm. No pair may overlap, unless it has overlapped
+    /// from the beginning. Returns the least gap \[m\]; infinity if there are no pairs.
     ///
     /// # Errors
     /// The first [`Violation`] found.

@@ -1,4 +1,4 @@
-//! The figures of a motion: the project's one definition of each.
+//! Measures the figures of a motion. This is the project's one definition of each.
 //!
 //! | figure | formula, for samples k at times t_k |
 //! |---|---|
@@ -10,15 +10,15 @@
 //! | effort | `Σ \|θ̇_{k−1}\|² (t_k − t_{k−1})` for commands that are held; the trapezoidal rule for continuous velocities |
 //! | peak joint speed | `max_k max_i \|θ̇_{k,i}\|` |
 
-use super::{GoalError, Tolerance};
+use crate::{Figures, GoalError, Tolerance};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
-/// The settling time of a component is when its error begins to stay within this fraction of its initial value (paper §3, §8: 2 %).
+/// A component has settled when its error stays below this fraction of its initial value (paper §3, §8: 2 %).
 const SETTLING_BAND: f64 = 0.02;
 
-/// One component's error over time.
+/// Measures when one component of the error settles.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Settling {
     band: f64,
@@ -27,8 +27,8 @@ pub struct Settling {
 }
 
 impl Settling {
-    /// Creates a band of 2 % of `reference` (the initial error, or a final value), but not narrower than `tolerance`, within which the goal
-    /// counts as met.
+    /// Creates the measurement with a band of 2 % of `reference` (the initial error, or a final value), but at least `tolerance`.
+    /// The component counts as settled within this band.
     pub fn new(reference: f64, tolerance: f64) -> Self {
         Self {
             band: (SETTLING_BAND * reference.abs()).max(tolerance),
@@ -37,7 +37,7 @@ impl Settling {
         }
     }
 
-    /// Adds the error's size at the time `elapsed`.
+    /// Adds the size of the error at the time `elapsed`.
     pub fn update(&mut self, elapsed: Duration, error: f64) {
         self.inside = error <= self.band;
         if !self.inside {
@@ -45,24 +45,24 @@ impl Settling {
         }
     }
 
-    /// Returns when the error entered the band for good, if it is inside.
+    /// Returns the time from which the error has stayed within the band; `None` while it is outside.
     pub fn time(&self) -> Option<Duration> {
         self.inside.then_some(self.last_outside)
     }
 }
 
-/// Measures a motion to one goal while it goes on, in constant memory.
+/// Measures a motion to one goal as it proceeds, in constant memory.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MotionMeter {
     started: Duration,
     rotation: Settling,
     position: Settling,
     start_point: Vector3<f64>,
-    /// The tool's position when the goal last moved, or at the start.
+    /// The tool's position when the goal last moved; at the beginning, the start.
     line_start: Vector3<f64>,
     goal_point: Vector3<f64>,
     last: Option<LastSample>,
-    /// Whether velocities change continuously instead of being held from one sample to the next.
+    /// Whether velocities change continuously between samples. Otherwise each one is held until the next sample.
     continuous: bool,
     figures: Figures,
 }
@@ -76,87 +76,11 @@ struct LastSample {
     speed_squared: f64,
 }
 
-/// Declares [`Figures`] with the name of each figure in statuses and files, which ends with its unit.
-macro_rules! figures {
-    ($($(#[$doc:meta])* $field:ident: $kind:ty = $name:literal,)*) => {
-        /// The figures of a motion.
-        #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-        pub struct Figures { $($(#[$doc])* #[serde(rename = $name)] pub $field: $kind,)* }
-
-        impl Figures {
-            /// Yields the figures with their names; `None` for those that are not known yet.
-            pub fn named(&self) -> impl Iterator<Item = (&'static str, Option<f64>)> {
-                [$(($name, Option::from(self.$field)),)*].into_iter()
-            }
-
-            /// Builds the figures from the values that `value` returns for their names. A missing figure is `None`, or 0 if its type has no
-            /// `None`.
-            pub fn from_named(value: impl Fn(&str) -> Option<f64>) -> Self {
-                Self { $($field: Named(value($name)).into(),)* }
-            }
-        }
-    };
-}
-
-/// The value under a figure's name.
-struct Named(Option<f64>);
-
-impl From<Named> for Option<f64> {
-    fn from(Named(value): Named) -> Self {
-        value
-    }
-}
-
-impl From<Named> for f64 {
-    fn from(Named(value): Named) -> Self {
-        value.unwrap_or_default()
-    }
-}
-
-figures! {
-    /// Time since the goal was taken \[s\].
-    elapsed: f64 = "elapsed_s",
-    /// When the angle to the goal entered 2 % of its initial value for good \[s\].
-    settling_time_rotation: Option<f64> = "settling_time_2_percent_rotation_s",
-    /// When the distance to the goal entered 2 % of its initial value for good \[s\].
-    settling_time_position: Option<f64> = "settling_time_2_percent_position_s",
-    /// When the goal tolerances were first met \[s\].
-    arrival_time: Option<f64> = "arrival_time_s",
-    /// Length of the tool's path so far \[m\].
-    path_length: f64 = "path_length_m",
-    /// Distance from the start to the tool \[m\].
-    straight_line: f64 = "straight_line_m",
-    /// The path's length divided by that distance; `None` if it is below a millimeter.
-    path_ratio: Option<f64> = "path_ratio",
-    /// Distance to the goal \[m\].
-    position_error: f64 = "position_error_m",
-    /// Angle to the goal \[rad\].
-    rotation_error: f64 = "rotation_error_rad",
-    /// Largest joint speed commanded [rad/s].
-    peak_joint_speed: f64 = "peak_joint_speed_rad_s",
-    /// How far past the goal the tool went \[m\], along the line to the goal from the tool's position when the goal last moved, or at the
-    /// start.
-    overshoot: f64 = "overshoot_m",
-    /// Control effort `∫|θ̇|² dt` [rad²/s].
-    effort: f64 = "effort_rad2_s",
-    /// The smallest singular value of the controlled Jacobian; `None` if it was not computed.
-    smallest_singular_value: Option<f64> = "min_singular_value",
-    /// Number of times that the motion stalled.
-    stalls: f64 = "stalls",
-}
-
-impl Figures {
-    /// Returns the longer of both settling times to 2 % \[s\].
-    pub fn settling_time(&self) -> Option<f64> {
-        Some(self.settling_time_rotation?.max(self.settling_time_position?))
-    }
-}
-
-/// Least distance between the ends of a path for which the path ratio is computed \[m\].
+/// The path ratio is computed only if the ends of the path are at least this far apart \[m\].
 const APART: f64 = 1e-3;
 
 impl MotionMeter {
-    /// Begins at time `now` with the tool at `point` \[m\], `error` from a goal at `goal_point` \[m\].
+    /// Begins at time `now` with the tool at `point` \[m\] and the goal at `goal_point` \[m\]. `error` is the tool's error.
     pub fn begin(
         now: Duration,
         point: Vector3<f64>,
@@ -177,7 +101,7 @@ impl MotionMeter {
         }
     }
 
-    /// Measures the effort of velocities that change continuously, as in a simulation in continuous time.
+    /// Computes the effort for velocities that change continuously, as in a simulation in continuous time.
     #[must_use]
     pub fn of_continuous_velocities(mut self) -> Self {
         self.continuous = true;
@@ -192,7 +116,7 @@ impl MotionMeter {
         }
     }
 
-    /// Adds a sample: the tool at `point` \[m\], its errors, and the joint velocities commanded [rad/s].
+    /// Adds a sample: the tool at `point` \[m\], its error, and the commanded joint velocities [rad/s].
     pub fn update(&mut self, now: Duration, point: Vector3<f64>, error: &GoalError, theta_dot: &[f64]) {
         let elapsed = now.saturating_sub(self.started);
         self.rotation.update(elapsed, error.rotation);
@@ -221,7 +145,7 @@ impl MotionMeter {
         self.last = Some(LastSample { time: now, point, speed_squared });
     }
 
-    /// Notes the present smallest singular value of the controlled Jacobian.
+    /// Adds a smallest singular value of the controlled Jacobian.
     pub fn see_singular_value(&mut self, sigma: f64) {
         let smallest = self.figures.smallest_singular_value.map_or(sigma, |smallest| smallest.min(sigma));
         self.figures.smallest_singular_value = Some(smallest);
@@ -232,7 +156,7 @@ impl MotionMeter {
         self.figures.stalls += 1.0;
     }
 
-    /// Notes that the goal tolerances are met; only the first time counts.
+    /// Notes that the goal tolerances are met. Only the first time counts.
     pub fn arrived(&mut self) {
         self.figures.arrival_time.get_or_insert(self.figures.elapsed);
     }
@@ -266,8 +190,8 @@ mod tests {
         assert_eq!(motion.figures().path_ratio, None, "it is back at its start");
     }
 
-    /// A tool that moves along a quarter of a circle of radius 0.2 m within 1 s, its joints at 3 and then at 1 rad/s. The goal is at the
-    /// end of that quarter, 0.2 √2 m from the start.
+    /// The tool moves along a quarter of a circle of radius 0.2 m within 1 s, its joints at 3 and then at 1 rad/s. The goal is at
+    /// the end of the quarter, 0.2 √2 m from the start.
     #[test]
     fn figures_match_their_formulas() {
         const COUNT: u32 = 1000;
@@ -301,7 +225,7 @@ mod tests {
             assert_eq!((settled.smallest_singular_value, settled.elapsed), (Some(1.0), 1.0));
             effort
         });
-        // For held commands, 9 rad²/s² for 0.25 s and 1 for the rest; by trapezoids, one step is half way between the two.
+        // For held commands, the effort is 9 rad²/s² for 0.25 s and 1 for the rest; by trapezoids, one step is half way between.
         assert!((efforts[1] - (9.0 * 0.25 + 0.75)).abs() < 1e-9, "{efforts:?}");
         assert!((efforts[0] - (efforts[1] - 0.5 * (9.0 - 1.0) * 1e-3)).abs() < 1e-9, "{efforts:?}");
     }

@@ -3,31 +3,32 @@
 /// Relative tolerance for rounding.
 const ROUNDING: f64 = 1e-9;
 
-/// The slowing of a joint with limited jerk, in the direction that slows it [rad/s].
+/// How a joint with limited jerk slows down. All numbers count in the direction that slows the joint [rad/s].
 pub(super) struct Slowing {
-    /// The step of this cycle, and that of the one before.
+    /// The change of speed in this cycle, and in the previous one.
     pub step: f64,
     pub before: f64,
-    /// The largest step, and the largest change of a step.
+    /// The largest change of speed per cycle, and the largest difference between two such changes.
     pub most: f64,
     pub jerk: f64,
 }
 
 impl Slowing {
-    /// Returns the total slowing if the steps from this one on decrease as fast as possible.
+    /// Returns by how much the joint slows down in total if its steps, from this one on, decrease as fast as possible.
     fn slows_by(&self) -> f64 {
         let parts = (self.step / self.jerk).max(0.0);
         let count = parts.floor() + 1.0;
         self.jerk * count * (parts - 0.5 * (count - 1.0))
     }
 
-    /// Returns whether the joint, which is `gap` [rad/s] too fast, slows down as fast as it can.
+    /// Returns whether the joint, which is too fast by `gap` [rad/s], slows down as fast as it can.
     pub fn is_enough_for(&self, gap: f64) -> bool {
         let rising = self.step - self.before >= self.jerk * (1.0 - ROUNDING) - 4.0 * f64::EPSILON * gap.abs();
         rising || self.step >= self.most * (1.0 - ROUNDING) || self.slows_by() >= gap - self.slack(gap)
     }
 
-    /// Returns whether the steps after this one can end at a slowing of `gap`, or at least decrease as fast as the jerk allows.
+    /// Returns whether the joint can slow down by exactly `gap` after this step, or at least decreases its steps as fast as the
+    /// jerk allows.
     pub fn ends_at(&self, gap: f64) -> bool {
         let falling =
             self.before - self.step >= self.jerk * (1.0 - ROUNDING) - 4.0 * f64::EPSILON * gap.abs();

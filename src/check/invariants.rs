@@ -1,21 +1,20 @@
-//! Checks the rules that every stream of commands must keep, whatever happens.
+//! Checks the rules that every stream of commands must keep.
 //!
-//! The check is not part of the cycle, which keeps the limits by construction. It is an independent check of the result, for tests and
-//! recorded runs.
+//! The servo keeps the limits without this check. It is an independent check of the result, for tests and recorded runs.
 
 use super::slowing::{Slowing, rounded};
-use crate::{Limits, STOP_TIME, Violation};
 use dq_kinematics::arm::ToolSpeed;
+use dq_limits::{Limits, STOP_TIME, Violation};
 use std::time::Duration;
 
-/// How far a joint may overrun a position limit \[rad\], because joint states are some cycles old.
+/// How far a joint may pass a position limit, because joint states are some cycles old \[rad\].
 const POSITION_TOLERANCE: f64 = 1e-3;
 
-/// How much a tool may exceed its speed limits, as a fraction, because the positions of the arm were reported some cycles ago.
+/// The fraction by which a tool may exceed its speed limits, because the arm's positions are some cycles old.
 const TOOL_TOLERANCE: f64 = 0.1;
 
-/// How much a tool may exceed its speed limits in addition [m/s, rad/s]: joints whose motions cancel for the tool no longer do so after a
-/// cycle, while they slow down.
+/// The amount by which a tool may exceed its speed limits in addition [m/s, rad/s]. If motions of several joints cancel at the
+/// tool, they no longer do so a cycle later, while the joints slow down.
 const TOOL_SLACK: f64 = 1e-4;
 
 /// Checks a stream of commands and of joint positions against the rules.
@@ -24,10 +23,10 @@ pub struct Invariants {
     limits: Limits,
     period: Duration,
     last: Option<Command>,
-    /// The time until which the tool may exceed its limits, because they were lowered, or because a stop, in which each joint brakes
-    /// independently, has bent the motion.
+    /// Until this time the tool may exceed its limits: because they were lowered, or because a stop has bent its path. In a stop,
+    /// each joint brakes independently.
     tool_excused_until: Duration,
-    /// How far beyond its position limits each joint has been \[rad\].
+    /// How far each joint is allowed to be beyond its position limits \[rad\]; `None` until the first positions.
     beyond: Option<Vec<f64>>,
 }
 
@@ -37,30 +36,30 @@ struct Command {
     time: Duration,
     speeds: Vec<f64>,
     standing: bool,
-    /// How fast each joint may slow down afterwards [rad/s²]: the largest deceleration limit since the joint last stood.
+    /// The deceleration that each joint may have after the command [rad/s²]: the largest limit since the joint last stood.
     decelerations: Vec<f64>,
-    /// How fast its acceleration may change [rad/s³]: the largest jerk limit since the joint last stood.
+    /// The jerk that each joint may have after the command [rad/s³]: the largest limit since the joint last stood.
     jerks: Vec<f64>,
-    /// The change by this command [rad/s]; `None` if unknown.
+    /// The change of each joint's speed by this command [rad/s]; `None` if unknown.
     steps: Option<Vec<f64>>,
 }
 
 impl Invariants {
-    /// Creates the check of commands under `limits` with the control period `period`; earlier commands are unknown.
+    /// Creates the check of commands under `limits` with the control period `period`. There are no earlier commands.
     pub fn new(limits: Limits, period: Duration) -> Self {
         Self { limits, period, last: None, tool_excused_until: Duration::ZERO, beyond: None }
     }
 
-    /// Applies other limits, as a change of parameters does. Speeds above a lowered limit may come down to it, each joint by its
-    /// deceleration.
+    /// Applies other limits, as a change of parameters does. Speeds above a lowered limit may come down to it by the joints'
+    /// decelerations.
     pub fn set_limits(&mut self, limits: Limits) {
         self.limits = limits;
         self.excuse_tool();
-        // Joints may be outside of narrowed limits without having moved.
+        // After the limits were narrowed, joints may be outside without having moved.
         self.beyond = None;
     }
 
-    /// Notes that the robot has appeared and may be in motion: the next command begins with its speed.
+    /// Notes that the robot has appeared and may be moving. The next command may begin at the robot's speed.
     pub fn robot_came(&mut self) {
         self.last = None;
     }
@@ -70,9 +69,9 @@ impl Invariants {
         self.tool_excused_until = now + Duration::from_secs_f64(STOP_TIME) + 2 * self.period;
     }
 
-    /// Checks the joint velocities `command` [rad/s] of the cycle at `time`. `standing` tells whether the servo had a reason to stand (no
-    /// goal, paused, stopped, stale, stalled). If the time since the last command exceeds the period, commands were lost, and the step may
-    /// be larger accordingly.
+    /// Checks the joint velocities `command` [rad/s] of the cycle at `time`. `standing` tells whether the arm must come to rest,
+    /// for example because it is paused. If more than a period has passed since the last command, commands were lost, and the step
+    /// may be larger accordingly.
     ///
     /// # Errors
     /// The first [`Violation`] found. The next command is compared with this one in any case.
@@ -93,7 +92,7 @@ impl Invariants {
         result
     }
 
-    /// Checks the speed of the fastest tool under the last command, at the present positions. Standing arms are not checked.
+    /// Checks the speed of the fastest tool at the last command and the present positions. Arms that stand are not checked.
     ///
     /// # Errors
     /// [`Violation::ToolSpeed`] if a tool is too fast.
@@ -114,8 +113,8 @@ impl Invariants {
         }
     }
 
-    /// Checks joint positions \[rad\], in the order of the commands. A joint that is outside its limits at the beginning may stay there and
-    /// come back, but must not move farther out.
+    /// Checks joint positions \[rad\], in the order of the commands. A joint that is outside its limits at the beginning may stay
+    /// outside and come back, but must not move farther out.
     ///
     /// # Errors
     /// The first [`Violation`] found.
@@ -131,7 +130,7 @@ impl Invariants {
         let worst = self.beyond.get_or_insert_with(|| beyond.clone());
         for (joint, (now, worst)) in beyond.iter().zip(worst).enumerate() {
             let further = *now > *worst + POSITION_TOLERANCE;
-            // The excuse of a joint ends when it has come back inside.
+            // A joint that has come back must then stay inside.
             *worst = if further { *now } else { worst.min(*now) };
             if further {
                 return Err(Violation::Position {
@@ -177,13 +176,13 @@ impl Invariants {
                 _ => Ok(()),
             };
         }
-        // The least and the largest amount by which a joint slows down.
+        // A joint above a lowered limit must slow down by its deceleration.
         let slower = (before.abs() - self.limits.deceleration(joint) * period).max(0.0);
         self.check_speed(joint, speed, self.limits.joint_velocity[joint].max(slower))?;
         let goes_on = speed * before >= 0.0 && speed.abs() <= before.abs();
         let acceleration = self.limits.joint_acceleration[joint];
         let (step, joint) = ((speed - before).abs(), joint + 1);
-        // If commands were lost, some of them may have slowed the joint down and others not.
+        // If commands were lost, some of them may have slowed the joint down, and others not.
         let most = if goes_on || elapsed > 1.5 * period { acceleration.max(latched) } else { acceleration };
         if step > rounded(most * elapsed, before) {
             return Err(Violation::Acceleration { joint, step, limit: most * elapsed });
@@ -194,7 +193,7 @@ impl Invariants {
         Ok(())
     }
 
-    /// Checks a joint with a jerk limit, given the `change` of its speed.
+    /// Checks a joint under a jerk limit. Its speed changes by `change`.
     fn check_jerk(
         &self,
         joint: usize,
@@ -249,11 +248,12 @@ impl Invariants {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::PositionLimits;
+    use dq_limits::PositionLimits;
 
     const PERIOD: Duration = Duration::from_millis(2);
 
-    /// One joint with 1 rad/s, 10 rad/s² up and 20 down, between −1 and 1 rad, and a tool with 1 m/s, after a command of 0.5 rad/s.
+    /// Returns the check of one joint after a command of 0.5 rad/s. The joint has limits of 1 rad/s, of 10 rad/s² up and 20 down,
+    /// and of −1 and 1 rad. Its tool has a limit of 1 m/s.
     fn moving() -> Invariants {
         let limits = Limits {
             joint_velocity: vec![1.0],
@@ -298,7 +298,7 @@ mod tests {
         assert_eq!(invariants.check(PERIOD * 20, &[1e-9], true), Err(again));
     }
 
-    /// The same joint with a jerk of 500 rad/s³: a step may differ from the one before by 0.002 rad/s.
+    /// Returns the check of the joint of [`moving`] with a jerk limit of 500 rad/s³: successive steps may differ by 0.002 rad/s.
     fn eased() -> Invariants {
         let mut invariants = moving();
         invariants.set_limits(Limits { joint_jerk: vec![500.0], ..invariants.limits.clone() });

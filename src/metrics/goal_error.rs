@@ -1,12 +1,25 @@
-//! The error of a tool with respect to its goal.
+//! The error of a tool with respect to its goal, and the error that counts as arrived.
 
-use super::Tolerance;
 use dq_algebra::UnitDualQuaternion;
 use dq_kinematics::arm::ArmState;
 use dq_kinematics::control::Aim;
+use dq_limits::POSITIVE;
+use dq_params::Parameters;
 use serde::{Deserialize, Serialize};
 
-/// The distance from the goal in the components of the aim; 0 for components that are free.
+/// The goal tolerance within which the arm counts as arrived.
+#[derive(Clone, Copy, Debug, PartialEq, Parameters)]
+#[parameters(prefix = "goal_tolerance.")]
+pub struct Tolerance {
+    /// distance to the goal that counts as arrived \[m\]
+    #[parameter(default = 0.001, range = POSITIVE..=1.0)]
+    pub linear: f64,
+    /// angle to the goal that counts as arrived \[rad\]
+    #[parameter(default = 0.01, range = POSITIVE..=3.0)]
+    pub angular: f64,
+}
+
+/// The distance from the goal. Components that the [`Aim`] leaves free do not count.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct GoalError {
     /// Distance \[m\].
@@ -16,7 +29,8 @@ pub struct GoalError {
 }
 
 impl GoalError {
-    /// Returns the error of the tool of `arm` with respect to `base_from_goal`, whose sign is already chosen.
+    /// Returns the error of the tool of `arm` with respect to `base_from_goal`, whose sign is already chosen. Only the components
+    /// of `aim` count.
     pub fn of(aim: Aim, arm: &ArmState, base_from_goal: &UnitDualQuaternion) -> Self {
         let tool = arm.base_from_tool();
         Self {

@@ -1,0 +1,13 @@
+#![doc = include_str!("README.md")]
+#![warn(clippy::unwrap_used, clippy::expect_used)]
+// These macros panic if nobody reads the output. Results go through `cli::print`, everything else through `stderr`.
+#![warn(clippy::print_stdout, clippy::print_stderr)]
+
+mod gaps;
+mod guard;
+mod invariants;
+mod slowing;
+
+pub use gaps::Gaps;
+pub use guard::{Guard, GuardState, PERIODS as GUARDED_PERIODS};
+pub use invariants::Invariants;

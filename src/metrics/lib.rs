@@ -1,0 +1,12 @@
+#![doc = include_str!("README.md")]
+#![warn(clippy::unwrap_used, clippy::expect_used)]
+// These macros panic if nobody reads the output. Results go through `cli::print`, everything else through `stderr`.
+#![warn(clippy::print_stdout, clippy::print_stderr)]
+
+mod figures;
+mod goal_error;
+mod motion_meter;
+
+pub use figures::Figures;
+pub use goal_error::{GoalError, Tolerance};
+pub use motion_meter::{MotionMeter, Settling};
