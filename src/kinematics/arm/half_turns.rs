@@ -17,8 +17,8 @@ const ROUNDER: f64 = 6_755_399_441_055_744.0;
 /// Returns the cosines and sines of `½θ + offset` of two angles θ \[rad\]. Each offset is at most π.
 ///
 /// This is fast because both angles take the same steps in one register, without a branch. With libm's `sin_cos`, which computes
-/// them one after the other, this would be half of the time of the kinematics. After k half turns are subtracted, `½θ + offset = kπ
-/// + 2y`. For |y| ≤ ¼π, short polynomials in y² are accurate to the last digit. Then `sin 2y = 2 sin y cos y` and `cos 2y = 1 − 2
+/// them one after the other, this would be half of the time of the kinematics. After k half turns are subtracted, `½θ + offset =
+/// kπ + 2y`. For |y| ≤ ¼π, short polynomials in y² are accurate to the last digit. Then `sin 2y = 2 sin y cos y` and `cos 2y = 1 − 2
 /// sin² y`; an odd k changes both signs. The even and the odd powers of y² are summed in parallel, because each power depends on
 /// the previous one. The function is inlined into the calling loop, because two numbers passed through memory would stall it.
 #[inline(always)]
