@@ -10,7 +10,7 @@ use std::time::Duration;
 /// of commands.
 const STOPPING: Duration = Duration::from_secs(1);
 
-/// Number of its own periods for which a servo may be silent.
+/// A servo may be silent for this many of its control periods, even if the guard's timeout is shorter.
 pub const PERIODS: u32 = 3;
 
 /// The longest period of a servo.

@@ -29,7 +29,7 @@ pub enum Returned {
     Came,
     /// The robot was away for this time \[s\].
     WasAway(f64),
-    /// A joint jumped: its number (counted from 1 arm after arm), the distance \[rad, prismatic: m\], and its kind.
+    /// A joint jumped: its number (from 1, arm after arm), the distance \[rad, prismatic: m\], and its kind.
     IsElsewhere(usize, f64, JointKind),
 }
 

@@ -58,7 +58,7 @@ pub struct MotionMeter {
     rotation: Settling,
     position: Settling,
     start_point: Vector3<f64>,
-    /// The tool's position when the goal last moved; at the beginning, the start.
+    /// The tool's position when the goal last moved; until then, its position at the start of the motion.
     line_start: Vector3<f64>,
     goal_point: Vector3<f64>,
     last: Option<LastSample>,

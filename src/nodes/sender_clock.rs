@@ -13,8 +13,9 @@ use std::time::Duration;
 /// clocks do not agree.
 const KEPT: i64 = 300_000_000_000;
 
-/// The largest relative drift between two clocks. An age below the drift since the fastest message counts as zero. The drift is
-/// limited to `MOST_DRIFT` \[ns\], because synchronized clocks do not drift further apart.
+/// The largest relative drift between two clocks. A message counts as undelayed if the clocks may have drifted by its apparent
+/// delay since the fastest message. This drift is at most `MOST_DRIFT` \[ns\], because synchronized clocks do not drift farther
+/// apart.
 const DRIFT: f64 = 2e-4;
 const MOST_DRIFT: f64 = 1e8;
 

@@ -168,8 +168,8 @@ impl Plant {
         }
     }
 
-    /// Moves the arm by the time since the previous step. A velocity command moves the arm for at most the command timeout: if the
-    /// whole simulation was stopped for longer, the arm has not moved in the meantime.
+    /// Moves the arm for the time since the previous step. Under velocity commands this time counts only up to the command timeout,
+    /// so that the arm does not travel through a long pause of the whole simulation.
     pub fn step(&mut self, now: Duration) {
         self.obey(now);
         let fresh = self.commanded.is_some_and(|at| now.saturating_sub(at) <= self.command_timeout);
@@ -196,7 +196,8 @@ impl Plant {
         self.moved = Some(now);
     }
 
-    /// Moves toward `target`, by the fraction of the remaining path that the time `passed` until `now` allows.
+    /// Moves the joints toward `target` at constant speed, so that they arrive at its time. `passed` is the time since the previous
+    /// step.
     fn approach(&mut self, target: Target, now: Duration, passed: Duration) {
         let left = target.at.saturating_sub(now);
         let part = if left.is_zero() { 1.0 } else { passed.as_secs_f64() / (passed + left).as_secs_f64() };

@@ -130,7 +130,7 @@ pub struct Opinion {
     /// When the goal's frame was lost, and whether that is certain.
     lost: Option<(Duration, Truth)>,
     paused: Truth,
-    /// When a stick was last released or last obeyed.
+    /// When a twist of zero last arrived, or a twist that may have moved the arm, whichever is later.
     released: Duration,
     arms: Vec<Seen>,
     rival_of_commands: bool,

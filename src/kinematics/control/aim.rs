@@ -155,7 +155,8 @@ pub(super) enum Rows {
 }
 
 impl Rows {
-    /// Returns `J Jᵀ` for these rows. The unused rows have a large eigenvalue, so that the smallest one belongs to a used row.
+    /// Returns `J Jᵀ` for the rows of the aim. Sets the unused rows to a large eigenvalue, so that the smallest eigenvalue is one
+    /// of the aim's rows.
     #[inline(always)]
     pub fn gram(&self, arm: &ArmState) -> Gram {
         match self {

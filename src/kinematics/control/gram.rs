@@ -93,8 +93,8 @@ impl Gram {
         Inverse { angular, carried, rest }
     }
 
-    /// Returns `(J Jᵀ + shift I)⁻¹` times six numbers, with each number in both halves. If the matrix is singular, the result is
-    /// not finite or not accurate.
+    /// Returns the product of `(J Jᵀ + shift I)⁻¹` and six numbers. Both halves of each register contain the same result. If the
+    /// matrix is singular, the result is not finite or not accurate.
     #[inline(always)]
     pub fn solve(&self, shift: f64, numbers: &AngularLinear) -> Motions {
         self.inverse(f64x2::splat(shift)).times(numbers)

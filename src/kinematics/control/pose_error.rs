@@ -40,9 +40,11 @@ impl PoseError {
         }
     }
 
-    /// Returns `2 Im(g)`; its translation is twice the vector part of `½ p r`. Half of this twist ξ is `q*(q_d − q) = g − 1`
-    /// without its scalar parts, which no motion `q̇ = ½ q ξ` of the tool changes. The least squares solution for `q_d − q` is
-    /// another twist, because multiplication by q* changes lengths in R⁸.
+    /// Returns the twist `ξ = 2 Im(g)`. Its linear part is twice the vector part of `½ p r`.
+    ///
+    /// `½ ξ` is `q*(q_d − q) = g − 1` without the scalar parts. They are left out because `q* q̇ = ½ ξ` has no scalar parts for any
+    /// motion of the tool. The least squares solution for `q_d − q` is a different twist, because multiplication by q* changes
+    /// lengths in R⁸.
     #[inline(always)]
     pub fn difference(&self) -> AngularLinear {
         let (vector, p) = (self.rotation.imag(), self.translation);

@@ -34,7 +34,7 @@ pub struct QuadraticProgram {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Infeasible;
 
-/// A constraint counts as violated if its slack is below minus this, relative to the size of its terms.
+/// A constraint counts as violated if its slack is less than `-BROKEN` times the size of its terms.
 const BROKEN: f64 = 1e-10;
 
 /// A constraint counts as dependent on the active ones if at most this fraction of it is orthogonal to them.

@@ -104,10 +104,11 @@ impl SymmetricInverse {
         self.minors.z
     }
 
-    /// Returns the inverses of the matrices divided by `divisors`. `inverses` are 1 divided by `divisors`.
+    /// Converts the inverses of two matrices to the inverses of these matrices divided by `divisors`. `reciprocals` are those of
+    /// the divisors.
     #[inline(always)]
-    pub fn of_quotients(self, divisors: f64x2, inverses: f64x2) -> Self {
-        let minors = Vector3::new(self.minors.x * inverses, self.minors.y, self.minors.z * inverses);
+    pub fn of_quotients(self, divisors: f64x2, reciprocals: f64x2) -> Self {
+        let minors = Vector3::new(self.minors.x * reciprocals, self.minors.y, self.minors.z * reciprocals);
         Self { scale: self.scale * divisors, minors, ..self }
     }
 

@@ -115,9 +115,9 @@ impl Lost {
         }
     }
 
-    /// Ends the process if it has received from the peer before, because it can no longer do so. If the peer only received from
-    /// this process, the peer detects the loss. In a secured graph this only logs a warning: announcements are not authenticated,
-    /// so anyone could end the process.
+    /// Ends the process if it received from the peer earlier, because RustDDS no longer receives from that peer. If the process
+    /// only sent to the peer, logs a warning, and the peer detects the loss. In a secured graph always logs a warning:
+    /// announcements are not authenticated, so anyone could end the process.
     pub fn is_back(&self, Peer { name, heard_on, warn }: Peer) {
         match heard_on.is_empty() || self.is_secured {
             true => warn(&format!(

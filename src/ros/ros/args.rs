@@ -92,7 +92,7 @@ pub enum Override {
     },
     /// `--params-file`
     File(PathBuf),
-    /// A value that the program itself gives, which ROS 2 does not have.
+    /// A value that the program itself gives. This source is an addition to those of ROS 2.
     Value {
         /// The only node to which the value applies; `None`: all nodes.
         node: Option<&'static str>,
@@ -101,7 +101,7 @@ pub enum Override {
         /// The value.
         value: Value,
     },
-    /// A built-in parameter file, which ROS 2 does not have.
+    /// A built-in parameter file. This source is an addition to those of ROS 2.
     Builtin {
         /// The file's name.
         name: &'static str,

@@ -83,8 +83,8 @@ impl<M: Message> Publisher<M> {
         self.send(message.into(), InTimeWriter::write);
     }
 
-    /// Queues a message as `publish` does. If the publisher was created for messages that soon become obsolete, also drops and
-    /// counts the message while three earlier ones still wait for the thread of DDS.
+    /// Queues a message as `publish` does. A publisher for messages that soon become obsolete drops and counts the message instead
+    /// if three earlier ones still wait for the DDS thread.
     pub fn publish_in_time(&self, message: impl Into<Arc<M>>) {
         self.send(message.into(), InTimeWriter::write_in_time);
     }

@@ -42,7 +42,7 @@ pub(super) struct Meeting {
     /// The index of the capsule in the body. The tools follow the capsules.
     pub capsule: usize,
     pub against: Against,
-    /// The index of the pair's levers among those of the scene.
+    /// The index in [`Scene::levers`] of the bounds on this pair's motion, one bound per joint.
     pub levers: usize,
     /// The sum of the radii of both parts \[m\].
     pub radius: f64,

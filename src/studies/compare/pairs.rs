@@ -102,9 +102,9 @@ pub fn holm(p: &[f64]) -> Vec<f64> {
 }
 
 impl Interval {
-    /// Returns the difference of two percentages of the same `pairs` \[points\]. In `first` pairs only the first member has the
-    /// property, in `second` pairs only the second. The interval is Wald's after half a pair is added to each of the four kinds
-    /// (Agresti & Min 2005).
+    /// Returns the difference of two percentages of the same pairs \[points\]. `first` is the number of pairs in which only the
+    /// first member has the property; `second`, in which only the second member has it. The interval is Wald's, with half a pair
+    /// added to each cell of the 2×2 table (Agresti & Min 2005).
     pub fn paired_share(first: usize, second: usize, pairs: usize, z: f64) -> Self {
         let (b, c, n) = (first as f64 + 0.5, second as f64 + 0.5, pairs as f64 + 2.0);
         let (center, half) = ((b - c) / n, z * (b + c - (b - c).powi(2) / n).max(0.0).sqrt() / n);

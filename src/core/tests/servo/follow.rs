@@ -42,7 +42,7 @@ pub(super) fn moved(start: &UnitDualQuaternion, by: Vector3<f64>) -> UnitDualQua
     UnitDualQuaternion::from_parts(UnitQuaternion::identity(), by) * *start
 }
 
-/// Moves along y.
+/// Returns the start pose moved along y for `time` \[s\] at `speed` \[m/s\].
 pub(super) fn line(start: &UnitDualQuaternion, speed: f64, time: f64) -> UnitDualQuaternion {
     moved(start, Vector3::new(0.0, speed * time, 0.0))
 }
