@@ -37,7 +37,7 @@ impl Pace {
         self.speed + (more * (self.step.abs() - 0.5 * jerk * (more + 1.0))).copysign(self.step)
     }
 
-    /// Returns the next speed of a stop [rad/s]. A cycle slows down by at most `most`.
+    /// Returns the next speed of a stop [rad/s]. In one cycle, the joint slows down by at most `most`.
     pub fn stopped(self, most: f64, jerk: f64) -> f64 {
         self.speed + self.towards(0.0, most, jerk)
     }

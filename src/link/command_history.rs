@@ -13,7 +13,7 @@ const MEMORY: Duration = Duration::from_millis(700);
 #[derive(Serialize, Deserialize)]
 pub(crate) struct CommandHistory {
     joint_count: usize,
-    /// How long each command moves the joints \[s\]; `None` if until the next command.
+    /// How long each command moves the joints \[s\]; `None` if it moves them until the next command.
     step: Option<f64>,
     /// Longest time for which a command moves the joints \[s\].
     longest: f64,
@@ -25,7 +25,8 @@ pub(crate) struct CommandHistory {
     sums: Vec<f64>,
     /// One row per command: the speed of each joint [rad/s].
     speeds: Vec<f64>,
-    /// Whether the last command moves the joints; and when the last command before it that moved them ended \[s\].
+    /// Whether the last command moves the joints. The next field is the time at which the last moving command before it ended
+    /// \[s\].
     moves: bool,
     moved_until: f64,
 }
@@ -129,7 +130,7 @@ pub(crate) struct Window<'a> {
     to: Place,
 }
 
-/// A time \[s\], and the index of the command in force at that time. Before the first command this is the first one's index.
+/// A time \[s\], and the index of the command in force at that time; before the first command, the index of the first command.
 struct Place {
     time: f64,
     index: usize,

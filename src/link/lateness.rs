@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
-/// A lateness counts for at least this time, and for at most twice this time.
+/// A lateness is remembered for at least this time, and for at most twice this time.
 const WINDOW: Duration = Duration::from_secs(2);
 
 /// Robots stop by their own timeout about this long after the last command, so a longer lateness does not matter.

@@ -1,10 +1,10 @@
-//! Detects that the robot appeared, was away, or jumped. Earlier requests do not apply to the robot then.
+//! Detects that the robot appeared, was away, or jumped. Requests made before such an event no longer apply to the robot.
 
 use dq_kinematics::arm::JointKind;
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
-/// A joint state may be later than expected by this time without its motion counting as a jump \[s\].
+/// A joint state may arrive this much later than expected \[s\]. The motion of the joint in this time does not count as a jump.
 const LATENESS: f64 = 0.05;
 
 /// Returns the longest plausible travel of a joint between two joint states that are `seconds` apart \[rad, prismatic: m\]. `speed`

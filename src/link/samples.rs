@@ -63,7 +63,7 @@ impl Samples {
         self.spare.extend(self.samples.drain(..));
     }
 
-    /// Adds `positions` \[rad, prismatic: m\] at `time` unless the last sample is too recent. Returns whether it did.
+    /// Adds `positions` \[rad, prismatic: m\] at `time` unless the last sample is too recent. Returns whether it added them.
     pub fn add(&mut self, time: Duration, positions: &[f64], kinds: &[JointKind]) -> bool {
         if self.samples.back().is_some_and(|last| time > last.time + LONGEST_GAP) {
             self.clear();

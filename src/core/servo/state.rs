@@ -15,7 +15,7 @@ named! {
         Reconfiguring = "reconfiguring",
         /// Moving by a twist.
         Jogging = "jogging",
-        /// Settled at the goal, within the tolerances. The settling time to 2 % is defined otherwise: see
+        /// Settled at the goal, within the tolerances. The settling time to 2 % has another definition: see
         /// [`Figures`](super::Figures).
         Settled = "settled",
         /// No progress for `progress_timeout`: decelerating, then standing, until there is a reason to try again.

@@ -14,8 +14,8 @@ pub struct ToolSpeed {
     pub angular: f64,
 }
 
-/// The distance of a goal, and the reach of the arm \[m\]. Both count from the arm's foot or, if the foot slides, from its position
-/// that is nearest to the goal.
+/// The distance of a goal from the arm, and the reach of the arm \[m\]. Both count from the arm's foot. If the foot slides, they
+/// count from its position that is nearest to the goal.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Reach {
     /// The distance of the goal.
@@ -140,8 +140,8 @@ impl Arms {
         self.state().base_from_tool()
     }
 
-    /// Returns the orientation of the frame in which twists of the tool are given, relative to the frame of [`pose`](Self::pose). A
-    /// single arm has its tool frame there, which the tool offset may rotate.
+    /// Returns the orientation of the frame in which twists of the tool are given, relative to the frame of [`pose`](Self::pose).
+    /// For a single arm it is the tool frame, which the tool offset may rotate.
     pub fn tool_axes(&self) -> UnitQuaternion<f64> {
         let (tool, offset) = (self.pose().rotation(), self.left.chain.tool_offset().rotation());
         let is_tool_frame = self.right.is_some() || offset == UnitQuaternion::identity();

@@ -9,7 +9,7 @@ use dq_algebra::UnitDualQuaternion;
 use nalgebra::{Isometry3, Quaternion, Unit, UnitQuaternion, Vector3};
 use wide::f64x2;
 
-/// Two axes count as perpendicular if the product of their directions is at most this.
+/// Two axes count as perpendicular if the dot product of their directions is at most this.
 const SQUARE: f64 = 1e-9;
 
 /// A serial arm with any number of revolute and prismatic joints.
@@ -25,9 +25,9 @@ pub struct Chain {
     pub(super) link_kinds: Vec<JointKind>,
     /// The joints that drive the links; `None` if each link has its own joint.
     pub(super) drivers: Option<Drivers>,
-    /// The tool without its offset; `None` if that is the frame of the last link.
+    /// The tool without its offset, in the frame of the last link; `None` if it is that frame.
     last_link_from_flange: Option<Isometry3<f64>>,
-    /// The tool; `None` if it is the frame of the last link.
+    /// The tool in the frame of the last link; `None` if it is that frame.
     last_link_from_tool: Option<Isometry3<f64>>,
     tool_offset: UnitDualQuaternion,
     /// The links in pairs.
@@ -153,7 +153,7 @@ impl Chain {
         self.with_links()
     }
 
-    /// Sets the tool offset: `flange_from_tool`, where the flange is the tool without an offset.
+    /// Sets the tool offset: `flange_from_tool`. The flange is the frame of the tool without an offset.
     pub fn set_tool_offset(&mut self, flange_from_tool: &UnitDualQuaternion) {
         self.tool_offset = *flange_from_tool;
         let flange = self.last_link_from_flange;
@@ -163,7 +163,7 @@ impl Chain {
         };
     }
 
-    /// Returns the tool offset: the tool in the frame of the tool without an offset.
+    /// Returns the tool offset: the pose of the tool in the frame that the tool has without an offset.
     pub fn tool_offset(&self) -> &UnitDualQuaternion {
         &self.tool_offset
     }
@@ -308,8 +308,8 @@ impl Chain {
         Ok(())
     }
 
-    /// Calls `each` with pairs of successive links, base first. It gets the frames about or along whose z axes the links move, at
-    /// these `positions`. Returns the last link.
+    /// Calls `each` with pairs of successive links, base first. `each` gets the frames about or along whose z axes the links move,
+    /// at these `positions`. Returns the last link.
     ///
     /// This is fast because the half turns of the next pair are computed while this pair is multiplied.
     #[inline]

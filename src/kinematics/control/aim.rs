@@ -52,8 +52,10 @@ impl Aim {
     }
 
     /// Returns the pose nearest to the tool's pose at which the tool meets the goal in the components of the aim. The rotation from
-    /// the tool to that pose is the smallest possible. For [`PositionAndAxis`](Self::PositionAndAxis) it is the shortest arc, in
-    /// the plane of both z axes. If these are opposite, it is a half turn about the tool's x axis.
+    /// the tool to that pose is the smallest possible.
+    ///
+    /// For [`PositionAndAxis`](Self::PositionAndAxis) the rotation is the shortest arc, in the plane of both z axes. If the z axes
+    /// are opposite, it is a half turn about the tool's x axis.
     pub fn nearest(
         self,
         base_from_goal: &UnitDualQuaternion,
@@ -185,8 +187,8 @@ impl Rows {
         }
     }
 
-    /// Returns the twist that has the numbers `first` and `second` in these rows, and zeros in all others. Each number is in both
-    /// halves.
+    /// Returns the twist that has the numbers `first` and `second` in the rows of the aim, and zeros in all others. Both halves of
+    /// each register contain the same number.
     #[inline(always)]
     pub fn twist(&self, (first, second): &Motions) -> Motions {
         match self {
@@ -202,7 +204,7 @@ impl Rows {
     }
 }
 
-/// Returns the direction from the origin to `point`; an arbitrary one if `point` is the origin.
+/// Returns the direction from the origin to `point`; an arbitrary direction if `point` is the origin.
 fn direction(point: &Vector3<f64>) -> Vector3<f64> {
     point.try_normalize(NO_DIRECTION).unwrap_or_else(Vector3::x)
 }

@@ -101,16 +101,16 @@ impl Capsule {
         each.collect()
     }
 
-    /// Creates a capsule on the link `link` of an arm, counted from 1; 0 is the arm's base. There are `before` links of other arms
-    /// before it.
+    /// Creates a capsule on the link `link` of an arm, counted from 1; 0 is the arm's base. The links of earlier arms, of which
+    /// there are `before`, come first in the numbering.
     fn new(before: usize, link: usize, core: Segment, radius: f64) -> Self {
         let carried_by = before..before + link;
         Self { link: if link == 0 { 0 } else { carried_by.end }, carried_by, core, radius }
     }
 }
 
-/// Parses the link, the segment and the radius from the name of a joint, a blank, and seven numbers. The name may contain any
-/// characters, blanks included. It may also be `base`, or be missing.
+/// Parses the link, the segment and the radius of a capsule. The text is the name of a joint, a blank, and seven numbers. The name
+/// may contain any characters, blanks included. It may also be `base`, or be missing.
 fn parse(text: &str, joints: &[String]) -> Option<(usize, Segment, f64)> {
     let named = |text: &str, name: &str| {
         text.strip_prefix(name).filter(|rest| rest.starts_with(char::is_whitespace)).and_then(numbers)

@@ -50,7 +50,7 @@ pub(super) const FLAT: f64 = 1e-6;
 /// A point counts as in a plane if its distance from the plane is at most this fraction of the hull's length.
 const EXACT: f64 = 1e-8;
 
-/// A point counts as above a face if its distance from the face exceeds its distance from the face's plane by at most this \[m\].
+/// A point counts as above a face if its distances from the face and from the face's plane differ by at most this \[m\].
 const TOGETHER: f64 = 1e-12;
 
 impl Hull {
@@ -205,7 +205,7 @@ fn apart(points: &[Vector3<f64>], near: f64) -> Vec<Vector3<f64>> {
 }
 
 impl Ball {
-    /// Creates a ball around these points. Its center is the middle of their bounding box.
+    /// Creates a ball around `points`. Its center is the middle of their bounding box.
     fn around(points: &[Vector3<f64>]) -> Self {
         let bound = |of: fn(&Vector3<f64>, &Vector3<f64>) -> Vector3<f64>| {
             points.iter().copied().reduce(|a, b| of(&a, &b)).unwrap_or_default()
@@ -220,7 +220,7 @@ impl Ball {
     }
 }
 
-/// Returns the normal of a triangle. Its length is twice the triangle's area \[m²\].
+/// Returns a vector along the normal of a triangle. Its length is twice the triangle's area \[m²\].
 fn across([a, b, c]: &[Vector3<f64>; 3]) -> Vector3<f64> {
     (b - a).cross(&(c - a))
 }

@@ -26,7 +26,8 @@ type Saved = (
 );
 
 impl Servo {
-    /// Returns the servo's state for [`restore`](Self::restore). Its encoding has about 60 kB for one arm, mostly past commands.
+    /// Returns the servo's state for [`restore`](Self::restore). The encoded state of one arm has about 60 kB, mostly past
+    /// commands.
     pub fn saved(&self) -> impl Serialize + use<'_> {
         (
             (self.configurations, self.configured, &self.clock, self.motions.count),
