@@ -1,9 +1,10 @@
 //! Consent: the arm moves only while someone's request is newer than the last event that revoked consent.
 //!
 //! A *push* is a request after a silence. It begins with the first message of a publisher of goals or twists, with the first twist
-//! after a zero twist, or with a request to `~/pause` (false), which requests the current goal again. Later messages without a
-//! silence in between belong to the same push. So a publisher that only continues after a revocation does not give consent again.
-//! Every message counts, even an invalid one or one that waits for its frame. A single goal is a stream of one message.
+//! after a zero twist, or with a request to `~/pause` (false), which requests the current goal again. Later messages belong to the
+//! same push if there is no silence between them. So a publisher that only continues after a revocation does not give consent
+//! again. Every message ends a silence, even an invalid message or a goal that waits for its frame. A single goal is a stream of
+//! one message.
 //!
 //! A revocation revokes every push up to a time. For `~/stop` this is the time of the stop. For a robot that has appeared it is
 //! `rearm_timeout` earlier, and for a robot that has jumped it is the time of the joint state before the jump. Two publishers that

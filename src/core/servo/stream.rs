@@ -158,7 +158,7 @@ impl GoalStream {
         }
     }
 
-    /// Returns whether the newest pose is too far from the motion of the earlier ones. If not, its deviation updates the noise.
+    /// Returns whether the newest pose is too far from the motion of the earlier poses. If not, its deviation updates the noise.
     fn has_jumped(&mut self) -> bool {
         let (Some(fit), Some(newest)) = (&self.fit, self.samples.back()) else { return false };
         let interval = seconds(newest.time.saturating_sub(fit.time));
