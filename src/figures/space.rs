@@ -135,7 +135,7 @@ impl Scene {
         named.into_iter().map(|(names, point)| (joined(names), point)).collect()
     }
 
-    /// Returns the axes of all frames.
+    /// Returns the axes of all frames as arrows.
     fn arrows(&self) -> impl Iterator<Item = Arrow> {
         self.frames.iter().flat_map(move |frame| {
             let origin = frame.translation.vector;
@@ -183,7 +183,7 @@ impl Scene {
     }
 }
 
-/// Returns the points that can be told apart on the sheet.
+/// Returns the points that are far enough apart to be distinguished on the sheet.
 fn visible(points: &[Point]) -> Vec<Point> {
     spaced(points, |a, b| distance(*a, *b))
 }
