@@ -1,5 +1,5 @@
-//! Tests of limits in descriptions. Many exporters write numbers that are not limits: 0, none, or an empty range. Also, tests of
-//! the limits of a description that is made from DH rows.
+//! Tests of limits in descriptions. Many exporters write numbers that are not limits: 0, none, or an empty range. The tests also
+//! check the limits of a description that is made from DH rows.
 
 use crate::described::{GANTRY, frames};
 use crate::{given, started, text};
@@ -121,7 +121,7 @@ fn limits_of_extreme_size_count_as_none() {
     assert_eq!(limits.joint_acceleration[0], 3.0);
 }
 
-/// For a prismatic joint, each limit counts independently, as for a revolute joint.
+/// Each limit of a prismatic joint counts independently, as for a revolute joint.
 #[test]
 fn a_sliding_joint_may_have_no_limit() {
     for lower in ["-1e9", "-1e16", "-inf"] {
@@ -155,7 +155,7 @@ fn limits_that_look_like_degrees_cause_a_warning() {
     }
 }
 
-/// A body along the links has one capsule per link.
+/// A body along the links has one capsule for each link.
 #[test]
 fn an_arm_may_have_64_joints() {
     let (mut links, mut joints) = ("<link name='l0'/>".to_owned(), String::new());
