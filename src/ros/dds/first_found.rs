@@ -1,6 +1,6 @@
 //! Records for how long publishers have been known.
 //!
-//! RustDDS 0.15.1 lists endpoints without times. Delete this module when it has times.
+//! RustDDS 0.15.1 lists endpoints without times. Delete this module when RustDDS has these times.
 
 use rustdds::GUID;
 use std::collections::HashMap;

@@ -44,7 +44,7 @@ impl<M: DeserializeOwned + 'static> ReplaceableSubscription<M> {
         &self.inner
     }
 
-    /// Takes the next message of `samples`, if one has arrived, or returns the reason why the message could not be decoded.
+    /// Takes the next message of `samples`, if one has arrived. If the message could not be decoded, returns the reason.
     ///
     /// `ros2_client::Subscription::take` drains the notifications of RustDDS first, which costs an allocation and a system call
     /// each time. Polling a stream without a waker costs neither.

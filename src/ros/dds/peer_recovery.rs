@@ -88,7 +88,7 @@ impl Lost {
         self.participants.insert(participant, peer);
     }
 
-    /// Removes `participant`, which is present. Returns what was known of it, if it was lost.
+    /// Removes `participant`, which is present. Returns its description, if it was lost.
     pub fn remove(&mut self, participant: Prefix) -> Option<Peer> {
         let peer = self.participants.remove(&participant);
         if self.participants.is_empty() {
@@ -133,7 +133,7 @@ impl Lost {
     }
 }
 
-/// Opens a socket on a port that is shared with others.
+/// Opens a socket on a port that other sockets may share.
 fn listen(address: SocketAddrV4) -> std::io::Result<UdpSocket> {
     let flags = SocketFlags::CLOEXEC | SocketFlags::NONBLOCK;
     let socket = socket_with(AddressFamily::INET, SocketType::DGRAM, flags, None)?;

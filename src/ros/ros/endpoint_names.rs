@@ -15,7 +15,7 @@ use std::time::Duration;
 /// The number of participants that are remembered; the oldest is forgotten first.
 const PARTICIPANTS: usize = 256;
 
-/// `rmw_dds_common/msg/ParticipantEntitiesInfo`. The type of this name in ros2-client does not show the endpoints.
+/// `rmw_dds_common/msg/ParticipantEntitiesInfo`. ros2-client has a type of this name, but that type does not show the endpoints.
 #[derive(Clone, Deserialize)]
 pub(super) struct ParticipantEntitiesInfo {
     gid: [u8; 16],

@@ -93,7 +93,7 @@ impl Environment {
         self.reach == Reach::Localhost
     }
 
-    /// Returns an error if no packet could arrive anywhere, because there is neither loopback nor a route for multicast.
+    /// Returns an error if the host has neither loopback nor a route for multicast, so that no packet could arrive anywhere.
     pub(super) fn check_network(&self) -> Result<(), RosError> {
         let loopback = probe(Ipv4Addr::LOCALHOST);
         match (loopback, self.reach) {
@@ -156,7 +156,7 @@ const SECURITY: bool = cfg!(feature = "security");
 /// node whose enclave is missing run without security. Here a node never runs without security if security is requested.
 ///
 /// # Errors
-/// [`RosError::Environment`] for values that ROS 2 does not know (ROS 2 would treat them as "off", which was hardly intended), and
+/// [`RosError::Environment`] for values that ROS 2 does not know (ROS 2 would treat them as "off", which users hardly intend), and
 /// if the program was built without security (`built_in` is false); [`RosError::Security`] if the enclave does not exist.
 fn enclave(
     get: impl Fn(&str) -> Option<String>,

@@ -50,7 +50,8 @@ impl Entry<'_> {
         line + rest
     }
 
-    /// Returns the value of a token of rcutils. The location in the source is not known here, so its tokens give an empty text.
+    /// Returns the value of a token of rcutils. The tokens for the location in the source give an empty text, because the location
+    /// is not known.
     fn value(&self, token: &str) -> Option<String> {
         Some(match token {
             "severity" => format!("{:?}", self.level).to_uppercase(),

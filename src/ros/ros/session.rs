@@ -116,7 +116,8 @@ fn secured_participant(
     Ok((participant, payload_protection::warning(&enclave.join("governance.p7s"), domain)))
 }
 
-/// Returns an error, because this build lacks the feature `security`. [`Environment`] refuses security before this is called.
+/// Returns an error, because this build lacks the feature `security`. [`Environment`] refuses security before anything calls this
+/// function.
 #[cfg(not(feature = "security"))]
 fn secured_participant(
     _: DomainParticipantBuilder,
@@ -127,7 +128,7 @@ fn secured_participant(
     Err(RosError::create(what)(&"built without security"))
 }
 
-/// How long the tasks may take to end.
+/// How long the tasks of the nodes may take to end.
 const LAST_STEPS: Duration = Duration::from_millis(200);
 
 impl Drop for Session {
