@@ -15,7 +15,7 @@ use tokio::time::{Instant, interval};
 /// The name of the topic.
 const TOPIC: &str = "robot_description";
 
-/// The interval between two log lines that say that the description is awaited, or that a different one arrived.
+/// The interval between two log lines that say that the node waits for the description, or that a different description arrived.
 const REMINDER: Duration = Duration::from_secs(5);
 
 impl<P: NodeParameters> Given<P> {

@@ -158,7 +158,7 @@ impl Drop for ServoNode {
     }
 }
 
-/// Serves the parameters in force, and gives changes to the cycle.
+/// Serves the parameters in force, and passes changes of the parameters to the cycle.
 fn serve_parameters(
     NodeSetup { node, kind, contract }: &mut NodeSetup,
     store: ParameterStore,
@@ -232,8 +232,8 @@ fn slot(setup: &mut NodeSetup, goal_frame: &str) -> MomentSlot {
     })
 }
 
-/// Obeys `~/keep_out` if goals may be in frames of TF. A keystore that is older than this topic does not grant access to it; then
-/// the topic is not obeyed.
+/// Obeys `~/keep_out` if goals may be in frames of TF. A keystore that is older than this topic does not grant access to it. In
+/// that case, the node ignores the topic.
 fn obey_keep_outs(setup: &mut NodeSetup, tree: Tree, base: &str, in_force: Arc<InForce>) {
     if setup.kind.takes_frames() {
         let obeyed = keep_outs::obey(setup, tree, base, in_force);
