@@ -4,10 +4,11 @@ use std::fs::File;
 use std::io::{self, Read};
 use std::path::Path;
 
-/// Returns the content of a regular file of at most `most` bytes. Other kinds of files are not opened: reading a FIFO may block
+/// Returns the content of a regular file of at most `most` bytes. Does not open other kinds of files: reading a FIFO may block
 /// forever, and a device may never end.
 ///
 /// # Errors
+///
 /// Returns the operating system's error, or an error that says what is wrong with the file.
 pub fn bytes(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     if !std::fs::metadata(path)?.is_file() {
