@@ -174,7 +174,6 @@ impl Contents {
 /// Reads the metadata of the bag in `directory`, if the file exists.
 ///
 /// # Errors
-///
 /// [`BagError::Damaged`] if the metadata cannot be read.
 pub(super) fn read(directory: &Path) -> Result<Option<Contents>, BagError> {
     let path = directory.join(FILE_NAME);

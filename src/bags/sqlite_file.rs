@@ -59,7 +59,6 @@ impl SqliteFile {
     /// Opens the database at `data` without changing it. Error messages call it `path`. Calls `lost` with each incomplete part.
     ///
     /// # Errors
-    ///
     /// [`BagError::NotABag`], [`BagError::Damaged`].
     pub fn open(path: &Path, data: &Path, mut lost: impl FnMut(String)) -> Result<Self, BagError> {
         let damaged = |why: rusqlite::Error| BagError::damaged(path, &why.to_string());

@@ -174,7 +174,6 @@ impl BagWriter {
     /// when its chunk is written, at the latest after [`BagWriter::flush`].
     ///
     /// # Errors
-    ///
     /// [`BagError::ForeignTopic`], [`BagError::Write`].
     pub fn write(
         &mut self,
@@ -203,7 +202,6 @@ impl BagWriter {
     /// this process is killed. The counts in the metadata are at most some seconds old.
     ///
     /// # Errors
-    ///
     /// [`BagError::Write`], also if someone has removed the file or changed its length.
     pub fn flush(&mut self) -> Result<(), BagError> {
         self.file.flush()?;

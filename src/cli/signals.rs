@@ -33,7 +33,6 @@ const REAL_TIME: RangeInclusive<i32> = 34..=64;
 /// Ignores the signals that are not meant to end a command, but would end it by default.
 ///
 /// # Errors
-///
 /// The operating system's error.
 pub(super) fn ignore_others() -> io::Result<()> {
     let runtime = tokio::runtime::Builder::new_current_thread().enable_io().build()?;

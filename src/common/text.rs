@@ -78,7 +78,6 @@ pub fn deserialize_cut<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Str
 /// Deserializes a list of at most [`MOST`] texts, and shortens each text.
 ///
 /// # Errors
-///
 /// Returns the deserializer's error, or an error for a longer list. A longer list is not read to its end.
 pub fn deserialize_cuts<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<String>, D::Error> {
     let texts: Vec<Short> = deserialize_few(deserializer)?;
@@ -88,7 +87,6 @@ pub fn deserialize_cuts<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Ve
 /// Deserializes a list of at most [`MOST`] elements.
 ///
 /// # Errors
-///
 /// Returns the deserializer's error, or an error for a longer list. A longer list is not read to its end.
 pub fn deserialize_few<'de, D: Deserializer<'de>, T: Deserialize<'de>>(
     deserializer: D,

@@ -8,7 +8,6 @@ use std::path::Path;
 /// forever, and a device may never end.
 ///
 /// # Errors
-///
 /// Returns the operating system's error, or an error that says what is wrong with the file.
 pub fn bytes(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     if !std::fs::metadata(path)?.is_file() {

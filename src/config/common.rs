@@ -201,7 +201,6 @@ impl Parameters for ArmParameters {
 /// Checks that a list has `count` items or is empty.
 ///
 /// # Errors
-///
 /// [`ParameterError::Invalid`] for a list of any other length.
 pub(super) fn exactly_or_none(name: &'static str, list: &[f64], count: usize) -> Result<(), ParameterError> {
     if list.is_empty() { Ok(()) } else { exactly(name, list, count) }

@@ -87,7 +87,6 @@ impl CommonParameters {
     /// Builds the servo's parameters for `arms`. Each of the arms is like `arm`.
     ///
     /// # Errors
-    ///
     /// [`ParameterError`] if values contradict each other.
     pub fn build(
         self,

@@ -55,7 +55,6 @@ impl ServoParameters {
     /// controlled pose is that of the right tool relative to the left tool.
     ///
     /// # Errors
-    ///
     /// [`SetupError::UnknownArm`] for an unknown name.
     pub fn for_two_arms(
         name: &str,

@@ -41,7 +41,6 @@ pub struct FittedBody {
 /// capsule along it from [`Body::along`].
 ///
 /// # Errors
-///
 /// [`DescriptionError`] if the description has no arm between the frames.
 pub fn fitted(
     text: &str,

@@ -15,7 +15,6 @@ const NORMAL: usize = 12;
 /// Reads the triangles of an STL file.
 ///
 /// # Errors
-///
 /// The reason why the triangles cannot be read.
 pub(crate) fn read(bytes: &[u8]) -> Result<Scene, String> {
     let corners = match binary(bytes) {

@@ -68,7 +68,6 @@ impl<'a> Tag<'a> {
     /// Reads the tag after a `<`. Returns the tag with the rest of the text.
     ///
     /// # Errors
-    ///
     /// A description of the missing part.
     fn read(text: &'a str) -> Result<(Self, &'a str), &'static str> {
         let text = text.trim_ascii_start();

@@ -67,7 +67,7 @@ impl Envelope {
     /// new desired velocity changes the command neither by a jump nor by a detour.
     ///
     /// If the whole line would take longer than a stop, because one joint can hardly accelerate, the joints that should slow down
-    /// do so independently: a weak joint does not delay the braking of others.
+    /// brake independently: a weak joint does not delay the braking of others.
     fn go_towards(&self, velocity: &mut [f64], period: f64) {
         let part = self.part_of_change(velocity);
         for (speed, span) in velocity.iter_mut().zip(&self.spans) {

@@ -6,7 +6,7 @@ use std::time::Duration;
 /// A lateness is remembered for at least this time, and for at most twice this time.
 const WINDOW: Duration = Duration::from_secs(2);
 
-/// Robots stop by their own timeout about this long after the last command, so a longer lateness does not matter.
+/// Robots with a timeout stop about this long after the last command, so a longer lateness does not matter.
 pub(crate) const LONGEST_HOLD: Duration = Duration::from_millis(100);
 
 /// The weight of the newest cycle in the average time between cycles. A stop takes about fifty cycles.

@@ -239,7 +239,7 @@ impl Link {
         self.figures().position(|figures| contacts.contains(&figures.contact))
     }
 
-    /// Returns a joint that does not follow, counted from 1 arm after arm, if there is one.
+    /// Returns a joint that does not follow, counted from 1, arm after arm, if there is one.
     pub fn lost(&self) -> Option<usize> {
         self.arms.iter().find_map(|arm| Some(arm.joints.start + arm.following.lost()? + 1))
     }

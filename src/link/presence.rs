@@ -54,7 +54,7 @@ pub(crate) struct Step<'a> {
     pub commanded: &'a [f64],
     /// The kinds of the joints.
     pub kinds: &'a [JointKind],
-    /// The number of the arm's first joint, counted from 1 arm after arm.
+    /// The number of the arm's first joint, counted from 1, arm after arm.
     pub first_joint: usize,
 }
 

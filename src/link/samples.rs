@@ -12,7 +12,8 @@ const WINDOW: Duration = Duration::from_millis(100);
 /// Least time between two samples.
 const SPACING: Duration = Duration::from_millis(10);
 
-/// If the samples have a longer gap than this, the earlier ones are dropped, because the motion during the gap is unknown.
+/// If the time between two samples is longer than this, the earlier samples are dropped, because the motion during the gap is
+/// unknown.
 const LONGEST_GAP: Duration = Duration::from_millis(300);
 
 /// Number of samples: those of one window, and the one before the window.

@@ -13,7 +13,6 @@ pub trait InPlace: Default {
     /// Replaces this value by the deserialized one.
     ///
     /// # Errors
-    ///
     /// The deserializer's error. The value is then a mixture of the old and the new value.
     fn read_from<'de, D: Deserializer<'de>>(&mut self, deserializer: D) -> Result<(), D::Error>;
 }

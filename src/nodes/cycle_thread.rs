@@ -39,7 +39,6 @@ pub(super) struct Schedule {
 /// `on_end` with the value of the break, or with the message of a panic.
 ///
 /// # Errors
-///
 /// [`NodeError::Thread`], and [`NodeError::Realtime`] if the system does not allow the priority. In this case, neither function is
 /// called.
 pub(super) fn spawn<E>(

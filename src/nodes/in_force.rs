@@ -60,7 +60,6 @@ impl InForce {
     /// Applies `parameters`, which result from the `changes` and are in `store`.
     ///
     /// # Errors
-    ///
     /// The reason why the parameters are refused.
     pub fn set(
         &self,
@@ -89,7 +88,6 @@ impl InForce {
     /// Replaces all live keep-outs by `drawn`.
     ///
     /// # Errors
-    ///
     /// The reason why these keep-outs are refused.
     pub fn draw(&self, drawn: Vec<KeepOut>) -> Result<(), String> {
         let now = &mut *self.lock();

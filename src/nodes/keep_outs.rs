@@ -25,7 +25,6 @@ const WARNING_INTERVAL: Duration = Duration::from_secs(1);
 /// Subscribes to the markers and obeys them. The frames of the markers are looked up in `tree`, relative to the frame `base`.
 ///
 /// # Errors
-///
 /// [`RosError`] if the network fails.
 pub(super) fn obey(
     NodeSetup { node, contract, .. }: &mut NodeSetup,

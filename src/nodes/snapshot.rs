@@ -161,7 +161,6 @@ impl Snapshots {
     /// its updates are sent with a later snapshot.
     ///
     /// # Errors
-    ///
     /// [`ReportEnded`].
     pub fn leave(
         &mut self,

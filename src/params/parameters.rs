@@ -178,7 +178,6 @@ impl ParameterType for Option<Duration> {
 /// Checks that the list of a parameter has `count` elements.
 ///
 /// # Errors
-///
 /// [`ParameterError::Invalid`] if the list has another length.
 pub fn exactly<T>(name: &'static str, list: &[T], count: usize) -> Result<(), ParameterError> {
     match list.len() {

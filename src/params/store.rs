@@ -44,7 +44,6 @@ impl ParameterStore {
     /// Sets a value before the node starts. Only this method can set a read-only parameter.
     ///
     /// # Errors
-    ///
     /// [`ParameterError`] if the value does not fit or the name is unknown. ROS 2 itself ignores unknown names, and so hides typing
     /// errors.
     pub fn override_initial(&mut self, name: &str, value: Value) -> Result<(), ParameterError> {

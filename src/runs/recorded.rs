@@ -41,7 +41,6 @@ pub struct Recorded {
 /// the parameters `fallback`.
 ///
 /// # Errors
-///
 /// [`RunError::Bag`]; [`RunError::NoRobot`] if nothing can be drawn; [`RunError::Parameters`].
 pub fn recorded(path: &Path, name: &str, fallback: &ServoParameters) -> Result<Recorded, RunError> {
     let announced = Announced::read(Bag::open(path)?);

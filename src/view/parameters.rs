@@ -47,7 +47,6 @@ impl Entry {
     /// Converts a value that a browser sent to the parameter's type.
     ///
     /// # Errors
-    ///
     /// A description of the expected value.
     pub fn value_from(&self, sent: &serde_json::Value) -> Result<Value, String> {
         let value = match self.kind {

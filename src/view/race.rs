@@ -43,7 +43,6 @@ impl RaceWatch {
     /// Joins the graph with two nodes of these names.
     ///
     /// # Errors
-    ///
     /// [`RosError`], or an error if the parameters do not describe an arm.
     pub fn join(
         session: &Session,

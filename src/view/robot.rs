@@ -23,7 +23,6 @@ impl Robot {
     /// Creates the robot from all parameters of a servo of this kind.
     ///
     /// # Errors
-    ///
     /// [`ParameterError`] if the parameters do not describe an arm.
     pub fn new(
         kind: ServoKind,

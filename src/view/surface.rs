@@ -100,7 +100,6 @@ fn ball(radius: f64, length: f64) -> Vec<Triangle> {
 /// the file of the robot description, if the description came from a file.
 ///
 /// # Errors
-///
 /// The reason why the mesh cannot be read.
 pub(super) fn mesh(file: &str, description: Option<&Path>) -> Result<Vec<(Triangle, Option<Rgb>)>, String> {
     let scene = mesh_file::load(file, description)?;

@@ -79,8 +79,8 @@ impl Recording {
         Ok(())
     }
 
-    /// Ends the recording of a command, if there is one. `result` is the result of the command. Returns `result`, or the error of
-    /// the recording if only the recording failed. If both failed, the recording's failure is only logged.
+    /// Ends the recording of a command, if there is one. If the command's `result` is a success, returns it together with the
+    /// result of the recording. Otherwise returns the command's error, and only logs a failure of the recording.
     pub async fn end<T>(
         recording: Option<Self>,
         result: anyhow::Result<T>,

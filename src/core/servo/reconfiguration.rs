@@ -22,7 +22,7 @@ named! {
 /// Another configuration, described by the joint that moves farthest on the way to it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Detour {
-    /// The number of the joint, counted from 1 arm after arm.
+    /// The number of the joint, counted from 1, arm after arm.
     pub joint: usize,
     /// Whether the joint is revolute or prismatic.
     pub kind: JointKind,

@@ -72,7 +72,7 @@ pub struct Status {
 /// A robot that moves at less than this fraction of the commanded speed was told to move slowly.
 const SLOW: f64 = 0.7;
 
-/// Returns the name of the joint `number`, counted from 1 arm after arm. `joints` are the names of all joints in that order.
+/// Returns the name of the joint `number`, counted from 1, arm after arm. `joints` are the names of all joints in that order.
 pub fn joint_name(number: usize, joints: &[String]) -> String {
     joints.get(number.wrapping_sub(1)).cloned().unwrap_or_else(|| number.to_string())
 }

@@ -110,7 +110,7 @@ struct Seen {
     sources: Vec<(u32, Duration, Duration)>,
 }
 
-/// The time within which an arm comes to rest after its stick was released, also under a limit on jerk.
+/// The time within which an arm comes to rest after its twists have ended, even under a limit on jerk.
 pub const REST: Duration = Duration::from_millis(1300);
 
 /// The servo may conclude that the robot does not obey up to this long after the robot behaved oddly.
@@ -288,7 +288,7 @@ impl Opinion {
         }
     }
 
-    /// Takes a twist. A twist of zero releases the stick.
+    /// Takes a twist. A twist of zero ends the request of its publisher.
     pub fn twist(&mut self, twist: &TwistReading, now: Duration) {
         let (by, now) = ((Kind::Twists, twist.sent.by), now + AFTER_THE_CYCLE);
         if twist.linear == [0.0; 3] && twist.angular == [0.0; 3] {

@@ -537,7 +537,7 @@ impl Rig {
         self.step_plants();
     }
 
-    /// Replaces the servo by another one with the saved state of this one.
+    /// Replaces the servo by another servo with the saved state of the first one.
     fn restore(&mut self) {
         let saved = postcard::to_stdvec(&self.servo.saved()).unwrap();
         let settings = self.servo.settings().clone();

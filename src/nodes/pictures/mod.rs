@@ -73,7 +73,6 @@ struct Pictures {
 /// it like any other goal.
 ///
 /// # Errors
-///
 /// [`RosError`].
 pub(super) fn serve(setup: &mut NodeSetup, frame: &str) -> Result<MomentSlot, RosError> {
     let NodeSetup { node, kind, contract } = setup;

@@ -111,7 +111,6 @@ impl Node {
     /// ros2-client does not announce this publisher as the node's.
     ///
     /// # Errors
-    ///
     /// [`RosError`].
     pub fn publisher_in_time<M: Message>(
         &mut self,

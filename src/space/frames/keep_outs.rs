@@ -210,7 +210,6 @@ impl FramedKeepOuts {
     /// [`look`](Self::look) finds its pose.
     ///
     /// # Errors
-    ///
     /// [`KeepOutRefused`]; nothing changes then.
     pub fn put(&mut self, keep_out: FramedKeepOut, most: usize) -> Result<(), KeepOutRefused> {
         let (key, name) = (keep_out.key.clone(), keep_out.name());

@@ -9,7 +9,7 @@ use thiserror::Error;
 /// A capsule on a link: all points within a radius of a segment. It moves with the link.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Capsule {
-    /// The number of the link, counted from 1 arm after arm; 0 for a part fixed to the base. It is also the number of the joint
+    /// The number of the link, counted from 1, arm after arm; 0 for a part fixed to the base. It is also the number of the joint
     /// that moves the link, unless joints drive several links.
     pub link: usize,
     /// The indices of the links that carry the capsule, counted from 0 arm after arm. They include its own link.

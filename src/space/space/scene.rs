@@ -51,7 +51,7 @@ pub(super) struct Meeting {
 /// The names of the two parts of a pair.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Pair {
-    /// Two parts of the body. Each is named by the joint that moves or drives its link, counted from 1 arm after arm; 0 for a base.
+    /// Two parts of the body. Each is named by the joint that moves or drives its link, counted from 1, arm after arm; 0 for a base.
     Body(usize, usize),
     /// A part of the body and a keep-out.
     KeepOut(usize, Name),

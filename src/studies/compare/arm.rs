@@ -92,7 +92,6 @@ impl Arm {
     /// runs does not matter.
     ///
     /// # Errors
-    ///
     /// There is no error in practice: there is one position per joint.
     pub fn task(&self, seed: u64, number: u32) -> Result<Task, CompareError> {
         let mut random = ChaCha8Rng::seed_from_u64(seed);

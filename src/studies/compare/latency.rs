@@ -62,7 +62,6 @@ fn known(age: usize) -> Option<&'static Plant> {
 /// time.
 ///
 /// # Errors
-///
 /// The first error of a simulated run; none in practice.
 pub(super) fn ageing(study: &Study, summary: &Summary) -> Result<Vec<Ageing>, CompareError> {
     let each = Law::all().flat_map(|law| [false, true].map(|limits| (law, limits)));

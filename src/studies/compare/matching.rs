@@ -205,7 +205,6 @@ pub(super) fn gains(arm: &Arm, chosen: impl Fn()) -> Result<Vec<Gain>, CompareEr
 /// Returns whether `kept` are the gains of all laws on these arms, with the targets that this program measures.
 ///
 /// # Errors
-///
 /// The first error of a simulated run; none in practice.
 pub(super) fn are_gains_of(arms: &[Arm], kept: &[Gain]) -> Result<bool, CompareError> {
     let mut kept = kept.iter();

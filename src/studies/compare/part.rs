@@ -57,7 +57,6 @@ impl Study {
     /// Merges all `of` parts in `folder` into `file`. First checks that each part is complete and belongs to this study.
     ///
     /// # Errors
-    ///
     /// [`CompareError::File`] for a missing part; [`CompareError::Count`] for a part with too few runs;
     /// [`CompareError::OtherRuns`], [`CompareError::Damaged`].
     pub fn merge(&self, folder: &Path, of: u64, file: &Path) -> Result<(), CompareError> {

@@ -106,7 +106,6 @@ impl Study {
     /// position \[m\] and orientation (x, y, z, w) of the goal.
     ///
     /// # Errors
-    ///
     /// [`CompareError::File`] if the file cannot be written.
     pub fn write_tasks(&self, file: &Path) -> Result<(), CompareError> {
         let error = |why| CompareError::file(file, why);

@@ -60,7 +60,6 @@ pub fn integrate(
 /// Simulates one arm, or two arms, under a law for `duration` \[s\], from `start` \[rad\] toward `goal`. Keeps the sign of `goal`.
 ///
 /// # Errors
-///
 /// [`PaperError::Simulation`] if the integration fails.
 pub fn follow(
     arms: Arms,

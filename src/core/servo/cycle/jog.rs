@@ -1,4 +1,4 @@
-//! Jogging: the tool moves by a twist while somebody holds a stick, and stops when the twist ends.
+//! Jogging: the tool moves by twists while somebody sends them, as with a joystick, and stops when the twists end.
 
 use super::Servo;
 use crate::servo::mode::{Jog, Mode};

@@ -102,7 +102,7 @@ impl Output {
     }
 
     /// Sets whether the servo sends nothing, because the arm's motion during missed cycles is unknown. Without commands, the arm
-    /// stops by its own timeout.
+    /// stops after its own timeout.
     pub fn be_silent(&mut self, blind: bool, hold: &[f64]) {
         self.blind = blind;
         if blind {

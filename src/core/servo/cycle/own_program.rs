@@ -59,7 +59,7 @@ impl Servo {
     }
 
     /// Takes the goal set by [`set_goal`](Self::set_goal), if any. Call it after [`begin`](Self::begin). [`cycle`](Self::cycle) and
-    /// [`cycle_with`](Self::cycle_with) already do so.
+    /// [`cycle_with`](Self::cycle_with) already take this goal.
     ///
     /// # Errors
     /// The errors of [`take_stamped_goal`](Self::take_stamped_goal).

@@ -56,7 +56,6 @@ impl Servo {
     /// Notes whether another publisher sends commands to the arm number `arm`. While it does, the servo does not drive the arm.
     ///
     /// # Panics
-    ///
     /// If the servo has no arm with this number.
     pub fn set_rival(&mut self, arm: usize, rival: bool) {
         self.robot.link.set_rival(arm, rival);
