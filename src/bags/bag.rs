@@ -99,7 +99,7 @@ impl Bag {
         self.types = Some(types.iter().map(|name| name.as_ref().to_owned()).collect());
     }
 
-    /// Returns the topics that were found so far, sorted by name. They are complete after the last message.
+    /// Returns the topics that were found so far, sorted by name. The list is complete after the last message.
     pub fn topics(&self) -> Vec<Topic> {
         let mut counts = BTreeMap::new();
         for topic in self.files.iter().flat_map(Storage::topics) {

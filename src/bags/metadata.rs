@@ -11,7 +11,8 @@ use std::path::Path;
 /// The name of the file in the bag's directory.
 pub(super) const FILE_NAME: &str = "metadata.yaml";
 
-/// The size of the longest metadata file that is read \[bytes\]. It is ten times that of a bag with thousands of files and topics.
+/// The size of the longest metadata file that is read \[bytes\]. The metadata of a bag with thousands of files and topics are ten
+/// times shorter.
 const LIMIT: u64 = 16 << 20;
 
 /// The number of messages, and the first and the last log time.

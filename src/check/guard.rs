@@ -34,8 +34,8 @@ named! {
 
 /// The guard of one arm. It reads no clock: time is an argument.
 ///
-/// Commands count as ended only if joint states prove it. A guard that has received joint states without a gap for the whole
-/// timeout would also have received commands.
+/// Commands count as ended only if joint states prove that they would have arrived. A guard that has received joint states without
+/// a gap for the whole timeout would also have received commands.
 #[derive(Clone, Debug)]
 pub struct Guard {
     interface: Interface,

@@ -173,7 +173,7 @@ pub struct DescribedJoint {
 /// How a joint follows its driver: its position is `multiplier · position + offset`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mimic {
-    /// The name of the driver. It mimics no other joint.
+    /// The name of the driver, which mimics no other joint.
     pub driver: String,
     /// The joint's speed divided by the driver's speed.
     pub multiplier: f64,

@@ -145,7 +145,8 @@ impl Scene {
         })
     }
 
-    /// Returns points on the whole drawing. They are so dense that no name fits between two of them without covering the drawing.
+    /// Returns points on the whole drawing. The points are so dense that no name fits between two of them without covering the
+    /// drawing.
     fn drawn_on(&self, projection: &Projection) -> Vec<Point> {
         const STEPS: u32 = 16;
         let paths = self.paths.iter().flat_map(|path| &path.points).copied();

@@ -97,14 +97,14 @@ impl Braking<'_> {
 }
 
 impl Limits {
-    /// Returns the deceleration at which joint number `joint` stops [rad/s²]. It is large enough to stop the joint from its
-    /// velocity limit within [`STOP_TIME`], so that no setting disables the stop.
+    /// Returns the deceleration at which joint number `joint` stops [rad/s²]. The deceleration is large enough to stop the joint
+    /// from its velocity limit within [`STOP_TIME`], so that no setting disables the stop.
     pub fn deceleration(&self, joint: usize) -> f64 {
         self.joint_deceleration[joint].max(self.joint_velocity[joint] / STOP_TIME)
     }
 
-    /// Returns the jerk limit of joint number `joint` [rad/s³]. It is large enough that the joint reaches its acceleration in
-    /// [`RAMP_TIME`].
+    /// Returns the jerk limit of joint number `joint` [rad/s³]. The limit is large enough that the joint reaches its acceleration
+    /// in [`RAMP_TIME`].
     pub fn jerk(&self, joint: usize) -> f64 {
         let largest = self.deceleration(joint).max(self.joint_acceleration[joint]);
         self.joint_jerk[joint].max(largest / RAMP_TIME)

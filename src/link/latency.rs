@@ -1,5 +1,5 @@
-//! Estimates the time from a command to the joint state that shows its effect. It is the age of the state plus the response time of
-//! the robot.
+//! Estimates the time from a command to the joint state that shows its effect. This time is the age of the joint state plus the
+//! response time of the robot.
 
 use crate::command_history::CommandHistory;
 use crate::comparison::Comparison;

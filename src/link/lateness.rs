@@ -1,4 +1,4 @@
-//! The recent lateness of control cycles and joint states. It may happen again at any time.
+//! The recent lateness of control cycles and joint states. Recent lateness may happen again at any time.
 
 use serde::{Deserialize, Serialize};
 use std::time::Duration;

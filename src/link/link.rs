@@ -28,7 +28,7 @@ pub struct Link {
 }
 
 impl Link {
-    /// Creates the link to arms with the joints `orders` of these `kinds`. They are commanded through `interface` once per
+    /// Creates the link to arms with the joints `orders` of these `kinds`. The servo commands them through `interface` once per
     /// `period`.
     pub fn new(orders: Vec<JointOrder>, kinds: &[JointKind], period: Duration, interface: Interface) -> Self {
         let mut count = 0;
@@ -161,7 +161,7 @@ impl Link {
         }
     }
 
-    /// Notes the `command` [rad/s], in force from `now` on. It includes the hold, which does not move the joints.
+    /// Notes the `command` [rad/s], in force from `now` on. The command includes the hold, which does not move the joints.
     pub fn command(&mut self, now: Duration, command: &[f64]) {
         self.history.note(now, command, &self.hold);
         for arm in &mut self.arms {
@@ -258,7 +258,7 @@ impl Link {
         self.arms.iter_mut().for_each(|arm| arm.following.try_again());
     }
 
-    /// Returns the factor by which to scale `target` [rad/s]. It makes joints that have not yet responded move gently.
+    /// Returns the factor by which to scale `target` [rad/s], so that joints that have not yet responded move gently.
     pub fn probing_factor(&self, target: &[f64], accelerations: &[f64]) -> f64 {
         let factors = self.arms.iter().flat_map(|arm| {
             arm.joints.clone().map(|joint| {

@@ -50,7 +50,8 @@ pub(crate) struct Step<'a> {
     pub to: &'a [f64],
     /// The speed limits of the joints [rad/s].
     pub speeds: &'a [f64],
-    /// The recently commanded displacements \[rad\]. They may exceed what `speeds` allow if a limit was lowered meanwhile.
+    /// The recently commanded displacements \[rad\]. If a limit was lowered meanwhile, they may exceed the displacements that
+    /// `speeds` allow.
     pub commanded: &'a [f64],
     /// The kinds of the joints.
     pub kinds: &'a [JointKind],

@@ -230,8 +230,8 @@ impl TrackingMonitor {
         }
     }
 
-    /// Updates which joints respond. They are at `positions` \[rad, prismatic: m\] at `now`. The arm responds after `response`;
-    /// `pull` acts on its joints [rad/s].
+    /// Updates which joints respond. The joints are at `positions` \[rad, prismatic: m\] at `now`. The arm responds after
+    /// `response`; `pull` acts on its joints [rad/s].
     pub fn watch_responses(
         &mut self,
         now: Duration,
@@ -253,8 +253,8 @@ impl TrackingMonitor {
         }
     }
 
-    /// Checks at `now` that an arm in motion still follows. It has moved by `motion`, and responds after `response`; `pull` acts on
-    /// its joints [rad/s].
+    /// Checks at `now` that an arm in motion still follows. The arm has moved by `motion`, and responds after `response`; `pull`
+    /// acts on its joints [rad/s].
     pub fn watch_motion(
         &mut self,
         now: Duration,

@@ -15,7 +15,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 use tokio::sync::watch;
 
-/// The publishers of commands. They live longer than the cycle.
+/// The publishers of commands. The publishers live longer than the cycle.
 pub(super) struct Commands {
     arms: Vec<ArmCommands>,
     /// Whether any command was sent. Before the first command, even zeros might stop a robot that another servo moves.

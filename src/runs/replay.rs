@@ -40,7 +40,7 @@ pub struct Replayed {
     pub not_judged: u64,
     /// The number of missing cycles. A gap ends the comparison until the next cycle with a saved state.
     pub inputs_missing: u64,
-    /// The number of cycles that are repeated or out of order. Each of them is compared once.
+    /// The number of cycles that are repeated or out of order. Each of these cycles is compared once.
     pub repeated: u64,
     /// The number of messages that cannot be read.
     pub damaged: u64,

@@ -26,7 +26,7 @@ use tokio::task::JoinSet;
 /// The shortest time between two frames. A screen needs no more than 50 per second.
 const FRAME: Duration = Duration::from_millis(20);
 
-/// The longest time between two frames. It applies while nothing is received.
+/// The longest time between two frames. Frames are this far apart while nothing is received.
 const IDLE: Duration = Duration::from_millis(500);
 
 /// The longest time that a service may take.
@@ -56,7 +56,7 @@ struct Shared {
     motion: Mutex<Option<LastMotion>>,
     /// The channel for background tasks.
     tasks: mpsc::Sender<Asked<BackgroundTask>>,
-    /// The notification that the servo has appeared. It causes a reading of the servo's parameters.
+    /// The notification that the servo has appeared. After it, the servo's parameters are read.
     appeared: Notify,
 }
 

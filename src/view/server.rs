@@ -239,7 +239,7 @@ async fn arm_shape(State(shared): State<Arc<Shared>>) -> Bytes {
     Bytes::from_owner(shared.page.arm_shape.borrow().clone())
 }
 
-/// Returns the guide as plain text, which browsers show. They would only offer to save Markdown as a file.
+/// Returns the guide as plain text, which browsers show. Browsers would only offer to save Markdown as a file.
 async fn guide(State(shared): State<Arc<Shared>>) -> &'static str {
     shared.guide
 }

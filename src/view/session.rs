@@ -130,7 +130,7 @@ impl Session {
         self.send(Answer::refused(why).frame(None)).await
     }
 
-    /// Forwards a request. Its answer is sent later.
+    /// Forwards a request. Another event sends the answer later.
     async fn request(&mut self, text: &str) -> Result<(), Gone> {
         let Request { id, ask } = match Request::read(text) {
             Ok(request) => request,

@@ -7,7 +7,7 @@ use std::time::Duration;
 /// The mark of a guard's commands. By this mark, guards and servos can tell a guard's commands from a servo's.
 const GUARD: &str = "guard";
 
-/// Returns the topic of the commands to an arm with this interface. It is the default topic of ros2_control's controller for the
+/// Returns the topic of the commands to an arm with this interface: the default topic of ros2_control's controller for the
 /// interface.
 pub fn command_topic(interface: Interface) -> &'static str {
     match interface {

@@ -74,7 +74,7 @@ impl Saved<'_> {
 /// parameters instead of settings.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Recorded<'a> {
-    /// The kind of the servo, and all its parameters. A replay can begin at this cycle. It takes the state from the next event,
+    /// The kind of the servo, and all its parameters. A replay can begin at this cycle, from the state in the next event,
     /// [`Saved`](Self::Saved).
     Begin(ServoKind, RecordedParameters),
     /// The state of the servo before the cycle.

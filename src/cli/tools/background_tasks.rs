@@ -16,8 +16,8 @@ pub(super) struct Runner {
     environment: Environment,
     ros_args: RosArgs,
     show: watch::Sender<Arc<str>>,
-    /// The number of the last race. It counts up from the time at which this program started [ms since 1970]. So a page that was
-    /// opened before a restart does not take a new race for an old one.
+    /// The number of the last race. The numbers count up from the time at which this program started [ms since 1970]. So a page
+    /// that was opened before a restart does not take a new race for an old one.
     races: u64,
     /// The race that is running, if any.
     race: JoinSet<()>,
@@ -25,7 +25,7 @@ pub(super) struct Runner {
 }
 
 impl Runner {
-    /// Creates the runner. It writes races to the channel `show`.
+    /// Creates the runner, which writes races to the channel `show`.
     pub fn new(environment: &Environment, ros_args: &RosArgs, show: watch::Sender<Arc<str>>) -> Self {
         let (environment, ros_args) = (environment.clone(), ros_args.clone());
         let races = u64::try_from(since_1970().as_millis()).unwrap_or_default();

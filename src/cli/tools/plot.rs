@@ -85,7 +85,7 @@ impl Plot {
     /// Writes into the folder the names of the bags whose figures it has.
     ///
     /// # Errors
-    /// [`Usage`] if the folder has figures of other bags. They are not overwritten.
+    /// [`Usage`] if the folder has figures of other bags. The figures are not overwritten.
     fn claim_folder(&self, figures: &[Figure]) -> anyhow::Result<()> {
         let note = self.out.join("bags.txt");
         let path = |bag: &PathBuf| std::path::absolute(bag).map(|path| format!("{}\n", path.display()));

@@ -73,7 +73,7 @@ fn an_invalid_limit_is_rejected_with_advice_and_can_be_overridden() {
     assert!(refused.contains("limits.joint_position_lower and limits.joint_position_upper"), "{refused}");
 }
 
-/// A controller should keep within the soft limits. They are inside the hard limits, at which the robot's own controller stops or
+/// A controller should keep within the soft limits. These are inside the hard limits, at which the robot's own controller stops or
 /// brakes.
 #[test]
 fn the_tighter_of_a_hard_and_a_soft_limit_counts() {

@@ -160,7 +160,7 @@ impl Push {
 pub(super) struct MotionRequests {
     consent: Consent,
     pushes: Vec<Push>,
-    /// When a twist last moved the arm. It revokes every goal pushed until then.
+    /// When a twist last moved the arm. This twist revokes every goal pushed until then.
     jogged: Option<Revoked>,
 }
 

@@ -1,4 +1,4 @@
-//! The trend of an error. It shows whether an arm within its tolerances stays there or passes through.
+//! The trend of an error. The trend shows whether an arm within its tolerances stays there or passes through.
 
 use dq_algebra::UnitDualQuaternion;
 use nalgebra::Vector6;

@@ -94,7 +94,7 @@ pub(super) struct Record {
     pub outcome: Option<Outcome>,
     /// The recent errors.
     pub trend: ErrorTrend,
-    /// Whether the arm has settled. It may then exceed the tolerances a little.
+    /// Whether the arm has settled. A settled arm may exceed the tolerances a little.
     pub settled: bool,
     /// Whether the arm has started a reconfiguration.
     pub reconfigured: bool,

@@ -51,7 +51,7 @@ pub enum Revocation {
     MovesWithTool,
     /// The servo was stopped.
     Stopped,
-    /// A twist moved the arm. It revokes goals only.
+    /// A twist moved the arm. This event revokes goals only.
     Jogged,
     /// The aim has changed.
     AnotherAim,

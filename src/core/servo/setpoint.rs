@@ -80,8 +80,8 @@ impl Setpoint {
     }
 
     /// Advances the setpoints, if there are any, by the `command` [rad/s] during one `period` \[s\]. `cycles` periods have passed
-    /// since the last cycle. The setpoints still advance by one period only, so that no step exceeds the speed limits. They never
-    /// pass a position limit.
+    /// since the last cycle. The setpoints still advance by one period only, so that no step exceeds the speed limits. The
+    /// setpoints never pass a position limit.
     pub fn advance(&mut self, command: &[f64], limits: &PositionLimits, period: f64, cycles: f64) {
         if self.phase == Phase::Released {
             return;

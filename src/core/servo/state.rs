@@ -3,7 +3,7 @@
 use dq_common::named;
 
 named! {
-    /// The servo's state. It is in one state at a time. `~/status` has its name.
+    /// The servo's state. The servo is in one state at a time, and `~/status` has its name.
     "state" State {
         /// No joint state has arrived yet.
         WaitingForState = "waiting_for_state",

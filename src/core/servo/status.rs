@@ -47,8 +47,8 @@ pub struct Status {
     pub closest: Option<ClosePair>,
     /// A joint that moves farther than commanded: its number (from 1, arm after arm), and the ratio of its motion to the command.
     pub too_far: Option<(usize, f64)>,
-    /// The fraction of the commanded speed at which the robot moves, as estimated or as reported. It is below 1 if somebody has
-    /// told the robot to move slowly.
+    /// The fraction of the commanded speed at which the robot moves, as estimated or as reported. The fraction is below 1 if
+    /// somebody has told the robot to move slowly.
     pub speed_factor: f64,
     /// Whether the arm is escaping from a singularity at which the law stands still.
     pub leaving_singularity: bool,

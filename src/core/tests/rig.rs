@@ -66,7 +66,7 @@ pub struct Rig {
     pub wires: fn(&mut [f64]),
     /// Whether commands are checked against the invariants.
     pub check_commands: bool,
-    /// Whether to check that an arm with consent moves. It is off for a law whose output may be zero.
+    /// Whether to check that an arm with consent moves. A test whose law may have an output of zero sets this to false.
     pub check_moves: bool,
     /// Whether the tools' speeds are checked against their limits. If the servo cannot know the arm's position, no rule ensures
     /// these limits.

@@ -14,8 +14,8 @@ pub struct ToolSpeed {
     pub angular: f64,
 }
 
-/// The distance of a goal from the arm, and the reach of the arm \[m\]. Both count from the arm's foot. If the foot slides, they
-/// count from its position that is nearest to the goal.
+/// The distance of a goal from the arm, and the reach of the arm \[m\]. Both lengths count from the arm's foot. If the foot slides,
+/// they count from the foot's position that is nearest to the goal.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Reach {
     /// The distance of the goal.
@@ -105,7 +105,7 @@ impl Arms {
         self.chains().flat_map(|chain| chain.kinds().iter().copied()).collect()
     }
 
-    /// Sets the offset of each arm's tool in its tool frame. It applies from the next [`evaluate`](Self::evaluate) on.
+    /// Sets the offset of each arm's tool in its tool frame. The offset applies from the next [`evaluate`](Self::evaluate) on.
     pub fn set_tool_offset(&mut self, tool_offset: &UnitDualQuaternion) {
         self.left.chain.set_tool_offset(tool_offset);
         self.right.iter_mut().for_each(|right| right.arm.chain.set_tool_offset(tool_offset));

@@ -139,7 +139,7 @@ impl Chain {
         self.kinds().len()
     }
 
-    /// Returns the number of links that move. It is the number of joints, or larger if joints drive more than one link.
+    /// Returns the number of links that move. This is the number of joints, or more if joints drive more than one link.
     pub fn link_count(&self) -> usize {
         self.before_joint.len()
     }
@@ -207,8 +207,8 @@ impl Chain {
         (way.norm(), self.length_from(count, ranges))
     }
 
-    /// Returns the total length of the links from number `first` (counted from 0) to the tool \[m\]. It includes the travel of
-    /// prismatic links within these `ranges` of the links.
+    /// Returns the total length of the links from number `first` (counted from 0) to the tool \[m\]. The length includes the travel
+    /// of prismatic links within these `ranges` of the links.
     fn length_from(&self, first: usize, ranges: impl Iterator<Item = (f64, f64)>) -> f64 {
         let starts = std::iter::once(self.base_point).chain(std::iter::repeat(Vector3::zeros()));
         let lengths = self
@@ -373,9 +373,9 @@ fn turned(frame: &Isometry3<f64>, cos: f64, sin: f64) -> Isometry3<f64> {
     Isometry3::from_parts(frame.translation, UnitQuaternion::new_unchecked(rotation))
 }
 
-/// Returns a rotation that takes z to `direction`. It is accurate to rounding everywhere; a formula with the arc cosine is
-/// inaccurate near the poles. It is the shortest such rotation if the direction points upward. Otherwise it is a half turn about x
-/// and then the shortest rotation from −z.
+/// Returns a rotation that takes z to `direction`. If `direction` points upward, this is the shortest such rotation. Otherwise it
+/// is a half turn about x, followed by the shortest rotation from −z. The rotation is accurate to rounding everywhere, whereas a
+/// formula with the arc cosine is inaccurate near the poles.
 fn from_z(direction: &Unit<Vector3<f64>>) -> UnitQuaternion<f64> {
     let (x, y, z) = (direction.x, direction.y, direction.z);
     UnitQuaternion::new_normalize(match z >= 0.0 {

@@ -106,8 +106,8 @@ impl Aim {
         }
     }
 
-    /// Returns the angle from the tool to [`nearest`](Self::nearest) \[rad\], from 0 to 2π. It exceeds π if the goal's sign demands
-    /// the longer rotation.
+    /// Returns the angle from the tool to [`nearest`](Self::nearest) \[rad\], from 0 to 2π. The angle exceeds π if the goal's sign
+    /// demands the longer rotation.
     pub fn angle(self, base_from_goal: &UnitDualQuaternion, base_from_tool: &UnitDualQuaternion) -> f64 {
         let turn = self.turn(base_from_goal, &base_from_tool.rotation());
         2.0 * turn.imag().norm().atan2(turn.w)
@@ -173,7 +173,7 @@ impl Rows {
         Gram::of_columns(arm.joint_count(), arm.tool_motions().map(|column| self.of(&column)))
     }
 
-    /// Returns these rows of a twist `(ω, v)` of the tool along the base's axes. The rest is zeros.
+    /// Returns the rows of the aim from a twist `(ω, v)` of the tool along the base's axes. The other numbers are zeros.
     #[inline(always)]
     pub fn of(&self, (angular, linear): &AngularLinear) -> AngularLinear {
         match self {

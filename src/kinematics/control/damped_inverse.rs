@@ -55,12 +55,12 @@ impl Damping {
         arm.apply_transpose(&rows.twist(&solution), theta_dot);
     }
 
-    /// Returns the product of `(J Jᵀ + λ² I)⁻¹` and six numbers. Both halves of each register contain the same result. It is finite
-    /// for every finite input.
+    /// Returns the product of `(J Jᵀ + λ² I)⁻¹` and six numbers. Both halves of each register contain the same result. The result
+    /// is finite for every finite input.
     ///
     /// This is fast because `J Jᵀ − σ₀² I` is inverted in parallel with `J Jᵀ`, at no cost. Away from singularities, where arms
-    /// mostly are, `J Jᵀ − σ₀² I` is positive definite. That proves that no singular value is below σ₀. Otherwise, the two inverses
-    /// yield the smallest singular value.
+    /// mostly are, `J Jᵀ − σ₀² I` is positive definite. Then no singular value is below σ₀. Otherwise, the two inverses yield the
+    /// smallest singular value.
     #[inline(always)]
     pub(super) fn solve(&self, gram: &Gram, error: &AngularLinear) -> Motions {
         let bound = self.threshold.powi(2);

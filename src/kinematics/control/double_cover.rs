@@ -29,9 +29,9 @@ impl SignMemory {
         Self { sign: if near { 1.0 } else { -1.0 } }
     }
 
-    /// Returns the memory for the goal `next`, which replaces the goal `before`. It keeps both goals, with their signs, on the same
-    /// side. So a stream of goals near a half turn does not choose a side again for each goal. If the tool must then turn farther
-    /// than the hysteresis allows, `apply` changes the sign.
+    /// Returns the memory for the goal `next`, which replaces the goal `before`. The new memory keeps both goals, with their signs,
+    /// on the same side. So a stream of goals near a half turn does not choose a side again for each goal. If the tool must then
+    /// turn farther than the hysteresis allows, `apply` changes the sign.
     pub fn carried(&self, before: &UnitDualQuaternion, next: &UnitDualQuaternion) -> Self {
         let same_side = before.real().dot(&next.real()) >= 0.0;
         Self { sign: if same_side { self.sign } else { -self.sign } }

@@ -110,13 +110,14 @@ impl Gram {
     /// Returns the smallest eigenvalue from the inverses of `J Jᵀ` and `J Jᵀ − bound I`; `None` if rounding may have made it
     /// inaccurate.
     ///
-    /// It is the smallest root of `p(s) = det(J Jᵀ − s I) = s⁶ − a s⁵ + b s⁴ − …`, with `a = tr J Jᵀ` and `b = ½ (a² − |J Jᵀ|²)`.
-    /// The inverses give the values of p and of `p' = −p tr (J Jᵀ − s I)⁻¹` at 0 and at the bound β. Let h be the cubic with these
-    /// four values. Then `p = h + s² (s − β)² (s² + k s + l)` with `k = 2β − a` and `l = b + 2β k − β²`.
+    /// The eigenvalue is the smallest root of `p(s) = det(J Jᵀ − s I) = s⁶ − a s⁵ + b s⁴ − …`, with `a = tr J Jᵀ` and `b = ½ (a² −
+    /// |J Jᵀ|²)`. The inverses give the values of p and of `p' = −p tr (J Jᵀ − s I)⁻¹` at 0 and at the bound β. Let h be the cubic
+    /// with these four values. Then `p = h + s² (s − β)² (s² + k s + l)` with `k = 2β − a` and `l = b + 2β k − β²`.
     ///
     /// This is fast because it needs only these two inverses. The iteration starts from the quotient of two coefficients of the
-    /// power series of 1/p (Bernoulli's method). That is nearer to the smallest root than several steps from 0, and does not pass
-    /// it. Halley's steps do not pass it either. Each of them triples the number of digits: usually one is enough.
+    /// power series of 1/p (Bernoulli's method). This start is nearer to the smallest root than several steps from 0, and does not
+    /// pass the root. Halley's steps do not pass the root either. Each step triples the number of digits: usually one step is
+    /// enough.
     #[inline(always)]
     fn root(&self, bound: f64, inverse: &Inverse) -> Option<f64> {
         let values = inverse.determinants();
@@ -254,7 +255,7 @@ impl Inverse {
     }
 
     /// Returns the derivatives of the determinants with respect to the shifts. Each derivative is the determinant times the trace
-    /// of the inverse. That trace is `tr A⁻¹ + tr S⁻¹ + tr S⁻¹ XᵀX`, by the cyclic property of the trace.
+    /// of the inverse. By the cyclic property of the trace, the trace is `tr A⁻¹ + tr S⁻¹ + tr S⁻¹ XᵀX`.
     ///
     /// This is fast because it does not divide by the determinant of S, which is a factor of the whole determinant.
     #[inline(always)]

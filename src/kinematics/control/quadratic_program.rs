@@ -1,10 +1,10 @@
 //! Small quadratic programs: the joint velocities nearest to the desired ones under linear constraints.
 
-/// The program `min (x − w)ᵀ H (x − w)` subject to `aₖ·x ≥ bₖ`, solved by the dual active set method (Goldfarb & Idnani 1983). It
-/// is solved in the coordinates `Lᵀx` with `H = L Lᵀ`, in which the nearest point is the solution.
+/// The program `min (x − w)ᵀ H (x − w)` subject to `aₖ·x ≥ bₖ`, solved by the dual active set method (Goldfarb & Idnani 1983). The
+/// coordinates are `Lᵀx` with `H = L Lᵀ`: in these coordinates the nearest point is the solution.
 ///
 /// The method begins at `w` and activates one violated constraint after the other, the most violated one first. So it finds a
-/// solution near `w` in a step or two. It allocates only if there are more joints or constraints than ever before.
+/// solution near `w` in a step or two. The program allocates only if there are more joints or constraints than ever before.
 #[derive(Clone, Debug)]
 pub struct QuadraticProgram {
     count: usize,

@@ -186,8 +186,8 @@ impl Departure {
         }
     }
 
-    /// Updates which joints respond. They are at `positions` \[rad, prismatic: m\] at `now`. Returns the first joint that has failed
-    /// to respond for too long.
+    /// Updates which joints respond. The joints are at `positions` \[rad, prismatic: m\] at `now`. Returns the first joint that has
+    /// failed to respond for too long.
     pub fn watch(
         &mut self,
         now: Duration,

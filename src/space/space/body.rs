@@ -9,10 +9,10 @@ use thiserror::Error;
 /// A capsule on a link: all points within a radius of a segment. It moves with the link.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Capsule {
-    /// The number of the link, counted from 1, arm after arm; 0 for a part fixed to the base. It is also the number of the joint
-    /// that moves the link, unless joints drive several links.
+    /// The number of the link, counted from 1, arm after arm; 0 for a part fixed to the base. Unless joints drive several links,
+    /// this is also the number of the joint that moves the link.
     pub link: usize,
-    /// The indices of the links that carry the capsule, counted from 0 arm after arm. They include its own link.
+    /// The indices of the links that carry the capsule, counted from 0, arm after arm. They include the capsule's own link.
     pub(super) carried_by: Range<usize>,
     /// The segment in the link's frame, whose z axis is the joint's axis \[m\]. For a part fixed to the base it is in the base
     /// frame.

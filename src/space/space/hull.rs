@@ -110,7 +110,7 @@ impl Hull {
         self.faces.iter().map(|face| (face.above(point), face.normal))
     }
 
-    /// Returns a lower bound of the signed distance of `point` \[m\]. It takes little computation.
+    /// Computes a lower bound of the signed distance of `point` \[m\], with little computation.
     pub(super) fn at_least(&self, point: &Vector3<f64>) -> f64 {
         self.ball.at_least(point)
     }
@@ -247,7 +247,7 @@ mod tests {
     use proptest::prelude::*;
 
     /// Returns random point clouds: points nearly on a grid (many of them coplanar or equal), near corners, on a thin plate, nearly
-    /// in two planes, and in one plane. They are rotated, moved and scaled.
+    /// in two planes, and in one plane. The clouds are rotated, moved and scaled.
     fn cloud() -> impl Strategy<Value = Vec<Vector3<f64>>> {
         let vector = || prop::array::uniform3(-1.0..1.0f64).prop_map(Vector3::from);
         let points = prop::collection::vec(vector(), 4..100);

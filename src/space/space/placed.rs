@@ -25,7 +25,7 @@ pub struct Placed {
 
 #[cfg(debug_assertions)]
 thread_local! {
-    /// Number of gaps to keep-outs that this thread has measured. It is the cost of a cycle, for tests.
+    /// Number of gaps to keep-outs that this thread has measured. Tests use this number as the cost of a cycle.
     pub static MEASURED: std::cell::Cell<usize> = const { std::cell::Cell::new(0) };
 }
 
@@ -42,7 +42,7 @@ pub struct Near {
 }
 
 impl Placed {
-    /// Creates the body of `scene`. It has no position yet.
+    /// Creates the body of `scene`. The body has no position yet.
     pub fn of(scene: &Scene) -> Self {
         let mut placed = Self {
             cores: Vec::new(),
@@ -69,7 +69,7 @@ impl Placed {
         }
     }
 
-    /// Replaces the body by that of `scene`. It has no position yet. Allocates nothing if there is enough capacity.
+    /// Replaces the body by that of `scene`. The new body has no position yet. Allocates nothing if there is enough capacity.
     pub fn take(&mut self, scene: &Scene) {
         fn put<T>(list: &mut Vec<T>, of: impl Iterator<Item = T>) {
             list.clear();

@@ -24,7 +24,7 @@ impl Segment {
         Gap { distance, normal: gap.normal, point, other: point - distance * gap.normal }
     }
 
-    /// Creates the segment whose middle is `center`. It extends by `half` to both sides \[m\].
+    /// Creates the segment whose middle is `center`. The segment extends by `half` to both sides \[m\].
     pub fn about(center: &Vector3<f64>, half: &Vector3<f64>) -> Self {
         Self { ends: [center - half, center + half] }
     }

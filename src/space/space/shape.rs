@@ -51,7 +51,7 @@ const STEPS: u32 = 40;
 
 impl Shape {
     /// Returns the signed distance of `point` \[m\], negative inside, and its gradient of unit length. Because the shape is convex,
-    /// the distance is a convex function. It changes by at most the motion of the point.
+    /// the distance is a convex function. If the point moves, the distance changes by at most the length of the motion.
     pub fn distance(&self, point: &Vector3<f64>) -> (f64, Vector3<f64>) {
         match self {
             Self::HalfSpace(plane) => (plane.distance(point), plane.normal()),
@@ -82,7 +82,7 @@ impl Shape {
         }
     }
 
-    /// Returns a lower bound of the distance of `point` \[m\]. It takes little computation for any shape.
+    /// Computes a lower bound of the distance of `point` \[m\], with little computation for any shape.
     pub(super) fn at_least(&self, point: &Vector3<f64>) -> f64 {
         match self {
             Self::Hull(hull) => hull.at_least(point),

@@ -22,7 +22,7 @@ named! {
 }
 
 impl Matched {
-    /// Both quantities.
+    /// The settling time and the peak speed.
     pub const ALL: [Self; 2] = [Self::SettlingTime, Self::PeakSpeed];
 }
 

@@ -188,7 +188,8 @@ impl Summary {
         self.cells.insert(key, CellRuns { rows, failures: BTreeMap::new() });
     }
 
-    /// Returns the runs of a cell in the order of tasks; `None` for failed runs. The runs of two laws are of the same tasks.
+    /// Returns the runs of a cell in the order of tasks; `None` for failed runs. The runs of any two laws are of the same tasks, in
+    /// the same order.
     pub fn rows(&self, key: &Key) -> &[Option<Row>] {
         self.cells.get(key).map_or(&[], |cell| &cell.rows)
     }

@@ -13,10 +13,10 @@ pub struct Unmatched {
     /// The gain, with its target and its value.
     #[serde(flatten)]
     pub gain: Gain,
-    /// The value with this gain [s or rad/s], with the 95 % interval of the median. It is at most the horizon.
+    /// The value with this gain [s or rad/s], with the 95 % interval of the median. A settling time is at most the horizon.
     pub median: Interval,
-    /// The median settling time with half an octave less gain, and with half an octave more gain \[s\]. It is the horizon if more
-    /// than half of the tasks fail. `None` for equal peak speed, which grows with the gain.
+    /// The median settling time with half an octave less gain, and with half an octave more gain \[s\]. The value is the horizon if
+    /// more than half of the tasks fail. `None` for equal peak speed, which grows with the gain.
     pub beside: Option<[f64; 2]>,
 }
 

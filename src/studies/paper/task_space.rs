@@ -41,7 +41,7 @@ pub struct TaskSpaceMetrics {
 }
 
 /// Returns the rate of the half-log pair, `Ẋ = V + ½ ad_X V + β ad_X² V`, under `V = −(k_ω ψ, (k_ω + k_v) x)` (Bullo & Murray
-/// 1995). It is computed as in the paper's notebooks: the exponential coordinates are half the rotation vector and half the
+/// 1995). The rate is computed as in the paper's notebooks: the exponential coordinates are half the rotation vector and half the
 /// translation.
 ///
 /// Explicitly: `ψ̇ = −k_ω ψ`, `ẋ = −(k_ω + k_v) x − k_v (½ ψ×x + β ψ×(ψ×x))`, `β = (1 − (|ψ|/2) cot(|ψ|/2))/|ψ|²`. The notebooks

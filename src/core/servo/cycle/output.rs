@@ -21,7 +21,7 @@ pub(super) struct Output {
     /// The obstacles to the desired motion in the last cycle.
     pub hindrance: Hindrance,
     interface: Interface,
-    /// Whether the servo sends commands. It does so from the first time that the arm is driven or braked.
+    /// Whether the servo sends commands. It sends commands from the first time that the arm is driven or braked.
     begun: bool,
     /// Whether the servo sends nothing because the arm's motion during missed cycles is unknown.
     blind: bool,

@@ -26,8 +26,8 @@ impl Servo {
     /// [`output`](Self::output) does. `now` may be of any clock that never goes back.
     ///
     /// # Errors
-    /// The [`Rejection`] of the joint state, or of the goal set by [`set_goal`](Self::set_goal). It is counted, and the last valid
-    /// input remains. The cycle runs in any case; [`output`](Self::output) returns its output.
+    /// The [`Rejection`] of the joint state, or of the goal set by [`set_goal`](Self::set_goal). The servo counts the rejection,
+    /// and the last valid input remains. The cycle runs in any case; [`output`](Self::output) returns its output.
     pub fn cycle(&mut self, now: Duration, measured: &Measured) -> Result<Option<&[f64]>, Rejection> {
         self.begin(now);
         let state = self.take_measured(measured, now);

@@ -216,7 +216,7 @@ fn rule_9_one_joint_whose_goal_is_off_its_path_is_as_near_as_it_comes() {
     }
 }
 
-/// Only a program that uses the library can set this gain. The arm stands without a singularity.
+/// Only a program that uses the library can set a gain of 0. With it the arm stands, although there is no singularity.
 #[test]
 fn rule_9_a_gain_of_zero_makes_no_progress() {
     let mut rig = rig(Law::Logc, &stretched());
