@@ -44,7 +44,7 @@ impl Span {
     }
 }
 
-/// The metadata of rosbag2, version 9 (Jazzy).
+/// The content of `metadata.yaml` in version 9 of rosbag2's format (Jazzy).
 #[derive(Debug, Serialize)]
 pub(super) struct Metadata {
     version: u32,

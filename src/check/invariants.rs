@@ -50,8 +50,8 @@ impl Invariants {
         Self { limits, period, last: None, tool_excused_until: Duration::ZERO, beyond: None }
     }
 
-    /// Applies other limits, as a change of parameters does. Speeds above a lowered limit may come down to it by the joints'
-    /// decelerations.
+    /// Applies other limits, as a change of parameters does. A speed above a lowered limit may come down to it at the joint's
+    /// deceleration.
     pub fn set_limits(&mut self, limits: Limits) {
         self.limits = limits;
         self.excuse_tool();

@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 /// The time to wait for the first node, and for each answer.
 pub(super) const PATIENCE: Duration = Duration::from_secs(5);
 
-/// The time to search for further nodes after one was found.
+/// The time to search for further nodes after one node was found.
 const MORE: Duration = Duration::from_secs(1);
 
 /// Which nodes a command is for.

@@ -179,10 +179,10 @@ impl Described {
         fitted(&self.text, &self.frames, self.file.as_deref()).map_err(|why| error(&self.source, &why))
     }
 
-    /// Checks that each joint has valid limits, in the description or among the `given` ones.
+    /// Checks that each joint has valid limits, in the description or among the `given` limits.
     ///
     /// # Errors
-    /// [`ParameterError::File`] with the first joint that has none.
+    /// [`ParameterError::File`] with the first joint that has no valid limits.
     pub fn check_limits(&self, given: &GivenLimits) -> Result<(), ParameterError> {
         let why = |joint: &DescribedJoint| {
             let JointLimits { lower, upper, velocity, .. } = joint.limits;

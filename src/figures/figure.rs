@@ -195,7 +195,8 @@ fn entry_width(series: &Series) -> f64 {
     48.0 + text_width(&series.name, LABEL)
 }
 
-/// Returns a drawing as PNG with the built-in font. For a screen it has twice the figure's pixels; for paper, 600 per inch.
+/// Returns a drawing as PNG with the built-in font. For a screen the PNG has twice the figure's pixels; for paper it has 600 pixels
+/// per inch.
 ///
 /// # Errors
 /// [`DrawError::Drawing`].

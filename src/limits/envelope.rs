@@ -30,7 +30,7 @@ impl Envelope {
         }
     }
 
-    /// Computes the speeds that the joints may have in this cycle.
+    /// Computes, for each joint, the speeds that its next command may have.
     pub fn enclose(&mut self, joints: &Joints) {
         self.spans.iter_mut().enumerate().for_each(|(joint, span)| *span = joints.span(joint));
     }

@@ -90,7 +90,7 @@ pub enum Violation {
         /// The unit of `speed` and `limit`.
         unit: &'static str,
     },
-    /// The arm overlaps with an obstacle or itself, or the tool is outside of its keep-in (rule 22).
+    /// The arm overlaps with an obstacle or with itself, or the tool is outside its keep-in (rule 22).
     #[error("{}", .pair.explain_gap(*.gap, |joint| format!("joint {joint}")))]
     Gap {
         /// The two parts.

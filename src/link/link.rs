@@ -186,7 +186,7 @@ impl Link {
         &self.hold
     }
 
-    /// Returns the pull at each joint: its commanded speed less its real one [rad/s, prismatic: m/s].
+    /// Returns the pull at each joint: its commanded speed less its real speed [rad/s, prismatic: m/s].
     pub fn pulls(&self) -> impl Iterator<Item = f64> + '_ {
         self.arms.iter().flat_map(|arm| arm.pull.speeds().iter().copied())
     }

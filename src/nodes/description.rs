@@ -46,7 +46,7 @@ impl<P: NodeParameters> Given<P> {
     }
 }
 
-/// Logs each robot description whose arm between the frames differs from the one in use. The servo keeps the one in use.
+/// Logs each robot description whose arm between the frames differs from the arm in use. The servo keeps the arm in use.
 pub(super) fn watch(
     node: &mut Node,
     contract: &NodeContract,

@@ -59,7 +59,7 @@ impl ServoNode {
     }
 }
 
-/// A node whose threads are not yet running.
+/// A node whose threads do not run yet.
 pub(super) struct Assembled {
     node: Node,
     pub cycle: Cycle,

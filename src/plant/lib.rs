@@ -58,7 +58,7 @@ pub struct Plant {
     commanded: Option<Duration>,
     target: Option<Target>,
     realism: Realism,
-    /// The commands that have not taken effect yet, each with the time at which it will.
+    /// The commands that have not taken effect yet, each with the time at which it takes effect.
     under_way: VecDeque<(Duration, Command)>,
     sensor: Sensor,
     /// The time until which the arm has moved.

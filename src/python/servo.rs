@@ -212,7 +212,7 @@ impl Servo {
     }
 }
 
-/// Selects a Python law with its gains and its aim, and keeps the damping.
+/// Puts a Python law with its gains and its aim into the settings, and keeps the damping.
 fn take_place(own: Option<&Law>, settings: &mut Settings) {
     if let Some(law) = own {
         let damping = settings.controller.damping;

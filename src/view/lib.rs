@@ -89,7 +89,7 @@ pub struct RobotEnd {
     pub now: watch::Sender<Arc<str>>,
     /// The frame of a race.
     pub race: watch::Sender<Arc<str>>,
-    /// The frame of the servo's other markers.
+    /// The frame of the markers that the servo publishes for viewers.
     pub markers: watch::Sender<Arc<str>>,
     /// The shape of the arm in the page's format; empty if there is no description.
     pub arm_shape: watch::Sender<Arc<[u8]>>,

@@ -30,7 +30,7 @@ pub fn command_trajectory(joints: Vec<String>, positions: Vec<f64>, time: Durati
 
 /// A command that can be overwritten without allocating.
 pub trait Rewrite {
-    /// Overwrites the numbers. The number of `numbers` must be the same as before.
+    /// Overwrites the numbers of the command. The command keeps its length, so there must be as many numbers as before.
     fn rewrite(&mut self, numbers: &[f64]);
 }
 

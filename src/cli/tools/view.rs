@@ -167,7 +167,7 @@ impl Page {
         Self { link, watched, _server: server, close, viewer }
     }
 
-    /// Closes the page, and finishes a recording in progress.
+    /// Closes the page, and finishes the recording in progress, if there is one.
     pub async fn close(mut self) {
         let _ = self.close.send(());
         self.viewer.join_next().await;

@@ -56,7 +56,7 @@ const REACHED: f64 = 10.0;
 /// The tool counts as carrying a goal if it has moved this far \[m, rad\] and still explains the goal's motion.
 const CARRIED: [f64; 2] = [0.1, 0.3];
 
-/// Compares the motion of a goal with the tool's. Each array of two has an element for position and one for rotation.
+/// Compares the motion of a goal with the motion of the tool. Each array of two has an element for position and one for rotation.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Explanation {
     tool: VecDeque<Place>,

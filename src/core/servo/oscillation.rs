@@ -65,7 +65,7 @@ struct Window {
     worst_error: f64,
 }
 
-/// The result of a window.
+/// What a window of the monitor has shown.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Verdict {
     swings: bool,

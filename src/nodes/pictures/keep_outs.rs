@@ -11,7 +11,7 @@ use nalgebra::{Isometry3, Translation3};
 const SIDE: f64 = 2.0;
 const THICKNESS: f64 = 0.002;
 
-/// The color of keep-outs. The next one is the color of keep-ins. Both are transparent.
+/// The color of keep-outs. The next color is that of keep-ins. Both colors are transparent.
 const OUT: ColorRGBA = ColorRGBA { r: 0.85, g: 0.3, b: 0.1, a: 0.4 };
 const IN: ColorRGBA = ColorRGBA { r: 0.1, g: 0.6, b: 0.3, a: 0.15 };
 

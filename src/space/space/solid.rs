@@ -21,9 +21,9 @@ pub enum KeepOutError {
         /// The description of the shape's numbers.
         numbers: &'static str,
     },
-    /// This length is not valid.
+    /// This length of the solid is not valid.
     Length(f64),
-    /// This position is too far away.
+    /// This position of the solid is too far away.
     Far(f64),
     /// A direction or an orientation is invalid.
     Direction,

@@ -53,7 +53,7 @@ pub struct Comparison {
     /// The first law's value less the second law's. For percentages it is the difference in points; for the other quantities it is
     /// the median of the tasks' differences.
     pub difference: Interval,
-    /// The probability that chance alone makes the two numbers in `more` differ at least as much as they do.
+    /// The probability that chance alone makes the two numbers in `more` at least as different as they are.
     pub p: f64,
     /// The probability `p`, adjusted by Holm (1979) for all comparisons. If it is below 0.05, the laws differ significantly.
     pub p_holm: f64,

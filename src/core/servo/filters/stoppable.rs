@@ -51,7 +51,7 @@ struct StoppingPath {
     /// The control period as set. The next field is its recent mean \[s\].
     period: f64,
     cycle: f64,
-    /// The number of cycles of the stop.
+    /// The number of cycles that the stop takes.
     cycles: usize,
 }
 

@@ -341,8 +341,7 @@ pub fn near(rig: &mut Rig, by: Option<u32>, turns: [f64; 4], (ago, waited): (Dur
     let _: Result<(), Rejection> = rig.take_goal(&GoalReading { waited, sent, ..reading(&pose, 0) });
 }
 
-/// Returns the tool's pose after the joints move by `turns` \[rad\]. Joint after joint takes the next of the four numbers, again
-/// and again.
+/// Returns the tool's pose after the joints move by `turns` \[rad\]. The fifth joint moves by the first number again, and so on.
 fn pose_near(rig: &Rig, turns: [f64; 4]) -> UnitDualQuaternion {
     let places: Vec<_> =
         rig.positions().iter().zip(turns.iter().cycle()).map(|(is, turn)| is + turn).collect();

@@ -151,8 +151,8 @@ fn singularities_are_damped_for_a_twist_too() {
     assert_eq!(rig.speed(), 0.0);
 }
 
-/// Stops the servo while a user holds a stick, which sends a twist every `every` cycles. Returns whether the arm moves within 3 s.
-/// If `idle`, another stick sends zeros during this time.
+/// Stops the servo while a publisher sends a twist every `every` cycles. Returns whether the arm moves within 3 s. If `idle`,
+/// another publisher sends zero twists during this time.
 fn moves_after_a_stop(every: usize, idle: bool, hole: usize) -> bool {
     let mut rig = rig(Interface::Velocity);
     let send = |rig: &mut Rig, cycles: usize| {
