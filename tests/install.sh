@@ -4,7 +4,7 @@
 set -eu
 cd "$(dirname "$0")/.."
 
-# Network namespaces, a wall clock that can be set back, Python, a compiler with Fast DDS, OpenSSL, and a browser.
+# Network namespaces, a wall clock that can be set back, Python, a compiler with Fast DDS, packages of Debian, OpenSSL, and a browser.
 missing=
 command -v ip >/dev/null || missing="$missing iproute2"
 command -v unshare >/dev/null || missing="$missing util-linux"
@@ -12,6 +12,7 @@ command -v faketime >/dev/null || missing="$missing faketime"
 python3 -c 'import venv, ensurepip' 2>/dev/null || missing="$missing python3 python3-venv"
 command -v g++ >/dev/null || missing="$missing g++"
 [ -e /usr/include/fastdds ] || missing="$missing libfastrtps-dev"
+command -v dpkg-deb >/dev/null || missing="$missing dpkg"
 command -v openssl >/dev/null || missing="$missing openssl"
 command -v pkg-config >/dev/null && pkg-config --exists openssl || missing="$missing pkg-config libssl-dev"
 command -v chromium >/dev/null || missing="$missing chromium"

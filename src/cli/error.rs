@@ -24,5 +24,11 @@ pub(super) struct NetworkLost(pub NetworkEnd);
 
 /// Returns whether the error is caused by the user's request.
 pub(super) fn is_ros_usage(error: &RosError) -> bool {
-    matches!(error, RosError::Environment { .. } | RosError::Name(_) | RosError::Security { .. })
+    matches!(
+        error,
+        RosError::Environment { .. }
+            | RosError::Name(_)
+            | RosError::NoFreePort { .. }
+            | RosError::Security { .. }
+    )
 }

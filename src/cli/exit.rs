@@ -1,5 +1,5 @@
-//! Exit codes: 0 success; 1 failure, including a panic; 2 invalid arguments; 3 success, but a recording lacks messages; 4 the
-//! network was lost, so that a restart helps. For each code except 0, a line on stderr says why.
+//! Exit codes: 0 success; 1 failure, including a panic; 2 invalid arguments or environment; 3 success, but a recording lacks
+//! messages; 4 the network was lost or came late, so that a restart helps. For each code except 0, a line on stderr says why.
 
 use super::error::{Incomplete, NetworkLost, Usage, is_ros_usage};
 use super::print::StdoutError;
@@ -87,6 +87,7 @@ mod tests {
     use super::super::tools::recording::is_complete;
     use super::*;
     use dq_bags::WrittenBag;
+    use dq_ros::ros::RosError;
     use std::path::Path;
 
     #[test]
@@ -102,6 +103,9 @@ mod tests {
         assert_eq!(number(&anyhow::anyhow!("failed")), 1);
         let lost = anyhow::Error::from(NetworkLost(dq_ros::ros::NetworkEnd::Stopped));
         assert_eq!(number(&lost), 4);
+        // A supervisor need not try again.
+        let full = RosError::NoFreePort { domain: 0, first: 7410, last: 7648 };
+        assert_eq!(number(&full.into()), 2);
         assert_eq!(format!("{lost:#}").matches("DDS has ended").count(), 1, "{lost:#}");
     }
 }

@@ -19,7 +19,8 @@ where
     let mut signals = Signals::new()?;
     let Some((session, prepared)) = described::<P>(&mut signals, ros_args).await? else { return Ok(()) };
     let node = ServoNode::start(&session, prepared.into())?;
-    let why = until(&mut signals, || node.failure().map_or(Ok(()), |why| Err(why.into()))).await;
+    let check = || node.failure().map_or(Ok(()), |why| Err(why.into()));
+    let why = until(&mut signals, || node.waits_for_robot(), check).await;
     tokio::select! {
         ended = node.shut_down() => Ok(why.and(ended.map_err(Into::into))?),
         // Dropping the node sends zeros.
@@ -43,7 +44,7 @@ async fn described<P: NodeParameters>(
     let session = session(ros_args, priority)?;
     tokio::select! {
         described = given.when_described(&session) => Ok(Some((session, described?))),
-        () = signals.next() => Ok(None),
+        ended = until(signals, || true, || Ok(())) => ended.map(|()| None),
     }
 }
 
@@ -68,7 +69,7 @@ pub(super) async fn plant(ros_args: &RosArgs) -> anyhow::Result<()> {
     let session = session(ros_args, priority)?;
     let node = PlantNode::start(&session, prepared)?;
     let cycle = || if node.is_running() { Ok(()) } else { Err(anyhow::anyhow!("the cycle ended by itself")) };
-    until(&mut signals, cycle).await
+    until(&mut signals, || session.is_alone(), cycle).await
 }
 
 /// Runs the guard of one arm. A signal ends the guard once the arm is no longer commanded to move. A second signal ends it at once.
@@ -79,7 +80,7 @@ pub(super) async fn guard(ros_args: &RosArgs) -> anyhow::Result<()> {
     };
     let node = GuardNode::start(&session, prepared)?;
     let cycle = || if node.is_running() { Ok(()) } else { Err(anyhow::anyhow!("the guard ended by itself")) };
-    until(&mut signals, cycle).await?;
+    until(&mut signals, || node.waits_for_robot(), cycle).await?;
     tokio::select! {
         stands = node.shut_down() => ensure!(stands, "ended while the arm is commanded to move: the arm no longer has a guard"),
         () = signals.next() => bail!("a second signal: ended before the arm was commanded to stand"),
@@ -87,9 +88,11 @@ pub(super) async fn guard(ros_args: &RosArgs) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Waits for a signal. Returns an error as soon as `check` fails or this process loses the network.
+/// Waits for a signal. Returns an error as soon as `check` fails or this process loses the network, and also if this host has an
+/// address that the process does not use while `waits` returns true.
 pub(super) async fn until(
     signals: &mut Signals,
+    waits: impl Fn() -> bool,
     check: impl Fn() -> anyhow::Result<()>,
 ) -> anyhow::Result<()> {
     let mut look = tokio::time::interval(Duration::from_millis(100));
@@ -98,6 +101,9 @@ pub(super) async fn until(
         loop {
             check()?;
             network.check().map_err(NetworkLost)?;
+            if waits() {
+                network.check_addresses().map_err(NetworkLost)?;
+            }
             look.tick().await;
         }
     };

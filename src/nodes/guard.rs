@@ -12,6 +12,7 @@ use dq_messages::{Direction, NodeContract};
 use dq_ros::ros::{Logger, Node, ParameterServer, Publisher, RosError, Session, Subscription};
 use dq_wire::KeyValues;
 use dq_wire::{Command, Contract, command_array, command_topic, command_trajectory};
+use std::sync::Arc;
 use std::sync::mpsc::{Receiver, channel};
 use std::time::Duration;
 use tokio::sync::watch;
@@ -37,6 +38,7 @@ pub struct GuardNode {
     cycle: CycleThread,
     /// Whether the arm needs the guard.
     needed: watch::Receiver<bool>,
+    joint_states: Arc<Subscription<JointState>>,
     node: Node,
 }
 
@@ -64,8 +66,9 @@ impl GuardNode {
         let (needed, is_needed) = watch::channel(false);
         let mut watch = Watch::new(&mut node, &contract, parameters, inbox, needed)?;
         node.log().info(&format!("watching {}", watch.commands.topic()));
+        let joint_states = watch.joint_states.clone();
         let cycle = CycleThread::start("guard", schedule, move |tick| watch.tick(tick))?;
-        Ok(Self { cycle, needed: is_needed, node })
+        Ok(Self { cycle, needed: is_needed, joint_states, node })
     }
 
     /// Ends the node as soon as the arm no longer needs the guard. A launch that ends also ends the guard, perhaps just when the
@@ -81,6 +84,11 @@ impl GuardNode {
         let stands = self.needed.wait_for(|needed| !needed);
         let stands = tokio::time::timeout(shutdown::PATIENCE, stands).await;
         matches!(stands, Ok(Ok(_)))
+    }
+
+    /// Returns whether nobody publishes the arm's joint states.
+    pub fn waits_for_robot(&self) -> bool {
+        self.joint_states.publishers() == 0
     }
 
     /// Returns whether the guard is watching. Unless this value is dropped, the guard stops only by a panic.
@@ -148,7 +156,7 @@ struct Watch {
     joints: JointOrder,
     /// Receives the timeout when its parameter is changed.
     inbox: Receiver<Duration>,
-    joint_states: Subscription<JointState>,
+    joint_states: Arc<Subscription<JointState>>,
     commands: Commands,
     status: Publisher<DiagnosticStatus>,
     status_sent: Duration,
@@ -181,7 +189,7 @@ impl Watch {
             guard: Guard::new(interface, joints.names().len(), command_timeout),
             joints,
             inbox,
-            joint_states: node.adapting_subscription(contract, "joint_states")?,
+            joint_states: Arc::new(node.adapting_subscription(contract, "joint_states")?),
             commands,
             status,
             status_sent: Duration::ZERO,

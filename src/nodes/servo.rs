@@ -1,6 +1,6 @@
 //! The servo node, for one arm (`dq_servo`) or for two (`dq_dual_servo`).
 
-use super::arm_input::ArmInput;
+use super::arm_input::{ArmInput, JointStates};
 use super::commands::{Commands, Sending, on_end};
 use super::cycle_thread::{self, Schedule, Tick};
 use super::events::{EventsRecord, EventsTopic, ParameterRecord};
@@ -36,6 +36,8 @@ pub struct ServoNode {
     /// The outcome of the cycle; `None` until the cycle has ended.
     outcome: watch::Receiver<Option<Outcome>>,
     report: JoinHandle<()>,
+    /// One entry per arm.
+    joint_states: Vec<JointStates>,
     _node: Node,
 }
 
@@ -45,7 +47,7 @@ impl ServoNode {
     /// # Errors
     /// [`NodeError`] if the network or the operating system fails.
     pub fn start(session: &Session, prepared: Prepared<ServoParameters>) -> Result<Self, NodeError> {
-        let Assembled { mut node, mut cycle, report, snapshots, requests, schedule } =
+        let Assembled { mut node, mut cycle, joint_states, report, snapshots, requests, schedule } =
             Assembled::new(session, prepared)?;
         let commands = cycle.commands.clone();
         let period = schedule.period.as_secs_f64() * 1e3;
@@ -55,7 +57,7 @@ impl ServoNode {
         let (end, outcome) = watch::channel(None);
         let on_end = on_end(commands.clone(), end);
         cycle_thread::spawn("servo", schedule, move |tick| cycle.tick(tick), on_end)?;
-        Ok(Self { requests, commands, outcome, report, _node: node })
+        Ok(Self { requests, commands, outcome, report, joint_states, _node: node })
     }
 }
 
@@ -63,6 +65,7 @@ impl ServoNode {
 pub(super) struct Assembled {
     node: Node,
     pub cycle: Cycle,
+    joint_states: Vec<JointStates>,
     pub report: Report,
     pub snapshots: Receiver<Snapshot>,
     requests: Sender<Request>,
@@ -104,7 +107,7 @@ impl Assembled {
         let searcher = Searcher::spawn(controlled)?;
         let clock = Clock::new(setup.node, &contract, simulated_time)?;
         let arms = arm_input::subscribe(setup, joints, joint_states, &clock)?;
-        let joint_states = arms.iter().map(ArmInput::source).collect();
+        let joint_states: Vec<_> = arms.iter().map(ArmInput::source).collect();
         let tree = Tree::default();
         let goal_frames = servo.settings().goal_frames;
         let frames = frames(setup, &clock, &goal_frame, &tool_frame, goal_frames, tree.clone());
@@ -114,12 +117,13 @@ impl Assembled {
         obey_keep_outs(setup, tree, &goal_frame, in_force.clone());
         let outputs = Outputs::new(setup, commands.clone(), topic, slot, clock, names, goal_frame)?;
         serve_parameters(setup, store, in_force.clone())?;
-        let report = Report::new(&mut node, outputs, joint_states, in_force, period);
+        let report = Report::new(&mut node, outputs, joint_states.clone(), in_force, period);
         let (queue, snapshots) = snapshot::queue();
         let cycle = Cycle { servo, live, commands, snapshots: queue, timing: CycleTiming::default() };
         Ok(Self {
             node,
             cycle,
+            joint_states,
             report,
             snapshots,
             requests,
@@ -129,6 +133,11 @@ impl Assembled {
 }
 
 impl ServoNode {
+    /// Returns whether nobody publishes the joint states of an arm.
+    pub fn waits_for_robot(&self) -> bool {
+        self.joint_states.iter().any(|joint_states| joint_states.publishers() == 0)
+    }
+
     /// Returns the reason why the cycle has failed, if it has.
     pub fn failure(&self) -> Option<ShutdownError> {
         self.outcome.borrow().clone().and_then(Result::err)

@@ -29,6 +29,6 @@ pub fn node(name: &str) -> (Session, Node) {
 
 /// Opens a session with its own participant.
 pub fn session() -> Session {
-    let environment = Environment { domain_id: 7, reach: Reach::Localhost, enclave: None };
+    let environment = Environment::new(7, Reach::Localhost);
     Session::open(&environment).unwrap()
 }

@@ -31,8 +31,8 @@ build casadi "$folder/laws.o"
 build kdl -lorocos-kdl
 # Pinocchio has more kinds of joints than Boost's lists hold by default.
 build pinocchio -DBOOST_MPL_CFG_NO_PREPROCESSED_HEADERS -DBOOST_MPL_LIMIT_LIST_SIZE=30 -I"$prefix/include" -L"$prefix/lib" -Wl,-rpath,"$prefix/lib" -lpinocchio_default
-cargo bench --locked --no-default-features --bench peers --no-run
-ours=$(cargo bench --locked --no-default-features --bench peers --no-run 2>&1 | sed -n 's/.*(\(.*\)).*/\1/p' | tail -1)
+cargo bench --locked --bench peers --no-run
+ours=$(cargo bench --locked --bench peers --no-run 2>&1 | sed -n 's/.*(\(.*\)).*/\1/p' | tail -1)
 
 PEER_VERSIONS=$("$python" - "$(rustc --version)" "$(g++ --version | head -1)" "$(dpkg-query -W -f '${Version}' liborocos-kdl-dev)" <<'PYTHON'
 import importlib.metadata, json, sys

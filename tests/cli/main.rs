@@ -6,6 +6,7 @@ mod imports;
 mod input;
 mod links;
 mod output;
+mod packages;
 mod readmes;
 mod reproduce;
 mod scripts;

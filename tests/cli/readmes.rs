@@ -30,6 +30,8 @@ fn program(example: &str) -> String {
 fn workspace(members: &[&str]) -> String {
     let ours = file("Cargo.toml");
     let crates = ours.lines().filter(|line| line.starts_with("dq_") && line.contains("path = \"src/"));
+    // A patch has no features.
+    let crates = crates.map(|line| line.replace(", default-features = false", ""));
     let crates: Vec<_> = crates.map(|line| line.replace("\"src/", &format!("\"{ROOT}/src/"))).collect();
     let profile = &ours[ours.find("[profile.dev]").unwrap()..ours.find("[profile.release]").unwrap()];
     format!(

@@ -8,10 +8,12 @@ mod graph;
 mod host;
 mod interfaces;
 mod memory;
+mod networks;
 mod own_law;
 mod readme;
 mod record;
 mod replay;
+mod routed;
 mod simulated_time;
 mod terminal;
 
@@ -233,7 +235,7 @@ fn a_known_peer_that_returns_after_its_lease_ends_only_the_servo_that_heard_it()
     host.peer_with(&[("CYCLONEDDS_URI", LEASE)], &["unheard"]);
     assert_eq!(host.wait("servo"), Some(4));
     let errors = host.errors("servo");
-    let error = errors.lines().find(|line| line.contains("is there again")).expect(&errors);
+    let error = errors.lines().find(|line| line.contains("and is back")).expect(&errors);
     assert!(error.starts_with("error: ") && error.contains("/goal_pose"), "{error}");
     // The plant received nothing from the other domain.
     assert_eq!(host.child("plant").try_wait().unwrap(), None, "the plant has ended");

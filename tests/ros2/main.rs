@@ -2,8 +2,11 @@
 
 #[path = "../dds/host.rs"]
 mod host;
+#[path = "../dds/routed.rs"]
+mod routed;
 
 use host::{FAR, FAST, Host, assert_success, wait_for_line};
+use routed::Routed;
 
 /// The path of the peer program on Eclipse Cyclone, which these tests do not use.
 const PEER: &str = "";
@@ -36,6 +39,18 @@ fn a_robot_is_moved_of(distribution: &str) {
     let arrived = host.output(&FAR);
     assert!(arrived.starts_with("arrived"), "{arrived}");
     assert!(host.output(&["status"]).contains("settled"));
+}
+
+/// Fast DDS answers an announcement by unicast, so its side need not name anyone.
+#[test]
+fn a_robot_of_jazzy_behind_a_router_is_moved_if_ros_static_peers_has_its_host() {
+    let mut hosts = Routed::new();
+    hosts.plant_side.start_program("robot", &python("jazzy"), &[CASES, "robot"]);
+    let peers = [("ROS_STATIC_PEERS", "10.77.2.2")];
+    let servo = hosts.servo_side.start_with("servo", &[&["servo"], &FAST[..]].concat(), &peers);
+    wait_for_line(servo, "publishes BEST_EFFORT only");
+    let arrived = hosts.servo_side.output(&FAR);
+    assert!(arrived.starts_with("arrived"), "{arrived}");
 }
 
 #[test]

@@ -59,7 +59,7 @@ impl View {
         let kind = if self.dual { ServoKind::TwoArms } else { ServoKind::OneArm };
         let page = self.open(kind, &environment, ros_args).await?;
         print_line!("{}", page.link)?;
-        let ended = run::until(&mut signals, || Ok(())).await;
+        let ended = run::until(&mut signals, || false, || Ok(())).await;
         page.close().await;
         ended
     }
@@ -74,7 +74,7 @@ impl View {
         let server = self.server(browsers, Some(dq_view::recorded_runs(&runs)), Box::new(warn)).await?;
         let page = Page::new(server, async |closed| drop(closed.await));
         print_line!("{}", page.link)?;
-        let ended = run::until(&mut signals, || Ok(())).await;
+        let ended = run::until(&mut signals, || false, || Ok(())).await;
         page.close().await;
         ended
     }

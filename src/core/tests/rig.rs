@@ -435,7 +435,8 @@ impl Rig {
         (self.following, self.stuck_joint, self.source, self.second_source) = (true, None, 0, None);
         (self.command_delay, self.state_delay, self.state_interval) = Default::default();
         (self.with_velocities, self.connected) = (true, vec![true; self.plants.len()]);
-        self.opinion.doubt(self.now);
+        // The servo sees the jump in its next cycle.
+        self.opinion.doubt(self.now + self.period);
         let places = place.chunks(self.names.len());
         self.plants = places.map(|place| Plant::new(place.to_vec(), self.outputs.timeout())).collect();
         self.set_rival(false);

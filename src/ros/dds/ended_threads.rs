@@ -9,6 +9,7 @@
 //! Delete this module when a node that was stopped and continued works again: test `faults` a_servo_frozen_in_motion_… then has
 //! nothing to end.
 
+use std::net::Ipv4Addr;
 use std::path::PathBuf;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -21,8 +22,8 @@ const NAMES: [&str; 2] = ["RustDDS discove", "RustDDS Partici"];
 /// The number of participants in this process. Each has one thread of each name.
 static PARTICIPANTS: AtomicUsize = AtomicUsize::new(0);
 
-/// The name of the first participant that is present but can no longer be received.
-static DEAF_TO: OnceLock<String> = OnceLock::new();
+/// The reason why another part of this crate has ended the process's use of DDS.
+static END: OnceLock<NetworkEnd> = OnceLock::new();
 
 /// The reason why a process must be restarted to send or receive again.
 #[derive(Clone, Debug, Error, PartialEq)]
@@ -37,7 +38,18 @@ pub enum NetworkEnd {
         "{0} was not heard for longer than its lease and is back, but DDS in this process can no longer receive from it"
     )]
     Deaf(String),
+    /// A participant was lost whose return could not be heard.
+    #[error(
+        "{0} was not heard for longer than its lease, and with ROS_STATIC_PEERS DDS in this process would not hear its return"
+    )]
+    Lost(String),
+    /// This host has an address that the participant does not use, as if the process was started before the network.
+    #[error("this host has the new address {0}, by which DDS in this process meets nobody")]
+    NewAddress(Ipv4Addr),
 }
+
+/// The first address that this host got after the participant.
+static NEW_ADDRESS: OnceLock<Ipv4Addr> = OnceLock::new();
 
 /// Counts one participant while this value lives.
 pub(crate) struct Participating(());
@@ -55,10 +67,15 @@ impl Drop for Participating {
     }
 }
 
-/// Notes that `peer` is present but this process can no longer receive from it.
-pub(crate) fn deaf_to(peer: String) {
-    // One such peer is a sufficient reason to restart.
-    let _ = DEAF_TO.set(peer);
+/// Notes an address of this host that the participant does not use.
+pub(crate) fn note_new_address(address: Ipv4Addr) {
+    let _ = NEW_ADDRESS.set(address);
+}
+
+/// Notes a reason why this process must be restarted.
+pub(crate) fn end(why: NetworkEnd) {
+    // One reason is sufficient.
+    let _ = END.set(why);
 }
 
 /// Checks whether DDS still works in this process, by the `/proc` directories of the DDS threads.
@@ -71,10 +88,19 @@ impl NetworkWatch {
     /// # Errors
     /// [`NetworkEnd`] if DDS does not work any more.
     pub fn check(&mut self) -> Result<(), NetworkEnd> {
-        if let Some(peer) = DEAF_TO.get() {
-            return Err(NetworkEnd::Deaf(peer.clone()));
+        if let Some(end) = END.get() {
+            return Err(end.clone());
         }
         if self.threads_run() { Ok(()) } else { Err(NetworkEnd::Stopped) }
+    }
+
+    /// Checks whether this process uses every address of this host. A process that waits for a robot should end otherwise: one that has met
+    /// its robot may do without the new address.
+    ///
+    /// # Errors
+    /// [`NetworkEnd::NewAddress`] if it does not.
+    pub fn check_addresses(&self) -> Result<(), NetworkEnd> {
+        NEW_ADDRESS.get().map_or(Ok(()), |address| Err(NetworkEnd::NewAddress(*address)))
     }
 
     /// Waits until DDS does not work any more.

@@ -89,6 +89,11 @@ impl Matches {
         self.lock().pairs.iter().any(|pair| pair.remote == remote)
     }
 
+    /// Returns whether no endpoint of the participant `ours` is matched with one of another participant.
+    pub fn is_alone(&self, ours: GUID) -> bool {
+        self.lock().pairs.iter().all(|pair| pair.remote.prefix == ours.prefix)
+    }
+
     /// Returns the number of writers of the topic in the whole domain, except `ours`.
     pub fn other_writers(&self, topic: &str, ours: GUID) -> usize {
         let state = self.lock();

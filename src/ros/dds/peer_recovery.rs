@@ -11,11 +11,11 @@
 //! Delete this module when lost participants that are back are received again, that is, when test `dds` a_known_peer_that_returns_…
 //! has nothing to end.
 
-use super::ended_threads::deaf_to;
+use super::announcement::{SENDER, listen};
+use super::ended_threads::{NetworkEnd, end};
 use super::ports;
-use rustix::net::{AddressFamily, SocketFlags, SocketType, bind, socket_with, sockopt};
 use std::collections::HashMap;
-use std::net::{Ipv4Addr, SocketAddr, SocketAddrV4};
+use std::net::SocketAddr;
 use std::sync::Arc;
 use std::time::Duration;
 use tokio::net::UdpSocket;
@@ -23,12 +23,8 @@ use tokio::net::UdpSocket;
 /// The largest number of lost participants for which this process listens. If there are more, some are forgotten.
 const PARTICIPANTS: usize = 256;
 
-/// The multicast group of announcements (RTPS 2.5, section 9.6.2.4.1).
-const GROUP: Ipv4Addr = Ipv4Addr::new(239, 255, 0, 1);
-
-/// The length of the part of a message that is read \[bytes\]: protocol, version, vendor, and the GUID prefix of the sender.
-const HEADER: usize = 20;
-const SENDER: std::ops::Range<usize> = 8..HEADER;
+/// The length of the part of a message that is read \[bytes\]: the header, which ends with the sender.
+const HEADER: usize = SENDER.end;
 
 /// The pause after an error of the socket.
 const PAUSE: Duration = Duration::from_secs(1);
@@ -56,26 +52,29 @@ pub(crate) struct Peer {
 
 /// The lost participants.
 pub(crate) struct Lost {
-    listen_on: SocketAddrV4,
+    domain: u16,
     on_loopback: bool,
     is_secured: bool,
+    has_static_peers: bool,
     participants: HashMap<Prefix, Peer>,
     socket: Option<UdpSocket>,
 }
 
 impl Lost {
     /// Creates an empty list for this domain. `on_loopback`: the participant is restricted to loopback. `is_secured`: the graph is
-    /// secured.
-    pub fn new(domain: u16, on_loopback: bool, is_secured: bool) -> Self {
-        let listen_on = SocketAddrV4::new(GROUP, ports::first(domain));
-        Self { listen_on, on_loopback, is_secured, participants: HashMap::new(), socket: None }
+    /// secured. `has_static_peers`: the participant has peers whose announcements may be unicast.
+    pub fn new(domain: u16, on_loopback: bool, is_secured: bool, has_static_peers: bool) -> Self {
+        Self { domain, on_loopback, is_secured, has_static_peers, participants: HashMap::new(), socket: None }
     }
 
-    /// Adds a participant that was not heard for the duration of its lease, and starts listening.
+    /// Adds a participant that was not heard for the duration of its lease, and starts listening. With static peers, announcements
+    /// may be unicast, which only RustDDS receives. Then the process ends at once if it has received from the peer before.
     pub fn add(&mut self, participant: Prefix, peer: Peer) {
+        if self.has_static_peers && !peer.heard_on.is_empty() {
+            return end(NetworkEnd::Lost(format!("{} on {}", peer.name, peer.heard_on.join(", "))));
+        }
         if self.socket.is_none() {
-            // A multicast packet reaches all sockets bound to the port if any socket of this computer has joined the group.
-            match listen(self.listen_on) {
+            match listen(ports::first(self.domain)) {
                 Ok(socket) => self.socket = Some(socket),
                 Err(why) => (peer.warn)(&format!("whether {} comes back is not seen: {why}", peer.name)),
             }
@@ -124,7 +123,7 @@ impl Lost {
                 "{name} was not heard for longer than its lease and is there again, but hears nothing of this node before one of the two \
                  is restarted"
             )),
-            false => deaf_to(format!("{name} on {}", heard_on.join(", "))),
+            false => end(NetworkEnd::Deaf(format!("{name} on {}", heard_on.join(", ")))),
         }
     }
 
@@ -133,20 +132,14 @@ impl Lost {
     }
 }
 
-/// Opens a socket on a port that other sockets may share.
-fn listen(address: SocketAddrV4) -> std::io::Result<UdpSocket> {
-    let flags = SocketFlags::CLOEXEC | SocketFlags::NONBLOCK;
-    let socket = socket_with(AddressFamily::INET, SocketType::DGRAM, flags, None)?;
-    sockopt::set_socket_reuseaddr(&socket, true)?;
-    bind(&socket, &address)?;
-    UdpSocket::from_std(socket.into())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::alone::outside;
+    use crate::dds::announcement::GROUP;
+    use crate::dds::ended_threads::NetworkWatch;
     use rustdds::DomainParticipantBuilder;
+    use std::net::{Ipv4Addr, SocketAddrV4};
 
     fn header(protocol: &[u8; 4], sender: u8) -> Vec<u8> {
         [protocol.as_slice(), &[2, 4, 1, 0x10], &[sender; 12], b"submessages"].concat()
@@ -160,7 +153,7 @@ mod tests {
         // This socket keeps a participant in the group.
         let _ours =
             DomainParticipantBuilder::new(7).with_only_networks([Ipv4Addr::LOCALHOST]).build().unwrap();
-        let mut lost = Lost::new(7, true, false);
+        let mut lost = Lost::new(7, true, false, false);
         let peer = |name: &str| Peer { name: name.to_owned(), heard_on: Vec::new(), warn: Arc::new(|_| {}) };
         assert!(lost.socket.is_none(), "nobody was lost");
         lost.add([1; 12], peer("killed"));
@@ -175,5 +168,23 @@ mod tests {
         assert_eq!(heard.name, "back");
         assert_eq!(lost.participants.len(), 1);
         assert!(lost.remove([1; 12]).is_some() && lost.socket.is_none());
+    }
+
+    #[tokio::test]
+    async fn with_static_peers_the_process_ends_once_a_peer_that_it_received_from_is_lost() {
+        if outside(
+            "dds::peer_recovery::tests::with_static_peers_the_process_ends_once_a_peer_that_it_received_from_is_lost",
+        ) {
+            return;
+        }
+        let mut lost = Lost::new(7, false, false, true);
+        let peer = |heard_on| Peer { name: "robot".to_owned(), heard_on, warn: Arc::new(|_| {}) };
+        lost.add([1; 12], peer(Vec::new()));
+        assert_eq!(NetworkWatch::default().check(), Ok(()));
+        lost.add([2; 12], peer(vec!["/joint_states".to_owned()]));
+        assert_eq!(
+            NetworkWatch::default().check(),
+            Err(NetworkEnd::Lost("robot on /joint_states".to_owned()))
+        );
     }
 }

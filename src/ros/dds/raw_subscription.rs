@@ -91,7 +91,7 @@ fn nanoseconds(time: Timestamp) -> Option<i64> {
 
 /// A message in plain CDR with its encapsulation header of four bytes. The type also serves as its own adapter and decoder.
 #[derive(Clone)]
-struct Undecoded(Vec<u8>);
+pub(crate) struct Undecoded(pub(crate) Vec<u8>);
 
 impl DeserializerAdapter<Self> for Undecoded {
     type Error = Infallible;
@@ -113,7 +113,7 @@ impl DefaultDecoder<Self> for Undecoded {
 
 /// A decoder that returns the bytes unchanged.
 #[derive(Clone)]
-struct AsItIs;
+pub(crate) struct AsItIs;
 
 impl Decode<'_, Undecoded> for AsItIs {
     type Error = Infallible;

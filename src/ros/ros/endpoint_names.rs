@@ -1,13 +1,17 @@
 //! The owners of publishers and subscriptions, from the announcements of all ROS 2 participants on `ros_discovery_info`.
 
 use super::error::RosError;
+use super::release::{BUILT_FOR, Release};
 use crate::dds::matches::{Matches, Owners};
+use crate::dds::raw_subscription::Undecoded;
+use dq_messages::decode_payload;
 use futures::StreamExt;
 use ros2_client::MessageInfo;
 use ros2_client::builtin_topics::ros_discovery::{QOS_PUB, TOPIC_NAME, TYPE_NAME};
-use rustdds::no_key::SimpleDataReaderCdr;
-use rustdds::{CDRDeserializerAdapter, DomainParticipant, GUID, QosPolicies, TopicKind};
+use rustdds::no_key::SimpleDataReader;
+use rustdds::{DomainParticipant, GUID, QosPolicies, TopicKind};
 use serde::Deserialize;
+use serde::de::DeserializeOwned;
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
@@ -15,20 +19,59 @@ use std::time::Duration;
 /// The number of participants that are remembered; the oldest is forgotten first.
 const PARTICIPANTS: usize = 256;
 
-/// `rmw_dds_common/msg/ParticipantEntitiesInfo`. ros2-client has a type of this name, but that type does not show the endpoints.
-#[derive(Clone, Deserialize)]
-pub(super) struct ParticipantEntitiesInfo {
-    gid: [u8; 16],
-    nodes: Vec<NodeEntitiesInfo>,
+/// `rmw_dds_common/msg/ParticipantEntitiesInfo`. ros2-client has a type of this name, but that type does not show the endpoints, and
+/// its GIDs have one length only.
+#[derive(Deserialize)]
+struct ParticipantEntitiesInfo<G> {
+    gid: G,
+    nodes: Vec<NodeEntitiesInfo<G>>,
 }
 
 /// `rmw_dds_common/msg/NodeEntitiesInfo`.
-#[derive(Clone, Deserialize)]
-struct NodeEntitiesInfo {
+#[derive(Deserialize)]
+struct NodeEntitiesInfo<G> {
     namespace: String,
     name: String,
-    readers: Vec<[u8; 16]>,
-    writers: Vec<[u8; 16]>,
+    readers: Vec<G>,
+    writers: Vec<G>,
+}
+
+/// What a participant announces: its GUID, and its endpoints with the names of their nodes.
+#[derive(Debug, PartialEq)]
+struct Announcement {
+    participant: [u8; 16],
+    endpoints: Vec<([u8; 16], String)>,
+}
+
+impl Announcement {
+    /// Decodes an announcement of any release, from its encapsulation header on. Returns `None` if it is not valid.
+    fn decode(cdr: &[u8]) -> Option<(Self, Release)> {
+        let recent = || Some((Self::from(whole::<ParticipantEntitiesInfo<[u8; 16]>>(cdr)?), Release::Jazzy));
+        let old = || Some((Self::from(whole::<ParticipantEntitiesInfo<[u8; 24]>>(cdr)?), Release::Humble));
+        recent().or_else(old)
+    }
+}
+
+impl<G: AsRef<[u8]>> From<ParticipantEntitiesInfo<G>> for Announcement {
+    fn from(info: ParticipantEntitiesInfo<G>) -> Self {
+        let of_node = |node: NodeEntitiesInfo<G>| {
+            let name = format!("{}/{}", node.namespace.trim_end_matches('/'), node.name);
+            node.writers.into_iter().chain(node.readers).map(move |endpoint| (guid(&endpoint), name.clone()))
+        };
+        Self { participant: guid(&info.gid), endpoints: info.nodes.into_iter().flat_map(of_node).collect() }
+    }
+}
+
+/// Returns the DDS GUID with which a GID begins. Older releases add zeros.
+fn guid(gid: &impl AsRef<[u8]>) -> [u8; 16] {
+    gid.as_ref().first_chunk().copied().unwrap_or_default()
+}
+
+/// Decodes a value that takes all of the bytes, except for less than a word of padding. A GID of the wrong length leaves more.
+fn whole<V: DeserializeOwned>(cdr: &[u8]) -> Option<V> {
+    let (header, payload) = cdr.split_first_chunk()?;
+    let (value, used) = decode_payload(*header, payload).ok()?;
+    (payload.len().saturating_sub(used) < 4).then_some(value)
 }
 
 /// A publisher or subscription in the domain, identified by its DDS GUID.
@@ -91,7 +134,7 @@ impl<'a> Origin<'a> {
 }
 
 /// The reader of the announcements in a domain.
-pub(super) type Announcements = SimpleDataReaderCdr<ParticipantEntitiesInfo>;
+pub(super) type Announcements = SimpleDataReader<Undecoded, Undecoded>;
 
 /// Creates a reader of the announcements of all participants. The last announcement of each participant is latched.
 ///
@@ -102,7 +145,7 @@ pub(super) fn announcements(dds: &DomainParticipant) -> Result<Announcements, Ro
         let topic =
             dds.create_topic(TOPIC_NAME.to_owned(), TYPE_NAME.to_owned(), &QOS_PUB, TopicKind::NoKey)?;
         let subscriber = dds.create_subscriber(&QosPolicies::qos_none())?;
-        subscriber.create_simple_datareader_no_key::<_, CDRDeserializerAdapter<_>>(&topic, None)
+        subscriber.create_simple_datareader_no_key(&topic, None)
     };
     reader().map_err(|why| RosError::create(TOPIC_NAME)(&why))
 }
@@ -129,12 +172,19 @@ impl EndpointNames {
         }
     }
 
-    /// Processes the announcements forever.
-    pub(super) async fn follow(self, announcements: Announcements) {
-        let mut announcements = std::pin::pin!(announcements.as_async_stream());
+    /// Processes the announcements forever. Calls `warn` at the first one of a release that this program was not built for.
+    pub(super) async fn follow(self, announcements: Announcements, warn: impl FnOnce(Release)) {
+        let (mut announcements, mut warn) = (std::pin::pin!(announcements.as_async_stream()), Some(warn));
         while let Some(announced) = announcements.next().await {
             // Announcements that cannot be decoded are ignored.
-            announced.into_iter().for_each(|announced| self.lock().take(announced.into_value()));
+            let decoded = announced.ok().and_then(|sample| Announcement::decode(&sample.into_value().0));
+            let Some((announcement, release)) = decoded else { continue };
+            self.lock().take(announcement);
+            if release != BUILT_FOR
+                && let Some(warn) = warn.take()
+            {
+                warn(release);
+            }
         }
     }
 
@@ -150,14 +200,9 @@ impl State {
         endpoints.find(|(guid, _)| EndpointId(*guid) == endpoint).map(|(_, node)| node.as_str())
     }
 
-    fn take(&mut self, info: ParticipantEntitiesInfo) {
-        let of_node = |node: NodeEntitiesInfo| {
-            let name = format!("{}/{}", node.namespace.trim_end_matches('/'), node.name);
-            node.writers.into_iter().chain(node.readers).map(move |endpoint| (endpoint, name.clone()))
-        };
-        let endpoints = info.nodes.into_iter().flat_map(of_node).collect();
-        if self.nodes.insert(info.gid, endpoints).is_none() {
-            self.order.push_back(info.gid);
+    fn take(&mut self, Announcement { participant, endpoints }: Announcement) {
+        if self.nodes.insert(participant, endpoints).is_none() {
+            self.order.push_back(participant);
         }
         if self.order.len() > PARTICIPANTS
             && let Some(oldest) = self.order.pop_front()
@@ -171,14 +216,34 @@ impl State {
 mod tests {
     use super::*;
 
-    fn announce(participant: u8, writer: u8, name: &str) -> ParticipantEntitiesInfo {
-        let node = NodeEntitiesInfo {
-            namespace: "/left".to_owned(),
-            name: name.to_owned(),
-            readers: Vec::new(),
-            writers: vec![[writer; 16]],
-        };
-        ParticipantEntitiesInfo { gid: [participant; 16], nodes: vec![node] }
+    /// Returns the bytes of an announcement with GIDs of this length, as ROS 2's middleware writes it.
+    fn announced(length: usize, participant: u8, writer: u8, name: &str) -> Vec<u8> {
+        let gid = |byte| [vec![byte; 16], vec![0; length - 16]].concat();
+        let name = [(name.len() as u32 + 1).to_le_bytes().as_slice(), name.as_bytes(), &[0]].concat();
+        let padding = vec![0; name.len().next_multiple_of(4) - name.len()];
+        let (one, none, left) = ([1, 0, 0, 0], [0; 4], b"\x06\0\0\0/left\0\0\0");
+        let parts: [&[u8]; 9] =
+            [&[0, 1, 0, 0], &gid(participant), &one, left, &name, &padding, &none, &one, &gid(writer)];
+        parts.concat()
+    }
+
+    fn announce(participant: u8, writer: u8, name: &str) -> Announcement {
+        Announcement::decode(&announced(16, participant, writer, name)).unwrap().0
+    }
+
+    #[test]
+    fn announcements_of_both_lengths_are_told_apart() {
+        let endpoints = vec![([7; 16], "/left/driver".to_owned())];
+        let expected = Announcement { participant: [1; 16], endpoints };
+        for (length, release) in [(16, Release::Jazzy), (24, Release::Humble)] {
+            let bytes = announced(length, 1, 7, "driver");
+            let (announcement, found) = Announcement::decode(&bytes).unwrap();
+            assert_eq!((&announcement, found), (&expected, release));
+            // A participant without nodes.
+            let empty = [&bytes[..4 + length], &[0; 4]].concat();
+            assert_eq!(Announcement::decode(&empty).unwrap().1, release);
+            assert_eq!(Announcement::decode(&bytes[..bytes.len() - 1]), None);
+        }
     }
 
     #[test]

@@ -1,8 +1,10 @@
-//! Reads ROS 2's environment variables: the domain, the range of discovery, and security.
+//! Reads ROS 2's environment variables: the domain, the range of discovery, peers, and security.
 
 use super::args::RosArgs;
 use super::error::RosError;
 use super::names::check_enclave;
+use super::{release, unread_variables};
+use crate::dds::announcement::GROUP;
 use crate::dds::own_domain::OwnDomain;
 use crate::dds::ports;
 use std::env::VarError;
@@ -25,13 +27,22 @@ pub struct Environment {
     pub domain_id: u16,
     /// The range of discovery.
     pub reach: Reach,
+    /// Addresses or names of hosts that multicast need not reach.
+    pub static_peers: Vec<String>,
     /// The folder with the keys and permissions of a secured run; `None` for a run without security.
     pub enclave: Option<PathBuf>,
+    /// Warnings about variables that are not obeyed. The first node of the session logs them.
+    pub warnings: Vec<String>,
 }
 
 impl Environment {
-    /// Reads `ROS_DOMAIN_ID`, `ROS_AUTOMATIC_DISCOVERY_RANGE`, the older `ROS_LOCALHOST_ONLY`, and `ROS_SECURITY_ENABLE`,
-    /// `_STRATEGY`, `_KEYSTORE` and `_ENCLAVE_OVERRIDE`. The enclave may also be named on the command line.
+    /// Creates an environment without peers and without security.
+    pub fn new(domain_id: u16, reach: Reach) -> Self {
+        Self { domain_id, reach, static_peers: Vec::new(), enclave: None, warnings: Vec::new() }
+    }
+
+    /// Reads `ROS_DOMAIN_ID`, `ROS_AUTOMATIC_DISCOVERY_RANGE`, the older `ROS_LOCALHOST_ONLY`, `ROS_STATIC_PEERS`, and
+    /// `ROS_SECURITY_ENABLE`, `_STRATEGY`, `_KEYSTORE` and `_ENCLAVE_OVERRIDE`. The enclave may also be named on the command line.
     ///
     /// # Errors
     /// [`RosError::Environment`] with the variable and its valid values; [`RosError::Security`] if security is requested and the
@@ -72,16 +83,27 @@ impl Environment {
                 return Err(refused("ROS_LOCALHOST_ONLY", other, "0 or 1"));
             }
         };
-        Ok(Self { domain_id, reach, enclave: enclave(get, args.enclave.as_deref(), SECURITY)? })
+        let peers = get("ROS_STATIC_PEERS").unwrap_or_default();
+        let peers = peers.split(';').map(str::trim).filter(|peer| !peer.is_empty()).map(str::to_owned);
+        let mut static_peers: Vec<_> = peers.collect();
+        let unread = unread_variables::warning(get);
+        let distribution = get("ROS_DISTRO").and_then(|name| release::warning_of_distribution(&name));
+        let mut warnings: Vec<_> = unread.into_iter().chain(distribution).collect();
+        if reach == Reach::Localhost && !static_peers.is_empty() {
+            static_peers.clear();
+            warnings.push(PEERS_WITHOUT_NETWORK.to_owned());
+        }
+        let enclave = enclave(get, args.enclave.as_deref(), SECURITY)?;
+        Ok(Self { domain_id, reach, static_peers, enclave, warnings })
     }
 
     /// Returns this environment, but in a domain that nobody else on this host uses. The domain is reserved until the returned
-    /// `OwnDomain` is dropped.
+    /// `OwnDomain` is dropped. Warnings about peers and middleware do not apply there.
     ///
     /// # Errors
     /// [`RosError::NoNetwork`], and [`RosError::NoFreeDomain`] if every domain is in use.
     pub fn alone(&self) -> Result<(Self, OwnDomain), RosError> {
-        let here = Self { reach: Reach::Localhost, ..self.clone() };
+        let here = Self { enclave: self.enclave.clone(), ..Self::new(self.domain_id, Reach::Localhost) };
         here.check_network()?;
         let domain =
             OwnDomain::find(self.domain_id).ok_or(RosError::NoFreeDomain { highest: OwnDomain::HIGHEST })?;
@@ -99,28 +121,27 @@ impl Environment {
         match (loopback, self.reach) {
             (Ok(()), _) => Ok(()),
             (Err(why), Reach::Localhost) => Err(RosError::NoNetwork(format!("loopback answers {why}"))),
-            (Err(_), Reach::Subnet) => probe(SPDP_MULTICAST).map_err(|why| {
-                RosError::NoNetwork(format!(
-                    "loopback is down and multicast to {SPDP_MULTICAST} answers {why}"
-                ))
+            (Err(_), Reach::Subnet) => probe(GROUP).map_err(|why| {
+                RosError::NoNetwork(format!("loopback is down and multicast to {GROUP} answers {why}"))
             }),
         }
     }
 }
 
-/// The names of all variables that are read.
-const VARIABLES: [&str; 7] = [
+/// The names of all variables that are obeyed.
+const VARIABLES: [&str; 8] = [
     "ROS_DOMAIN_ID",
     "ROS_AUTOMATIC_DISCOVERY_RANGE",
     "ROS_LOCALHOST_ONLY",
+    "ROS_STATIC_PEERS",
     "ROS_SECURITY_ENABLE",
     "ROS_SECURITY_STRATEGY",
     "ROS_SECURITY_KEYSTORE",
     "ROS_SECURITY_ENCLAVE_OVERRIDE",
 ];
 
-/// The multicast group of DDS participant discovery (RTPS 2.5, section 9.6.2.4).
-const SPDP_MULTICAST: Ipv4Addr = Ipv4Addr::new(239, 255, 0, 1);
+/// The warning about peers of a session on loopback. ROS 2 ignores them too if `ROS_LOCALHOST_ONLY` is 1.
+const PEERS_WITHOUT_NETWORK: &str = "ROS_STATIC_PEERS has no effect: discovery is restricted to this host (unset ROS_LOCALHOST_ONLY and ROS_AUTOMATIC_DISCOVERY_RANGE)";
 
 /// Checks whether the host has a route to `address`. Connecting a UDP socket sends nothing.
 fn probe(address: Ipv4Addr) -> std::io::Result<()> {
@@ -207,7 +228,7 @@ mod tests {
 
     #[test]
     fn unset_and_empty_variables_mean_ros_2_defaults() {
-        let default = Environment { domain_id: 0, reach: Reach::Subnet, enclave: None };
+        let default = Environment::new(0, Reach::Subnet);
         assert_eq!(read(&[]), Ok(default.clone()));
         assert_eq!(read(&[("ROS_DOMAIN_ID", ""), ("ROS_LOCALHOST_ONLY", "")]), Ok(default));
     }
@@ -219,6 +240,26 @@ mod tests {
         assert_eq!(read(&[("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")]).unwrap().reach, Reach::Localhost);
         let both = [("ROS_LOCALHOST_ONLY", "1"), ("ROS_AUTOMATIC_DISCOVERY_RANGE", "SUBNET")];
         assert_eq!(read(&both).unwrap().reach, Reach::Localhost);
+    }
+
+    #[test]
+    fn peers_are_separated_by_semicolons_and_need_a_network() {
+        let peers = ("ROS_STATIC_PEERS", " 10.0.0.5;;robot.local ;");
+        let read_with = |others: &[_]| read(&[&[peers], others].concat()).unwrap();
+        assert_eq!(read_with(&[]).static_peers, ["10.0.0.5", "robot.local"]);
+        assert_eq!(read_with(&[]).warnings, [""; 0]);
+        let on_loopback = read_with(&[("ROS_LOCALHOST_ONLY", "1")]);
+        assert_eq!((on_loopback.static_peers.len(), on_loopback.warnings.len()), (0, 1));
+    }
+
+    #[test]
+    fn a_program_for_another_release_says_how_to_build_it() {
+        for distribution in ["humble", "iron", "jazzy", "kilted", "lyrical", "rolling"] {
+            let is_other = (distribution == "humble") != cfg!(feature = "humble");
+            let warnings = read(&[("ROS_DISTRO", distribution)]).unwrap().warnings;
+            assert_eq!(warnings.len(), usize::from(is_other), "{warnings:?}");
+            assert!(warnings.iter().all(|warning| warning.contains("--features humble")), "{warnings:?}");
+        }
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! Errors between a node and the ROS graph.
 
+use crate::dds::ports;
 use thiserror::Error;
 
 /// An error of the ROS layer. Each message is one line that names the value and what is expected.
@@ -18,6 +19,19 @@ pub enum RosError {
     /// No other node can be reached.
     #[error("no usable network interface: {0} (bring one up, for example `ip link set lo up`)")]
     NoNetwork(String),
+    /// The domain has no port for another participant.
+    #[error(
+        "domain {domain} has no free UDP port for another participant on this host, which has room for {PARTICIPANTS} (ports {first} to \
+         {last}): end other programs there, or use another ROS_DOMAIN_ID"
+    )]
+    NoFreePort {
+        /// The domain.
+        domain: u16,
+        /// Its first port for a participant.
+        first: u16,
+        /// Its last port for a participant.
+        last: u16,
+    },
     /// Every domain is in use.
     #[error("no domain from 1 to {highest} is free on this host")]
     NoFreeDomain {
@@ -68,7 +82,16 @@ pub enum RosError {
 const NOT_PERMITTED: &str = " (the permissions of its enclave do not have it; launch_scripts/dq_servo_keystore.sh replaces an enclave \
                              of an earlier version once its folder is removed)";
 
+/// The number of participants of a domain that a host has ports for (RTPS 2.5, section 9.6.2.3).
+const PARTICIPANTS: u16 = 120;
+
 impl RosError {
+    /// The domain has no port for another participant.
+    pub(super) fn no_free_port(domain: u16) -> Self {
+        let [first, last] = [0, PARTICIPANTS - 1].map(|number| ports::of_participant(domain, number));
+        Self::NoFreePort { domain, first, last }
+    }
+
     /// Wraps a creation error of the middleware.
     pub(super) fn create(what: impl Into<String>) -> impl FnOnce(&dyn std::fmt::Display) -> Self {
         let what = what.into();

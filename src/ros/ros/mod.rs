@@ -15,10 +15,12 @@ pub mod names;
 mod node;
 mod parameter_client;
 mod parameter_server;
+mod release;
 mod resolver;
 mod services;
 mod session;
 mod topics;
+mod unread_variables;
 
 pub use crate::dds::ended_threads::{NetworkEnd, NetworkWatch};
 pub use crate::dds::own_domain::OwnDomain;

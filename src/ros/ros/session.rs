@@ -6,18 +6,24 @@ use super::environment::Environment;
 use super::error::RosError;
 use super::log::Logging;
 use super::node::Node;
+use super::release;
 use super::resolver::Resolver;
 use crate::dds::ended_threads::Participating;
 use crate::dds::first_sample_request::FirstSampleRequest;
 use crate::dds::matches::Matches;
+use crate::dds::new_address::UsedAddresses;
 use crate::dds::own_datagrams::OwnDatagrams;
-use crate::dds::peer_recovery::Lost;
+use crate::dds::peer_recovery::{Lost, prefix};
+use crate::dds::static_peers::StaticPeers;
 use ros2_client::Context;
-use rustdds::{DomainParticipant, DomainParticipantBuilder};
+use rustdds::dds::CreateError;
+use rustdds::{DomainParticipant, DomainParticipantBuilder, RTPSEntity};
 use std::net::Ipv4Addr;
 use std::path::Path;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
+use tokio::sync::Mutex;
+use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
 use tokio::task::JoinHandle;
 
 /// A DDS participant, and its knowledge about others. Requires a tokio runtime. The participant leaves the graph when this value
@@ -26,65 +32,93 @@ pub struct Session {
     tasks: Vec<JoinHandle<()>>,
     context: Context,
     domain: Domain,
-    /// The warning about the enclave, until a node has logged it.
-    warning: Mutex<Option<String>>,
+    /// Warnings that no node has logged yet.
+    warnings: Arc<Mutex<UnboundedReceiver<String>>>,
     _participating: Participating,
+    /// Dropped after the participant.
+    _static_peers: Option<ServedPeers>,
 }
 
 impl Session {
     /// Joins the domain.
     ///
     /// # Errors
-    /// [`RosError::NoNetwork`], [`RosError::Create`]; [`RosError::Security`] if the enclave's files are not valid. A process never runs
-    /// unsecured if security is requested.
+    /// [`RosError::NoNetwork`], [`RosError::NoFreePort`], [`RosError::Create`]; [`RosError::Security`] if the enclave's files are not valid.
+    /// A process never runs unsecured if security is requested.
     pub fn open(environment: &Environment) -> Result<Self, RosError> {
         environment.check_network()?;
-        let mut builder = DomainParticipantBuilder::new(environment.domain_id);
-        if environment.is_on_loopback() {
+        let (domain_id, on_loopback) = (environment.domain_id, environment.is_on_loopback());
+        let mut builder = DomainParticipantBuilder::new(domain_id);
+        if on_loopback {
             builder = builder.with_only_networks([Ipv4Addr::LOCALHOST]);
         }
-        let what = format!("a participant in domain {}", environment.domain_id);
+        let (warn, warnings) = unbounded_channel();
+        // Nobody receives warnings after the end of the session.
+        let warn = move |warning: String| drop(warn.send(warning));
+        let static_peers = static_peers(environment, &warn);
+        let used_addresses = (!on_loopback).then(UsedAddresses::now);
+        let what = format!("a participant in domain {domain_id}");
         let (dds, warning) = match &environment.enclave {
-            Some(enclave) => secured_participant(builder, enclave, environment.domain_id, &what)?,
-            None => (builder.build().map_err(|why| RosError::create(what.as_str())(&why))?, None),
+            Some(enclave) => secured_participant(builder, enclave, domain_id, &what)?,
+            None => (builder.build().map_err(|why| refused(&why, domain_id, &what))?, None),
         };
+        warning.into_iter().chain(environment.warnings.iter().cloned()).for_each(&warn);
         let (names, dds) = (EndpointNames::default(), Arc::new(dds));
         let matches = Matches::new(Arc::new(names.clone()));
-        let (on_loopback, is_secured) = (environment.is_on_loopback(), environment.enclave.is_some());
+        let is_secured = environment.enclave.is_some();
         let datagrams = (!is_secured).then(|| OwnDatagrams::new(on_loopback));
-        let (datagrams, warning) = match datagrams.transpose() {
-            Ok(datagrams) => (datagrams.map(Arc::new), warning),
-            Err(why) => (
-                None,
-                Some(format!(
-                    "goals of `ros2 topic pub --once` may be lost, and no long reply is sent: {why}"
-                )),
-            ),
-        };
+        let datagrams = datagrams.transpose().unwrap_or_else(|why| {
+            warn(format!("goals of `ros2 topic pub --once` may be lost, and no long reply is sent: {why}"));
+            None
+        });
+        let datagrams = datagrams.map(Arc::new);
         let request = datagrams
             .clone()
             .map(|datagrams| FirstSampleRequest { participant: Arc::downgrade(&dds), datagrams });
         let request = request.map(Arc::new);
-        let lost = Lost::new(environment.domain_id, on_loopback, is_secured);
-        let tasks = vec![
-            tokio::spawn(names.clone().follow(announcements(&dds)?)),
+        let lost = Lost::new(domain_id, on_loopback, is_secured, static_peers.is_some());
+        let own = prefix(dds.guid().prefix);
+        let serve = |peers: StaticPeers| tokio::spawn(peers.serve(Arc::downgrade(&dds), own, warn.clone()));
+        let static_peers = static_peers.map(serve).map(ServedPeers);
+        let release_warn = warn.clone();
+        let of_other_release =
+            move |theirs| release_warn(release::warning_of_announcements(theirs, domain_id));
+        let mut tasks = vec![
+            tokio::spawn(names.clone().follow(announcements(&dds)?, of_other_release)),
             tokio::spawn(matches.clone().follow(dds.status_listener(), request, lost)),
         ];
+        tasks.extend(used_addresses.map(|addresses| tokio::spawn(addresses.watch(warn.clone()))));
         let context = Context::from_domain_participant((*dds).clone());
         let context = context.map_err(|why| RosError::create(what.as_str())(&why))?;
         let domain = Domain { dds, matches, names, datagrams };
-        let warning = Mutex::new(warning);
-        Ok(Self { tasks, context, domain, warning, _participating: Participating::new() })
+        let warnings = Arc::new(Mutex::new(warnings));
+        let (_participating, _static_peers) = (Participating::new(), static_peers);
+        Ok(Self { tasks, context, domain, warnings, _participating, _static_peers })
     }
 
-    /// Creates a node with these names.
+    /// Returns whether none of its endpoints is matched with one of another participant.
+    pub fn is_alone(&self) -> bool {
+        self.domain.matches.is_alone(self.domain.dds.guid())
+    }
+
+    /// Creates a node with these names. It logs the warnings of the session.
     ///
     /// # Errors
     /// [`RosError::Create`].
     pub fn node(&self, names: Resolver, logging: Logging) -> Result<Node, RosError> {
-        let node = Node::new(&self.context, self.domain.clone(), names, logging)?;
-        let warning = self.warning.lock().unwrap_or_else(PoisonError::into_inner).take();
-        warning.iter().for_each(|warning| node.log().warn(warning));
+        let mut node = Node::new(&self.context, self.domain.clone(), names, logging)?;
+        let log = node.log().clone();
+        if let Ok(mut warnings) = self.warnings.try_lock() {
+            std::iter::from_fn(|| warnings.try_recv().ok()).for_each(|warning| log.warn(&warning));
+        }
+        let warnings = self.warnings.clone();
+        node.run(async move {
+            // The first node logs all warnings, and the next one those after its end.
+            let mut warnings = warnings.lock().await;
+            while let Some(warning) = warnings.recv().await {
+                log.warn(&warning);
+            }
+        });
         Ok(node)
     }
 }
@@ -103,7 +137,6 @@ fn secured_participant(
 ) -> Result<(DomainParticipant, Option<String>), RosError> {
     use crate::dds::{certificates, payload_protection};
     use rustdds::DomainParticipantSecurityConfigFiles as Files;
-    use rustdds::dds::CreateError;
     certificates::check(enclave)
         .map_err(|certificates::Unusable { path, why }| RosError::Security { path, why })?;
     let files = Files::with_ros_default_names(enclave, String::new());
@@ -111,7 +144,7 @@ fn secured_participant(
         CreateError::NotAllowedBySecurity { reason } => {
             RosError::Security { path: enclave.to_owned(), why: reason }
         }
-        other => RosError::create(what)(&other),
+        other => refused(&other, domain, what),
     })?;
     Ok((participant, payload_protection::warning(&enclave.join("governance.p7s"), domain)))
 }
@@ -126,6 +159,37 @@ fn secured_participant(
     what: &str,
 ) -> Result<(DomainParticipant, Option<String>), RosError> {
     Err(RosError::create(what)(&"built without security"))
+}
+
+/// Begins to receive what is to be sent to the static peers; `None` if there are none.
+fn static_peers(environment: &Environment, warn: impl Fn(String)) -> Option<StaticPeers> {
+    let Environment { domain_id, static_peers, .. } = environment;
+    let listening = (!static_peers.is_empty()).then(|| StaticPeers::listen(*domain_id, static_peers.clone()));
+    listening?.inspect_err(|why| warn(format!("ROS_STATIC_PEERS has no effect: {why}"))).ok()
+}
+
+/// Returns the error of a participant, called `what`, that RustDDS refused to create.
+fn refused(why: &CreateError, domain: u16, what: &str) -> RosError {
+    match why {
+        // RustDDS also says so of sockets in general.
+        CreateError::OutOfResources { reason } if reason.contains("ParticipantId") => {
+            RosError::no_free_port(domain)
+        }
+        other => RosError::create(what)(other),
+    }
+}
+
+/// The task that sends to the static peers. It ends a moment after the participant, so that the peers learn that it has left.
+struct ServedPeers(JoinHandle<()>);
+
+/// How long the task takes to send the last messages.
+const LAST_MESSAGES: Duration = Duration::from_millis(50);
+
+impl Drop for ServedPeers {
+    fn drop(&mut self) {
+        std::thread::sleep(LAST_MESSAGES);
+        self.0.abort();
+    }
 }
 
 /// How long the tasks of the nodes may take to end.
@@ -144,11 +208,17 @@ impl Drop for Session {
 
 #[cfg(test)]
 mod tests {
+    use super::super::args::{LogLevel, RosArgs};
+    use super::super::environment::Reach;
     use super::*;
     use crate::alone::{node, outside, session};
     use crate::dds::matches::Owners;
+    use crate::dds::ports;
     use dq_messages::messages::Float64MultiArray;
-    use rustdds::QosPolicies;
+    use rustdds::{GUID, QosPolicies};
+    use std::io::{BufRead, BufReader};
+    use std::net::UdpSocket;
+    use std::process::{Command, Stdio};
 
     #[tokio::test(flavor = "multi_thread")]
     async fn other_participants_see_the_endpoints_of_a_node_under_its_name_until_it_ends() {
@@ -171,5 +241,62 @@ mod tests {
         assert!(other.domain.names.describe(publisher.id()).starts_with("/ours ("));
         drop(node);
         wait_until(false).await;
+    }
+
+    /// Runs a node of another vendor's DDS that announces itself with GIDs of this length. Returns its publisher's description, whether it
+    /// knows our node, and the warnings meanwhile.
+    async fn meet(length: usize) -> (String, String, Vec<String>) {
+        let session = session();
+        // Not logged by the node.
+        let mut warnings = session.warnings.clone().lock_owned().await;
+        let names = Resolver::new("ours", &RosArgs::default()).unwrap();
+        let mut node = session.node(names, Logging::new(&RosArgs::default(), LogLevel::Info)).unwrap();
+        let _publisher = node.publisher_with::<Float64MultiArray>("/topic", QosPolicies::default()).unwrap();
+        let root = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
+        let mut peer = Command::new(format!("{root}/target/venv/bin/python"));
+        let peer = peer.args([&format!("{root}/src/ros/tests/peer.py"), "7", &length.to_string()]);
+        let mut peer = peer.stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().expect("tests/install.sh");
+        let mut lines = BufReader::new(peer.stdout.take().unwrap()).lines();
+        let guid = hex::decode(lines.next().unwrap().unwrap()).unwrap();
+        let guid = GUID::from_bytes(guid.try_into().unwrap());
+        let knows = tokio::task::spawn_blocking(move || lines.next().unwrap().unwrap()).await.unwrap();
+        let described = session.domain.matches.introduced(guid).await;
+        drop(peer.stdin.take());
+        assert!(peer.wait().unwrap().success());
+        let warnings = std::iter::from_fn(|| warnings.try_recv().ok()).collect();
+        (described, knows, warnings)
+    }
+
+    #[tokio::test(flavor = "multi_thread")]
+    async fn nodes_of_the_same_release_know_each_other_and_others_are_warned_of_once() {
+        if outside(
+            "ros::session::tests::nodes_of_the_same_release_know_each_other_and_others_are_warned_of_once",
+        ) {
+            return;
+        }
+        let (own, other) = if cfg!(feature = "humble") { (24, 16) } else { (16, 24) };
+        let (described, knows, warnings) = meet(own).await;
+        assert!(described.starts_with("/peer ("), "{described}");
+        assert_eq!((knows.as_str(), warnings.len()), ("known", 0), "{warnings:?}");
+        let (described, knows, warnings) = meet(other).await;
+        assert!(described.starts_with("/peer ("), "{described}");
+        assert_eq!((knows.as_str(), warnings.len()), ("unknown", 1), "{warnings:?}");
+        assert!(warnings[0].contains("--features humble"), "{warnings:?}");
+    }
+
+    #[tokio::test(flavor = "multi_thread")]
+    async fn without_a_free_port_the_error_names_the_ports_and_the_remedy() {
+        if outside("ros::session::tests::without_a_free_port_the_error_names_the_ports_and_the_remedy") {
+            return;
+        }
+        let taken =
+            |number| UdpSocket::bind((Ipv4Addr::UNSPECIFIED, ports::of_participant(7, number))).unwrap();
+        let mut taken: Vec<_> = (0..120).map(taken).collect();
+        let refused = Session::open(&Environment::new(7, Reach::Localhost)).err().unwrap().to_string();
+        for part in ["domain 7", "120", "9160 to 9398", "ROS_DOMAIN_ID"] {
+            assert!(refused.contains(part), "{refused}");
+        }
+        taken.pop();
+        assert!(Session::open(&Environment::new(7, Reach::Localhost)).is_ok());
     }
 }

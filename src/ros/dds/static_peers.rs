@@ -1,0 +1,177 @@
+//! Sends what a participant multicasts to the peers of `ROS_STATIC_PEERS` as well, which multicast need not reach.
+//!
+//! RustDDS 0.15.1 announces a participant by multicast and on this host only, and prefers multicast also for the endpoints and the data of
+//! participants that announce a multicast address. So this module receives what the participant multicasts, and sends it on to the peers.
+//! Its announcement goes to each port that a participant may have on a peer's host, without the multicast addresses (`announcement`), so
+//! that peers answer by unicast. All else goes to the participants that are known there. Delete this module when
+//! `DomainParticipantBuilder` takes peers, and test `dds` an_arm_behind_a_router_… passes without it.
+
+use super::announcement::{self, SENDER};
+use super::own_datagrams::{OwnDatagrams, addresses};
+use super::peer_recovery::Prefix;
+use super::ports;
+use futures::future::join_all;
+use rustdds::DomainParticipant;
+use std::collections::BTreeSet;
+use std::net::{IpAddr, SocketAddr};
+use std::sync::Weak;
+use std::time::Duration;
+use tokio::net::{UdpSocket, lookup_host};
+use tokio::time::{Instant, MissedTickBehavior, interval};
+
+/// The number of participants on a peer's host that receive announcements. Each has a port of its own.
+const PARTICIPANTS: u16 = 32;
+
+/// The time between two announcements of the participant.
+const ANNOUNCEMENTS: Duration = Duration::from_secs(3);
+
+/// How often to look for participants that have become known.
+const LOOK: Duration = Duration::from_millis(500);
+
+/// How often to look up the names of hosts.
+const LOOK_UP: Duration = Duration::from_secs(30);
+
+/// How long to wait for the own announcement before a warning. RustDDS makes one every 10 s.
+const PATIENCE: Duration = Duration::from_secs(15);
+
+/// The largest message.
+const LARGEST: usize = 65_536;
+
+/// The peers of a participant.
+pub(crate) struct StaticPeers {
+    names: Vec<String>,
+    domain: u16,
+    /// What participants multicast about themselves and their endpoints.
+    discovery: UdpSocket,
+    /// What they multicast as data.
+    data: UdpSocket,
+    datagrams: OwnDatagrams,
+}
+
+/// What is known of the peers.
+#[derive(Default)]
+struct Known {
+    hosts: BTreeSet<IpAddr>,
+    /// The addresses on which participants on these hosts receive data.
+    participants: BTreeSet<SocketAddr>,
+    /// The last announcement of our participant.
+    announcement: Option<Vec<u8>>,
+}
+
+impl StaticPeers {
+    /// Begins to receive what is multicast in this domain. The participant must be created afterwards, so that its first announcement is
+    /// received. `names` are addresses or names of hosts.
+    ///
+    /// # Errors
+    /// The operating system's error if it gives no socket.
+    pub fn listen(domain: u16, names: Vec<String>) -> std::io::Result<Self> {
+        let [discovery, data] =
+            [ports::first(domain), ports::first_of_data(domain)].map(announcement::listen);
+        Ok(Self { names, domain, discovery: discovery?, data: data?, datagrams: OwnDatagrams::new(false)? })
+    }
+
+    /// Sends to the peers what `participant` multicasts, forever.
+    pub async fn serve(self, participant: Weak<DomainParticipant>, own: Prefix, warn: impl Fn(String)) {
+        let (mut discovery, mut data) = (vec![0; LARGEST], vec![0; LARGEST]);
+        let mut known = Known::default();
+        let [mut announce, mut look, mut look_up] = [ANNOUNCEMENTS, LOOK, LOOK_UP].map(|period| {
+            let mut timer = interval(period);
+            timer.set_missed_tick_behavior(MissedTickBehavior::Delay);
+            timer
+        });
+        let (mut warned, began) = (BTreeSet::new(), Instant::now());
+        loop {
+            tokio::select! {
+                Ok(length) = self.discovery.recv(&mut discovery) => {
+                    self.send_discovery(&mut discovery[..length], own, &mut known);
+                }
+                Ok(length) = self.data.recv(&mut data) => {
+                    if is_own(&data[..length], own) {
+                        known.participants.iter().for_each(|address| self.send(&data[..length], *address));
+                    }
+                }
+                _ = look_up.tick() => known.hosts.extend(self.hosts(&mut warned, &warn).await),
+                _ = look.tick() => {
+                    // The last messages of a participant that has ended are sent too.
+                    participant.upgrade().iter().for_each(|participant| known.look(participant));
+                }
+                _ = announce.tick() => {
+                    self.announce(&known);
+                    if known.announcement.is_none() && began.elapsed() > PATIENCE && warned.insert(String::new()) {
+                        warn(WITHOUT_MULTICAST.to_owned());
+                    }
+                }
+            }
+        }
+    }
+
+    /// Sends a message about our participant or its endpoints.
+    fn send_discovery(&self, message: &mut [u8], own: Prefix, known: &mut Known) {
+        if !is_own(message, own) {
+            return;
+        }
+        if announcement::without_multicast(message) {
+            known.announcement = Some(message.to_vec());
+            return self.announce(known);
+        }
+        for address in &known.participants {
+            // Participants receive discovery on the port before that of data, or on the same port.
+            let before = SocketAddr::new(address.ip(), address.port().saturating_sub(1));
+            [before, *address].iter().for_each(|address| self.send(message, *address));
+        }
+    }
+
+    /// Sends our participant's announcement to each participant that the hosts may have.
+    fn announce(&self, known: &Known) {
+        let Some(announcement) = &known.announcement else { return };
+        let ports = (0..PARTICIPANTS).map(|number| ports::of_participant(self.domain, number));
+        let addresses =
+            ports.flat_map(|port| known.hosts.iter().map(move |host| SocketAddr::new(*host, port)));
+        addresses.for_each(|address| self.send(announcement, address));
+    }
+
+    fn send(&self, message: &[u8], address: SocketAddr) {
+        self.datagrams.send(message, &[address]);
+    }
+
+    /// Looks up the hosts. Warns once of each that is not found.
+    async fn hosts(&self, warned: &mut BTreeSet<String>, warn: &impl Fn(String)) -> BTreeSet<IpAddr> {
+        let found = join_all(self.names.iter().map(|name| tokio::time::timeout(LOOK, look_up(name)))).await;
+        let mut hosts = BTreeSet::new();
+        for (name, found) in self.names.iter().zip(found) {
+            match found.unwrap_or_else(|slow| Err(slow.into())) {
+                Ok(addresses) => hosts.extend(addresses),
+                // The name may become known later.
+                Err(why) if warned.insert(name.clone()) => {
+                    warn(format!("ROS_STATIC_PEERS: {name:?} is not found, and is tried again: {why}"));
+                }
+                Err(_) => {}
+            }
+        }
+        hosts
+    }
+}
+
+/// The warning if nothing is received from the own participant.
+const WITHOUT_MULTICAST: &str = "ROS_STATIC_PEERS has no effect: no network interface of this host has multicast, from which this program \
+                                 takes what it tells them";
+
+impl Known {
+    /// Looks for participants on the hosts.
+    fn look(&mut self, participant: &DomainParticipant) {
+        let readers = participant.discovered_readers().into_iter();
+        let all = readers.flat_map(|reader| addresses(reader.reader_proxy.unicast_locator_list));
+        self.participants = all.filter(|address| self.hosts.contains(&address.ip())).collect();
+    }
+}
+
+fn is_own(message: &[u8], own: Prefix) -> bool {
+    message.starts_with(b"RTPS") && message.get(SENDER) == Some(&own)
+}
+
+/// Returns the IPv4 addresses of a host.
+async fn look_up(name: &str) -> std::io::Result<Vec<IpAddr>> {
+    let addresses: Vec<_> =
+        lookup_host((name, 0)).await?.map(|address| address.ip()).filter(IpAddr::is_ipv4).collect();
+    if addresses.is_empty() { Err(std::io::Error::other("it has no IPv4 address")) } else { Ok(addresses) }
+}
