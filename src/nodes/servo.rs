@@ -36,7 +36,7 @@ pub struct ServoNode {
     /// The outcome of the cycle; `None` until the cycle has ended.
     outcome: watch::Receiver<Option<Outcome>>,
     report: JoinHandle<()>,
-    /// One entry per arm.
+    /// The subscriptions to the joint states of each arm.
     joint_states: Vec<JointStates>,
     _node: Node,
 }

@@ -89,7 +89,7 @@ impl Matches {
         self.lock().pairs.iter().any(|pair| pair.remote == remote)
     }
 
-    /// Returns whether no endpoint of the participant `ours` is matched with one of another participant.
+    /// Returns whether no endpoint of the participant of `ours` is matched with an endpoint of another participant.
     pub fn is_alone(&self, ours: GUID) -> bool {
         self.lock().pairs.iter().all(|pair| pair.remote.prefix == ours.prefix)
     }

@@ -23,7 +23,7 @@ use tokio::net::UdpSocket;
 /// The largest number of lost participants for which this process listens. If there are more, some are forgotten.
 const PARTICIPANTS: usize = 256;
 
-/// The length of the part of a message that is read \[bytes\]: the header, which ends with the sender.
+/// The length of the part of a message that is read \[bytes\]: the header, whose last field is the sender.
 const HEADER: usize = SENDER.end;
 
 /// The pause after an error of the socket.
@@ -68,7 +68,7 @@ impl Lost {
     }
 
     /// Adds a participant that was not heard for the duration of its lease, and starts listening. With static peers, announcements
-    /// may be unicast, which only RustDDS receives. Then the process ends at once if it has received from the peer before.
+    /// may be unicast, which only RustDDS receives. In that case, the process ends at once if it has received from the peer before.
     pub fn add(&mut self, participant: Prefix, peer: Peer) {
         if self.has_static_peers && !peer.heard_on.is_empty() {
             return end(NetworkEnd::Lost(format!("{} on {}", peer.name, peer.heard_on.join(", "))));
