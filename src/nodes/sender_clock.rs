@@ -46,7 +46,7 @@ struct Arrival {
 
 impl SenderClock {
     /// Returns the age of a message that arrived at `now` with this `offset` \[ns\]. If the publisher was discovered while this
-    /// node was running, `found` returns for how long the publisher has been known \[ns\]. No message can be older than that.
+    /// node was running, `found` returns for how long the publisher has been known \[ns\]. No message can be older than that time.
     pub fn age(&mut self, offset: i64, now: Duration, found: impl FnOnce() -> Option<i64>) -> Duration {
         let none = self.fastest_by(now).unwrap_or(0);
         if offset <= none {

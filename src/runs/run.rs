@@ -41,7 +41,7 @@ pub struct RecordedRun {
     pub changes: Thinned<Change>,
     /// The laws, with the times from which they were in force; empty if unknown.
     pub laws: Thinned<(f64, String)>,
-    /// The goals, with the times from which they were in force. They include the goals of streams.
+    /// The goals, including those of streams, each with the time from which it was in force.
     pub goals: Thinned<(f64, UnitDualQuaternion)>,
     /// The motions to the goals that the servo reported.
     pub motions: Vec<MotionRow>,
@@ -59,7 +59,7 @@ pub struct RecordedRun {
     pub notes: Vec<String>,
 }
 
-/// A longer gap between joint states separates two parts of a run \[s\].
+/// Two parts of a run are separated by a longer gap between joint states than this \[s\].
 const APART: f64 = 60.0;
 
 /// Two parts of a run count as far from each other if the gap between them is longer than this many times the duration of all

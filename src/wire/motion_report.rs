@@ -21,7 +21,7 @@ named! {
         Arrived = "arrived",
         /// The motion has stalled. It continues if something changes.
         Stalled = "stalled",
-        /// Another goal replaced this one before the motion ended.
+        /// Another goal replaced the motion's goal before the motion ended.
         Replaced = "replaced",
         /// Consent was revoked before the motion ended.
         Revoked = "revoked",

@@ -74,7 +74,7 @@ struct Robot {
 /// The frames of goals and twists.
 struct Frames {
     goal: String,
-    /// The tool's own frame, in which twists may also be given; empty if there is none.
+    /// The tool's own frame, in which twists may be given as well; empty if it has no name.
     tool: String,
 }
 

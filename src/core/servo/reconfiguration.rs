@@ -82,10 +82,10 @@ pub enum NoWayRound {
 }
 
 impl Reconfiguration {
-    /// The name of a configuration to which the arm moves on request.
+    /// The name of [`Reconfiguration::Found`] in messages: there is a configuration to which the arm moves on request.
     pub const FOUND: &str = "found";
 
-    /// Returns the name for programs.
+    /// Returns the name in messages, for programs.
     pub fn name(&self) -> &'static str {
         match self {
             Self::Unknown => "unknown",

@@ -113,8 +113,8 @@ struct Seen {
 /// The time within which an arm comes to rest after its twists have ended, even under a limit on jerk.
 pub const REST: Duration = Duration::from_millis(1300);
 
-/// The servo may conclude that the robot does not obey up to this long after the robot behaved oddly. The servo compares motion over up to 1 s,
-/// waits 0.4 s for a response, tries again, and revokes consent after `rearm_timeout` (1 s).
+/// The servo may need this long after odd behavior of the robot to conclude that the robot does not obey. The servo compares motion
+/// over up to 1 s, waits 0.4 s for a response, tries again, and revokes consent after `rearm_timeout` (1 s).
 const DOUBT: Duration = Duration::from_millis(3500);
 
 /// A judge of whether the arm may move, and whether it must.

@@ -65,7 +65,7 @@ impl Controller {
         self.set_gains[law.number()] = Some(gains);
     }
 
-    /// Returns this controller with the present law `law` and these gains.
+    /// Returns a copy of this controller whose present law is `law`, with these gains.
     pub fn with_gains(mut self, law: Law, gains: [f64; 2]) -> Self {
         self.set_gains(law, gains);
         Self { law, ..self }

@@ -18,7 +18,8 @@ const AGES: [usize; 12] = [1, 2, 3, 4, 6, 8, 11, 16, 23, 32, 45, 64];
 const HOLDS: f64 = 95.0;
 /// Number of tasks of each arm on which an age is tried first. If their result is in doubt, all tasks are tried.
 pub(super) const FIRST: u32 = 400;
-/// The result for an age is in doubt if the interval with this quantile of the normal distribution (p < 1e-4) contains 95 %.
+/// The quantile of the normal distribution for a first decision (p < 1e-4). The result for an age is in doubt if the interval with
+/// this quantile contains 95 %.
 const NO_DOUBT: f64 = 4.0;
 
 /// The age of joint states up to which a law works.

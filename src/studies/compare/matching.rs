@@ -133,7 +133,7 @@ impl<'a> Tasks<'a> {
         Ok(Medians { settling_time: median(Matched::SettlingTime), peak_speed: median(Matched::PeakSpeed) })
     }
 
-    /// Returns the two quantities of `law` with `gain` on the first `count` tasks, each in ascending order.
+    /// Runs `law` with `gain` on the first `count` tasks. Returns the settling times and the peak speeds, each in ascending order.
     pub fn sorted(&self, law: Law, gain: f64, count: usize) -> Result<Sorted, CompareError> {
         let controller = self.arm.parameters.settings.controller.with_law(law, gain);
         let closed_loop = ClosedLoop { arm: self.arm, controller, plant: PLANTS[0], limits: false };

@@ -82,7 +82,7 @@ impl Key {
         }
     }
 
-    /// Returns whether `other` has runs of the same tasks under the same conditions, whatever its law is.
+    /// Returns whether the runs of `other` are of the same tasks under the same conditions. The law may differ.
     fn is_beside(&self, other: &Self) -> bool {
         (&self.matched, &self.arm, self.limits, &self.plant)
             == (&other.matched, &other.arm, other.limits, &other.plant)

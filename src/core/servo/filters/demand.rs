@@ -3,8 +3,9 @@
 use super::{FilterInput, LawGoal};
 use dq_limits::ratio;
 
-/// Turns the law's velocity into its demand. Reduces it to the gain that the delay allows; adds the escape from a singularity, the
-/// feed-forward of a moving goal, and the motion to the posture; and scales the sum to the speed limits.
+/// Turns the law's velocity into its demand. First reduces the velocity to the gain that the delay allows. Then adds the escape
+/// from a singularity, the feed-forward of a moving goal, and the motion to the posture. Finally scales the sum to the speed
+/// limits.
 pub(super) struct LawDemand {
     /// The velocity that is added to the law's velocity [rad/s, prismatic: m/s].
     more: Vec<f64>,
