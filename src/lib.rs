@@ -1,9 +1,9 @@
 //! Dual-quaternion control of serial arms: a ROS 2 servo and a simulated arm as nodes, and their parts as a library.
 //!
-//! Each part is a crate, re-exported here under its own name. [`dq_config`] and the crates that it imports need no ROS. They do no
-//! I/O, except to read parameter files, robot descriptions and the meshes that these name. The pages of [`dq_kinematics`],
-//! [`dq_core`] and [`dq_space`] begin with an example. [`dq_config`] shows how to make chain, settings and servo from your own arm,
-//! given as DH rows or as a robot description. To use the program, read the README and `src/guide`.
+//! Each part is a crate, re-exported here under its own name. [`dq_config`] and the crates that it imports need no ROS. These
+//! crates do no I/O, except to read parameter files, robot descriptions and meshes that the descriptions name. The pages of
+//! [`dq_kinematics`], [`dq_core`] and [`dq_space`] begin with an example. [`dq_config`] shows how to make chain, settings and servo
+//! from your own arm, given as DH rows or as a robot description. To use the program, read the README and `src/guide`.
 #![warn(clippy::unwrap_used, clippy::expect_used)]
 // These macros panic if nobody reads the output. Results go through `cli::print`, everything else through `stderr`.
 #![warn(clippy::print_stdout, clippy::print_stderr)]

@@ -14,6 +14,11 @@ PATTERNS = [
     (r"\bnone (where|of which|if none)\b", "`None` if"),
     (r"(?<!there )\bis no (?!longer|more|less|further|faster|slower|larger|smaller|nearer|farther|worse|better|sooner|later|different|other)\w+", "is not a"),
     (r"\banew\b", "again"),
+    (r"\bcounted from 1 arm\b|\b\d (runs|tasks|goals) \d", "a comma between the number and the next word"),
+    (r"\b(stops?|moves?|reach|in time|rejected|refused) by (the given|its own|their own|their|its|name)\b", "with, within, after or as"),
+    (r"\bits speed at which\b", "the relative clause next to its noun"),
+    (r"\bnumber of (its|their) own\b", "the noun before its pronoun"),
+    (r"\b(when|if)\b[^.;:]*, or because\b|\bevery other \w+ (begins|is|are|counts|has|moves)\b", "parts that are parallel, or any other"),
     (r"^(Of|Who|None|By how|So (much|long)) ", "a sentence, or a noun with its article, in place of a fragment"),
 ]
 LONGEST_SENTENCE = 40  # words

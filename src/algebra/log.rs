@@ -5,7 +5,7 @@ use super::quaternion::{angle_by_sine, from_rotation_vector, rotation_vector, si
 use super::{DualQuaternion, UnitDualQuaternion};
 use nalgebra::{Quaternion, Vector3, Vector6};
 
-/// Below this angle \[rad\], quotients by θ² and θ³ are computed as series. The first omitted term is below 1e-16.
+/// Below this angle \[rad\], quotients by θ² and θ³ are computed as series. The first omitted term of a series is below 1e-16.
 const SERIES_ANGLE: f64 = 1e-2;
 
 impl UnitDualQuaternion {

@@ -55,8 +55,8 @@ mod tests {
     use super::*;
     use std::f64::consts::PI;
 
-    /// Returns `½θ / sin ½θ` and β of an angle \[rad\]. Where the formula of β would lose digits, uses its series with Bernoulli
-    /// numbers.
+    /// Returns `½θ / sin ½θ` and β of an angle \[rad\]. If the formula of β would lose digits, uses a series with Bernoulli numbers
+    /// instead.
     fn formulas(angle: f64) -> [f64; 2] {
         let (half, square) = (0.5 * angle, angle * angle);
         let (sin, cos) = half.sin_cos();

@@ -10,36 +10,36 @@ use std::cmp::Reverse;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// An upper bound for a number of bytes: `least`, plus `ratio` for each byte of the bag.
+/// An upper bound for a number of bytes: `least`, plus `ratio` times the size of the bag.
 struct Bound {
     least: u64,
     ratio: u64,
 }
 
-/// The bound for the messages that are returned. No recording has a larger ratio: even the messages of an arm at rest are
-/// compressed by zstd only to about a twentieth.
+/// The bound for the messages that are returned. No recording has a larger ratio: zstd compresses even the messages of an arm at
+/// rest only to about a twentieth of their size.
 const ROOM: Bound = Bound { least: 64 << 20, ratio: 100 };
 
-/// The bound for the chunks that are unpacked. They may contain images and maps of one color, which take time but no memory.
+/// The bound for the chunks that are unpacked. Chunks may contain images and maps of one color, which take time but no memory.
 const WORK: Bound = Bound { least: 1 << 30, ratio: 2000 };
 
-/// Blocks that overlap in time are unpacked together as long as their messages have fewer bytes than this.
+/// The bag unpacks blocks that overlap in time together, as long as their messages have fewer bytes than this.
 const OVERLAP: usize = 64 << 20;
 
 /// A bag, and an iterator over its messages in the order of log time. Messages with equal times keep their stored order.
 ///
-/// Each block of a file is unpacked once, when its time has come. So memory depends on how much the blocks overlap, not on the size
-/// of the bag. [`Bag::losses`] lists the parts that could not be read.
+/// Each block of a file is unpacked once, when its first message is next in time. So the memory needed depends on how much the
+/// blocks overlap, not on the size of the bag. [`Bag::losses`] lists the parts that could not be read.
 #[derive(Debug)]
 pub struct Bag {
     files: Vec<Storage>,
-    /// The index of the file, and the block. The next block is the last one.
+    /// The blocks that are not unpacked yet, each with the index of its file. The next block to unpack is at the end.
     blocks: Vec<(usize, Block)>,
     /// The messages that are unpacked but not returned yet.
     waiting: BTreeMap<Turn, BagMessage>,
     /// The size of the waiting messages \[bytes\].
     held: usize,
-    /// Number of bytes of messages that may still be returned.
+    /// The number of bytes of messages that the bag may still return.
     room: u64,
     types: Types,
     losses: UnreadableParts,
@@ -99,7 +99,7 @@ impl Bag {
         self.types = Some(types.iter().map(|name| name.as_ref().to_owned()).collect());
     }
 
-    /// Returns the topics that were found so far, sorted by name. They are complete after the last message.
+    /// Returns the topics that were found so far, sorted by name. The list is complete after the last message.
     pub fn topics(&self) -> Vec<Topic> {
         let mut counts = BTreeMap::new();
         for topic in self.files.iter().flat_map(Storage::topics) {

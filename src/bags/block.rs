@@ -22,7 +22,7 @@ pub(super) struct Unpacked {
     pub lost: Vec<String>,
 }
 
-/// The largest number of bytes to unpack.
+/// The largest numbers of bytes to unpack.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Limit {
     /// The largest size of the requested messages, unpacked \[bytes\].
@@ -34,7 +34,7 @@ pub(super) struct Limit {
 /// The requested types; `None` for all types.
 pub(super) type Types = Option<Vec<String>>;
 
-/// Returns the line about messages that have another encoding.
+/// Returns a line for [`Unpacked::lost`] about `count` messages that have another encoding than CDR.
 pub(super) fn of_other_encoding(topic: &str, count: u64) -> String {
     format!("{count} messages of {} are skipped, because they are not encoded in CDR", shown(topic, NAME))
 }

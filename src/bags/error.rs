@@ -10,7 +10,7 @@ use thiserror::Error;
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum BagError {
-    /// The directory of a new bag exists already.
+    /// The directory of a new bag already exists.
     #[error("{0:?} exists already: a recording never overwrites, give it a new directory")]
     Exists(PathBuf),
     /// A file could not be written, for example because of permissions or lack of space.

@@ -6,8 +6,8 @@ use super::unreadable::UnreadableParts;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-/// Returns the files in a bag's directory in order, each once. These are the files in its metadata; without metadata, all files
-/// with a bag's endings.
+/// Returns the files in a bag's directory in order, each once. These are the files named in the bag's metadata; without metadata,
+/// all files whose names have a bag's endings.
 pub(super) fn files_of(directory: &Path, losses: &mut UnreadableParts) -> Result<Vec<PathBuf>, BagError> {
     let files = match metadata::read(directory) {
         Ok(Some(metadata)) if metadata.is_packed_otherwise() => {
@@ -61,14 +61,15 @@ fn number(path: &Path) -> Option<u64> {
 /// The format of rosbag2's local times in names. Each 0 stands for a digit.
 const TIME: &str = "0000_00_00-00_00_00";
 
-/// Returns whether the text has this format.
+/// Returns whether the text has the format [`TIME`].
 fn is_time(text: &str) -> bool {
     let alike = |(one, other): (char, char)| if one == '0' { other.is_ascii_digit() } else { one == other };
     text.len() == TIME.len() && TIME.chars().zip(text.chars()).all(alike)
 }
 
-/// Returns the name that the ROS release `distro` gives to the file `number` in a bag's directory. It is the directory's name and
-/// the number. From Lyrical on it is the number, the directory's name without a time at its end, and the time.
+/// Returns the name that the ROS release `distro` gives to the file `number` in a bag's directory. Before Lyrical it is the
+/// directory's name and the number. From Lyrical on it is the number, the directory's name without a time at its end, and the
+/// present time.
 pub(super) fn file_name(directory: &Path, number: usize, distro: &str) -> String {
     let name = directory.file_name().unwrap_or_else(|| "bag".as_ref()).to_string_lossy();
     if distro != LYRICAL {

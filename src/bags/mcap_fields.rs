@@ -1,5 +1,5 @@
-//! Reads the fields of MCAP records with checked lengths. The crate's own parser allocates as much memory as a length field says,
-//! before it checks that there are this many bytes.
+//! Reads the fields of MCAP records with checked lengths. The crate's own parser allocates as much memory as a length field states,
+//! before it checks that the record has this many.
 
 /// A channel record.
 #[derive(Debug, PartialEq)]
@@ -25,7 +25,7 @@ pub(super) fn channel(data: &[u8]) -> Option<ChannelRecord<'_>> {
     Some(ChannelRecord { id, schema, topic, encoding })
 }
 
-/// Returns channel, log time \[ns\] and payload of a message record, without its sequence number and publish time.
+/// Returns the channel, the log time \[ns\] and the payload of a message record. Ignores its sequence number and publish time.
 pub(super) fn message(data: &[u8]) -> Option<(u16, u64, &[u8])> {
     let (channel, rest) = number(data)?;
     let (_sequence, rest) = rest.split_first_chunk::<4>()?;

@@ -1,7 +1,7 @@
 //! Reads one MCAP file chunk by chunk, up to its end or to the first damage.
 //!
-//! Opening reads the whole file once, because a recording that was killed has no index. So all parts of an open file are complete
-//! and have valid checksums.
+//! Opening reads the whole file once, because a killed recording has no index. Opening also checks that the parts are complete and
+//! that their checksums are valid.
 
 use super::block::{Block, Limit, Types, Unpacked, of_other_encoding};
 use super::mcap_fields as fields;
@@ -18,7 +18,7 @@ use std::sync::Arc;
 /// Consecutive messages outside of chunks are read together, up to this number of bytes.
 const TOGETHER: u64 = 1 << 20;
 
-/// Number of bytes that are read at once, whatever length a record states.
+/// The number of bytes that are read at once, even if a record states a greater length.
 const READ_STEP: usize = 1 << 16;
 
 /// The size of the largest record that is read, and of the largest chunk that is unpacked \[bytes\].
@@ -41,7 +41,7 @@ pub(super) struct McapFile {
 struct Piece {
     /// The range of the piece in the file.
     place: Range<u64>,
-    /// The earliest log time of a message \[ns\].
+    /// The earliest log time of a message in the piece \[ns\].
     start: i64,
     /// The unpacked size of the piece \[bytes\].
     size: u64,
@@ -92,8 +92,8 @@ impl McapFile {
         Ok(this)
     }
 
-    /// Checks each record of a chunk, which may unpack to at most `work` bytes. Returns the chunk and the number of its messages.
-    /// If the chunk is damaged, discards its definitions.
+    /// Checks each record of a chunk, which may unpack to at most `work` bytes. Returns the chunk as a piece, and the number of its
+    /// messages. If the chunk is damaged, discards the definitions in it.
     fn scan_chunk(&mut self, place: Range<u64>, data: &[u8], work: u64) -> Result<(Piece, u64), String> {
         let size = fields::chunk_size(data).ok_or("a chunk that is not as long as it says")?;
         if size > work.min(RECORD_LIMIT) {
@@ -125,7 +125,7 @@ impl McapFile {
         }
     }
 
-    /// Stores the definition in a record. Returns the time of a message \[ns\]; `None` for other records.
+    /// Stores the definition in a record. If the record is a message, returns its time \[ns\]; otherwise `None`.
     fn define(&mut self, opcode: u8, data: &[u8]) -> Result<Option<i64>, String> {
         match opcode {
             op::SCHEMA => {

@@ -13,16 +13,16 @@ use std::path::PathBuf;
 /// The size at which a chunk is compressed and written, as in rosbag2.
 const CHUNK_SIZE: usize = 768 * 1024;
 
-/// The end of a file without an index: data end, footer, magic. It follows the last chunk until the next chunk overwrites it. So
-/// the file is always valid, even if this process is killed.
+/// The end of a file without an index: data end, footer, magic. These bytes follow the last chunk until the next chunk overwrites
+/// them. So the file is always valid, even if this process is killed.
 const END: [u8; 50] = *b"\x0f\x04\0\0\0\0\0\0\0\0\0\0\0\x02\x14\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\x89MCAP0\r\n";
 
 /// An MCAP file that is being written.
 pub(super) struct McapOutput {
     path: PathBuf,
-    /// The writer of the file. It has no buffer: it writes whole chunks, and so reports errors at once.
+    /// The writer of the file. The writer has no buffer: it writes whole chunks, and so reports errors at once.
     writer: Writer<File>,
-    /// A second handle of the same file. Both share the position of the next write.
+    /// A second handle of the same file. Both handles share the position of the next write.
     handle: File,
     /// The length of the file after the last write \[bytes\].
     size: u64,
@@ -93,7 +93,8 @@ impl McapOutput {
         Ok(())
     }
 
-    /// Writes the end after the last chunk, and moves the position back before it. Returns the length of the file.
+    /// Writes the bytes [`END`] after the last chunk, and moves the position back before these bytes. Returns the length of the
+    /// file.
     fn end(&mut self) -> io::Result<u64> {
         self.handle.write_all(&END)?;
         self.handle.seek_relative(-(END.len() as i64))?;
@@ -110,7 +111,7 @@ impl McapOutput {
         self.handle.sync_all().map_err(BagError::write(&self.path))
     }
 
-    /// Checks that the file still exists and has the expected length. So this detects changes by others.
+    /// Checks that the file still exists and has the expected length, to detect that another program has changed it.
     fn check(&self) -> Result<(), BagError> {
         let wrong = |why: &str| Err(BagError::Write { path: self.path.clone(), why: why.to_owned() });
         let ours = self.handle.metadata().map_err(BagError::write(&self.path))?;

@@ -1,4 +1,4 @@
-//! The file `metadata.yaml`, which describes a bag, so that readers need not open its files.
+//! The file `metadata.yaml`, which describes a bag, so that readers need not open the bag's other files.
 
 use super::error::BagError;
 use super::qos::Profile;
@@ -11,10 +11,11 @@ use std::path::Path;
 /// The name of the file in the bag's directory.
 pub(super) const FILE_NAME: &str = "metadata.yaml";
 
-/// The size of the longest file that is read \[bytes\]. It is ten times that of a bag with thousands of files and topics.
+/// The size of the longest metadata file that is read \[bytes\]. The metadata of a bag with thousands of files and topics are ten
+/// times shorter.
 const LIMIT: u64 = 16 << 20;
 
-/// The number of messages, and the first and last of their times.
+/// The number of messages, and the first and the last log time.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Span {
     pub messages: u64,
@@ -43,7 +44,7 @@ impl Span {
     }
 }
 
-/// The metadata of rosbag2, version 9 (Jazzy).
+/// The content of `metadata.yaml` in version 9 of rosbag2's format (Jazzy).
 #[derive(Debug, Serialize)]
 pub(super) struct Metadata {
     version: u32,
@@ -165,16 +166,16 @@ struct Document<T> {
 }
 
 impl Contents {
-    /// Returns whether the bag has a compression that is not supported.
+    /// Returns whether the bag is compressed in a way that this crate does not support.
     pub fn is_packed_otherwise(&self) -> bool {
         !["", "zstd"].contains(&self.compression_format.as_str())
     }
 }
 
-/// Reads the metadata of the bag in `directory`, if there are any.
+/// Reads the metadata of the bag in `directory`, if the file exists.
 ///
 /// # Errors
-/// [`BagError::Damaged`] if they cannot be read.
+/// [`BagError::Damaged`] if the metadata cannot be read.
 pub(super) fn read(directory: &Path) -> Result<Option<Contents>, BagError> {
     let path = directory.join(FILE_NAME);
     let text = match text_file::read(&path, LIMIT) {
@@ -210,7 +211,7 @@ mod tests {
         }
     }
 
-    /// The history of publishers is an exception, because DDS does not announce it.
+    /// The bytes of metadata equal those of a real ROS 2, except for the history of publishers, which DDS does not announce.
     #[test]
     fn written_bytes_equal_those_of_a_real_ros_2() {
         let theirs = include_str!("../../tests/data/bag_jazzy_mcap/metadata.yaml");

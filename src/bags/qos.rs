@@ -4,7 +4,7 @@ use dq_messages::OfferedQos;
 use serde::Serialize;
 use std::time::Duration;
 
-/// The duration that rosbag2 takes for infinity: 2⁶³−1 ns.
+/// The duration that rosbag2 writes for infinity: 2⁶³−1 ns.
 const INFINITE: Duration = Duration::new(9_223_372_036, 854_775_807);
 
 /// The QoS that one publisher offers.

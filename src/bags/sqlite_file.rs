@@ -17,7 +17,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use tempfile::TempDir;
 
-/// Number of rows per block.
+/// Number of messages in a block.
 const PAGE: usize = 500;
 
 /// The size of the longest message \[bytes\].
@@ -30,7 +30,7 @@ pub(super) struct SqliteFile {
     topics: Topics,
     /// The rows of all messages, in the order of time.
     order: Vec<MessageRow>,
-    /// The folder with a copy of the database, if a copy was necessary. It is deleted when this is dropped.
+    /// The folder with a copy of the database, if a copy was necessary. The folder is deleted when this value is dropped.
     _copy: Option<TempDir>,
 }
 
@@ -56,7 +56,7 @@ struct Entry {
 }
 
 impl SqliteFile {
-    /// Opens the database at `data` without changing it. Messages call it `path`. Calls `lost` with each incomplete part.
+    /// Opens the database at `data` without changing it. Error messages call it `path`. Calls `lost` with each incomplete part.
     ///
     /// # Errors
     /// [`BagError::NotABag`], [`BagError::Damaged`].
@@ -180,8 +180,8 @@ impl Topics {
     }
 }
 
-/// Returns the reason why the database is not one of rosbag2's; `None` if it is. Virtual tables and generated columns are reasons,
-/// because their values could have any size.
+/// Returns the reason why the database is not one of rosbag2's; `None` if it is. Virtual tables and generated columns are such
+/// reasons, because their values could have any size.
 fn why_foreign(connection: &Connection) -> rusqlite::Result<Option<&'static str>> {
     let count = |query: &str| connection.query_row(query, [], |row| row.get::<_, i64>(0));
     let tables = "SELECT count(*) FROM sqlite_schema WHERE type = 'table' AND name IN ('topics', 'messages') AND rootpage > 0";
@@ -218,7 +218,7 @@ fn read_order(connection: &Connection, lost: &mut impl FnMut(String)) -> rusqlit
     Ok(order)
 }
 
-/// Adds the rows of the query up to the id `end`. Stops if the ids are not monotonic, because a damaged tree could be circular.
+/// Adds the rows of the query up to the id `end`. Stops if the ids are not monotonic: a damaged tree could be circular.
 fn read_rows(
     connection: &Connection,
     query: &str,
@@ -248,7 +248,7 @@ const LOG: &str = "-wal";
 
 const LOG_IS_MISSING: &str = "it was written with a write-ahead log, and that is not beside it (its name, ending in -wal): what was only in that is missing";
 
-/// The file name of a copy.
+/// The file name of the copy of a database.
 const COPY: &str = "bag.db3";
 
 fn beside(path: &Path, ending: &str) -> PathBuf {
@@ -257,7 +257,7 @@ fn beside(path: &Path, ending: &str) -> PathBuf {
     beside.into()
 }
 
-/// Copies the database and its write-ahead log to a temporary folder. Opening the two changes them.
+/// Copies the database and its write-ahead log to a temporary folder, because opening a database with a log changes both files.
 fn copied(data: &Path, log: &Path) -> std::io::Result<TempDir> {
     let folder = TempDir::new()?;
     let copy = folder.path().join(COPY);
@@ -266,7 +266,7 @@ fn copied(data: &Path, log: &Path) -> std::io::Result<TempDir> {
     Ok(folder)
 }
 
-/// Returns whether, by its header, the database uses a write-ahead log (SQLite's file format, 1.3.3).
+/// Returns whether the database uses a write-ahead log, according to its header (SQLite's file format, 1.3.3).
 fn has_log(data: &Path) -> bool {
     let mut head = [0; 20];
     let read = File::open(data).and_then(|mut file| file.read_exact(&mut head));
@@ -291,7 +291,7 @@ fn connect(path: &Path, is_in_place: bool) -> rusqlite::Result<Connection> {
     Ok(connection)
 }
 
-/// Returns a URI of the file with which SQLite neither writes nor waits.
+/// Returns a URI of the file. With this URI SQLite neither writes nor waits.
 fn immutable(path: &Path) -> OsString {
     let plain = |byte: &u8| byte.is_ascii_alphanumeric() || b"/._-".contains(byte);
     let escape = |byte: u8| if plain(&byte) { char::from(byte).to_string() } else { format!("%{byte:02x}") };

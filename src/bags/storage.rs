@@ -17,7 +17,7 @@ use tempfile::NamedTempFile;
 pub(super) struct Storage {
     path: PathBuf,
     format: Format,
-    /// The unpacked file, if rosbag2 has compressed the whole file. It is deleted when this is dropped.
+    /// The unpacked file, if rosbag2 has compressed the whole file. The unpacked file is deleted when this value is dropped.
     _unpacked: Option<NamedTempFile>,
 }
 
@@ -66,7 +66,7 @@ impl Storage {
         }
     }
 
-    /// Unpacks a block. It may have at most `room` bytes of requested messages.
+    /// Unpacks a block. The block may have at most `room` bytes of requested messages.
     pub fn load(&mut self, number: usize, types: &Types, room: u64) -> Unpacked {
         let mut unpacked = match &mut self.format {
             Format::Mcap(file) => file.load(number, types, room),
@@ -93,7 +93,7 @@ impl Storage {
     }
 }
 
-/// Returns the first bytes of a file, at most sixteen. Opens only regular files, because others may block forever.
+/// Returns the first bytes of a file, at most sixteen. Opens only regular files, because opening other files may block forever.
 fn read_magic(path: &Path) -> Result<Vec<u8>, BagError> {
     if !std::fs::metadata(path).map_err(BagError::read(path))?.is_file() {
         return Err(BagError::not_a_bag(path, "it is not a regular file"));

@@ -31,16 +31,16 @@ pub struct TopicRecord {
     /// The QoS that the topic's publishers offer.
     pub offered: Vec<OfferedQos>,
     /// The definition by which readers decode the messages; `None` for the types of `msg_config/interfaces`. It is the text of the
-    /// type's `.msg` file, followed by the texts of all types that it uses. Each of these follows a line of 80 `=` and a line `MSG:
-    /// package/Name`.
+    /// type's `.msg` file, followed by the texts of all types that it uses. Before each of the other texts come a line of 80 `=`
+    /// and a line `MSG: package/Name`.
     pub definition: Option<String>,
-    /// The RIHS01 hash of the type. `None`: the bag has the hash of a known type, and an empty one for an unknown type, as in
-    /// rosbag2.
+    /// The RIHS01 hash of the type. If it is `None`, the bag gets the hash of a known type, or an empty hash for an unknown type,
+    /// as in rosbag2.
     pub hash: Option<String>,
 }
 
 impl TopicRecord {
-    /// Creates a topic whose type is in `msg_config/interfaces`. No QoS of publishers is known.
+    /// Creates a topic whose type is in `msg_config/interfaces`. The QoS of its publishers is not known.
     pub fn new(name: impl Into<String>, message: impl Into<String>) -> Self {
         let (name, message) = (name.into(), message.into());
         Self { name, message, offered: Vec::new(), definition: None, hash: None }
@@ -91,7 +91,8 @@ struct MetadataState {
     since: Instant,
 }
 
-/// The largest age of the counts in the metadata. They are valid even if the recorder is killed.
+/// The largest age of the counts in `metadata.yaml`. The file is rewritten this often, so that it is valid even if the recorder is
+/// killed.
 const METADATA: Duration = Duration::from_secs(3);
 
 struct Entry {
@@ -170,7 +171,7 @@ impl BagWriter {
     }
 
     /// Writes a message. `cdr` includes the encapsulation header; times are in \[ns\] since the Unix epoch. The message is on disk
-    /// when its chunk is, at the latest after [`BagWriter::flush`].
+    /// when its chunk is written, at the latest after [`BagWriter::flush`].
     ///
     /// # Errors
     /// [`BagError::ForeignTopic`], [`BagError::Write`].
@@ -197,8 +198,8 @@ impl BagWriter {
         Ok(())
     }
 
-    /// Passes all that was written to the operating system. From then on, readers find a valid bag with all topics even if this
-    /// process is killed. Its counts are at most some seconds old.
+    /// Passes everything written so far to the operating system. From then on, readers find a valid bag with all topics, even if
+    /// this process is killed. The counts in the metadata are at most some seconds old.
     ///
     /// # Errors
     /// [`BagError::Write`], also if someone has removed the file or changed its length.
@@ -251,7 +252,7 @@ impl BagWriter {
     }
 }
 
-/// Returns the ROS release whose format is written: that of the environment if it is Lyrical, otherwise Jazzy.
+/// Returns the ROS release whose format the writer uses: the release of the environment if it is Lyrical, otherwise Jazzy.
 fn distro() -> &'static str {
     let is_lyrical = std::env::var("ROS_DISTRO").is_ok_and(|name| name == LYRICAL);
     if is_lyrical { LYRICAL } else { "jazzy" }

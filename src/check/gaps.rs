@@ -5,7 +5,8 @@ use dq_limits::Violation;
 use dq_space::space::{Placed, Scene};
 use std::sync::Arc;
 
-/// The distance by which a closed gap may close further \[m\]. Its growth from cycle to cycle can only be predicted approximately.
+/// The distance by which a gap that is already closed may close further \[m\]. The change of a gap from cycle to cycle can only be
+/// predicted approximately.
 const CLOSED_TOLERANCE: f64 = 1e-3;
 
 /// Tracks the gaps of an arm, and finds collisions.
@@ -13,7 +14,7 @@ const CLOSED_TOLERANCE: f64 = 1e-3;
 pub struct Gaps {
     scene: Arc<Scene>,
     placed: Placed,
-    /// The smallest overlap so far of the two parts of each pair \[m\]; 0 for separate parts.
+    /// The smallest overlap so far of the two parts of each pair \[m\]; 0 for a pair that was apart.
     closed: Option<Vec<f64>>,
 }
 

@@ -6,11 +6,11 @@ use dq_limits::Interface;
 use std::f64::consts::TAU;
 use std::time::Duration;
 
-/// How long the guard commands a stop. One command that arrives is enough. After that, the guard must not disturb the next sender
-/// of commands.
+/// How long the guard commands a stop. One command that arrives is enough. After that time, the guard must not disturb the next
+/// sender of commands.
 const STOPPING: Duration = Duration::from_secs(1);
 
-/// Number of its own periods for which a servo may be silent.
+/// A servo may be silent for this many of its control periods, even if the guard's timeout is shorter.
 pub const PERIODS: u32 = 3;
 
 /// The longest period of a servo.
@@ -23,9 +23,9 @@ const LONGEST_GAP: f64 = 0.5;
 named! {
     /// Whether an arm has a guard, as seen by its servo.
     "guard" GuardState {
-        /// There has been no guard.
+        /// The servo has never seen a guard.
         None = "none",
-        /// There is a guard.
+        /// The guard is running.
         Watching = "watching",
         /// The guard has ended: nothing would stop the arm if the servo were killed.
         Gone = "gone",
@@ -34,15 +34,15 @@ named! {
 
 /// The guard of one arm. It reads no clock: time is an argument.
 ///
-/// Commands count as ended only if joint states prove it. A guard that has received joint states without a gap for the whole
-/// timeout would also have received commands.
+/// Commands count as ended only if joint states prove that they would have arrived. A guard that has received joint states without
+/// a gap for the whole timeout would also have received commands.
 #[derive(Clone, Debug)]
 pub struct Guard {
     interface: Interface,
     timeout: Duration,
     /// The last command; `None` until there is one.
     last: Option<Vec<f64>>,
-    /// The intervals before the last two commands. A slow servo may be silent for longer than the timeout.
+    /// The two intervals before the last command. The commands of a slow servo may be farther apart than the timeout.
     intervals: [Duration; 2],
     /// When the last command arrived.
     heard: Option<Duration>,
@@ -51,11 +51,11 @@ pub struct Guard {
     /// The last measured positions \[rad, prismatic: m\], and when they arrived.
     measured: Vec<f64>,
     measured_at: Option<Duration>,
-    /// Since when the guard has received joint states without a gap and without a command.
+    /// The start of the present period in which the guard has received joint states without a gap, and no command.
     silent_since: Duration,
     /// The time of the guard's last step.
     looked: Duration,
-    /// Since when the guard has been stopping the arm, and the command that it sends.
+    /// Since when the guard has been stopping the arm, and the command that stops it.
     stopping: Option<(Duration, Vec<f64>)>,
     stops: u64,
 }
@@ -85,8 +85,8 @@ impl Guard {
         self.timeout = timeout;
     }
 
-    /// Takes a command at `now` of any sender except a guard: velocities [rad/s, prismatic: m/s] or positions \[rad, prismatic: m\].
-    /// The sender is responsible for the arm from now on. Ignores commands of another length, which are for another arm, and
+    /// Takes a command at `now` of any sender except a guard: velocities [rad/s, prismatic: m/s] or positions \[rad, prismatic:
+    /// m\]. From then on, the sender is responsible for the arm. Ignores commands of another length, which are for another arm, and
     /// commands that are not finite.
     pub fn hear(&mut self, command: &[f64], now: Duration) {
         if !self.is_of_arm(command) {
@@ -134,8 +134,8 @@ impl Guard {
         to.saturating_sub(from) > self.patience().mul_f64(LONGEST_GAP)
     }
 
-    /// Returns the command to send at `now`, if any. It is zeros, or, for an arm that takes positions, the positions that were
-    /// measured when commands ended.
+    /// Returns the command to send at `now`, if any. It is zeros, or, if the arm takes positions, the positions that were measured
+    /// when commands ended.
     pub fn step(&mut self, now: Duration) -> Option<&[f64]> {
         let before = std::mem::replace(&mut self.looked, now);
         if self.is_gap(before, now) {
@@ -155,8 +155,8 @@ impl Guard {
         self.stopping.as_ref().map(|(_, command)| command.as_slice())
     }
 
-    /// Returns the command at which the arm stands. Positions are the measured ones, shifted by whole turns to be nearest to the
-    /// last command, because encoders may not count turns.
+    /// Returns the command at which the arm stands. For an arm that takes positions, these are the measured positions, shifted by
+    /// whole turns to be nearest to the last command, because encoders may not count turns.
     fn stand(&self) -> Vec<f64> {
         match (self.interface, &self.last) {
             (Interface::Velocity, _) | (_, None) => vec![0.0; self.measured.len()],

@@ -1,6 +1,6 @@
 //! Checks the rules that every stream of commands must keep.
 //!
-//! The servo keeps the limits without this check. It is an independent check of the result, for tests and recorded runs.
+//! The servo keeps its limits by other code. This independent check of the result is for tests and recorded runs.
 
 use super::slowing::{Slowing, rounded};
 use dq_kinematics::arm::ToolSpeed;
@@ -13,8 +13,8 @@ const POSITION_TOLERANCE: f64 = 1e-3;
 /// The fraction by which a tool may exceed its speed limits, because the arm's positions are some cycles old.
 const TOOL_TOLERANCE: f64 = 0.1;
 
-/// The amount by which a tool may exceed its speed limits in addition [m/s, rad/s]. If motions of several joints cancel at the
-/// tool, they no longer do so a cycle later, while the joints slow down.
+/// An additional amount by which a tool may exceed its speed limits [m/s, rad/s]. Motions of several joints that cancel at the tool
+/// do not cancel a cycle later, while the joints slow down.
 const TOOL_SLACK: f64 = 1e-4;
 
 /// Checks a stream of commands and of joint positions against the rules.
@@ -23,8 +23,8 @@ pub struct Invariants {
     limits: Limits,
     period: Duration,
     last: Option<Command>,
-    /// Until this time the tool may exceed its limits: because they were lowered, or because a stop has bent its path. In a stop,
-    /// each joint brakes independently.
+    /// Until this time the tool may exceed its limits: because the limits were lowered, or because a stop has bent the tool's path.
+    /// In a stop, each joint brakes independently.
     tool_excused_until: Duration,
     /// How far each joint is allowed to be beyond its position limits \[rad\]; `None` until the first positions.
     beyond: Option<Vec<f64>>,
@@ -50,8 +50,8 @@ impl Invariants {
         Self { limits, period, last: None, tool_excused_until: Duration::ZERO, beyond: None }
     }
 
-    /// Applies other limits, as a change of parameters does. Speeds above a lowered limit may come down to it by the joints'
-    /// decelerations.
+    /// Applies other limits, as a change of parameters does. A speed above a lowered limit may come down to it at the joint's
+    /// deceleration.
     pub fn set_limits(&mut self, limits: Limits) {
         self.limits = limits;
         self.excuse_tool();
@@ -193,7 +193,7 @@ impl Invariants {
         Ok(())
     }
 
-    /// Checks a joint under a jerk limit. Its speed changes by `change`.
+    /// Checks the step of a joint under a jerk limit. The step is the joint's change of speed, `change`.
     fn check_jerk(
         &self,
         joint: usize,
@@ -252,8 +252,8 @@ mod tests {
 
     const PERIOD: Duration = Duration::from_millis(2);
 
-    /// Returns the check of one joint after a command of 0.5 rad/s. The joint has limits of 1 rad/s, of 10 rad/s² up and 20 down,
-    /// and of −1 and 1 rad. Its tool has a limit of 1 m/s.
+    /// Returns the check of one joint after a command of 0.5 rad/s. The joint's limits are 1 rad/s, 10 rad/s² to accelerate and 20
+    /// to decelerate, and −1 and 1 rad. Its tool has a limit of 1 m/s.
     fn moving() -> Invariants {
         let limits = Limits {
             joint_velocity: vec![1.0],
@@ -298,7 +298,7 @@ mod tests {
         assert_eq!(invariants.check(PERIOD * 20, &[1e-9], true), Err(again));
     }
 
-    /// Returns the check of the joint of [`moving`] with a jerk limit of 500 rad/s³: successive steps may differ by 0.002 rad/s.
+    /// Returns the check of the joint of [`moving`], with a jerk limit of 500 rad/s³. Successive steps may differ by 0.002 rad/s.
     fn eased() -> Invariants {
         let mut invariants = moving();
         invariants.set_limits(Limits { joint_jerk: vec![500.0], ..invariants.limits.clone() });

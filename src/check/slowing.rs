@@ -5,7 +5,7 @@ const ROUNDING: f64 = 1e-9;
 
 /// How a joint with limited jerk slows down. All numbers count in the direction that slows the joint [rad/s].
 pub(super) struct Slowing {
-    /// The change of speed in this cycle, and in the previous one.
+    /// The change of speed in this cycle, and in the next field the change in the previous cycle.
     pub step: f64,
     pub before: f64,
     /// The largest change of speed per cycle, and the largest difference between two such changes.
@@ -14,7 +14,7 @@ pub(super) struct Slowing {
 }
 
 impl Slowing {
-    /// Returns by how much the joint slows down in total if its steps, from this one on, decrease as fast as possible.
+    /// Returns the total by which the joint slows down if its steps, from the present one on, decrease as fast as possible.
     fn slows_by(&self) -> f64 {
         let parts = (self.step / self.jerk).max(0.0);
         let count = parts.floor() + 1.0;

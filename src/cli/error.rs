@@ -9,7 +9,7 @@ use thiserror::Error;
 #[error("{0}")]
 pub(super) struct Usage(pub String);
 
-/// A recording with missing messages.
+/// A recording that lacks messages.
 #[derive(Debug, Error)]
 #[error("{dropped} messages were dropped: {directory:?} lacks them")]
 pub(super) struct Incomplete {
@@ -17,12 +17,12 @@ pub(super) struct Incomplete {
     pub directory: PathBuf,
 }
 
-/// This process has lost the network; a new process can join again.
+/// This process has lost the network. A new process can join the graph again.
 #[derive(Debug, Error)]
 #[error("{0}: start this program again")]
 pub(super) struct NetworkLost(pub NetworkEnd);
 
-/// Returns whether the cause of the error is a request of the user.
+/// Returns whether the error is caused by the user's request.
 pub(super) fn is_ros_usage(error: &RosError) -> bool {
     matches!(
         error,

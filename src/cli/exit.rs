@@ -1,5 +1,5 @@
 //! Exit codes: 0 success; 1 failure, including a panic; 2 invalid arguments or environment; 3 success, but a recording lacks
-//! messages; 4 the network was lost or came late, so that a restart helps. With each code except 0, a line on stderr says why.
+//! messages; 4 the network was lost or came late, so that a restart helps. For each code except 0, a line on stderr says why.
 
 use super::error::{Incomplete, NetworkLost, Usage, is_ros_usage};
 use super::print::StdoutError;
@@ -43,7 +43,7 @@ pub(super) fn catch(program: impl FnOnce() -> ExitCode) -> ExitCode {
     code
 }
 
-/// The time to wait for the last lines. A stopped terminal must not keep the program alive.
+/// The time to wait until the last lines are written. A stopped terminal must not keep the program alive.
 const LAST_LINES: Duration = Duration::from_millis(500);
 
 fn one_line(text: &str) -> String {
@@ -60,7 +60,7 @@ fn number(error: &anyhow::Error) -> u8 {
     if is_usage(error) { 2 } else { 1 }
 }
 
-/// Returns whether the cause of the error is the user's request, not its execution.
+/// Returns whether the error is caused by the user's request rather than by its execution.
 fn is_usage(error: &anyhow::Error) -> bool {
     let node = |error: &NodeError| match error {
         NodeError::Config(_) | NodeError::Arm(_) | NodeError::Settings(_) => true,

@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 /// The time to wait for the first node, and for each answer.
 pub(super) const PATIENCE: Duration = Duration::from_secs(5);
 
-/// The time to search for further nodes after one was found.
+/// The time to search for further nodes after one node was found.
 const MORE: Duration = Duration::from_secs(1);
 
 /// Which nodes a command is for.
@@ -130,8 +130,8 @@ impl Search {
         }
     }
 
-    /// Returns whether the node is a target. If there are two simulated arms, their namespaces are left and right in the namespace
-    /// of the servo.
+    /// Returns whether the node `name` is a target. If there are two simulated arms, their namespaces are `left` and `right` in the
+    /// namespace of the servo.
     fn is_meant(&self, name: &str) -> bool {
         let namespace = name.rsplit_once('/').map_or("", |(namespace, _)| namespace);
         let ours = self.namespace.trim_end_matches('/');

@@ -158,7 +158,7 @@ impl Goal {
         }
     }
 
-    /// Returns the error `why`. If the requested servo is not running, the error names those that are running.
+    /// Returns the error `why`. If the requested servo is not running, the error names the servos that are running.
     fn explain(&self, why: anyhow::Error, node: &Node, names: &Resolver) -> anyhow::Error {
         if !matches!(why.downcast_ref(), Some(NotArrived::NoServo(_))) {
             return why;

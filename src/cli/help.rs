@@ -26,7 +26,7 @@ dq_servo/status (dq_dual_servo/status). For a servo in another namespace: --ros-
 Exit code 0: arrived. 1: not arrived, with the reason; dq_servo/stop then withdraws the goal, unless --keep-going.
 Gains, limits and tolerances are the servo's parameters: dq_servo param list.";
 
-/// Returns the explanation of a table of motions. `own` explains the last columns, which only this command has.
+/// Returns the explanation of a table of motions. `own` explains the last columns, which only the calling command has.
 pub(super) fn figures(own: &str) -> String {
     format!("{FIGURES}\n{own}")
 }
@@ -47,7 +47,7 @@ pub(super) const OF_DEMO: &str = "\
   at goal    when the tolerances were first met
 Below the table: how late the servo's cycles woke (the bound of 99 % of them, and the maximum) in the worse motion";
 
-/// The explanation of the last column of `plot`, and of its behavior with incomplete bags.
+/// The explanation of the last column of `plot`, and of what `plot` does with incomplete bags.
 pub(super) const OF_PLOT: &str = "\
   at goal    when the tolerances were first met
 Peak and effort are those of the commands, or of the measured speeds if the bag has no commands; - if it has neither.
@@ -100,8 +100,8 @@ fn parameter(declared: &Declaration) -> String {
 const ROS_SWITCHES: [&str; 8] =
     ["-p", "--param", "-r", "--remap", "-e", "--enclave", "--params-file", "--log-level"];
 
-/// Describes an error in the command line in one line: the error, a suggestion, and where the help is. `path` is the program with
-/// the recognized subcommands; `arguments` are its arguments.
+/// Describes an error in the command line in one line: the error, a suggestion, and how to get help. `path` is the program with the
+/// recognized subcommands; `arguments` are its arguments.
 pub(super) fn usage(mistake: &clap::Error, path: &str, arguments: &[String]) -> Usage {
     if let Some(switch) = arguments.iter().find(|argument| ROS_SWITCHES.contains(&argument.as_str())) {
         return Usage(format!("ROS arguments come after --ros-args: {path} ... --ros-args {switch} ..."));

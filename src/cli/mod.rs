@@ -112,7 +112,7 @@ const OF_SERVOS: [(&str, &str); 4] = [
 /// The services of a simulated arm, for its help.
 const OF_PLANTS: [(&str, &str); 1] = [("~/reset", "std_srvs/srv/Trigger: back to initial_positions")];
 
-/// Runs the program with these arguments, without the program's name.
+/// Runs the program with these arguments, which do not include the program's name.
 pub fn main(arguments: impl Iterator<Item = OsString>) -> ExitCode {
     exit::catch(|| {
         env_logger::Builder::from_env(env_logger::Env::default().default_filter_or("off")).init();
@@ -139,8 +139,8 @@ fn run(arguments: impl Iterator<Item = OsString>) -> anyhow::Result<()> {
     }
 }
 
-/// Rewrites negative numbers that clap would take for options, such as `-6.1e-17` and `-.5`. The result has no exponent, and a
-/// digit before the point. Other arguments are unchanged.
+/// Rewrites negative numbers that clap would take for options, such as `-6.1e-17` and `-.5`. A rewritten number has no exponent,
+/// and has a digit before the point. Other arguments are unchanged.
 fn plain_number(argument: String) -> String {
     let is_misread =
         argument.starts_with("-.") || ["e-", "e+", "E-", "E+"].iter().any(|sign| argument.contains(sign));
@@ -153,7 +153,7 @@ fn plain_number(argument: String) -> String {
 }
 
 /// Prepares parameters from ROS arguments for a command that is not a node, and prints warnings. Parameters that are given without
-/// a node are assigned to this command.
+/// a node apply to this command.
 fn offline(mut ros_args: RosArgs) -> anyhow::Result<Prepared<ServoParameters>> {
     let name = Resolver::new(ServoParameters::NODE_NAME, &ros_args)?.node().name().to_owned();
     for given in &mut ros_args.overrides {

@@ -1,4 +1,5 @@
-//! The reason why an arm did not arrive: in the words of its motion, or in those of the servo's status if the motion has not ended.
+//! The reason why an arm did not arrive: in the words of its motion or, if the motion has not ended, in those of the servo's
+//! status.
 
 use thiserror::Error;
 
@@ -13,7 +14,7 @@ pub(super) enum NotArrived {
     Silent(f64),
     #[error("the servo has not taken the goal within {0} s")]
     NotTaken(f64),
-    /// The servo's report about the motion or about a rejected goal.
+    /// The motion has ended, or the servo rejected the goal. The text is the servo's report.
     #[error("{0}")]
     Ended(String),
     #[error("{0}: somebody else publishes goals too")]

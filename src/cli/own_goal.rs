@@ -6,13 +6,13 @@ use dq_messages::messages::Time;
 use dq_wire::{MotionReport, Outcome, StatusReport};
 use std::time::{Duration, Instant};
 
-/// If the servo does not drive the arm for this time, it will not drive the arm without a further request.
+/// If the servo has not driven the arm for this time, it will not drive the arm without another request.
 const PATIENCE: Duration = Duration::from_secs(5);
 
-/// The time within which a goal message is taken, rejected, or lost. No servo lets a goal wait for its frame for more than 2 s.
+/// Within this time a goal message is taken, rejected, or lost. No servo lets a goal wait for its frame for more than 2 s.
 const TO_BE_TAKEN: Duration = Duration::from_millis(2500);
 
-/// The time after which a goal message without any response is sent again, because messages can be lost.
+/// A goal message to which there is no response is sent again after this time, because messages can be lost.
 const REPEAT: Duration = Duration::from_millis(500);
 
 /// A goal that was sent. The stamp identifies the goal until the servo gives it the number of a motion.
@@ -45,12 +45,12 @@ impl OwnGoal {
     }
 
     /// Returns the time after which to send the goal again. Each message of a goal in another frame waits for the frame
-    /// independently, so the next message is sent only after the previous one has expired.
+    /// independently. So the next message is sent only after the previous one has expired.
     fn repeat(&self) -> Duration {
         if self.in_frame { TO_BE_TAKEN } else { REPEAT }
     }
 
-    /// Returns whether the goal must be sent again now. The caller then sends it.
+    /// Returns whether the caller must send the goal again now.
     pub fn send_again(&mut self) -> bool {
         let is_due = self.had.is_none() && self.last_sent.elapsed() > self.repeat();
         if is_due {
@@ -59,8 +59,8 @@ impl OwnGoal {
         is_due
     }
 
-    /// Returns whether the servo, according to `report`, has this goal, or may still take it unless it is stopped. Returns `None`
-    /// if this is not known yet.
+    /// Returns whether the servo, according to `report`, has this goal, or may still take it unless it is stopped. `None` if this
+    /// is not known yet.
     pub fn is_left(&self, report: &StatusReport) -> Option<bool> {
         if report.goal_stamp.as_ref() == Some(&self.stamp) {
             return Some(true);
@@ -73,7 +73,7 @@ impl OwnGoal {
         (self.in_frame && is_free).then_some(true)
     }
 
-    /// Returns the longest time for which the outcome may still be unknown.
+    /// Returns the longest time for which it may still be unknown what becomes of the goal.
     pub fn open_for(&self) -> Duration {
         TO_BE_TAKEN.saturating_sub(self.last_sent.elapsed())
     }
@@ -103,7 +103,7 @@ impl OwnGoal {
         }
     }
 
-    /// Returns an error if, according to this report, the arm will not arrive.
+    /// Returns an error if `report` shows that the arm will not arrive.
     pub fn watch(&mut self, report: &StatusReport, timeout: Duration) -> Result<(), NotArrived> {
         if report.goal_stamp.as_ref() == Some(&self.stamp) {
             self.had = Some(Instant::now());

@@ -6,7 +6,7 @@ use dq_ros::ros::ParameterClient;
 use dq_ros::stderr;
 use std::path::Path;
 
-/// Returns a parameter file with these values for the node `target`, nested as `ros2 param dump` nests them.
+/// Returns a parameter file with these values for the node `target`. The names are nested as in a file of `ros2 param dump`.
 pub(super) fn text(target: &str, values: &[(String, Value)]) -> String {
     let mut sorted: Vec<_> = values.iter().collect();
     sorted.sort_by(|a, b| a.0.split('.').cmp(b.0.split('.')));
@@ -34,7 +34,7 @@ pub(super) fn read(file: &str, target: &str) -> anyhow::Result<Vec<ParameterOver
     }
 }
 
-/// Sets the parameters that differ from the present ones, or none if the node refuses any of them.
+/// Sets the parameters in the file that differ from the present ones. Sets none if the node refuses any of them.
 pub(super) async fn load(
     mut parameters: ParameterClient<'_>,
     given: Vec<ParameterOverride>,

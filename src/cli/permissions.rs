@@ -81,7 +81,7 @@ impl Enclave {
         self.reads.insert(format!("rr{service}Reply"));
     }
 
-    /// Adds the permissions of this node itself.
+    /// Adds the permissions that the node `node` itself needs.
     fn is(&mut self, node: &OurNode) -> anyhow::Result<()> {
         for (name, topic) in node.contract.topics() {
             let name = node.names.topic(name)?;
@@ -138,7 +138,8 @@ impl Enclave {
         Ok(())
     }
 
-    /// Returns the permissions document of DDS Security. Its validity is longer than that of the certificate, which is the limit.
+    /// Returns the permissions document of DDS Security. Its validity is longer than that of the certificate, so only the
+    /// certificate limits the use.
     fn xml(&self) -> String {
         let topics = |names: &BTreeSet<String>| {
             names.iter().map(|name| format!("            <topic>{name}</topic>\n")).collect::<String>()
@@ -198,7 +199,7 @@ struct Graph {
     args: RosArgs,
     contract: Contract,
     servos: Vec<OurNode>,
-    /// The simulated arms and guards: those of one arm, and those of two arms in the namespaces left and right.
+    /// The simulated arms and guards: those of a single arm, and those of two arms in the namespaces `left` and `right`.
     of_arms: Vec<OurNode>,
 }
 
@@ -290,7 +291,7 @@ impl Graph {
         Ok(enclaves)
     }
 
-    /// Returns the enclave of the command `name`, which the command line of ROS 2 can use too.
+    /// Returns the enclave of the command `name`. The command line of ROS 2 can use this enclave too.
     fn operator(&self, name: &str) -> anyhow::Result<Enclave> {
         let names = Resolver::new(name, &self.args)?;
         let mut enclave = Enclave::new(names.node().fully_qualified());
@@ -318,8 +319,8 @@ impl Graph {
         self.servos.iter().try_for_each(|node| enclave.sends_goals(node))
     }
 
-    /// Adds the permissions of commands that call nodes. These commands find their targets by discovery, and by the parameter
-    /// services of the targets.
+    /// Adds the permissions of commands that call the nodes. These commands find the nodes by discovery, and by the nodes'
+    /// parameter services.
     fn calls(&self, enclave: &mut Enclave) -> anyhow::Result<()> {
         self.commands_all(enclave)?;
         self.of_arms.iter().try_for_each(|node| enclave.sets_parameters(node))

@@ -12,7 +12,7 @@ use thiserror::Error;
 pub(super) struct StdoutError(#[from] std::io::Error);
 
 impl StdoutError {
-    /// Returns whether the reader has closed stdout, as `| head -1` does. This is not a failure.
+    /// Returns whether the reader has closed stdout, as `| head -1` does. A closed stdout is not a failure.
     pub fn is_closed(&self) -> bool {
         self.0.kind() == ErrorKind::BrokenPipe
     }
@@ -46,7 +46,7 @@ macro_rules! print_line {
 }
 pub(super) use print_line;
 
-/// Rounds a number for display, either in m or a component of a quaternion, and replaces -0 by 0.
+/// Rounds a number, a length in m or a component of a quaternion, for display. Replaces -0 by 0.
 pub(super) fn short(number: f64) -> f64 {
     const DIGITS: f64 = 1e12;
     (number * DIGITS).round() / DIGITS + 0.0

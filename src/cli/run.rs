@@ -1,4 +1,5 @@
-//! `dq_servo servo`, `dq_servo dual`, `dq_servo arm`, `dq_servo puma560` and `dq_servo guard`: each runs one node until a signal.
+//! `dq_servo servo`, `dq_servo dual`, `dq_servo arm`, `dq_servo puma560` and `dq_servo guard`. Each of them runs one node until a
+//! signal arrives.
 
 use super::error::NetworkLost;
 use super::signals::Signals;
@@ -47,8 +48,8 @@ async fn described<P: NodeParameters>(
     }
 }
 
-/// Opens the session of a node. `priority` is the real-time priority of the node's cycle. If it is not 0, the threads of DDS get a
-/// real-time priority too.
+/// Opens the session of a node. `priority` is the real-time priority of the node's cycle. If `priority` is not 0, the threads of
+/// DDS also get a real-time priority.
 fn session(ros_args: &RosArgs, priority: u8) -> anyhow::Result<Session> {
     let environment = Environment::from_process(ros_args)?;
     let runtime = Handle::current();

@@ -14,8 +14,8 @@ pub(super) struct Signals {
     last: Option<Instant>,
 }
 
-/// Signals that are not meant to end a process, but by default would end it silently, even a servo in motion. If SIGXFSZ is
-/// ignored, a write beyond a limit of `ulimit -f` fails like a write to a full disk.
+/// Signals that are not meant to end a process, but by default end it silently, even a servo in motion. They include SIGXFSZ: if it
+/// is ignored, a write beyond a limit of `ulimit -f` fails like a write to a full disk.
 const IGNORED: [process::Signal; 8] = [
     process::Signal::USR1,
     process::Signal::USR2,
@@ -30,7 +30,7 @@ const IGNORED: [process::Signal; 8] = [
 /// The real-time signals, whose meaning is agreed between programs.
 const REAL_TIME: RangeInclusive<i32> = 34..=64;
 
-/// Ignores the signals that would end a command although they are not meant to.
+/// Ignores the signals that are not meant to end a command, but would end it by default.
 ///
 /// # Errors
 /// The operating system's error.
@@ -79,7 +79,7 @@ fn hangup_is_ignored() -> bool {
     std::fs::read_to_string("/proc/self/status").is_ok_and(|status| ignores_hangup(&status))
 }
 
-/// Signal 1 is the lowest bit of the mask `SigIgn` in proc_pid_status(5).
+/// Reads the mask `SigIgn` in proc_pid_status(5). Signal 1 is its lowest bit.
 fn ignores_hangup(status: &str) -> bool {
     let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
     mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok()).is_some_and(|mask| mask & 1 == 1)

@@ -45,7 +45,7 @@ impl Spinner {
         Self { texts: Some(texts), gone }
     }
 
-    /// Shows the text, unless the previous one is still being drawn.
+    /// Shows the text, unless the previous text is still being drawn.
     pub fn show(&self, text: String) {
         let _ = self.texts.as_ref().map(|texts| texts.try_send(text));
     }

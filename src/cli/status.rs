@@ -55,8 +55,8 @@ fn line(status: &DiagnosticStatus) -> String {
     format!("{}, {}{goal}", report.law_and_aim(), report.sentence())
 }
 
-/// Converts a status to JSON. Numbers and booleans keep their types, and everything else becomes text. Stamps are text, because
-/// they have more digits than a JSON number keeps.
+/// Converts a status to JSON. Numbers and booleans keep their types. All other values become text, including stamps, because stamps
+/// have more digits than a JSON number keeps.
 fn as_json(name: &str, status: &DiagnosticStatus) -> Value {
     let value = |key: &str, text: &str| match serde_json::from_str(text) {
         Ok(value @ (Value::Number(_) | Value::Bool(_))) if !key.ends_with("_stamp") => value,

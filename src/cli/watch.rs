@@ -14,13 +14,13 @@ use std::time::{Duration, Instant};
 /// The time to wait for the servo.
 pub(super) const DISCOVERY: Duration = Duration::from_secs(10);
 
-/// The time after which a message says that the servo is awaited.
+/// If the servo has not appeared after this time, a message says that the command is waiting for it.
 const UNUSUAL_DISCOVERY: Duration = Duration::from_millis(2500);
 
-/// The shortest time to wait for the servo, if the timeout of the motion is shorter.
+/// The shortest time to wait for the servo, even if the timeout of the motion is shorter.
 const SHORTEST_DISCOVERY: Duration = Duration::from_secs(2);
 
-/// The time between two reports, with a margin: the servo reports ten times per second.
+/// The time between two reports of the servo, with a margin. The servo reports ten times per second.
 const REPORT: Duration = Duration::from_millis(500);
 
 /// The client of a servo.
@@ -49,7 +49,7 @@ impl Watch {
         })
     }
 
-    /// Waits for the servo's first report. The longest wait is `timeout`, but at least `SHORTEST_DISCOVERY` and at most
+    /// Waits for the servo's first report. Waits at most for `timeout`, limited to the range from `SHORTEST_DISCOVERY` to
     /// `DISCOVERY`.
     pub async fn find(&self, timeout: Duration) -> Result<(), NotArrived> {
         let patience = DISCOVERY.min(timeout.max(SHORTEST_DISCOVERY));
@@ -137,7 +137,7 @@ async fn next_report(statuses: &Subscription<DiagnosticStatus>) -> StatusReport 
     }
 }
 
-/// Shows the progress on stderr: on a terminal a line that is updated, otherwise a line per second.
+/// Shows the progress on stderr: on a terminal a line that is updated, otherwise a new line per second.
 struct ProgressLines {
     spinner: Option<Spinner>,
     logged: Option<Instant>,

@@ -6,7 +6,7 @@ use std::borrow::Cow;
 use std::fmt;
 use std::marker::PhantomData;
 
-/// The length of the longest text from outside that is kept whole \[bytes\]. Every ROS 2 name is shorter.
+/// The length of the longest text from outside that is not shortened \[bytes\]. Every ROS 2 name is shorter.
 pub const LONGEST: usize = 250;
 
 /// The length of the longest list from outside that is accepted. No robot has as many joints, and processing a longer list would
@@ -15,8 +15,8 @@ pub const MOST: usize = 100_000;
 
 const ELLIPSIS: char = '…';
 
-/// Returns the text if it has at most [`LONGEST`] bytes. Otherwise returns the beginning of the text with an ellipsis, [`LONGEST`]
-/// bytes in all.
+/// Returns `text` if it has at most [`LONGEST`] bytes. Otherwise returns its beginning followed by an ellipsis, [`LONGEST`] bytes
+/// in all.
 pub fn cut(text: &str) -> Cow<'_, str> {
     if text.len() <= LONGEST {
         return Cow::Borrowed(text);
@@ -30,8 +30,8 @@ pub const NAME: usize = 80;
 /// The number of characters of an error message about a file from outside that are shown.
 pub const REASON: usize = 400;
 
-/// Returns a text from outside in a form that fits into a figure, a table or a line: without control characters, and shortened to
-/// `longest` characters and an ellipsis if longer.
+/// Returns a text from outside in a form that fits into a figure, a table or a line: without control characters. If the text is
+/// longer than `longest` characters, returns this many characters and an ellipsis.
 pub fn shown(text: &str, longest: usize) -> String {
     let clean = |c: char| if c.is_control() { char::REPLACEMENT_CHARACTER } else { c };
     let mut shown: String = text.chars().take(longest).map(clean).collect();
@@ -51,7 +51,7 @@ pub fn shown_lines(text: &str) -> String {
     text.chars().map(clean).collect()
 }
 
-/// Escapes a text for XML. The result may also stand between quotes.
+/// Escapes a text for XML. The result may also be used in an attribute.
 pub fn escaped(text: &str) -> String {
     text.chars().fold(String::new(), |mut out, character| {
         match character {
@@ -75,10 +75,10 @@ pub fn deserialize_cut<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Str
     Short::deserialize(deserializer).map(|Short(text)| text)
 }
 
-/// Deserializes a list of at most [`MOST`] texts, and shortens each.
+/// Deserializes a list of at most [`MOST`] texts, and shortens each text.
 ///
 /// # Errors
-/// Returns the deserializer's error, or an error for a longer list, which is not read to its end.
+/// Returns the deserializer's error, or an error for a longer list. A longer list is not read to its end.
 pub fn deserialize_cuts<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<String>, D::Error> {
     let texts: Vec<Short> = deserialize_few(deserializer)?;
     Ok(texts.into_iter().map(|Short(text)| text).collect())
@@ -87,7 +87,7 @@ pub fn deserialize_cuts<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Ve
 /// Deserializes a list of at most [`MOST`] elements.
 ///
 /// # Errors
-/// Returns the deserializer's error, or an error for a longer list, which is not read to its end.
+/// Returns the deserializer's error, or an error for a longer list. A longer list is not read to its end.
 pub fn deserialize_few<'de, D: Deserializer<'de>, T: Deserialize<'de>>(
     deserializer: D,
 ) -> Result<Vec<T>, D::Error> {

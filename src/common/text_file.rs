@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::{self, Read};
 use std::path::Path;
 
-/// Returns the content of a regular file of at most `most` bytes. Other kinds of files are not opened: reading a FIFO may block
+/// Returns the content of a regular file of at most `most` bytes. Does not open other kinds of files: reading a FIFO may block
 /// forever, and a device may never end.
 ///
 /// # Errors

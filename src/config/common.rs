@@ -31,7 +31,7 @@ pub struct ArmParameters {
 }
 
 impl ArmParameters {
-    /// Returns the name of the joint that moves each link, base first. Mimic joints are among these.
+    /// Returns the name of the joint that moves each link, base first. Mimic joints are included.
     pub(super) fn link_joints(&self) -> Vec<String> {
         match &self.description {
             None => self.joints.clone(),
@@ -115,7 +115,7 @@ impl JointParameters {
 }
 
 /// The frames and the description of the arm. They have no defaults, because a default would name a robot that does not exist. A
-/// file names them, at least the built-in one.
+/// parameter file, such as the built-in one, names them.
 #[derive(Parameters)]
 struct FrameParameters {
     /// name of the frame of the arm's base
@@ -201,12 +201,12 @@ impl Parameters for ArmParameters {
 /// Checks that a list has `count` items or is empty.
 ///
 /// # Errors
-/// [`ParameterError::Invalid`] for any other length.
+/// [`ParameterError::Invalid`] for a list of any other length.
 pub(super) fn exactly_or_none(name: &'static str, list: &[f64], count: usize) -> Result<(), ParameterError> {
     if list.is_empty() { Ok(()) } else { exactly(name, list, count) }
 }
 
-/// Checks that no angle is larger than a turn. Otherwise the table is in degrees.
+/// Checks that no angle is larger than a turn. A larger angle indicates a table in degrees.
 fn check_radians(name: &'static str, angles: &[f64]) -> Result<(), ParameterError> {
     let expected = "radians, -2π to 2π (are these degrees?)";
     let large = angles.iter().find(|angle| angle.abs() > TAU);
@@ -225,7 +225,7 @@ pub(super) fn numbers_of(pose: &UnitDualQuaternion) -> PoseNumbers {
     [t.x, t.y, t.z, r.i, r.j, r.k, r.w]
 }
 
-/// Returns the pose that the parameter `name` contains.
+/// Returns the pose that the parameter `name` has, given by `numbers`.
 pub(super) fn pose(name: &'static str, numbers: PoseNumbers) -> Result<UnitDualQuaternion, ParameterError> {
     let [x, y, z, orientation @ ..] = numbers;
     let invalid = |why| ParameterError::invalid(name, format!("{numbers:?}"), format!("a pose: {why}"));

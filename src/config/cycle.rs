@@ -12,12 +12,12 @@ use std::time::Duration;
 named! {
     /// The QoS reliability with which the servo subscribes to joint states.
     "reliability" StatesReliability {
-        /// Reliable, until a publisher offers only best effort; from then on best effort, which receives from reliable publishers,
-        /// too.
+        /// Reliable, until a publisher offers only best effort. From then on best effort, which also receives from reliable
+        /// publishers.
         Auto = "auto",
-        /// Lost joint states are sent again. Publishers that offer only best effort are not received.
+        /// Publishers send lost joint states again. The servo does not receive from publishers that offer only best effort.
         Reliable = "reliable",
-        /// Lost joint states stay lost.
+        /// Lost joint states are not sent again.
         BestEffort = "best_effort",
     }
 }
@@ -84,7 +84,7 @@ impl From<DampingParameters> for Damping {
 }
 
 impl CommonParameters {
-    /// Builds the servo's parameters for `arms`. Each of them is like `arm`.
+    /// Builds the servo's parameters for `arms`. Each of the arms is like `arm`.
     ///
     /// # Errors
     /// [`ParameterError`] if values contradict each other.
@@ -125,7 +125,7 @@ pub(super) struct Frames {
     pub tool: String,
 }
 
-/// Converts the error of settings that a running servo would reject, too.
+/// Converts the error of settings that a running servo would also reject.
 fn invalid(why: SettingsError) -> ParameterError {
     ParameterError::invalid("settings", "as given", format!("settings that a servo takes: {why}"))
 }

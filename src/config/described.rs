@@ -33,7 +33,8 @@ pub(super) struct Described {
     alternatives: Option<Vec<String>>,
 }
 
-/// The time from rest to the velocity limit \[s\]. It determines the acceleration of joints for which the description has none.
+/// The time from rest to the velocity limit \[s\]. It determines the acceleration limit of joints for which the description has
+/// none.
 const TIME_TO_FULL_SPEED: f64 = 0.5;
 
 impl Described {
@@ -125,7 +126,7 @@ impl Described {
         values.into_iter().map(|(name, value)| (name.to_owned(), value)).collect()
     }
 
-    /// Returns a warning if, by the description, a joint stops more slowly than a servo requires.
+    /// Returns a warning if the limits in the description stop a joint more slowly than a servo requires.
     pub fn slow_stop(&self, given: &GivenLimits) -> Option<String> {
         let is_less =
             |described: Option<f64>, taken: f64| described.is_some_and(|described| described < taken);
@@ -178,10 +179,10 @@ impl Described {
         fitted(&self.text, &self.frames, self.file.as_deref()).map_err(|why| error(&self.source, &why))
     }
 
-    /// Checks that each joint has valid limits, in the description or among the `given` ones.
+    /// Checks that each joint has valid limits, in the description or among the `given` limits.
     ///
     /// # Errors
-    /// [`ParameterError::File`] with the first joint that has none.
+    /// [`ParameterError::File`] with the first joint that has no valid limits.
     pub fn check_limits(&self, given: &GivenLimits) -> Result<(), ParameterError> {
         let why = |joint: &DescribedJoint| {
             let JointLimits { lower, upper, velocity, .. } = joint.limits;
@@ -222,7 +223,8 @@ fn read_file(file: &str) -> Result<Vec<u8>, ParameterError> {
     text_file::bytes(Path::new(file), LONGEST_DESCRIPTION as u64).map_err(error)
 }
 
-/// Returns the text, and a message if it is not UTF-8. It is then read as Latin-1, in which every byte is a character.
+/// Returns the text of `bytes`. If they are not UTF-8, reads them as Latin-1, in which every byte is a character, and also returns
+/// a message.
 fn decoded(bytes: Cow<[u8]>) -> (String, Option<String>) {
     match str::from_utf8(&bytes) {
         Ok(text) => (text.to_owned(), None),
@@ -307,7 +309,7 @@ impl GivenLimits {
         self.lower.is_some() && self.upper.is_some()
     }
 
-    /// Returns the effective limits of the joint with the index `joint`. `limits` are those of the description.
+    /// Returns the limits in force of the joint with the index `joint`. `limits` are those of the description.
     fn of(&self, joint: usize, limits: &JointLimits) -> JointLimits {
         let given = |list: &Option<Vec<f64>>| list.as_ref().and_then(|list| list.get(joint).copied());
         let (lower, upper) = limits.range().unzip();
@@ -355,7 +357,7 @@ fn error(source: &str, why: &DescriptionError) -> ParameterError {
     ParameterError::File { file: source.to_owned(), why: why.to_string() }
 }
 
-/// Returns the last of these values with the name `name`; `None` if its text is empty, which is the default.
+/// Returns the last of the `given` values with the name `name`. `None` if its text is empty, which is the default.
 fn text<'a>(given: &'a [ParameterOverride], name: &str) -> Option<&'a str> {
     let values = given.iter().rev().filter(|value| value.name == name);
     let mut texts =

@@ -131,8 +131,8 @@ pub trait NodeParameters: Parameters + Send + 'static {
         Self::from_store(&store)
     }
 
-    /// Returns the parameter `robot_description` of a node that was started with the description `text`. It has only the part in
-    /// use, which is the arm.
+    /// Returns the parameter `robot_description` of a node that was started with the description `text`. The parameter has only the
+    /// part in use, which is the arm.
     fn description_in_force(_text: String, arm: &DescribedArm) -> String {
         arm.urdf()
     }
@@ -141,8 +141,8 @@ pub trait NodeParameters: Parameters + Send + 'static {
     /// earlier ones. Returns the store and warnings.
     ///
     /// If nothing describes an arm, the built-in arm is used. As soon as `joints` or any `arm.*` is given, nothing of the built-in
-    /// arm remains, because a mixture of two arms would move wrongly. A robot description replaces both. It provides what is not
-    /// set: joint names, limits, and the initial positions of the plant.
+    /// arm remains, because a mixture of two arms would move wrongly. A robot description replaces both. The description provides
+    /// the values that are not set: joint names, limits, and the initial positions of the plant.
     ///
     /// # Errors
     /// [`ParameterError::Missing`] for an incomplete arm, [`ParameterError::File`] for a robot description without an arm, and the

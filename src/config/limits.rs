@@ -47,7 +47,7 @@ fn fill(name: &'static str, list: &mut Vec<f64>, none: f64, count: usize) -> Res
     exactly(name, list, count)
 }
 
-/// Checks that the joints reach their accelerations in time by the given jerks.
+/// Checks that the jerk limits let each joint reach its acceleration and deceleration limits within [`RAMP_TIME`].
 fn check_ramps(limits: &Limits, joints: &[JointKind]) -> Result<(), ParameterError> {
     check("limits.jerk", &limits.joint_jerk, |joint| {
         let least = limits.jerk(joint);
@@ -58,7 +58,7 @@ fn check_ramps(limits: &Limits, joints: &[JointKind]) -> Result<(), ParameterErr
     })
 }
 
-/// Checks that the joints stop in time by the given decelerations.
+/// Checks that the deceleration limits stop each joint from its velocity limit within [`STOP_TIME`].
 fn check_stops(limits: &Limits, joints: &[JointKind]) -> Result<(), ParameterError> {
     let given = &limits.joint_deceleration;
     check("limits.joint_deceleration", given, |joint| {

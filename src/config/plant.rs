@@ -10,7 +10,7 @@ use dq_params::{Declarer, ParameterError, Parameters, exactly};
 use dq_plant::Realism;
 use std::time::Duration;
 
-/// The default names of a simulated arm: that of the built-in arm, and that of any other arm.
+/// The default name of the simulated built-in arm, and that of any other simulated arm.
 pub const PLANT_NAMES: [&str; 2] = ["puma560", "arm"];
 
 /// The plant's parameters, typed and checked as a whole.
@@ -124,8 +124,8 @@ impl Parameters for PlantParameters {
 }
 
 impl PlantParameters {
-    /// Returns a message about joints that start beyond their position limits; `None` if there are none. The arm starts there
-    /// nevertheless, as a real arm does that somebody has pushed there.
+    /// Returns a message about joints that start beyond their position limits; `None` if there are none. The simulated arm still
+    /// starts there, as a real arm would that somebody has pushed there.
     pub fn beyond_limits(&self) -> Option<String> {
         let joints = self.arm.joints.iter().zip(self.arm.chain.kinds());
         let beyond = joints.zip(self.initial_positions.iter().zip(&self.limits)).filter_map(

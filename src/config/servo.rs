@@ -7,7 +7,7 @@ use dq_core::servo::{Arms, GoalFrames, Posture};
 use dq_kinematics::control::{Aim, Controller, Law, LawGains};
 use dq_params::{Constraint, Declaration, Declarer, ParameterError, Parameters, Value};
 
-/// The parameters that only the servo of one arm has. The goal of two arms is a pose relative to the left tool, which cannot be in
+/// The parameters that only the servo of one arm has. The goal of two arms is always relative to the left tool, and cannot be in
 /// another frame.
 #[derive(Parameters)]
 struct OneArmParameters {

@@ -51,8 +51,8 @@ impl ForArm for Servo {
 }
 
 impl ServoParameters {
-    /// Creates the parameters for two built-in arms `name`, with the right arm's base at `left_base_from_right_base`. The right tool is
-    /// controlled relative to the left one.
+    /// Creates the parameters for two built-in arms `name`. The base of the right arm is at `left_base_from_right_base`. The
+    /// controlled pose is that of the right tool relative to the left tool.
     ///
     /// # Errors
     /// [`SetupError::UnknownArm`] for an unknown name.

@@ -131,8 +131,8 @@ pub struct JointLimits {
 }
 
 impl JointLimits {
-    /// Returns the position limits if they form a range. They are at most [`JOINT_ANGLE`] in size, because larger limits do not
-    /// restrict the joint.
+    /// Returns the position limits if they form a range. Limits larger than [`JOINT_ANGLE`] are reduced to that size, because they
+    /// do not restrict the joint.
     pub fn range(&self) -> Option<(f64, f64)> {
         let bound = |limit: f64| limit.clamp(-JOINT_ANGLE, JOINT_ANGLE);
         self.lower.map(bound).zip(self.upper.map(bound)).filter(|(lower, upper)| lower < upper)
@@ -173,7 +173,7 @@ pub struct DescribedJoint {
 /// How a joint follows its driver: its position is `multiplier · position + offset`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mimic {
-    /// The name of the driver. It mimics no other joint.
+    /// The name of the driver, which mimics no other joint.
     pub driver: String,
     /// The joint's speed divided by the driver's speed.
     pub multiplier: f64,
@@ -186,8 +186,8 @@ pub(crate) fn pose([x, y, z]: [f64; 3], [roll, pitch, yaw]: [f64; 3]) -> UnitDua
     UnitDualQuaternion::from_parts(UnitQuaternion::from_euler_angles(roll, pitch, yaw), Vector3::new(x, y, z))
 }
 
-/// Returns the roll, pitch and yaw of a rotation \[rad\]. They are accurate even for a pitch of 90°, because roll is computed from
-/// yaw, after Herter and Lott, *Algorithms for decomposing 3-D orthogonal matrices into primitive rotations* (1993).
+/// Returns the roll, pitch and yaw of a rotation \[rad\]. The angles are accurate even for a pitch of 90°, because roll is computed
+/// from yaw, after Herter and Lott, *Algorithms for decomposing 3-D orthogonal matrices into primitive rotations* (1993).
 pub(crate) fn angles(rotation: &UnitQuaternion<f64>) -> [f64; 3] {
     let r = rotation.to_rotation_matrix();
     let yaw = r[(1, 0)].atan2(r[(0, 0)]);
@@ -256,8 +256,8 @@ pub struct DescribedArm {
 
 impl DescribedArm {
     /// Yields the joints that move on their own, base first. These are the joints between base and tool that mimic no other joint.
-    /// A driver that is not between base and tool comes in place of the first joint that mimics it. The limits of a driver keep its
-    /// mimic joints within their limits.
+    /// A driver that is not between base and tool replaces the first joint that mimics it. The limits of a driver keep its mimic
+    /// joints within their limits.
     pub fn moving(&self) -> impl Iterator<Item = &DescribedJoint> {
         let mut elsewhere: Vec<_> = self.drivers.iter().collect();
         self.links().filter_map(move |joint| match &joint.mimic {
@@ -274,7 +274,7 @@ impl DescribedArm {
         self.joints.iter().filter(|joint| joint.motion.kind().is_some())
     }
 
-    /// Returns how a joint of the arm drives `joint`; `None` if none does.
+    /// Returns how a joint of the arm drives `joint`; `None` if no joint of the arm does.
     pub fn coupling(&self, joint: &DescribedJoint) -> Option<Coupling> {
         let (name, ratio, offset) = match &joint.mimic {
             None => (&joint.name, 1.0, 0.0),

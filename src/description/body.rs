@@ -15,7 +15,7 @@ pub const LIMB_RADIUS: f64 = 0.05;
 /// Largest number of capsules of an arm, unless the arm has more links. The time of a cycle grows with the number of pairs.
 const MOST: usize = 16;
 
-/// Largest distance of a part of an arm from its joint \[m\]. A larger distance is probably in millimeters.
+/// Largest distance of a part of an arm from its joint \[m\]. A larger number is probably in millimeters.
 const FARTHEST: f64 = 10.0;
 
 /// Least thickness of a part of an arm \[m\].
@@ -29,14 +29,16 @@ const STEPS: f64 = 1e4;
 pub struct FittedBody {
     /// The texts; empty if the description has no usable shapes.
     pub texts: Vec<String>,
-    /// A message about shapes that could not be read; `None` if all could.
+    /// A message about shapes that could not be read; `None` if all shapes could be read.
     pub warning: Option<String>,
 }
 
-/// Fits capsules around the shapes of the arm between these frames, and of the parts that it carries. Carried parts are connected
-/// by fixed joints; beyond the arm's last joint also by moving ones, such as a hand with its fingers, at their start positions. A
-/// link gets the capsule along it from [`Body::along`] if it has no shapes, or a shape that cannot be read. `file` is the
-/// description's own file, if it has one.
+/// Fits capsules around the shapes of the arm between these frames, and of the parts that it carries. `file` is the description's
+/// own file, if it has one.
+///
+/// Carried parts are connected by fixed joints. Behind the arm's last joint they may also be connected by moving joints, as a hand
+/// with its fingers is; these are at their start positions. A link without shapes, or with a shape that cannot be read, gets the
+/// capsule along it from [`Body::along`].
 ///
 /// # Errors
 /// [`DescriptionError`] if the description has no arm between the frames.
@@ -115,7 +117,8 @@ fn around(collision: &Collision, place: &Place, file: Option<&Path>) -> Result<F
     }
 }
 
-/// Writes a capsule as a text of the parameter, in tenths of a millimeter. The radius makes up for the rounding of the ends.
+/// Writes a capsule as a text of the parameter, in tenths of a millimeter. The radius is enlarged by the rounding error of the
+/// ends.
 fn written(joint: &str, Fitted { core, radius }: &Fitted) -> String {
     let rounded = |number: f64| (number * STEPS).round() / STEPS + 0.0;
     let ends: String = core.ends.iter().flatten().map(|number| format!(" {}", rounded(*number))).collect();

@@ -9,7 +9,8 @@ use nalgebra::{Matrix4, Point3, Rotation3, Unit, Vector3};
 use roxmltree::{Document, Node, ParsingOptions};
 use std::path::Path;
 
-/// Largest depth of elements, because mesh-loader recurses into nested nodes; and largest number of placed geometries.
+/// Largest depth of elements, because mesh-loader recurses into nested nodes. The next number is the largest number of placed
+/// geometries.
 const DEEPEST: usize = 100;
 const MOST_PLACES: usize = 10_000;
 
@@ -58,7 +59,7 @@ fn check_depth(root: Node) -> Result<(), String> {
     Ok(())
 }
 
-/// Returns the text without its unit, and without the transforms of its nodes.
+/// Returns the text of the document without its unit, and without the transforms of its nodes.
 fn without_places(text: &str, document: &Document) -> String {
     let places = |node: &Node| {
         let parent = node.parent_element().map_or("", |parent| parent.tag_name().name());

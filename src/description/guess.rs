@@ -23,13 +23,13 @@ pub struct Guess {
 
 /// Returns the frames of the arm in the URDF document `text`. Keeps a given frame, and guesses a missing one.
 ///
-/// The tool frame is `tool0`, otherwise `flange`, each also with a prefix. If there is neither, it is the end of the chain with the
-/// most joints, before its gripper and after its fixed joints. A gripper is a jaw, or it begins at a link that carries several
-/// moving parts, each with at most as many joints as the arm before it. The base frame is `base_link` if that is on the path to the
-/// tool, otherwise the root.
+/// The tool frame is `tool0` or, if there is none, `flange`, with or without a prefix. If there is neither, the tool frame is the
+/// end of the chain with the most joints, before the gripper and after fixed joints. A gripper is a jaw, or it begins at a link
+/// that carries several moving parts, each with at most as many joints as the arm before it. The base frame is `base_link` if that
+/// link is on the path to the tool, otherwise the root.
 ///
 /// # Errors
-/// [`DescriptionError::SeveralArms`] if several chains could equally well be the arm; others if the document is invalid.
+/// [`DescriptionError::SeveralArms`] if several chains could equally well be the arm; other errors if the document is invalid.
 pub fn guess_frames(text: &str, [base, tool]: [Option<&str>; 2]) -> Result<Guess, DescriptionError> {
     if let (Some(base), Some(tool)) = (base, tool) {
         let [base, tool] = [base, tool].map(str::to_owned);
@@ -59,7 +59,7 @@ pub fn guess_frames(text: &str, [base, tool]: [Option<&str>; 2]) -> Result<Guess
 struct Branch<'a> {
     joint: Node<'a, 'a>,
     child: &'a str,
-    /// Whether the joint moves as earlier joints do, as a mimic joint of a linkage does.
+    /// Whether the joint moves together with earlier joints, as a mimic joint of a linkage does.
     follows: bool,
 }
 
@@ -69,12 +69,12 @@ impl Branch<'_> {
         is_moving(self.joint) && child_of(self.joint, "mimic").is_none()
     }
 
-    /// Returns whether the joint does not move on its own.
+    /// Returns whether the joint does not move independently.
     fn is_rigid(&self) -> bool {
         self.follows || self.joint.attribute("type") == Some("fixed")
     }
 
-    /// Returns whether the joint opens to one side only, by at most half a turn. A jaw does, a wrist does not.
+    /// Returns whether the joint opens to one side only, by at most half a turn, as a jaw does and a wrist does not.
     fn is_one_sided(&self) -> bool {
         /// The largest part of a jaw's range on the other side of zero.
         const OTHER_SIDE: f64 = 0.25;
@@ -88,13 +88,13 @@ impl Branch<'_> {
 /// The links that follow a link.
 struct Branches<'a> {
     by_parent: HashMap<&'a str, Vec<Branch<'a>>>,
-    /// For each link, a summary of all that is beyond it.
+    /// For each link, a summary of all links beyond it.
     beyond: HashMap<&'a str, Beyond>,
     /// All links, each one after its parent.
     order: Vec<&'a str>,
 }
 
-/// A summary of all that is beyond a link.
+/// A summary of all links beyond a link.
 #[derive(Clone, Copy, Default)]
 struct Beyond {
     /// The largest number of driven joints on a chain.
@@ -141,13 +141,13 @@ impl<'a> Branches<'a> {
         self.by_parent.get(link).map(Vec::as_slice).unwrap_or_default()
     }
 
-    /// Returns the summary of all that a branch carries, including the branch's own joint.
+    /// Returns the summary of all links that a branch carries, including the branch's own joint.
     fn carried(&self, branch: &Branch) -> Beyond {
         let Beyond { joints, moves } = self.beyond.get(branch.child).copied().unwrap_or_default();
         Beyond { joints: joints + usize::from(branch.is_driven()), moves: moves || !branch.is_rigid() }
     }
 
-    /// Returns the tool frame of the arm that begins at `from`, and alternatives.
+    /// Returns the tool frame of the arm that begins at `from`, and other possible tool frames.
     fn tool(&self, from: &'a str) -> Result<(&'a str, Vec<&'a str>), DescriptionError> {
         for name in TOOL_FRAMES {
             if let Some(tool) = self.named(from, name)? {
@@ -217,8 +217,8 @@ impl<'a> Branches<'a> {
         })
     }
 
-    /// Returns the last link after `link` that is connected by fixed joints, as long as each link carries only one other. A tool
-    /// center point does not count, because it depends on the tool.
+    /// Returns the last link after `link` that is connected by fixed joints, as long as each link carries only one other link. A
+    /// tool center point does not count, because it depends on the tool.
     fn over_fixed(&self, mut link: &'a str) -> &'a str {
         let is_next = |branch: &&Branch| branch.is_rigid() && !branch.child.ends_with("tcp");
         loop {

@@ -100,7 +100,7 @@ fn packages([prefixes, packages]: &[String; 2]) -> impl Iterator<Item = PathBuf>
     shares.chain(each(packages))
 }
 
-/// Returns the path if it leads only downward.
+/// Returns the path if it leads only into subfolders.
 fn inside_of(path: &Path) -> Option<PathBuf> {
     let only_down = path.components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir));
     only_down.then(|| path.to_path_buf())

@@ -36,7 +36,7 @@ impl Description {
         Ok(places)
     }
 
-    /// Returns the places with their poses in the base frame. The arm's joints are at zero.
+    /// Returns the places of all links, with their poses in the base frame. The arm's joints are at zero.
     fn places_in_base(&self) -> HashMap<&str, Place> {
         let mut carrier = 0;
         let mut place = Place {

@@ -3,7 +3,8 @@
 
 use mesh_loader::{Material, Mesh, Scene};
 
-/// The sizes of parts of a binary file \[bytes\]: the header, the number of triangles, and each triangle.
+/// The size of the header of a binary file \[bytes\]. The next numbers are the size of the count of triangles, and the size of each
+/// triangle.
 const HEAD: usize = 80;
 const COUNT: usize = 4;
 const TRIANGLE: usize = 50;
@@ -14,7 +15,7 @@ const NORMAL: usize = 12;
 /// Reads the triangles of an STL file.
 ///
 /// # Errors
-/// The reason why they cannot be read.
+/// The reason why the triangles cannot be read.
 pub(crate) fn read(bytes: &[u8]) -> Result<Scene, String> {
     let corners = match binary(bytes) {
         Some(triangles) => triangles.flat_map(corners_of).collect(),

@@ -10,7 +10,8 @@ use std::fmt::Write;
 /// Two frames within this distance coincide \[m\].
 const SHORTEST_LINK: f64 = 1e-6;
 
-/// The radius of the first limb as a fraction of the arm's reach, and the radius at the tool as a fraction of that radius.
+/// The radius of the first limb as a fraction of the arm's reach. The next number is the radius at the tool as a fraction of the
+/// first limb's radius.
 const STOUTNESS: f64 = 0.04;
 const TAPER: f64 = 0.45;
 

@@ -58,14 +58,14 @@ pub(crate) fn line(text: &str, at: usize) -> u32 {
 struct Tag<'a> {
     name: &'a str,
     attributes: Vec<(&'a str, &'a str)>,
-    /// Whether it is an end tag.
+    /// Whether the tag is an end tag.
     is_end: bool,
-    /// Whether it is an empty-element tag.
+    /// Whether the tag is an empty-element tag.
     is_whole: bool,
 }
 
 impl<'a> Tag<'a> {
-    /// Reads the tag after a `<`. Returns it with the rest of the text.
+    /// Reads the tag after a `<`. Returns the tag with the rest of the text.
     ///
     /// # Errors
     /// A description of the missing part.
@@ -98,7 +98,7 @@ fn ending(text: &str) -> Option<(bool, &str)> {
     whole.or_else(|| text.strip_prefix('>').map(|after| (false, after)))
 }
 
-/// Reads a name. Returns it with the rest of the text.
+/// Reads a name. Returns the name with the rest of the text.
 fn name(text: &str) -> Option<(&str, &str)> {
     let is_first = |c: char| c.is_ascii_alphabetic() || !c.is_ascii() || [':', '_'].contains(&c);
     let is_more = |c: char| is_first(c) || c.is_ascii_digit() || ['.', '-'].contains(&c);
@@ -116,7 +116,7 @@ struct Xml {
 }
 
 impl Xml {
-    /// Writes `text` in place of the text `read`, inside the robot element. Outside of it, writes only the line ends of `read`.
+    /// Inside the robot element, writes `text` in place of `read`. Outside of it, writes only the line ends of `read`.
     fn put(&mut self, read: &str, text: &str) {
         let text = if self.is_robot { text } else { "" };
         let lines = [read, text].map(|text| text.matches('\n').count());
@@ -150,12 +150,12 @@ impl Xml {
     }
 }
 
-/// Returns a name without namespace prefixes. tinyxml2 does not support them: there, `a:b` is not `b`.
+/// Returns a name without namespace prefixes. tinyxml2 does not know namespaces: `a:b` is not the name `b`.
 fn plain(name: &str) -> String {
     name.replace(':', "_")
 }
 
-/// Escapes all that is not allowed in XML text, except entities.
+/// Escapes all characters that are not allowed in XML text, except entities.
 fn escaped(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for (at, character) in text.char_indices() {
@@ -172,7 +172,7 @@ fn escaped(text: &str) -> String {
     out
 }
 
-/// The longest name of an entity \[bytes\]. A longer search for its end would take quadratic time.
+/// The longest name of an entity \[bytes\]. A search for the end of a longer name would take quadratic time.
 const LONGEST_ENTITY: usize = 16;
 
 /// Returns whether `rest`, the text after an ampersand, completes an XML entity.
@@ -199,7 +199,7 @@ mod tests {
         assert_eq!(as_xml(text).unwrap(), expected);
     }
 
-    /// In quadratic time, each of these would take minutes.
+    /// In quadratic time, each of these texts would take minutes.
     #[test]
     fn the_time_is_proportional_to_the_length_of_the_text() {
         let began = std::time::Instant::now();

@@ -130,7 +130,8 @@ fn mimic(tree: &Tree, joint: Node) -> Result<Option<Mimic>, DescriptionError> {
     Err(wrong(joint, "it mimics itself, or by too many others: expected a joint that moves on its own"))
 }
 
-/// Reads a joint that is not on the chain. It stays at its start position, so its limits matter if they can be read.
+/// Reads a joint that is not on the chain. The joint stays at its start position. So its limits matter, but only if they can be
+/// read.
 fn read_beside(tree: &Tree, joint: Node) -> Option<DescribedJoint> {
     let motion = match joint.attribute("type")? {
         "fixed" => Motion::Fixed,
@@ -167,7 +168,7 @@ fn read_as(joint: Node, motion: Motion) -> Result<DescribedJoint, DescriptionErr
     }
 }
 
-/// Returns the quaternion of an origin (URDF 1.1 and later), if it has one.
+/// Returns the quaternion of an origin (URDF 1.1 and later), if the origin has one.
 ///
 /// # Errors
 /// A description of the error, as text to follow the name of the attribute.
@@ -189,7 +190,7 @@ pub(crate) fn quaternion(origin: Node) -> Option<Result<UnitQuaternion<f64>, Str
     Some(rotation.ok_or_else(|| format!("is {:?}: expected a quaternion x y z w", cut(text))))
 }
 
-/// An axis with no component above this has no direction.
+/// An axis whose components are all below this size has no direction.
 const SHORTEST_AXIS: f64 = 1e-6;
 
 /// Reads three numbers of an attribute.

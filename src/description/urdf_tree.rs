@@ -10,7 +10,7 @@ use dq_common::text::{self, cut};
 use roxmltree::{Document, Node, ParsingOptions};
 use std::collections::{HashMap, HashSet};
 
-/// The size of the longest description that is read \[bytes\]. That of a humanoid has 0.2 MB.
+/// The size of the longest description that is read \[bytes\]. The description of a humanoid has 0.2 MB.
 pub const LONGEST_DESCRIPTION: usize = 4 << 20;
 
 /// Largest number of joints in a chain.
@@ -188,7 +188,7 @@ impl<'a> Tree<'a> {
         Err(DescriptionError::NoSuchLink { frame, name: cut(name).into_owned(), known })
     }
 
-    /// Returns the joints from one link to another. They are found from the tool back to the base.
+    /// Returns the joints from the link `base` to the link `tool`. Finds the joints from the tool back to the base.
     pub fn between(&self, base: &str, tool: &str) -> Result<Vec<Node<'a, 'a>>, DescriptionError> {
         let (mut link, mut found) = (tool, Vec::new());
         while link != base {

@@ -140,7 +140,7 @@ impl Canvas {
 
     /// Draws text of `size` pixels at `point`. A white outline keeps it legible on lines.
     pub fn text(&mut self, text: &str, (x, y): Point, size: f64, anchor: Anchor) {
-        /// The distance from the middle of letters and digits to the baseline, as a multiple of the text's size.
+        /// The distance from the middle of the letters to the baseline, as a multiple of the text's size.
         const TO_BASELINE: f64 = 0.32;
         let side = match anchor {
             Anchor::Left => "start",

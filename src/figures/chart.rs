@@ -98,7 +98,8 @@ pub fn over_time(title: &str, time: Axis, label: &str, series: Vec<Series>) -> P
     Panel { title: title.to_owned(), x: time, y: Axis::new(label, range), series, marks: Vec::new() }
 }
 
-/// The margins beside the curves \[px\]. There are numbers and labels in the left one, and half a number in the right one.
+/// The margin to the left of the curves \[px\], for numbers and labels. The next number is the margin to the right, for half a
+/// number.
 const LEFT: f64 = 76.0;
 const RIGHT: f64 = 16.0;
 
@@ -122,7 +123,7 @@ impl Panel {
         NamedMarks::new(shown.map(|mark| (mark, width * self.x.part(mark.x))), width)
     }
 
-    /// Returns the points that can be told apart in the panel.
+    /// Returns the points that are far enough apart to be distinguished in the panel.
     fn visible(&self, points: &[(f64, f64)]) -> Vec<(f64, f64)> {
         let apart = |axis: &Axis, a: f64, b: f64| axis.part(a) - axis.part(b);
         spaced(points, |a, b| (400.0 * apart(&self.x, a.0, b.0)).hypot(250.0 * apart(&self.y, a.1, b.1)))

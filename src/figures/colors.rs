@@ -5,8 +5,8 @@ use dq_kinematics::control::Law;
 /// A color as red, green and blue, from 0 to 255.
 pub type Color = [u8; 3];
 
-/// The colors of the built-in laws, in their order. The hue depends on the feedback (Okabe & Ito; color-blind readers can tell them
-/// apart). Laws with a term that the reference work does not have are paler.
+/// The colors of the built-in laws, in the order of the laws. The hue depends on the error that the law feeds back (Okabe & Ito;
+/// color-blind readers can distinguish the hues). Laws with a term that the reference work does not have are paler.
 const LAWS: [Color; Law::ALL.len()] = [
     [0, 114, 178],
     [110, 175, 220],

@@ -65,8 +65,8 @@ pub fn ticks(range: &Range<f64>, count: f64) -> Vec<(f64, String)> {
     (first..=last).map(|i| i as f64 * step).map(|value| (value, text(value + 0.0))).collect()
 }
 
-/// Returns the values 1, 2 and 5 of each decade within a range above 0, with their texts. If these are more than `most`, returns
-/// only the values 1.
+/// Returns the values 1, 2 and 5 of each decade within a range above 0, with their texts. If there are more than `most` such
+/// values, returns only the values 1.
 pub fn decades(range: &Range<f64>, most: f64) -> Vec<(f64, String)> {
     let powers = range.start.log10().floor() as i32..=range.end.log10().floor() as i32;
     let all = |digits: &[f64]| {

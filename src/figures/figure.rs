@@ -80,7 +80,7 @@ impl View {
         }
     }
 
-    /// Returns the height that the names of marks need, in a view of this width \[px\].
+    /// Returns the height for the names of marks, in a view of this width \[px\].
     fn band(&self, width: f64) -> f64 {
         match self {
             Self::Panel(panel) => panel.named_marks(width).height(),
@@ -144,8 +144,8 @@ impl Figure {
         canvas.finish(width, top, paper.map(|(inches, _)| inches))
     }
 
-    /// Returns the entries of the legend with their places, and the height at which the lines end \[px\]. The lines go from `start`
-    /// to `right`. Each pair of name and style has one entry.
+    /// Returns the entries of the legend with their places. Also returns the height at which the legend ends \[px\]. The lines of
+    /// the legend go from `start` to `right`. Each pair of name and style has one entry.
     fn legend(&self, start: Point, right: f64) -> (Vec<(Series, Point)>, f64) {
         let (mut placed, mut at): (Vec<(Series, Point)>, _) = (Vec::new(), start);
         for series in self.rows.iter().flatten().flat_map(View::legend) {
@@ -195,7 +195,8 @@ fn entry_width(series: &Series) -> f64 {
     48.0 + text_width(&series.name, LABEL)
 }
 
-/// Returns a drawing as PNG with the built-in font. For a screen it has twice the figure's pixels; for paper, 600 per inch.
+/// Returns a drawing as PNG with the built-in font. For a screen the PNG has twice the figure's pixels; for paper it has 600 pixels
+/// per inch.
 ///
 /// # Errors
 /// [`DrawError::Drawing`].

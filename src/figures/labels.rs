@@ -1,4 +1,4 @@
-//! Places names beside points, where the names cover as little of the drawing as possible.
+//! Places names next to points, so that the names cover as little of the drawing as possible.
 
 use super::canvas::{Anchor, Canvas, Line, Point, Rectangle};
 use super::style::{INK, LABEL, text_width};

@@ -24,21 +24,21 @@ pub(super) struct NamedMarks<'a> {
     lines: usize,
 }
 
-/// The place of a name: its line of text, counted from the top, and its side of the mark.
+/// The place of a name: its line of text, counted from the top, and the side of the mark.
 type Place = (usize, Anchor);
 
-/// The largest number of lines of names, and the distance between the lines \[px\].
+/// The largest number of lines of names. The next number is the distance between the lines \[px\].
 const MOST_LINES: usize = 4;
 const LINE: f64 = 12.0;
 
-/// How far a name may extend beyond the curves, and its least distance from its mark and from the next name \[px\].
+/// How far a name may extend beyond the curves \[px\]. The next number is its least distance from its mark and from the next name.
 const BEYOND: f64 = 14.0;
 const GAP: f64 = 3.0;
 
 impl<'a> NamedMarks<'a> {
     /// Finds places for the names at which they overlap neither each other nor a mark. If there is too little room for the names of
-    /// all solid marks, only solid marks get names. Each mark comes with its distance from the left edge of the curves. The curves
-    /// are `width` wide \[px\].
+    /// all marks, only solid marks get names. `marks` yields each mark with its distance from the left edge of the curves \[px\].
+    /// The curves are `width` wide \[px\].
     pub fn new(marks: impl Iterator<Item = (&'a Mark, f64)>, width: f64) -> Self {
         let mut marks: Vec<_> = marks.collect();
         marks.sort_by(|(_, a), (_, b)| a.total_cmp(b));

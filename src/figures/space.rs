@@ -135,7 +135,7 @@ impl Scene {
         named.into_iter().map(|(names, point)| (joined(names), point)).collect()
     }
 
-    /// Returns the axes of all frames.
+    /// Returns the axes of all frames as arrows.
     fn arrows(&self) -> impl Iterator<Item = Arrow> {
         self.frames.iter().flat_map(move |frame| {
             let origin = frame.translation.vector;
@@ -145,7 +145,8 @@ impl Scene {
         })
     }
 
-    /// Returns points on the whole drawing. They are so dense that no name fits between two of them without covering the drawing.
+    /// Returns points on the whole drawing. The points are so dense that no name fits between two of them without covering the
+    /// drawing.
     fn drawn_on(&self, projection: &Projection) -> Vec<Point> {
         const STEPS: u32 = 16;
         let paths = self.paths.iter().flat_map(|path| &path.points).copied();
@@ -183,7 +184,7 @@ impl Scene {
     }
 }
 
-/// Returns the points that can be told apart on the sheet.
+/// Returns the points that are far enough apart to be distinguished on the sheet.
 fn visible(points: &[Point]) -> Vec<Point> {
     spaced(points, |a, b| distance(*a, *b))
 }

@@ -30,7 +30,7 @@ impl Envelope {
         }
     }
 
-    /// Computes the speeds that the joints may have in this cycle.
+    /// Computes, for each joint, the speeds that its next command may have.
     pub fn enclose(&mut self, joints: &Joints) {
         self.spans.iter_mut().enumerate().for_each(|(joint, span)| *span = joints.span(joint));
     }
@@ -63,11 +63,11 @@ impl Envelope {
         }
     }
 
-    /// Moves along the line from the last command to `velocity`, as far as each joint can within a cycle. So a switch neither steps
-    /// nor turns the command.
+    /// Moves the command along the line from the last command to `velocity`, as far as each joint can change within a cycle. So a
+    /// new desired velocity changes the command neither by a jump nor by a detour.
     ///
     /// If the whole line would take longer than a stop, because one joint can hardly accelerate, the joints that should slow down
-    /// do so independently: a weak joint does not delay the braking of others.
+    /// brake independently: a weak joint does not delay the braking of others.
     fn go_towards(&self, velocity: &mut [f64], period: f64) {
         let part = self.part_of_change(velocity);
         for (speed, span) in velocity.iter_mut().zip(&self.spans) {
@@ -82,8 +82,8 @@ impl Envelope {
         parts.fold(1.0, f64::min)
     }
 
-    /// Slows the joints so that the tool keeps its speed limits. These may have been lowered, or changes of single joints may have
-    /// made the tool faster. The tool's speed after the accelerations have ended counts.
+    /// Slows the joints so that the tool keeps its speed limits. The tool may be too fast because these limits were lowered, or
+    /// because single joints changed their speeds. The speed that counts is the tool's speed after the accelerations have ended.
     ///
     /// If the tool is still too fast, no joint continues to accelerate. With limited jerk such a joint would have to slow down
     /// again, and the tool would be too fast repeatedly.
@@ -99,9 +99,9 @@ impl Envelope {
 
     /// Slows the joints toward the speeds at which the tool keeps its limits. Returns true if the tool already keeps them.
     ///
-    /// Either each joint slows down as far as it can, or all slow down along the line, whichever makes the tool slower. Joints that
-    /// slow down independently may turn a tool whose rotation they cancelled before. Along the line, a weak joint delays the
-    /// others.
+    /// Either each joint slows down as far as it can, or all joints slow down along one line, whichever makes the tool slower.
+    /// Joints that slow down independently may turn a tool whose rotation they cancelled before. Along the line, a weak joint
+    /// delays the others.
     fn slow_at_rest(&mut self, limits: &Limits, arms: &Arms, velocity: &mut [f64]) -> bool {
         let factor = self.share_at_rest(limits, arms, velocity);
         if factor >= 1.0 {

@@ -10,7 +10,7 @@ named! {
         Velocity = "velocity",
         /// Joint positions \[rad, prismatic: m\], integrated from the velocities.
         Position = "position",
-        /// Joint positions. Each command is a trajectory of one point, which the joints reach when the next command is due.
+        /// Joint positions. Each command is a trajectory of one point. The joints reach this point when the next command is due.
         Trajectory = "trajectory",
     }
 }
@@ -22,7 +22,7 @@ impl Interface {
     }
 }
 
-/// Servo, plant and guard share this parameter, so that one file can set all.
+/// Servo, plant and guard share this parameter, so that one file can set it for all.
 impl Parameters for Interface {
     fn declare(p: &mut Declarer) -> Result<Self, ParameterError> {
         #[derive(Parameters)]

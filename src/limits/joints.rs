@@ -39,7 +39,7 @@ impl Joints<'_> {
     }
 
     /// Sets `velocity` to the next command of a stop [rad/s, prismatic: m/s]. Each joint slows down from its last command by its
-    /// own deceleration, independently of the others. The tool therefore leaves its path.
+    /// own deceleration, independently of the other joints. The tool therefore leaves its path.
     pub fn stop(&self, velocity: &mut [f64]) {
         for (joint, speed) in velocity.iter_mut().enumerate() {
             let most = self.braking.decelerations[joint] * self.braking.period;

@@ -3,15 +3,15 @@
 use crate::Limits;
 use serde::{Deserialize, Serialize};
 
-/// The deceleration and jerk limits of each joint. They are the largest ones in force since the joint last stood. So a change of
-/// parameters does not reduce the braking on which a joint relied when it began to move.
+/// The deceleration and jerk limits of each joint. Each limit is the largest one in force since the joint last stood. So a change
+/// of parameters does not reduce the braking on which a joint relied when it began to move.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LatchedLimits {
     /// The decelerations [rad/s², prismatic: m/s²].
     decelerations: Vec<f64>,
     /// The jerks [rad/s³, prismatic: m/s³].
     jerks: Vec<f64>,
-    /// The last command [rad/s, prismatic: m/s], and its change from the one before.
+    /// The last command [rad/s, prismatic: m/s], and in the next field its change from the command before.
     last: Vec<f64>,
     steps: Vec<f64>,
     /// Whether each joint stood at the last command.
@@ -48,7 +48,7 @@ impl LatchedLimits {
         }
     }
 
-    /// Continues joint number `joint` from `command` [rad/s] without a history: it does not rely on earlier limits.
+    /// Continues joint number `joint` from `command` [rad/s] without a history, so that the joint does not rely on earlier limits.
     pub fn begin(&mut self, joint: usize, command: f64, stands: bool) {
         (self.last[joint], self.decelerations[joint], self.jerks[joint]) = (command, 0.0, 0.0);
         self.stood[joint] = stands;

@@ -8,8 +8,8 @@ use std::ops::RangeInclusive;
 /// Longest time in which a joint comes to rest from its largest speed \[s\]. No acceleration limit makes it longer.
 pub const STOP_TIME: f64 = 1.0;
 
-/// Longest time in which a joint with limited jerk reaches its acceleration \[s\]. It makes a stop longer by at most twice this
-/// time.
+/// Longest time in which a joint with limited jerk reaches its acceleration \[s\]. The jerk limit makes a stop longer by at most
+/// twice this time.
 pub const RAMP_TIME: f64 = 0.2;
 
 /// The time constant of the approach to a position limit is at least this many cycles, however narrow the margin is. Joint states
@@ -74,7 +74,7 @@ pub struct Braking<'a> {
     pub jerks: &'a [f64],
     /// The change of each joint's speed in the last cycle [rad/s].
     pub steps: &'a [f64],
-    /// The control period \[s\], after which a command changes the speed by a step.
+    /// The control period \[s\]. A joint's speed can change once per period.
     pub period: f64,
     /// The largest average time between cycles in the last seconds, over the duration of a stop \[s\].
     pub cycle: f64,
@@ -89,27 +89,28 @@ impl Braking<'_> {
         self.jerks.iter().any(|jerk| jerk.is_finite())
     }
 
-    /// Returns the largest change per cycle of the step of joint number `joint` [rad/s].
+    /// Returns the largest difference between the steps of joint number `joint` in successive cycles [rad/s]. A step is the change
+    /// of the speed in one cycle.
     pub fn jerk_step(&self, joint: usize) -> f64 {
         self.jerks[joint] * self.period * self.period
     }
 }
 
 impl Limits {
-    /// Returns the deceleration at which joint number `joint` stops [rad/s²]. It is large enough to stop the joint from its
-    /// velocity limit within [`STOP_TIME`], so that no setting disables the stop.
+    /// Returns the deceleration at which joint number `joint` stops [rad/s²]. The deceleration is large enough to stop the joint
+    /// from its velocity limit within [`STOP_TIME`], so that no setting disables the stop.
     pub fn deceleration(&self, joint: usize) -> f64 {
         self.joint_deceleration[joint].max(self.joint_velocity[joint] / STOP_TIME)
     }
 
-    /// Returns the jerk limit of joint number `joint` [rad/s³]. It is large enough that the joint reaches its acceleration in
-    /// [`RAMP_TIME`].
+    /// Returns the jerk limit of joint number `joint` [rad/s³]. The limit is large enough that the joint reaches its acceleration
+    /// in [`RAMP_TIME`].
     pub fn jerk(&self, joint: usize) -> f64 {
         let largest = self.deceleration(joint).max(self.joint_acceleration[joint]);
         self.joint_jerk[joint].max(largest / RAMP_TIME)
     }
 
-    /// Returns the factor, at most 1, at which the fastest tool keeps its speed limits.
+    /// Returns the factor, at most 1, by which the speed must be scaled so that the fastest tool keeps its limits.
     pub fn tool_share(&self, tool: &ToolSpeed) -> f64 {
         ratio(self.angular_speed, tool.angular).min(ratio(self.linear_speed, tool.linear))
     }
@@ -130,7 +131,7 @@ impl Limits {
 /// How a joint approaches a position that it must not pass.
 #[derive(Clone, Copy, Debug)]
 pub struct Approach {
-    /// The largest fraction of the remaining distance that the joint may move per second [1/s].
+    /// The largest fraction of the remaining distance that the joint may travel per second [1/s].
     rate: f64,
     /// The deceleration that the joint has at least [rad/s², prismatic: m/s²].
     pub deceleration: f64,

@@ -1,9 +1,9 @@
 //! Brings a joint with limited jerk to rest, or to another speed.
 //!
-//! A cycle changes a joint's speed by a step. The jerk limits the change of the step from cycle to cycle; without a limit it is
-//! infinite.
+//! A cycle changes a joint's speed by a step. The jerk limits the change of the step from cycle to cycle. Without a limit, the jerk
+//! is infinite.
 
-/// Relative tolerance for rounding of a cycle's change. It is less than that of the invariants.
+/// Relative tolerance for rounding of a cycle's change. This tolerance is less than that of the invariants.
 const ROUNDING: f64 = 1e-10;
 
 /// The speed of a joint, and its change in the last cycle [rad/s, prismatic: m/s].
@@ -28,7 +28,7 @@ impl Pace {
         cycles * (self.speed + cycles * self.step / 3.0)
     }
 
-    /// Returns the speed after the steps have decreased to zero [rad/s]. They decrease as fast as `jerk` [rad/s] allows.
+    /// Returns the speed after the steps have decreased to zero [rad/s]. The steps decrease as fast as `jerk` [rad/s] allows.
     pub fn rest(self, jerk: f64) -> f64 {
         let more = (self.step.abs() / jerk).floor();
         if more < 1.0 {
@@ -37,13 +37,13 @@ impl Pace {
         self.speed + (more * (self.step.abs() - 0.5 * jerk * (more + 1.0))).copysign(self.step)
     }
 
-    /// Returns the next speed of a stop [rad/s]. A cycle slows down by at most `most`.
+    /// Returns the next speed of a stop [rad/s]. In one cycle, the joint slows down by at most `most`.
     pub fn stopped(self, most: f64, jerk: f64) -> f64 {
         self.speed + self.towards(0.0, most, jerk)
     }
 
-    /// Returns the next step toward the speed `wanted`. It is at most `most`, and differs from the last step by at most `jerk`
-    /// [rad/s]. The following steps can still decrease to zero at that speed, if they could after the last step.
+    /// Returns the next step toward the speed `wanted`. The step is at most `most`, and differs from the last step by at most
+    /// `jerk` [rad/s]. If the steps could decrease to zero at `wanted` after the last step, they still can after this step.
     pub fn towards(self, wanted: f64, most: f64, jerk: f64) -> f64 {
         let gap = wanted - self.speed;
         let step = most.min(eased(gap.abs(), jerk)).copysign(gap);

@@ -8,7 +8,8 @@ use crate::{Joints, Pace, Violation, between, ratio};
 pub struct Span {
     /// The joint's speed after the last command, and its change by that command.
     pace: Pace,
-    /// The largest increase and decrease of the speed per cycle, and the largest change of these from cycle to cycle [rad/s].
+    /// The largest increase of the speed per cycle [rad/s]. The next fields are the largest decrease, and the largest change of
+    /// these from cycle to cycle.
     faster: f64,
     slower: f64,
     jerk: f64,
@@ -49,7 +50,7 @@ impl Joints<'_> {
 }
 
 impl Span {
-    /// Returns the largest next speed of a joint at `pace` that may reach the speed `top`. `top` is at least 0.
+    /// Returns the largest next speed from which a joint at `pace` need not exceed the speed `top`. `top` is at least 0.
     fn highest(&self, pace: Pace, top: f64) -> f64 {
         let most = match pace.speed {
             speed if speed > top => self.slower,
@@ -88,7 +89,7 @@ impl Span {
         self.hold(along)
     }
 
-    /// Returns the part of the change to `wanted` by which the joint slows down, if it does.
+    /// Returns the part of the change to `wanted` by which the joint slows down; `None` if the joint does not slow down.
     pub(crate) fn slower_than_last(&self, wanted: f64) -> Option<f64> {
         let last = self.pace.speed;
         let slower = between(wanted, last.min(0.0), last.max(0.0));

@@ -5,7 +5,7 @@ use proptest::prelude::*;
 
 const PERIOD: f64 = 0.001;
 
-/// Returns the limits of one joint: 1 rad/s, 10 rad/s² up and 20 down, −1 and 1 rad, and `jerk`.
+/// Returns the limits of one joint: 1 rad/s; 10 rad/s² to accelerate and 20 to decelerate; positions from −1 to 1 rad; and `jerk`.
 fn limits(jerk: f64) -> Limits {
     Limits {
         joint_velocity: vec![1.0],
@@ -58,7 +58,7 @@ proptest! {
         prop_assert_eq!(span.violation(0, span.hold(wanted)).is_some(), wanted.is_nan());
     }
 
-    /// A joint that has its largest allowed speed in every cycle stops at its limit.
+    /// A joint that moves at its largest allowed speed in every cycle stops at its position limit.
     #[test]
     fn a_joint_at_its_largest_allowed_speed_stops_before_its_limit(
         jerk in prop_oneof![Just(f64::INFINITY), exponent(2.0..4.0)],

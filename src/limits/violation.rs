@@ -6,12 +6,12 @@ use thiserror::Error;
 /// The rule that a command or a position breaks. Joints are counted from 1, arm after arm.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum Violation {
-    /// The number of numbers differs from the number of joints.
+    /// The command or the list of positions does not have one number per joint.
     #[error("{got} numbers for {expected} joints")]
     WrongLength {
         /// The number of joints.
         expected: usize,
-        /// The number of numbers.
+        /// The number of values.
         got: usize,
     },
     /// A number is infinite or NaN.
@@ -68,7 +68,7 @@ pub enum Violation {
         /// The highest allowed speed [rad/s].
         highest: f64,
     },
-    /// A joint does not slow down by its deceleration although the arm must come to rest (rules 1, 2, 3, 9 and ~/pause, ~/stop).
+    /// The arm must come to rest, but a joint does not slow down at its deceleration (rules 1, 2, 3, 9 and ~/pause, ~/stop).
     #[error(
         "joint {joint}: {speed} after {before} [rad/s, prismatic: m/s], where the arm was to come to rest and to stay there"
     )]
@@ -90,7 +90,7 @@ pub enum Violation {
         /// The unit of `speed` and `limit`.
         unit: &'static str,
     },
-    /// The arm overlaps with an obstacle or itself, or the tool is outside of its keep-in (rule 22).
+    /// The arm overlaps with an obstacle or with itself, or the tool is outside its keep-in (rule 22).
     #[error("{}", .pair.explain_gap(*.gap, |joint| format!("joint {joint}")))]
     Gap {
         /// The two parts.

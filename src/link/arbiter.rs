@@ -12,7 +12,7 @@ pub(crate) struct Arbiter {
     current: Option<Heard>,
     /// Another publisher that has sent a message since the current one was chosen.
     other: Option<Heard>,
-    /// Whether both publishers are present: the current one has sent a message after the other one did.
+    /// Whether both publishers are present: the current publisher has sent a message after the other one did.
     both: bool,
 }
 
@@ -44,7 +44,8 @@ impl Arbiter {
         }
     }
 
-    /// Returns the two publishers if both are present, until one of them has been silent for a second.
+    /// Returns the current and the other publisher while both are present. A publisher is present until it has been silent for a
+    /// second.
     pub fn rivals(&mut self, now: Duration) -> Option<[u32; 2]> {
         let there = |heard: &Heard| now.saturating_sub(heard.at) <= PRESENCE;
         self.other = self.other.filter(there);

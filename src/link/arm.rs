@@ -45,7 +45,7 @@ pub(crate) struct ArmLink {
     means: Vec<f64>,
     /// The indices of the arm's joints in the last message.
     places: Vec<usize>,
-    /// When the last joint state arrived, and when it was measured.
+    /// When the last joint state arrived, and in the next field when it was measured.
     pub received: Option<Duration>,
     measured_at: Duration,
     pub figures: ArmFigures,
@@ -59,7 +59,7 @@ pub(crate) struct ArmLink {
     newcomer: Option<Newcomer>,
     /// When the cycles resumed after a gap; `None` once the arm's state after the gap is known.
     pub blind_since: Option<Duration>,
-    /// Whether the speed of an arm that has just appeared became known in this cycle.
+    /// Whether the speed of an arm that has just appeared has become known in this cycle.
     came: bool,
     pub latency: Latency,
     lateness: Lateness,
@@ -261,8 +261,8 @@ impl ArmLink {
         self.returned = returned;
     }
 
-    /// Computes the figures for the cycle at `now`. `fixed` is the latency if a parameter sets it, and `cycles` the lateness of the
-    /// cycles.
+    /// Computes the arm's figures for the cycle at `now`. `fixed` is the latency if a parameter sets it. `cycles` has the lateness
+    /// of the cycles.
     pub fn sum_up(&mut self, now: Duration, fixed: Option<Duration>, cycles: &Cycles) {
         let due = self.received.unwrap_or(now) + seconds(self.latency.interval());
         self.lateness.note(now, now.saturating_sub(due));
@@ -290,8 +290,8 @@ impl ArmLink {
         };
     }
 
-    /// Sets `velocity` to the present velocity of an arm that waits until the other arm's state is known. This is the reported
-    /// velocity, or the one from the last two states.
+    /// Sets `velocity` to the present velocity of an arm that waits until the other arm's state is known. Uses the reported
+    /// velocity if there is one, otherwise the velocity from the last two states.
     fn follow_velocity(&self, has_velocities: bool, now: Duration, measured: &[f64], velocity: &mut [f64]) {
         let moves = has_velocities && self.velocities.iter().any(|speed| speed.abs() >= STANDSTILL);
         let passed = now.saturating_sub(self.received.unwrap_or(now));
@@ -342,8 +342,8 @@ impl ArmLink {
         false
     }
 
-    /// Sets `rates` to the mean velocities from the positions `from` to the present ones within `time` \[s\] [rad/s, prismatic:
-    /// m/s].
+    /// Sets `rates` to the mean velocities [rad/s, prismatic: m/s] of a motion from the positions `from` to the present positions
+    /// within `time` \[s\].
     fn rates(&self, from: &[f64], time: f64, rates: &mut [f64]) {
         let pairs = from.iter().zip(&self.positions).zip(&self.kinds);
         rates

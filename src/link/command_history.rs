@@ -13,11 +13,11 @@ const MEMORY: Duration = Duration::from_millis(700);
 #[derive(Serialize, Deserialize)]
 pub(crate) struct CommandHistory {
     joint_count: usize,
-    /// How long each command moves the joints \[s\]; `None` if until the next command.
+    /// How long each command moves the joints \[s\]; `None` if each moves them until the next command.
     step: Option<f64>,
     /// Longest time for which a command moves the joints \[s\].
     longest: f64,
-    /// The least number of commands that are kept. At most twice as many are.
+    /// The least number of commands that are kept. At most twice this number are kept.
     capacity: usize,
     /// When each command took effect \[s\], the oldest first.
     times: Vec<f64>,
@@ -25,7 +25,8 @@ pub(crate) struct CommandHistory {
     sums: Vec<f64>,
     /// One row per command: the speed of each joint [rad/s].
     speeds: Vec<f64>,
-    /// Whether the last command moves the joints; and when the last command before it that moved them ended \[s\].
+    /// Whether the last command moves the joints. The next field is the time at which the last moving command before it ended
+    /// \[s\].
     moves: bool,
     moved_until: f64,
 }
@@ -51,7 +52,7 @@ impl CommandHistory {
         }
     }
 
-    /// Adds the joint velocities `command` [rad/s], in force from `now` on. They include `hold`, which moves no joint.
+    /// Adds the joint velocities `command` [rad/s], in force from `now` on. The command includes `hold`, which moves no joint.
     pub fn note(&mut self, now: Duration, command: &[f64], hold: &[f64]) {
         let now = now.as_secs_f64();
         match self.times.last() {
@@ -87,8 +88,8 @@ impl CommandHistory {
         into.iter_mut().zip(window.distances(range)).for_each(|(slot, distance)| *slot = distance);
     }
 
-    /// Sets `into` to the commanded displacement of the joints of `range` from the first command to `time` \[rad\]. It includes
-    /// commands that are no longer kept.
+    /// Sets `into` to the commanded displacement of the joints of `range` from the first command to `time` \[rad\]. The
+    /// displacement includes that of commands that are no longer kept.
     pub fn total(&self, range: Range<usize>, time: Duration, into: &mut [f64]) {
         let InForce { sums, speeds, time } = self.in_force(&self.place(time), &range);
         let joints = into.iter_mut().zip(sums.iter().zip(speeds));
@@ -129,7 +130,7 @@ pub(crate) struct Window<'a> {
     to: Place,
 }
 
-/// A time \[s\], and the index of the command in force at that time. Before the first command this is the first one's index.
+/// A time \[s\], and the index of the command in force at that time; before the first command, the index of the first command.
 struct Place {
     time: f64,
     index: usize,

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// A square of commanded displacements below this counts as zero \[rad²\].
+/// The square of a commanded displacement counts as zero below this \[rad²\].
 const NOTHING: f64 = 1e-12;
 
 /// Sums over measured and commanded displacements.
@@ -25,14 +25,14 @@ impl Comparison {
         (self.product, self.square) = (keep * self.product, keep * self.square);
     }
 
-    /// Returns the fraction of the commanded displacement that all joints together have moved; 1 if none was commanded.
+    /// Returns the distance that all joints together have moved, divided by their commanded distance; 1 if no motion was commanded.
     pub fn factor(&self) -> f64 {
         if self.square > NOTHING { self.product / self.square } else { 1.0 }
     }
 }
 
 impl FromIterator<(f64, f64)> for Comparison {
-    /// Adds up joints, each one given by its commanded and its measured displacement \[rad\].
+    /// Adds up the comparisons of joints. Each joint is given by its commanded and its measured displacement \[rad\].
     fn from_iter<I: IntoIterator<Item = (f64, f64)>>(joints: I) -> Self {
         let mut all = Self::default();
         joints.into_iter().for_each(|(asked, moved)| all.add(asked, moved));

@@ -35,7 +35,7 @@ impl JointOrder {
         &self.names
     }
 
-    /// Returns whether at least one of the arm's joints is among `names`. A message without any is not about this arm.
+    /// Returns whether at least one of the arm's joints is among `names`. A message without these joints is about something else.
     pub fn has_any_of(&self, names: &[String]) -> bool {
         self.names.iter().any(|joint| names.contains(joint))
     }

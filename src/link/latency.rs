@@ -1,5 +1,5 @@
-//! Estimates the time from a command to the joint state that shows its effect. It is the age of the state plus the response time of
-//! the robot.
+//! Estimates the time from a command to the joint state that shows its effect. This time is the age of the joint state plus the
+//! response time of the robot.
 
 use crate::command_history::CommandHistory;
 use crate::comparison::Comparison;
@@ -12,7 +12,7 @@ use std::time::Duration;
 const LONGEST_AGE: Duration = Duration::from_millis(150);
 
 /// How long the clocks must agree before stamps are used, and how long they must disagree before stamps are no longer used. A
-/// single late joint state proves nothing about the clocks.
+/// single late joint state does not prove that the clocks disagree.
 const AGREEMENT: Duration = Duration::from_millis(200);
 const DISAGREEMENT: Duration = Duration::from_secs(2);
 
@@ -24,7 +24,7 @@ const LONGEST_RESPONSE: Duration = Duration::from_millis(200);
 /// The time constant with which old comparisons lose weight \[s\].
 const FORGETTING: f64 = 0.5;
 
-/// The least difference between the candidates' sums of squares for a decision, so that noise does not decide \[rad²\].
+/// The least difference between the candidates' sums of squares for a decision \[rad²\]. Without it, noise would decide.
 const DISTINCT: f64 = 5e-5;
 
 /// The weight of a new joint state in the smoothed age, and of a new motion in the smoothed response time.
@@ -36,7 +36,7 @@ const RESPONSE_SMOOTHING: f64 = 0.36;
 /// commands.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Latency {
-    /// When stamps became plausible, and when the last plausible stamp arrived.
+    /// When stamps became plausible, and in the next field when the last plausible stamp arrived.
     agreeing_since: Option<Duration>,
     agreed: Option<Duration>,
     /// Whether stamps are used.
@@ -47,8 +47,8 @@ pub(crate) struct Latency {
     interval: f64,
     /// The response time: the time from a command to the state of the robot that shows its effect \[s\].
     response: f64,
-    /// The weighted number of compared motions, the sum of each joint's motion \[rad\], and the sum of the squares of all motions
-    /// \[rad²\].
+    /// The weighted number of compared motions. The next fields are the sum of each joint's motion \[rad\], and the sum of the
+    /// squares of all motions \[rad²\].
     count: f64,
     moved: Vec<f64>,
     motion: f64,
@@ -129,8 +129,8 @@ impl Latency {
         self.stamped
     }
 
-    /// Starts or stops using stamps. Ages are then measured from other times, so the comparisons restart. The total delay does not
-    /// change.
+    /// Starts or stops using stamps. The age of a joint state then has another meaning, so the comparisons restart. The total delay
+    /// does not change.
     fn believe_stamps(&mut self, stamped: bool, age: f64) {
         let (total, age) = (self.total(), if stamped { age } else { 0.0 });
         (self.stamped, self.age, self.response) = (stamped, age, (total - age).max(0.0));

@@ -1,12 +1,12 @@
-//! The recent lateness of control cycles and joint states. It may happen again at any time.
+//! The recent lateness of control cycles and joint states. Recent lateness may happen again at any time.
 
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
-/// A lateness counts for at least this time, and for at most twice this time.
+/// A lateness is remembered for at least this time, and for at most twice this time.
 const WINDOW: Duration = Duration::from_secs(2);
 
-/// Robots stop by their own timeout about this long after the last command, so a longer lateness does not matter.
+/// Robots with a timeout stop about this long after the last command, so a longer lateness does not matter.
 pub(crate) const LONGEST_HOLD: Duration = Duration::from_millis(100);
 
 /// The weight of the newest cycle in the average time between cycles. A stop takes about fifty cycles.

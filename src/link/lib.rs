@@ -86,7 +86,7 @@ pub struct ArmFigures {
     pub cycle: Duration,
     /// Whether the arm follows its commands.
     pub contact: Contact,
-    /// The fraction of the commanded speed at which the arm moves, at most 1.
+    /// The fraction of its commanded speed at which the arm moves, at most 1.
     pub factor: f64,
     /// Whether the robot appeared in this cycle, or the cycles resumed after a gap. The next command then starts at the arm's
     /// present speed.

@@ -21,14 +21,14 @@ pub struct Link {
     measured: Vec<f64>,
     predicted: Vec<f64>,
     velocity: Vec<f64>,
-    /// The hold of each joint, which is the part of its command that balances the pull; and the part of the hold to which the joint
-    /// has responded [rad/s].
+    /// The hold of each joint [rad/s]: the part of its command that balances the pull. The next field is the part of the hold to
+    /// which the joint has responded.
     hold: Vec<f64>,
     proven: Vec<f64>,
 }
 
 impl Link {
-    /// Creates the link to arms with the joints `orders` of these `kinds`. They are commanded through `interface` once per
+    /// Creates the link to arms with the joints `orders` of these `kinds`. The servo commands them through `interface` once per
     /// `period`.
     pub fn new(orders: Vec<JointOrder>, kinds: &[JointKind], period: Duration, interface: Interface) -> Self {
         let mut count = 0;
@@ -101,7 +101,7 @@ impl Link {
         self.arms.iter().filter_map(|arm| arm.returned)
     }
 
-    /// Returns how an arm has disobeyed, if it has for longer than `timeout` or too often.
+    /// Returns how an arm has disobeyed its commands, if it has done so for longer than `timeout` or too often.
     pub fn disobedience(&self, now: Duration, timeout: Duration) -> Option<Disobedience> {
         self.arms.iter().find_map(|arm| {
             let first = arm.joints.start;
@@ -112,7 +112,7 @@ impl Link {
         })
     }
 
-    /// Notes that consent was revoked because of disobedience.
+    /// Notes that consent was revoked because an arm disobeyed.
     pub fn tell(&mut self) {
         for arm in &mut self.arms {
             if arm.following.is_lost() {
@@ -137,12 +137,12 @@ impl Link {
         self.figures().map(|figures| figures.factor).fold(1.0, f64::min)
     }
 
-    /// Returns whether the cycles had a gap after which the state of an arm is not known yet. Then nothing may be sent.
+    /// Returns whether the cycles had a gap after which the state of an arm is not known yet. Then the servo must send nothing.
     pub fn is_blind(&self) -> bool {
         self.arms.iter().any(|arm| arm.blind_since.is_some())
     }
 
-    /// Returns the joints whose next command must start at their present speed, and that speed [rad/s].
+    /// Returns the joints whose next command must start at their present speed, each with that speed [rad/s].
     pub fn coasting(&self) -> impl Iterator<Item = (usize, f64)> + '_ {
         let came = self.arms.iter().filter(|arm| arm.figures.came && self.received().is_some());
         came.flat_map(|arm| arm.joints.clone()).map(|joint| (joint, self.velocity[joint]))
@@ -161,7 +161,7 @@ impl Link {
         }
     }
 
-    /// Notes the `command` [rad/s], in force from `now` on. It includes the hold, which does not move the joints.
+    /// Notes the `command` [rad/s], in force from `now` on. The command includes the hold, which does not move the joints.
     pub fn command(&mut self, now: Duration, command: &[f64]) {
         self.history.note(now, command, &self.hold);
         for arm in &mut self.arms {
@@ -186,7 +186,7 @@ impl Link {
         &self.hold
     }
 
-    /// Returns the pull at each joint: its commanded speed less its real one [rad/s, prismatic: m/s].
+    /// Returns the pull at each joint: its commanded speed less its real speed [rad/s, prismatic: m/s].
     pub fn pulls(&self) -> impl Iterator<Item = f64> + '_ {
         self.arms.iter().flat_map(|arm| arm.pull.speeds().iter().copied())
     }
@@ -222,7 +222,8 @@ impl Link {
         arms.min_by_key(|(_, arm)| arm.received).map_or(0, |(arm, _)| arm)
     }
 
-    /// Returns an arm with two publishers of joint states, if there is one, and the numbers of both, the earlier one first.
+    /// Returns an arm with two publishers of joint states, if there is one, and the numbers of both publishers, the earlier one
+    /// first.
     pub fn rivals(&mut self, now: Duration) -> Option<(usize, [u32; 2])> {
         let mut arms = self.arms.iter_mut().enumerate();
         arms.find_map(|(arm, link)| Some((arm, link.sources.rivals(now)?)))
@@ -238,13 +239,13 @@ impl Link {
         self.figures().position(|figures| contacts.contains(&figures.contact))
     }
 
-    /// Returns a joint that does not follow, counted from 1 arm after arm, if there is one.
+    /// Returns a joint that does not follow, counted from 1, arm after arm, if there is one.
     pub fn lost(&self) -> Option<usize> {
         self.arms.iter().find_map(|arm| Some(arm.joints.start + arm.following.lost()? + 1))
     }
 
-    /// Returns a joint that moves too far, counted from 1 arm after arm, and the ratio of its motion to the command, if there is
-    /// one.
+    /// Returns a joint that moves too far, if there is one, counted from 1, arm after arm. Also returns the ratio of its motion to
+    /// the command.
     pub fn too_far(&self, now: Duration) -> Option<(usize, f64)> {
         self.arms.iter().find_map(|arm| {
             let (joint, factor) = arm.following.too_far(now)?;
@@ -257,7 +258,7 @@ impl Link {
         self.arms.iter_mut().for_each(|arm| arm.following.try_again());
     }
 
-    /// Returns the factor by which to scale `target` [rad/s]. It makes joints that have not yet responded move gently.
+    /// Returns the factor by which to scale `target` [rad/s], so that joints that have not yet responded move gently.
     pub fn probing_factor(&self, target: &[f64], accelerations: &[f64]) -> f64 {
         let factors = self.arms.iter().flat_map(|arm| {
             arm.joints.clone().map(|joint| {
@@ -279,7 +280,7 @@ impl Link {
     /// Returns the data by which braking before a position limit is computed. The servo has the control period `period` \[s\]. The
     /// joints have these decelerations [rad/s²], jerks [rad/s³] and last changes of their commands [rad/s].
     ///
-    /// A command may stay in force for as long as the latest command of the last seconds did. Such single delays do not limit the
+    /// A command may stay in force for as long as the longest command of the last seconds. Such single delays do not limit the
     /// law's gain.
     pub fn braking<'a>(&self, [decelerations, jerks, steps]: [&'a [f64]; 3], period: f64) -> Braking<'a> {
         let slowest = |of: fn(&ArmFigures) -> Duration| self.figures().map(of).max().unwrap_or_default();

@@ -35,7 +35,7 @@ impl Part {
 }
 
 impl Parts {
-    /// Drops all readings, because a message had the whole arm.
+    /// Drops all readings, because a single message had all joints of the arm.
     pub fn clear(&mut self) {
         self.heard.clear();
     }
@@ -89,7 +89,7 @@ impl Parts {
         self.heard.iter().position(|part| !part.is_some_and(|part| part.is_there(now, timeout)))
     }
 
-    /// Returns the readings of all joints if each of them has arrived since the last complete joint state.
+    /// Returns the readings of all joints if every joint has a reading that arrived since the last complete joint state.
     pub fn whole(&mut self) -> Option<impl Iterator<Item = Part> + Clone + '_> {
         if !self.heard.iter().flatten().all(|part| part.is_new) {
             return None;

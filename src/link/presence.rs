@@ -1,10 +1,10 @@
-//! Detects that the robot appeared, was away, or jumped. Earlier requests do not apply to the robot then.
+//! Detects that the robot appeared, was away, or jumped. Requests made before such an event no longer apply to the robot.
 
 use dq_kinematics::arm::JointKind;
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
-/// A joint state may be later than expected by this time without its motion counting as a jump \[s\].
+/// A joint state may arrive this much later than expected \[s\]. The motion of the joint in this time does not count as a jump.
 const LATENESS: f64 = 0.05;
 
 /// Returns the longest plausible travel of a joint between two joint states that are `seconds` apart \[rad, prismatic: m\]. `speed`
@@ -29,7 +29,7 @@ pub enum Returned {
     Came,
     /// The robot was away for this time \[s\].
     WasAway(f64),
-    /// A joint jumped: its number (counted from 1 arm after arm), the distance \[rad, prismatic: m\], and its kind.
+    /// A joint jumped: its number (from 1, arm after arm), the distance \[rad, prismatic: m\], and its kind.
     IsElsewhere(usize, f64, JointKind),
 }
 
@@ -50,11 +50,12 @@ pub(crate) struct Step<'a> {
     pub to: &'a [f64],
     /// The speed limits of the joints [rad/s].
     pub speeds: &'a [f64],
-    /// The recently commanded displacements \[rad\]. They may exceed what `speeds` allow if a limit was lowered meanwhile.
+    /// The recently commanded displacements \[rad\]. If a limit was lowered meanwhile, they may exceed the displacements that
+    /// `speeds` allow.
     pub commanded: &'a [f64],
     /// The kinds of the joints.
     pub kinds: &'a [JointKind],
-    /// The number of the arm's first joint, counted from 1 arm after arm.
+    /// The number of the arm's first joint, counted from 1, arm after arm.
     pub first_joint: usize,
 }
 

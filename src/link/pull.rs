@@ -22,16 +22,17 @@ const WATCHED: f64 = 5.0;
 /// Largest product of rate and delay: half of what the small-gain theorem allows.
 const STABLE: f64 = 0.5;
 
-/// The largest estimate, as a fraction of a joint's largest speed, and its largest rate of change [rad/s², prismatic: m/s²]. A
-/// faster change comes not from a weight, but from a joint that stands although it is commanded to move.
+/// The largest estimate, as a fraction of a joint's largest speed. The next number is its largest rate of change [rad/s²,
+/// prismatic: m/s²]. A faster change comes not from a weight, but from a joint that stands although it is commanded to move.
 const LARGEST: f64 = 0.2;
 const FASTEST_CHANGE: f64 = 1.0;
 
 /// A joint that is slower than this stands [rad/s, prismatic: m/s].
 const STANDSTILL: f64 = 0.01;
 
-/// The speed, and the change of speed, from which a motion no longer counts for the estimate [rad/s, prismatic: m/s]. Below it, its
-/// weight falls linearly. In fast or changing motion, an error of the estimated delay looks like a pull.
+/// A motion at this speed, or with a change of speed of this size, no longer counts for the estimate [rad/s, prismatic: m/s]. Below
+/// it, the weight of a motion falls linearly with its speed. In fast or changing motion, an error of the estimated delay looks like
+/// a pull.
 const FAST: f64 = 0.1;
 
 /// The fraction of a joint's acceleration limit that its hold may use.
@@ -43,7 +44,8 @@ const OUTWARD: f64 = 5.0;
 /// The estimated pull at the joints of one arm.
 #[derive(Serialize, Deserialize)]
 pub(crate) struct Pull {
-    /// The pull at each joint: the part of its commanded less its real speed that a pull explains [rad/s, prismatic: m/s].
+    /// The pull at each joint: the part of the difference between commanded and real speed that a pull explains [rad/s, prismatic:
+    /// m/s].
     speeds: Vec<f64>,
     /// The change of each joint's hold in the last cycle [rad/s, prismatic: m/s].
     steps: Vec<f64>,
@@ -96,7 +98,7 @@ impl Pull {
         Self { speeds: zeros.clone(), steps: zeros, driven: false, compared: None }
     }
 
-    /// Returns the pull at each joint: its commanded less its real speed [rad/s, prismatic: m/s].
+    /// Returns the pull at each joint: its commanded speed less its real speed [rad/s, prismatic: m/s].
     pub fn speeds(&self) -> &[f64] {
         &self.speeds
     }
@@ -142,7 +144,7 @@ impl Pull {
     }
 
     /// Moves the `hold` of each joint [rad/s, prismatic: m/s] toward the estimate, or toward 0, within the limits on acceleration
-    /// and jerk. The arm's joints begin at index `first` of all joints. `within` returns the range of each joint's hold.
+    /// and jerk. The index of the arm's first joint among all joints is `first`. `within` returns the range of each joint's hold.
     pub fn balance(
         &mut self,
         what: Hold,

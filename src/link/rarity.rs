@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
-/// Number of intervals whose median counts. An outage is a single long interval and does not change the median.
+/// The median of this many intervals counts. An outage is a single long interval and does not change the median.
 const KEPT: usize = 5;
 
 /// Joint states are too rare if their interval exceeds this fraction of the timeout: with jitter, some of them then arrive too

@@ -12,7 +12,8 @@ const WINDOW: Duration = Duration::from_millis(100);
 /// Least time between two samples.
 const SPACING: Duration = Duration::from_millis(10);
 
-/// If the samples have a longer gap than this, the earlier ones are dropped, because the motion during the gap is unknown.
+/// If the time between two samples is longer than this, the earlier samples are dropped, because the motion during the gap is
+/// unknown.
 const LONGEST_GAP: Duration = Duration::from_millis(300);
 
 /// Number of samples: those of one window, and the one before the window.
@@ -63,7 +64,7 @@ impl Samples {
         self.spare.extend(self.samples.drain(..));
     }
 
-    /// Adds `positions` \[rad, prismatic: m\] at `time` unless the last sample is too recent. Returns whether it did.
+    /// Adds `positions` \[rad, prismatic: m\] at `time` unless the last sample is too recent. Returns whether it added them.
     pub fn add(&mut self, time: Duration, positions: &[f64], kinds: &[JointKind]) -> bool {
         if self.samples.back().is_some_and(|last| time > last.time + LONGEST_GAP) {
             self.clear();

@@ -21,7 +21,7 @@ const TOO_FAR: f64 = 2.0;
 const LOSSES: usize = 3;
 const LOSSES_WITHIN: Duration = Duration::from_secs(10);
 
-/// The times by which commands may take effect later than estimated. The best fit counts.
+/// The times by which commands may take effect later than estimated. The monitor uses the one that fits best.
 const SLACK: [Duration; 3] = [Duration::ZERO, Duration::from_millis(50), Duration::from_millis(100)];
 
 /// How long a joint must fail to follow before the arm counts as lost.
@@ -42,14 +42,15 @@ const PULLED: f64 = 4.0;
 /// The weight of a new window in the robot's speed fraction.
 const SMOOTHING: f64 = 0.05;
 
-/// The fraction of its commanded distance that a joint has moved: the range over all [`SLACK`]s.
+/// The distance that a joint has moved as a fraction of its commanded distance: the smallest and the largest fraction for all
+/// [`SLACK`]s.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Part {
     largest: f64,
     smallest: f64,
-    /// The ratio of the joint's distance to the commanded one, which counts as at least [`LEAST_DISTANCE`].
+    /// The ratio of the joint's distance to the commanded distance, which counts as at least [`LEAST_DISTANCE`].
     excess: f64,
-    /// The fraction that the other joints have moved; −∞ if their commands were too small to tell.
+    /// The fraction of their commanded distance that the other joints have moved; −∞ if their commands were too small to tell.
     others: f64,
 }
 
@@ -61,7 +62,7 @@ impl Part {
         others: f64::NEG_INFINITY,
     };
 
-    /// Adds one comparison: the joint was commanded to move by `asked` and moved by `moved`. `all` compares all joints.
+    /// Adds one comparison: the joint was commanded to move by `asked` and moved by `moved`. `all` is the comparison of all joints.
     fn note(&mut self, asked: f64, moved: f64, all: &Comparison) {
         self.excess = self.excess.min(moved.abs() / asked.abs().max(LEAST_DISTANCE));
         // A small distance proves nothing, so it counts as followed exactly.
@@ -73,7 +74,8 @@ impl Part {
         }
     }
 
-    /// Returns whether the joint moves much less than the other joints, or, if their motion is unknown, than the `common` fraction.
+    /// Returns whether the joint moves much less than the other joints. If their motion is unknown, compares with the fraction
+    /// `common`.
     fn is_lost(&self, common: f64) -> bool {
         let others = if self.others.is_finite() { self.others.min(1.0) } else { common };
         self.largest < PART * others || self.excess >= MUCH_TOO_FAR
@@ -87,7 +89,7 @@ enum Phase {
     Standing,
     /// The arm is commanded to move. `fails_since` is when a joint began to fail.
     Driven { fails_since: Option<Duration> },
-    /// The servo sends zeros since this time.
+    /// The servo has sent zeros since this time, because the arm does not follow.
     Lost { since: Duration },
 }
 
@@ -109,11 +111,11 @@ pub(crate) struct TrackingMonitor {
     disobeys: Option<(Duration, usize)>,
     commanded: Option<Duration>,
     asked: Vec<f64>,
-    /// For each joint, the fraction of its commanded distance that it has moved in the last window.
+    /// The fraction of its commanded distance that each joint has moved in the last window.
     parts: Vec<Part>,
     /// The fraction of the commanded speed at which the robot moves.
     factor: f64,
-    /// When the arm stopped following, the latest time first.
+    /// The times at which the arm stopped following, the latest time first.
     losses: [Option<Duration>; LOSSES],
     /// When a joint began to move too far, its number, and the ratio of its motion to the command.
     too_far: Option<(Duration, usize, f64)>,
@@ -188,7 +190,7 @@ impl TrackingMonitor {
         }
     }
 
-    /// Drops the losses so far, because consent was revoked for them.
+    /// Drops the recorded losses, because consent was revoked for them.
     pub fn tell(&mut self) {
         self.losses = [None; LOSSES];
     }
@@ -228,8 +230,8 @@ impl TrackingMonitor {
         }
     }
 
-    /// Updates which joints respond. They are at `positions` \[rad, prismatic: m\] at `now`. The arm responds after `response`;
-    /// `pull` acts on its joints [rad/s].
+    /// Updates which joints respond. The joints are at `positions` \[rad, prismatic: m\] at `now`. The arm responds after
+    /// `response`; `pull` acts on its joints [rad/s].
     pub fn watch_responses(
         &mut self,
         now: Duration,
@@ -251,8 +253,8 @@ impl TrackingMonitor {
         }
     }
 
-    /// Checks at `now` that an arm in motion still follows. It has moved by `motion`, and responds after `response`; `pull` acts on
-    /// its joints [rad/s].
+    /// Checks at `now` that an arm in motion still follows. The arm has moved by `motion`, and responds after `response`; `pull`
+    /// acts on its joints [rad/s].
     pub fn watch_motion(
         &mut self,
         now: Duration,

@@ -5,7 +5,7 @@ use super::messages::Message;
 use byteorder::{BigEndian, LittleEndian};
 use serde::de::DeserializeOwned;
 
-/// The encapsulation header of plain CDR in little endian. Its last two bytes are options, which nobody uses.
+/// The encapsulation header of plain CDR in little endian. Its last two bytes are options that nobody uses.
 pub const CDR_LE: [u8; 4] = [0, 1, 0, 0];
 /// The encapsulation header of plain CDR in big endian.
 pub const CDR_BE: [u8; 4] = [0, 0, 0, 0];
@@ -22,7 +22,8 @@ pub fn decode<M: Message>(cdr: &[u8]) -> Result<M, WireError> {
     decode_payload(*header, payload).map(|(message, _)| message).map_err(error)
 }
 
-/// Decodes the value at the beginning of a payload with this header. Returns the value and the number of bytes that it takes.
+/// Decodes the value at the beginning of a payload with the encapsulation header `header`. Returns the value and the number of
+/// bytes that it takes.
 pub fn decode_payload<V: DeserializeOwned>(header: [u8; 4], payload: &[u8]) -> Result<(V, usize), String> {
     let decoded = match header {
         [0, 0, ..] => cdr_encoding::from_bytes::<V, BigEndian>(payload),

@@ -76,7 +76,7 @@ impl NodeContract {
         Self { topics: topics.into_iter().map(|(name, topic)| (name.into(), topic)).collect() }
     }
 
-    /// Returns the topic `name`. It must have messages of type `M` and this direction.
+    /// Returns the topic `name`. The topic must have messages of type `M` and the direction `direction`.
     ///
     /// # Errors
     /// [`WireError::Contract`] if the contract has no such topic.

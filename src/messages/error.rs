@@ -23,7 +23,7 @@ pub enum WireError {
         message: &'static str,
         /// The number of bytes.
         bytes: usize,
-        /// The reason why they cannot be decoded.
+        /// The reason why the bytes cannot be decoded.
         why: String,
     },
 }

@@ -7,17 +7,17 @@ use serde::{Deserialize, Deserializer};
 use std::cell::Cell;
 use std::fmt;
 
-/// A value that can be decoded into an earlier value of its type, and so reuses its memory. The result equals that of
+/// A value that can be decoded into an earlier value of its type, whose memory it then reuses. The result equals that of
 /// [`Deserialize`].
 pub trait InPlace: Default {
     /// Replaces this value by the deserialized one.
     ///
     /// # Errors
-    /// The deserializer's error. The value is then a mixture of the old and the new one.
+    /// The deserializer's error. The value is then a mixture of the old and the new value.
     fn read_from<'de, D: Deserializer<'de>>(&mut self, deserializer: D) -> Result<(), D::Error>;
 }
 
-/// Decodes a message into the one in the cell, and takes it out of the cell.
+/// Decodes a message into the message in the cell, and takes it out of the cell.
 pub struct Reuse<'a, M>(pub &'a Cell<M>);
 
 impl<M> Clone for Reuse<'_, M> {
@@ -95,7 +95,7 @@ fields! {
     TwistStamped { header, twist }
 }
 
-/// A text from outside. It is [`cut`].
+/// Reads a text from outside, [`cut`] to the longest allowed length.
 impl InPlace for String {
     fn read_from<'de, D: Deserializer<'de>>(&mut self, deserializer: D) -> Result<(), D::Error> {
         deserializer.deserialize_str(Over(self))
@@ -116,7 +116,7 @@ impl Visitor<'_> for Over<'_, String> {
     }
 }
 
-/// A list from outside. It has at most [`MOST`] elements.
+/// Reads a list from outside, with at most [`MOST`] elements.
 impl<T: InPlace> InPlace for Vec<T> {
     fn read_from<'de, D: Deserializer<'de>>(&mut self, deserializer: D) -> Result<(), D::Error> {
         deserializer.deserialize_seq(Over(self))
@@ -168,7 +168,7 @@ mod tests {
         bytes
     }
 
-    /// Returns the message in `bytes`, decoded into `old`; `None` if the bytes are not a message.
+    /// Returns the message in `bytes`, decoded into the message `old`; `None` if the bytes are not a message.
     fn over(old: JointState, bytes: &[u8]) -> Option<JointState> {
         let place = Cell::new(old);
         deserialize_from_cdr_with_decoder_and_rep_id(bytes, CDR, Reuse(&place)).ok().map(|(it, _)| it)
@@ -181,7 +181,8 @@ mod tests {
     }
 
     proptest! {
-        /// For any earlier message and any bytes, the result equals that of a new message.
+        /// For any earlier message and any bytes, decoding into the earlier message gives the same result as decoding into a new
+        /// message.
         #[test]
         fn nothing_of_the_old_message_is_left(
             (old, new, text) in (0_usize..9, 0_usize..9, "(a|ä){0,200}"),

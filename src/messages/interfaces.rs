@@ -57,12 +57,12 @@ pub(super) const DEFINITIONS: &[(&str, &str)] = definitions![
     "visualization_msgs/msg/UVCoordinate",
 ];
 
-/// The RIHS01 type hashes, from a real ROS 2 Jazzy.
+/// The RIHS01 type hashes, as a real ROS 2 Jazzy has them.
 static TYPE_HASHES: LazyLock<BTreeMap<String, String>> = LazyLock::new(|| {
     serde_json::from_str(include_str!("msg_config/interfaces/type_hashes.json")).unwrap_or_default()
 });
 
-/// The line that rosbag2 writes between a definition and those of its dependencies.
+/// The line that rosbag2 writes between the definition of a type and those of its dependencies.
 const SEPARATOR: &str = "================================================================================";
 
 /// Returns the definition of `message` (`package/msg/Name`), followed by those of all types that it uses, in rosbag2's format.
@@ -84,7 +84,7 @@ pub(super) fn type_of_hash(hash: &str) -> Option<&'static str> {
     TYPE_HASHES.iter().find(|(_, known)| *known == hash).map(|(name, _)| name.as_str())
 }
 
-/// Returns the definition of `message` alone.
+/// Returns the definition of `message`, without those of the types that it uses.
 pub(super) fn own_text(message: &str) -> Option<&'static str> {
     let index = DEFINITIONS.binary_search_by_key(&message, |(name, _)| name).ok()?;
     Some(DEFINITIONS[index].1)

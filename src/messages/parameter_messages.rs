@@ -260,7 +260,7 @@ mod tests {
     use super::*;
     use dq_params::{ParameterStore, Parameters};
 
-    /// rclcpp announces ranges of arrays, too. They apply to each element.
+    /// rclcpp also announces ranges of arrays. Such a range applies to each element.
     #[test]
     fn ranges_are_announced_of_numbers_and_of_arrays() {
         #[derive(Parameters)]

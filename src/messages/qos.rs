@@ -37,7 +37,7 @@ pub struct OfferedQos {
     pub durability: DurabilityKind,
     /// The longest time from one sample to the next; `None` for no limit.
     pub deadline: Option<Duration>,
-    /// The age at which samples are dropped; `None` if they never are.
+    /// The age at which samples are dropped; `None` if samples are never dropped.
     pub lifespan: Option<Duration>,
     /// The party that asserts that the publisher is alive.
     pub liveliness: LivelinessKind,
@@ -48,9 +48,9 @@ pub struct OfferedQos {
 named! {
     /// The DDS policy on the party that asserts that the publisher is alive.
     "liveliness" LivelinessKind {
-        /// The middleware asserts it.
+        /// The middleware asserts that the publisher is alive.
         Automatic = "automatic",
-        /// The publisher asserts it.
+        /// The publisher itself asserts that it is alive.
         ManualByTopic = "manual_by_topic",
     }
 }

@@ -42,11 +42,11 @@ service! {
     ))
 }
 message! {
-    /// A type, and all types that it uses.
+    /// The description of a type, and of all types that it uses.
     TypeDescription = "type_description_interfaces/msg/TypeDescription" {
         /// The type.
         type_description: IndividualTypeDescription,
-        /// The types that it uses, sorted by name.
+        /// The types that the described type uses, sorted by name.
         referenced_type_descriptions: Vec<IndividualTypeDescription>,
     }
 }
@@ -122,7 +122,7 @@ pub fn describe(request: &GetTypeDescriptionRequest) -> GetTypeDescriptionRespon
     }
 }
 
-/// Returns the description of a type and of the types that it uses; `None` if a definition is missing or has a feature that is not
+/// Returns the description of a type and of the types that it uses. `None` if a definition is missing or has a feature that is not
 /// supported.
 fn description(message: &str) -> Option<TypeDescription> {
     let mut referenced = BTreeSet::new();

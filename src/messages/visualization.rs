@@ -41,7 +41,7 @@ message! {
     /// A shape to draw.
     Marker = "visualization_msgs/msg/Marker" {
         header: Header,
-        /// The namespace of the marker. It identifies the marker, together with `id`.
+        /// The namespace of the marker. Namespace and `id` together identify the marker.
         ns: String,
         id: i32,
         /// The shape: a constant of `Marker.msg`, such as [`LINE_STRIP`](Self::LINE_STRIP) or [`LINE_LIST`](Self::LINE_LIST).

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Declares [`Figures`] with the name of each figure in statuses and files, which ends with its unit.
+/// Declares [`Figures`], with the name that each figure has in statuses and files. The name ends with the unit.
 macro_rules! figures {
     ($($(#[$doc:meta])* $field:ident: $kind:ty = $name:literal,)*) => {
         /// The figures of a motion.
@@ -60,8 +60,8 @@ figures! {
     rotation_error: f64 = "rotation_error_rad",
     /// Largest joint speed commanded [rad/s].
     peak_joint_speed: f64 = "peak_joint_speed_rad_s",
-    /// How far the tool went past the goal \[m\]. It is measured along the line to the goal from the tool's position when the goal
-    /// last moved, or from the start.
+    /// How far the tool went past the goal \[m\]. It is measured along a line that ends at the goal. The line starts at the tool's
+    /// position when the goal last moved or, if the goal never moved, when the motion began.
     overshoot: f64 = "overshoot_m",
     /// Control effort `∫|θ̇|² dt` [rad²/s].
     effort: f64 = "effort_rad2_s",

@@ -1,4 +1,4 @@
-//! Measures the figures of a motion. This is the project's one definition of each.
+//! Measures the figures of a motion. The project defines each figure only here.
 //!
 //! | figure | formula, for samples k at times t_k |
 //! |---|---|
@@ -27,8 +27,8 @@ pub struct Settling {
 }
 
 impl Settling {
-    /// Creates the measurement with a band of 2 % of `reference` (the initial error, or a final value), but at least `tolerance`.
-    /// The component counts as settled within this band.
+    /// Creates the measurement. The component counts as settled within a band of 2 % of `reference` (the initial error, or a final
+    /// value), but at least `tolerance`.
     pub fn new(reference: f64, tolerance: f64) -> Self {
         Self {
             band: (SETTLING_BAND * reference.abs()).max(tolerance),
@@ -58,7 +58,7 @@ pub struct MotionMeter {
     rotation: Settling,
     position: Settling,
     start_point: Vector3<f64>,
-    /// The tool's position when the goal last moved; at the beginning, the start.
+    /// The tool's position when the goal last moved; until then, its position at the start of the motion.
     line_start: Vector3<f64>,
     goal_point: Vector3<f64>,
     last: Option<LastSample>,
@@ -190,8 +190,8 @@ mod tests {
         assert_eq!(motion.figures().path_ratio, None, "it is back at its start");
     }
 
-    /// The tool moves along a quarter of a circle of radius 0.2 m within 1 s, its joints at 3 and then at 1 rad/s. The goal is at
-    /// the end of the quarter, 0.2 √2 m from the start.
+    /// The tool moves along a quarter of a circle of radius 0.2 m within 1 s. Its joints move at 3 and then at 1 rad/s. The goal is
+    /// at the end of the quarter, 0.2 √2 m from the start.
     #[test]
     fn figures_match_their_formulas() {
         const COUNT: u32 = 1000;

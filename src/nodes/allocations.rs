@@ -1,4 +1,4 @@
-//! Tests that the cycle's thread allocates only what RustDDS allocates to write a message.
+//! Tests that the cycle's thread allocates only the memory that RustDDS allocates to write a message.
 
 use super::cycle_thread::Tick;
 use super::servo::{Assembled, Cycle};
@@ -41,7 +41,7 @@ impl Robot {
         })
     }
 
-    /// Applies the newest command for one period, and publishes the state.
+    /// Moves the robot by the newest command for one period, and publishes its state.
     fn move_on(&mut self) {
         if let Some(command) = self.commands.newest().message {
             for (position, speed) in self.state.position.iter_mut().zip(&command.data) {
@@ -85,8 +85,8 @@ impl Cycles {
         measure(cycle).count_total
     }
 
-    /// Runs cycles until the servo is in `state`, and then [`COUNT`] warm-up cycles. After that, runs [`COUNT`] cycles and returns
-    /// the numbers of allocations in these, sorted.
+    /// Runs cycles until the servo is in `state`, and then [`COUNT`] warm-up cycles. After that, runs [`COUNT`] more cycles and
+    /// returns their numbers of allocations, sorted.
     fn count(&mut self, state: State) -> Vec<u64> {
         let end = Instant::now() + Duration::from_secs(20);
         while self.state() != state {
@@ -103,11 +103,11 @@ impl Cycles {
     }
 }
 
-/// The number of cycles that are counted in each state. The cycles take half a second. Everything that is published at 10 Hz is due
-/// five times in this time.
+/// The number of cycles that are counted in each state. These cycles take half a second, in which each topic at 10 Hz is due five
+/// times.
 const COUNT: usize = 250;
 
-/// Returns the numbers of allocations that RustDDS makes to write one existing message, sorted.
+/// Returns the numbers of allocations that RustDDS needs to write one existing message, sorted.
 fn writing_allocations<M: Message>(
     topic: &str,
     message: M,
@@ -171,7 +171,7 @@ async fn a_cycle_allocates_what_rustdds_does_to_write_its_command_and_nothing_el
     }
 }
 
-/// The record, into which most cycles write nothing, does not allocate either.
+/// The record of a cycle must not allocate either. Most cycles only add to the message in progress.
 #[tokio::test(flavor = "multi_thread")]
 async fn a_cycle_that_is_recorded_allocates_what_rustdds_does_to_write_its_command() {
     if outside("allocations::a_cycle_that_is_recorded_allocates_what_rustdds_does_to_write_its_command") {

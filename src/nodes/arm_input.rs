@@ -21,7 +21,7 @@ pub(super) struct ArmInput {
     joint_states: JointStates,
     /// The speed scaling that the robot reports; `None` if the node may not subscribe to it.
     speed_scaling: Option<Subscription<Float64>>,
-    /// The last joint state. The next one is decoded into it.
+    /// The last joint state. The next joint state is decoded into it.
     state: JointState,
     publishers: Senders,
     clock: Clock,
@@ -69,8 +69,8 @@ pub(super) fn subscribe(
 }
 
 impl ArmInput {
-    /// Gives the servo every joint state that has arrived from arm number `arm`, and the newest speed scaling. The last joint state
-    /// that matches the arm counts, because the topic may also carry the joint states of a gripper.
+    /// Gives the servo every joint state that has arrived from arm number `arm`, and the newest speed scaling. The topic may also
+    /// carry the joint states of a gripper, so the last joint state that matches the arm counts.
     pub fn feed(&mut self, arm: usize, record: &mut EventsRecord, servo: &mut Servo) {
         let Self { joints, joint_states, speed_scaling, state, publishers, clock, stamp, speed } = self;
         // A simulated clock advances in steps and may be slow, so its stamps do not tell how late a state is.
@@ -118,7 +118,8 @@ pub(super) fn unheard(joint_states: &JointStates) -> Option<String> {
 /// Converts a published speed scaling, a percentage or a fraction, to a fraction from 0 to 1.
 ///
 /// `ur_robot_driver` publishes a percentage (`speed_scaling_state_broadcaster.cpp` multiplies by 100), although its documentation
-/// says 0 to 1. Values up to 1 count as fractions: a robot at 1 % of its speed would in any case count as one that does not follow.
+/// says 0 to 1. Values up to 1 count as fractions. Such values cannot be percentages of a working robot: at 1 % of its speed, a
+/// robot counts as not following.
 fn part(published: f64) -> f64 {
     if published > 1.0 { published / 100.0 } else { published }
 }

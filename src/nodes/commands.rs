@@ -1,5 +1,5 @@
-//! Publishes the commands to all arms. When the cycle ends, even by a panic or a hang, the last velocities sent are zeros.
-//! Controllers that take positions keep the last ones, at which the arm stands still too.
+//! Publishes the commands to all arms. When the cycle ends, even by a panic or a hang, the last velocities that are sent are zeros.
+//! Controllers that take positions keep the last positions, at which the arm stands still too.
 
 use super::guards::{self, GuardStatuses};
 use super::node_setup::NodeSetup;
@@ -15,10 +15,10 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 use tokio::sync::watch;
 
-/// The publishers of commands. They live longer than the cycle.
+/// The publishers of commands. The publishers live longer than the cycle.
 pub(super) struct Commands {
     arms: Vec<ArmCommands>,
-    /// Whether any command was sent. Before that, even zeros might be a step for a robot that another servo moves.
+    /// Whether any command was sent. Before the first command, even zeros might stop a robot that another servo moves.
     begun: AtomicBool,
     ended: AtomicBool,
 }
@@ -34,7 +34,7 @@ struct ArmCommands {
     rival: Arc<Rival>,
 }
 
-/// A publisher of commands. The message type is the one that the arm's controller takes.
+/// A publisher of commands. Its message type depends on the arm's controller.
 trait CommandPublisher: Send + Sync {
     /// Publishes these numbers.
     fn publish(&self, numbers: &[f64]);
@@ -46,10 +46,10 @@ trait CommandPublisher: Send + Sync {
 /// A publisher of commands of one type, and the message into which each command is written.
 struct MessagePublisher<M: Message> {
     publisher: Publisher<M>,
-    /// The message. Only the cycle uses it.
+    /// The message into which the commands are written. Only the cycle uses it.
     message: Mutex<Arc<M>>,
-    /// The command that stops an arm that takes velocities; `None` for positions, because such an arm stops without a further
-    /// command.
+    /// The command that stops an arm that takes velocities. `None` if the arm takes positions, because it then stops without a
+    /// further command.
     standstill: Option<Arc<M>>,
 }
 
@@ -151,8 +151,8 @@ impl Commands {
         Ok(Self { arms, begun: AtomicBool::new(false), ended: AtomicBool::new(false) })
     }
 
-    /// Sends each arm its part of the command, or stops the arms if [`end`](Self::end) was called. If `end` is called during this
-    /// call, the last command sent also stops the arms.
+    /// Sends each arm its part of the command, or stops the arms if [`end`](Self::end) was called. If `end` is called while this
+    /// function runs, the last command that is sent stops the arms.
     pub fn publish(&self, command: &[f64]) {
         self.begun.store(true, Ordering::SeqCst);
         if !self.has_ended() {
@@ -205,12 +205,12 @@ impl Commands {
         self.arms.get(arm).is_some_and(|arm| arm.heard.load(Ordering::Relaxed))
     }
 
-    /// Returns whether anyone else sends commands to arm number `arm`.
+    /// Returns whether another publisher sends commands to arm number `arm`.
     pub fn are_contended(&self, arm: usize) -> bool {
         self.arms.get(arm).is_some_and(|arm| arm.rival.is_there())
     }
 
-    /// Returns the publisher number `number` of commands to arm number `arm`: 0 is this node, 1 the rival.
+    /// Returns the publisher number `number` of commands to arm number `arm`. Number 0 is this node, and 1 is the other publisher.
     pub fn publisher(&self, arm: usize, number: u32) -> Option<EndpointId> {
         let arm = self.arms.get(arm)?;
         if number == 0 { Some(arm.publishing().id()) } else { arm.rival.publisher() }
@@ -238,8 +238,8 @@ impl Commands {
     }
 }
 
-/// Returns the function to call when the cycle has ended or panicked. The function sends zeros unless the cycle has sent them, and
-/// passes on the outcome.
+/// Returns the function to call when the cycle has ended or panicked. This function sends zeros unless the cycle has already sent
+/// them. Then it passes the outcome on.
 pub(super) fn on_end(
     commands: Arc<Commands>,
     end: watch::Sender<Option<Outcome>>,
@@ -280,7 +280,8 @@ mod tests {
         Commands::new(&mut setup, &arms, sending).unwrap()
     }
 
-    /// A publisher with a delay: all commands end before its first command is sent. It records whether zeros were sent last.
+    /// A publisher with a delay: the cycle ends before its first command is sent. The publisher records whether zeros were sent
+    /// last.
     struct DelayedPublisher {
         commands: Arc<OnceLock<Arc<Commands>>>,
         stands: Arc<AtomicBool>,

@@ -12,12 +12,12 @@ pub(super) fn due(last: &mut Duration, now: Duration, interval: Duration) -> boo
     due
 }
 
-/// The warning that was logged last; `None` if none is due.
+/// The warning that was logged last; `None` if the last state needed no warning.
 #[derive(Default)]
 pub(super) struct WarningOnChange(Option<String>);
 
 impl WarningOnChange {
-    /// Logs the warning if it differs from the last one.
+    /// Logs the warning `now` if it differs from the last one.
     pub fn warn(&mut self, log: &Logger, now: Option<String>) {
         if now != self.0 {
             now.iter().for_each(|warning| log.warn(warning));

@@ -14,14 +14,14 @@ use std::sync::mpsc::sync_channel;
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-/// One wake-up.
+/// One wake-up of the thread.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Tick {
-    /// The time of the monotonic clock.
+    /// The time of the wake-up by the monotonic clock.
     pub now: Duration,
     /// The delay of the wake-up after its deadline.
     pub lateness: Duration,
-    /// The number of deadlines skipped since the previous cycle. Skipped cycles are not made up for.
+    /// The number of deadlines skipped since the previous cycle. The thread does not catch up on skipped cycles.
     pub missed: u64,
     /// The time that the previous cycle took; `None` in the first cycle.
     pub worked: Option<Duration>,
@@ -35,11 +35,12 @@ pub(super) struct Schedule {
     pub realtime_priority: u8,
 }
 
-/// Runs `body` by `schedule` on a new thread until `body` breaks. Then drops `body` and what it owns, and calls `on_end` with the
-/// value of the break, or with the message of a panic.
+/// Runs `body` by `schedule` on a new thread until `body` breaks. Then drops `body` and the values that it owns. Finally calls
+/// `on_end` with the value of the break, or with the message of a panic.
 ///
 /// # Errors
-/// [`NodeError::Thread`], and [`NodeError::Realtime`] if the system does not allow the priority. Then neither function was called.
+/// [`NodeError::Thread`], and [`NodeError::Realtime`] if the system does not allow the priority. In this case, neither function is
+/// called.
 pub(super) fn spawn<E>(
     name: &str,
     schedule: Schedule,

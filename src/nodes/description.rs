@@ -15,7 +15,7 @@ use tokio::time::{Instant, interval};
 /// The name of the topic.
 const TOPIC: &str = "robot_description";
 
-/// The interval between two log lines that say that the description is awaited, or that a different one arrived.
+/// The interval between two log lines that say that the node waits for the description, or that a different description arrived.
 const REMINDER: Duration = Duration::from_secs(5);
 
 impl<P: NodeParameters> Given<P> {
@@ -46,7 +46,7 @@ impl<P: NodeParameters> Given<P> {
     }
 }
 
-/// Logs each robot description whose arm between the frames differs from the one in use. The servo keeps the one in use.
+/// Logs each robot description whose arm between the frames differs from the arm in use. The servo keeps the arm in use.
 pub(super) fn watch(
     node: &mut Node,
     contract: &NodeContract,

@@ -22,7 +22,7 @@ const BATCH: Duration = Duration::from_millis(100);
 /// A message of this length is published before [`BATCH`] has passed \[bytes\].
 const FULL: usize = 1 << 18;
 
-/// The longest record of one cycle \[bytes\]. A longer one is left out, and the replay reports a missing cycle.
+/// The longest record of one cycle \[bytes\]. A longer record is left out, and the replay reports a missing cycle.
 const LONGEST: usize = 1 << 20;
 
 /// The interval at which the record includes the servo's state. After a lost message the replay continues at the next state.
@@ -51,13 +51,13 @@ impl EventsTopic {
 pub(super) struct ParameterRecord {
     /// [`Recorded::Begin`] with all parameters.
     all: Vec<u8>,
-    /// [`Recorded::Parameters`] with the parameters that were changed.
+    /// [`Recorded::Parameters`] with the changed parameters only.
     changed: Vec<u8>,
 }
 
 impl ParameterRecord {
     /// Encodes the parameters in `store` of a servo of this kind, the `changes` that led to these parameters, and the live
-    /// keep-outs.
+    /// keep-outs `drawn`.
     pub fn new(
         kind: ServoKind,
         store: &ParameterStore,
@@ -89,7 +89,7 @@ pub(super) struct EventsRecord {
     readers: usize,
     /// The time at which the servo's state was last recorded.
     begun: Duration,
-    /// The message in progress. Nobody else holds it.
+    /// The message in progress. Nobody else refers to it.
     message: Arc<UInt8MultiArray>,
     /// The time of the first cycle in the message.
     first: Duration,
@@ -197,7 +197,7 @@ impl EventsRecord {
     }
 }
 
-/// Publishes the last cycles too: if a fault ended the servo, these cycles show the cause.
+/// Publishes the last cycles, too: if a fault ended the servo, the last cycles show the cause.
 impl Drop for EventsRecord {
     fn drop(&mut self) {
         // A panic leaves the record of its cycle incomplete.

@@ -1,5 +1,4 @@
-//! Looks up frames in TF, on another thread than that of the cycle. The cycle asks for the pose of a goal, and collects the answer
-//! later.
+//! Looks up frames in TF, on another thread than the cycle. The cycle asks for the pose of a goal, and collects the answer later.
 
 use super::node_setup::NodeSetup;
 use dq_core::servo::{GoalFrameMode, GoalFrames};
@@ -16,11 +15,11 @@ use tokio::time::{Instant, sleep_until};
 
 const WARNING_INTERVAL: Duration = Duration::from_secs(1);
 
-/// A request of the cycle to the listener.
+/// A request of the cycle to the listener, which is the thread that looks frames up.
 enum FrameRequest {
     /// Find the pose of this goal.
     Goal(FramedGoal),
-    /// Report how the frame of this goal moves the goal, if the settings say that goals follow their frames. Ends the following of
+    /// Report how the frame of this goal moves the goal, if the settings say that goals follow their frames. Stops following
     /// earlier goals.
     Follow(FramedGoal),
     /// Follow no goal.
@@ -30,7 +29,7 @@ enum FrameRequest {
     Configure(GoalFrames),
 }
 
-/// All frames that were heard of, shared between the listener and those who look frames up.
+/// All frames that were heard of. The listener and the users of the frames share the tree.
 #[derive(Clone, Default)]
 pub(super) struct Tree(Arc<Mutex<FrameTree>>);
 
@@ -54,7 +53,7 @@ pub(super) struct Frames {
     motion: Option<FrameMotion>,
 }
 
-/// What the listener found out.
+/// A result that the listener sends to the cycle.
 enum Report {
     Answer(Answer),
     /// How the frame of the goal with this number has moved.
@@ -112,7 +111,7 @@ impl Frames {
         }
     }
 
-    /// Follows the frame of a goal that was answered and accepted. Ends the following of earlier goals.
+    /// Follows the frame of a goal whose pose was found and accepted. Stops following earlier goals.
     pub fn follow(&mut self, goal: FramedGoal) {
         (self.unfollowed, self.motion) = (goal.number.saturating_sub(1), None);
         let _ = self.asks.send(FrameRequest::Follow(goal));
@@ -150,7 +149,7 @@ impl Frames {
     }
 }
 
-/// The thread's part of the lookup: it listens to TF.
+/// The listener's state. The listener is the thread that receives TF and looks frames up.
 struct Listener {
     tf: Subscription<TFMessage>,
     tf_static: Subscription<TFMessage>,
@@ -237,7 +236,7 @@ impl Listener {
         self.followed = self.followed.take().filter(|followed| followed.number() > number);
     }
 
-    /// Follows the goal if the settings say that goals follow their frames. Ends the following of other goals.
+    /// Follows the goal if the settings say that goals follow their frames. Stops following other goals.
     fn follow(&mut self, goal: FramedGoal) {
         let follows = self.settings.mode == GoalFrameMode::Follow && !self.is_on_tool(&goal);
         self.followed = follows.then(|| Followed::new(goal, self.began.elapsed()));

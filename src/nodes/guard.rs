@@ -26,17 +26,17 @@ const STATUS_INTERVAL: Duration = Duration::from_millis(100);
 /// The shortest time between two warnings that the guard hears no joint states.
 const WARNING_INTERVAL: Duration = Duration::from_secs(10);
 
-/// The time after which a trajectory that stops the arm ends.
+/// The duration of the trajectory that stops the arm.
 const STAND: Duration = Duration::from_millis(20);
 
-/// The time for which a guard that should end waits until the arm does not need it any more. A launch ends servo and guard at the
-/// same moment, and a servo sends a few more commands even if the arm has settled.
+/// How long a guard that should end waits until the arm no longer needs it. A launch ends servo and guard at the same moment, and a
+/// servo sends a few more commands even if the arm has settled.
 const SERVO_ENDS: Duration = Duration::from_millis(500);
 
 /// A running guard node.
 pub struct GuardNode {
     cycle: CycleThread,
-    /// Whether the guard is needed.
+    /// Whether the arm needs the guard.
     needed: watch::Receiver<bool>,
     joint_states: Arc<Subscription<JointState>>,
     node: Node,
@@ -71,8 +71,8 @@ impl GuardNode {
         Ok(Self { cycle, needed: is_needed, joint_states, node })
     }
 
-    /// Ends the node as soon as the arm does not need the guard any more. A launch that ends also stops the guard, perhaps just
-    /// when the servo was killed.
+    /// Ends the node as soon as the arm no longer needs the guard. A launch that ends also ends the guard, perhaps just when the
+    /// servo was killed.
     ///
     /// Returns false if the arm was still commanded to move after the time that a servo may take to shut down.
     pub async fn shut_down(mut self) -> bool {
@@ -97,7 +97,7 @@ impl GuardNode {
     }
 }
 
-/// The commands of one type: the subscription with which they are watched, and the publisher that sends the guard's own.
+/// The commands of one type: the subscription to the servo's commands, and the publisher of the guard's own commands.
 struct Channel<M: Message> {
     watched: Subscription<M>,
     sent: Publisher<M>,
@@ -119,7 +119,7 @@ impl<M: Command> Channel<M> {
     }
 }
 
-/// The commands. The message type is the one that the arm's controller takes.
+/// The commands to the arm. Their message type depends on the arm's controller.
 enum Commands {
     Arrays(Channel<Float64MultiArray>),
     Trajectories(Channel<JointTrajectory>),
@@ -154,7 +154,7 @@ impl Commands {
 struct Watch {
     guard: Guard,
     joints: JointOrder,
-    /// Receives the timeout when the parameter is changed.
+    /// Receives the timeout when its parameter is changed.
     inbox: Receiver<Duration>,
     joint_states: Arc<Subscription<JointState>>,
     commands: Commands,

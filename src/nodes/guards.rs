@@ -10,8 +10,9 @@ use std::time::Duration;
 /// A guard that is silent for longer than this counts as gone.
 const SILENCE: Duration = Duration::from_secs(1);
 
-/// The subscription to the statuses of an arm's guards. Each guard publishes and subscribes to the arm's commands, but is neither a
-/// rival nor a robot. So the number of guards is subtracted from the numbers of publishers and subscribers.
+/// The subscription to the statuses of an arm's guards. Each guard publishes and subscribes to the arm's commands, but a guard is
+/// neither a rival nor a robot. So the number of guards is subtracted from the numbers of publishers and subscribers of the
+/// commands.
 pub(super) type GuardStatuses = Arc<Subscription<DiagnosticStatus>>;
 
 /// Subscribes to the statuses of the guards of the arm whose topics begin with `prefix`.

@@ -1,5 +1,5 @@
 //! The settings in force: those of the parameters, and the live keep-outs of `~/keep_out`. Only this module gives settings to the
-//! cycle. It builds the settings outside the cycle's thread.
+//! cycle. This module builds the settings outside the cycle's thread.
 
 use super::events::ParameterRecord;
 use super::parameters::CYCLE_ENDED;
@@ -23,7 +23,7 @@ pub(super) struct InForce {
 struct Current {
     /// The settings without live keep-outs.
     settings: Settings,
-    /// The number of keep-outs and keep-ins of the parameters that are not checked.
+    /// The number of keep-outs and keep-ins in the parameters that the servo does not check.
     idle: usize,
     store: ParameterStore,
     drawn: Vec<KeepOut>,
@@ -43,8 +43,8 @@ pub(super) struct NotObeyed {
 }
 
 impl InForce {
-    /// Creates the settings of a servo of this kind, which the cycle already has: those of the parameters, of which `idle`
-    /// keep-outs are not checked, without live keep-outs. Later settings are sent by `requests`.
+    /// Creates the settings in force of a servo of this kind. `settings` are those of the parameters, which the cycle already has,
+    /// without live keep-outs. The servo does not check `idle` of the keep-outs. `requests` sends later settings to the cycle.
     pub fn new(
         settings: Settings,
         idle: usize,
@@ -57,7 +57,7 @@ impl InForce {
         Self { now: Mutex::new(now), requests, kind }
     }
 
-    /// Applies `parameters`, which are the parameters in `store` after these `changes`.
+    /// Applies `parameters`, which result from the `changes` and are in `store`.
     ///
     /// # Errors
     /// The reason why the parameters are refused.
@@ -88,7 +88,7 @@ impl InForce {
     /// Replaces all live keep-outs by `drawn`.
     ///
     /// # Errors
-    /// The reason why they are refused.
+    /// The reason why these keep-outs are refused.
     pub fn draw(&self, drawn: Vec<KeepOut>) -> Result<(), String> {
         let now = &mut *self.lock();
         let settings = now.settings.keeping_out_of(&drawn).map_err(|why| why.to_string())?;
@@ -100,7 +100,7 @@ impl InForce {
         Ok(())
     }
 
-    /// Sends these settings to the cycle. `record` has the parameters of the settings.
+    /// Sends these settings to the cycle. `record` has the parameters from which they were built.
     fn ask(
         &self,
         scenes: &mut Vec<Arc<Scene>>,
@@ -129,7 +129,7 @@ impl InForce {
         self.lock().settings.goal_frames.tf_timeout
     }
 
-    /// Returns the texts about what is not obeyed.
+    /// Returns the texts about the keep-outs and keep-ins that are not obeyed.
     pub fn not_obeyed(&self) -> NotObeyed {
         let now = self.lock();
         let count = now.idle + if now.settings.scene.is_none() { now.drawn.len() } else { 0 };
@@ -167,7 +167,7 @@ mod tests {
         (0..count).map(|i| format!("crate/{i} sphere 2 2 2 0.1").parse().unwrap()).collect()
     }
 
-    /// Returns the names of the keep-outs that the cycle is asked to obey; `None` if there is no new request.
+    /// Returns the names of the keep-outs in the settings that were last sent to the cycle; `None` if no new settings were sent.
     fn asked(inbox: &Receiver<Request>) -> Option<Vec<String>> {
         let Request::Configure(settings, _) = inbox.try_iter().last()? else { panic!() };
         let scene = settings.scene?;

@@ -1,5 +1,5 @@
-//! The live keep-outs, which are markers on `~/keep_out`. They are built on a thread for which nobody waits, and are obeyed in
-//! addition to the keep-outs of the parameters.
+//! The live keep-outs, which are markers on `~/keep_out`. A thread for which no other thread waits builds them. The servo obeys
+//! them in addition to the keep-outs of the parameters.
 
 use super::frames::Tree;
 use super::in_force::InForce;
@@ -22,7 +22,7 @@ const INTERVAL: Duration = Duration::from_millis(50);
 /// The shortest time between two warnings.
 const WARNING_INTERVAL: Duration = Duration::from_secs(1);
 
-/// Obeys the markers that arrive. The frames of the markers are looked up in `tree`, relative to the frame `base`.
+/// Subscribes to the markers and obeys them. The frames of the markers are looked up in `tree`, relative to the frame `base`.
 ///
 /// # Errors
 /// [`RosError`] if the network fails.
@@ -47,7 +47,7 @@ pub(super) fn obey(
     Ok(())
 }
 
-/// Processes markers for at most half of the time.
+/// Processes markers. Uses at most half of the thread's time.
 async fn run(markers: Subscription<MarkerArray>, mut drawn: DrawnKeepOuts) {
     let mut is_pending = false;
     loop {
@@ -77,7 +77,8 @@ struct DrawnKeepOuts {
     in_force: Arc<InForce>,
     keep_outs: FramedKeepOuts,
     began: Instant,
-    /// The reasons why keep-outs are not obeyed that are still to be logged. When a keep-out is deleted, its reason is removed.
+    /// The reasons why keep-outs are not obeyed, as long as the reasons are not logged yet. When a keep-out is deleted, its reason
+    /// is removed.
     unsaid: Vec<(KeepOutKey, String)>,
     warned: Option<Duration>,
     log: Logger,
@@ -109,7 +110,7 @@ impl DrawnKeepOuts {
         }
     }
 
-    /// Puts the live keep-outs into force, and logs refusals. Returns whether one of the two is still to be done.
+    /// Puts the live keep-outs into force, and logs refusals. Returns whether something is still to be done.
     fn put_into_force(&mut self) -> bool {
         let (now, patience) = (self.began.elapsed(), self.in_force.patience());
         let lost = self.keep_outs.look(&self.tree.lock(), &self.base, now, patience);

@@ -42,8 +42,8 @@ pub(super) struct Outputs {
 }
 
 impl Outputs {
-    /// Creates the publishers of the node, in addition to its `commands`. `joints` are the names of all joints; pictures are drawn
-    /// from the moments in `slot`.
+    /// Creates the publishers of the node other than those of `commands`. `joints` are the names of all joints. The pictures show
+    /// the moments that are stored in `slot`.
     pub fn new(
         NodeSetup { node, kind, contract }: &mut NodeSetup,
         commands: Arc<Commands>,
@@ -72,18 +72,18 @@ impl Outputs {
         })
     }
 
-    /// Checks who subscribes to the commands and to the record.
+    /// Counts the subscribers to the commands and to the record.
     pub fn update_readers(&self) {
         self.commands.update_readers();
         self.events.update_readers();
     }
 
-    /// Returns the name of joint `number`, counted from 1 arm after arm.
+    /// Returns the name of joint `number`, counted from 1, arm after arm.
     pub fn joint(&self, number: usize) -> String {
         joint_name(number, &self.joints)
     }
 
-    /// Returns the name of the joint that is held back by its position limit, if there is one.
+    /// Returns the name of the joint that its position limit stops, if there is one.
     pub fn joint_at_limit(&self, status: &Status) -> Option<&str> {
         self.joints.get(status.joint_at_limit?.checked_sub(1)?).map(String::as_str)
     }
@@ -96,7 +96,7 @@ impl Outputs {
         (self.guard != before).then_some(self.guard)
     }
 
-    /// Publishes the pose and its error. The stamp is the time of the joint states from which they were computed.
+    /// Publishes the pose and the pose error. The stamp is the time of the joint states from which they were computed.
     pub fn publish_pose(&self, cycle: &Snapshot) {
         let Some(controlled) = &cycle.pose else { return };
         let header = Header { stamp: cycle.stamp.clone(), frame_id: self.goal_frame.clone() };

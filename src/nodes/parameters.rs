@@ -8,7 +8,7 @@ use dq_ros::ros::args::{Override, RosArgs};
 use dq_ros::ros::{LogLevel, Logging, Resolver, RosError};
 use std::marker::PhantomData;
 
-/// A node's names and checked parameters. After this only the network can fail.
+/// A node's names and checked parameters. From here on, only the network can fail.
 pub struct Prepared<P> {
     pub(super) names: Resolver,
     pub(super) store: ParameterStore,
@@ -49,7 +49,7 @@ impl<P: NodeParameters> Prepared<P> {
     }
 }
 
-/// The reason why a node that is shutting down takes no parameters.
+/// The reason why a node that is shutting down refuses parameters.
 pub(super) const CYCLE_ENDED: &str = "the node's cycle has ended";
 
 /// The names of a node and its parameters, as the command line gives them. The parameters are not checked yet. Each parameter file

@@ -103,7 +103,7 @@ struct Cycle {
     random: ChaCha8Rng,
     joint_states: Publisher<JointState>,
     tf: Publisher<TFMessage>,
-    /// The last messages. The next ones overwrite them.
+    /// The last messages. The next messages overwrite them.
     state: Arc<JointState>,
     transforms: Arc<TFMessage>,
     diagnostics: Publisher<DiagnosticArray>,
@@ -121,7 +121,7 @@ struct Cycle {
     log: Logger,
 }
 
-/// The commands. The message type is the one that the simulated controller takes.
+/// The commands to the plant. Their message type depends on the simulated controller.
 enum Commands {
     Velocities(Subscription<Float64MultiArray>),
     Positions(Subscription<Float64MultiArray>),
@@ -172,7 +172,7 @@ impl Commands {
     }
 }
 
-/// Gives the newest command to `take`. Returns the errors.
+/// Gives the newest command to the function `take`. Returns the errors.
 fn newest<M: Message>(commands: &Subscription<M>, take: impl FnOnce(M) -> Result<(), String>) -> Vec<String> {
     let newest = commands.newest();
     let mut bad = newest.malformed;
@@ -331,8 +331,8 @@ fn describe_rows(
     Ok((Description { arm, beside: Vec::new() }, text))
 }
 
-/// Returns the transform from a joint's parent link to its child link at the start position. Only frames of TF have the frame
-/// prefix: users of the description add the prefix themselves.
+/// Returns the transform from a joint's parent link to its child link at the start position. Only frames in TF have the frame
+/// prefix, because users of the description add the prefix themselves.
 fn transform(joint: &DescribedJoint, clock: &Clock, frame_prefix: &str) -> TransformStamped {
     TransformStamped {
         header: clock.header(&format!("{frame_prefix}{}", joint.parent)),

@@ -51,7 +51,7 @@ pub(super) fn enter(priority: u8) -> Result<(), RealtimeError> {
 }
 
 /// Calls `make`. The threads that `make` starts have SCHED_FIFO with a priority one below that of the cycle, at least 1. Without
-/// this, a cycle that is never late would wait for threads of DDS that are late. A priority of 0 changes nothing.
+/// this priority, a cycle that is never late would wait for threads of DDS that are late. A priority of 0 changes nothing.
 ///
 /// Threads inherit the priority from the thread that starts them.
 ///
@@ -80,8 +80,8 @@ fn schedule(own: u8, asked: u8) -> Result<(), RealtimeError> {
 
 /// Locks the present and future memory of the process.
 ///
-/// With a finite limit the process would fail later, when it allocates more. So the limit must be unlimited, or must not apply to
-/// this process.
+/// With a finite limit on locked memory, the process would fail later, when it allocates more. So the limit must be unlimited, or
+/// must not apply to this process.
 fn lock_memory() -> Result<(), String> {
     let all = || mlockall(MlockAllFlags::CURRENT | MlockAllFlags::FUTURE).map_err(|why| why.to_string());
     let limit = getrlimit(Resource::Memlock);

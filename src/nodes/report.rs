@@ -1,5 +1,5 @@
-//! The report of a servo node: everything that it publishes and logs other than the commands. The report runs on its own thread,
-//! and reads snapshots that the cycles leave.
+//! The report of a servo node: everything that the node publishes and logs other than the commands. The report runs on its own
+//! thread, and reads the snapshots that the cycle leaves.
 
 use super::arm_input::{JointStates, unheard};
 use super::complaint::{WarningOnChange, due};
@@ -16,7 +16,7 @@ use std::sync::mpsc::Receiver;
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-/// The interval at which to check who subscribes to the commands.
+/// The interval at which the report counts the subscribers to the commands.
 const READERS_INTERVAL: Duration = Duration::from_millis(50);
 
 /// The shortest time between two warnings of one kind.
@@ -101,7 +101,7 @@ impl Report {
         thread.spawn(move || snapshots.iter().for_each(|cycle| self.take(&cycle)))
     }
 
-    /// Publishes and logs what is due after a cycle.
+    /// Publishes and logs the data that are due after a cycle.
     fn take(&mut self, cycle: &Snapshot) {
         let now = cycle.now;
         if due(&mut self.readers, now, READERS_INTERVAL) {
@@ -152,7 +152,7 @@ impl Report {
         }
     }
 
-    /// Warns of keep-outs that are not checked. Refused keep-outs are logged at their refusal.
+    /// Warns of keep-outs that are not checked. A refused keep-out is logged when it is refused.
     fn log_not_obeyed(&mut self) {
         self.not_obeyed = self.in_force.not_obeyed();
         self.idle.warn(&self.log, self.not_obeyed.idle.clone());
@@ -166,7 +166,7 @@ impl Report {
         }
     }
 
-    /// Logs how many commands the servo's last check has replaced. Each replacement is caused by a defect of the program.
+    /// Logs how many commands the servo's last check has replaced. Only a defect of the program makes a replacement necessary.
     fn log_replaced(&mut self, cycle: &Snapshot) {
         let replaced = &cycle.replaced;
         self.replaced = replaced.count.min(self.replaced);

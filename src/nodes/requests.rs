@@ -14,7 +14,7 @@ pub(super) const PATIENCE: Duration = Duration::from_secs(1);
 pub(super) struct Reply(oneshot::Sender<Result<(), Rejection>>);
 
 impl Reply {
-    /// Replies that the request is taken. Returns false if the service has already answered that the request was not taken.
+    /// Replies that the cycle takes the request. Returns false if the service has already answered that the request was not taken.
     pub fn taken(self) -> bool {
         self.0.send(Ok(())).is_ok()
     }
@@ -39,7 +39,7 @@ impl Reply {
     }
 }
 
-/// Sends the request that `make` creates, and returns `done` once the cycle has taken the request. Waits up to `patience`.
+/// Sends the request that `make` creates. Waits up to `patience` until the cycle takes it, and then returns `done`.
 pub(super) async fn ask<R>(
     requests: &Sender<R>,
     make: impl FnOnce(Reply) -> R,

@@ -1,7 +1,7 @@
 //! Detects other nodes that send commands to an arm.
 //!
-//! Discovery shows possible publishers only: a killed one counts until its lease ends, and one that never had a goal sends nothing.
-//! Therefore, if there are other publishers, the node listens to its own topic.
+//! Discovery shows only possible publishers: a killed publisher counts until its lease ends, and a servo that never had a goal
+//! sends nothing. Therefore, if there are other publishers, the node listens to its own topic.
 
 use super::guards::GuardStatuses;
 use dq_messages::NodeContract;
@@ -26,7 +26,8 @@ pub(super) struct Rival {
 }
 
 impl Rival {
-    /// Watches for publishers other than `publisher` on the `topic` of the contract until the node is dropped. Guards do not count.
+    /// Watches for publishers other than `publisher` on the `topic` of the contract until the node is dropped. Guards do not count
+    /// as rivals.
     pub fn watch<M: Command>(
         node: &mut Node,
         contract: &NodeContract,

@@ -36,10 +36,10 @@ pub(super) enum Request {
     Shutdown,
 }
 
-/// The number of rejected goals that are stored until the next report: the last one of each publisher.
+/// The largest number of rejected goals that are stored until the next report: the last goal of each publisher.
 const REJECTED: usize = 16;
 
-/// Rejected goals, each with the stamp and the number of the publisher.
+/// Rejected goals, each with its stamp and the number of its publisher.
 #[derive(Debug, Default)]
 pub(super) struct RejectedGoals(Vec<RejectedGoal<u32>>);
 
@@ -66,7 +66,7 @@ impl RejectedGoals {
     }
 }
 
-/// The sources of a servo's inputs other than the node's own topics.
+/// The inputs of a servo that are not on the node's own topics.
 pub(super) struct Sources {
     pub arms: Vec<ArmInput>,
     /// The kinds of the joints.
@@ -86,7 +86,7 @@ struct TakenFrame {
 
 /// The inputs of a running servo.
 pub(super) struct RosInputs {
-    /// The times at which the present cycle and the first one began.
+    /// The times at which the present cycle and the first cycle began.
     clocks: Clocks,
     began: Option<Duration>,
     inbox: Receiver<Request>,
@@ -96,7 +96,7 @@ pub(super) struct RosInputs {
     goal_frame: String,
     taken_frame: TakenFrame,
     twists: Subscription<TwistStamped>,
-    /// The last messages. The next ones are decoded into them.
+    /// The last messages. The next messages are decoded into them.
     goal: PoseStamped,
     twist: TwistStamped,
     goal_senders: Senders,
@@ -154,7 +154,7 @@ impl RosInputs {
         self.record.begin(servo, now);
     }
 
-    /// Ends the motion of all earlier goals with their frames.
+    /// Stops following the frames of all earlier goals.
     fn unfollow(&mut self) {
         self.frames.iter_mut().for_each(|frames| frames.unfollow(self.goal_count));
     }
@@ -168,8 +168,8 @@ impl RosInputs {
         }
     }
 
-    /// Returns the frame of the goal with this stamp \[ns\]: the frame of the last goal in another frame if the stamp is that
-    /// goal's, otherwise the servo's own frame.
+    /// Returns the frame in which the goal with this stamp \[ns\] was sent. If the last goal from another frame has this stamp,
+    /// returns its frame; otherwise the servo's own frame.
     pub fn frame_of(&self, stamp: i64) -> &str {
         let taken = &self.taken_frame;
         if !taken.frame.is_empty() && taken.stamp == stamp { &taken.frame } else { &self.goal_frame }
@@ -185,8 +185,8 @@ impl RosInputs {
         }
     }
 
-    /// Returns the time of the joint states in use. For two arms this is the older time, so that no part of the pose is older than
-    /// its stamp.
+    /// Returns the time of the joint states in use. For two arms this is the older of two times, so that no part of the pose is
+    /// older than its stamp.
     pub fn stamp(&self) -> Time {
         let oldest = self.arms.iter().map(|arm| &arm.stamp).min_by_key(|stamp| stamp.nanoseconds());
         oldest.cloned().unwrap_or_default()

@@ -1,7 +1,8 @@
 //! Computes the age of messages by their senders' clocks, which may be wrong.
 //!
-//! One message cannot tell whether it is late or the sender's clock is behind. So clocks are assumed to agree until the sender's
-//! own messages show that they do not. Then the age of a message is its delay relative to the sender's fastest messages.
+//! A single message does not show whether it is late or the sender's clock is behind. So this module assumes that the clocks agree
+//! until the sender's own messages show that they do not. From then on, the age of a message is its delay relative to the sender's
+//! fastest messages.
 //!
 //! A wrong clock makes ages less exact. If the publisher was there before this node, its first messages may be rejected as late:
 //! all until two messages that are 0.1 s apart agree. The reason then names their apparent age.
@@ -13,8 +14,9 @@ use std::time::Duration;
 /// clocks do not agree.
 const KEPT: i64 = 300_000_000_000;
 
-/// The largest relative drift between two clocks. An age below the drift since the fastest message counts as zero. The drift is
-/// limited to `MOST_DRIFT` \[ns\], because synchronized clocks do not drift further apart.
+/// The largest relative drift between two clocks. A message counts as undelayed if the clocks may have drifted by its apparent
+/// delay since the fastest message. This drift is at most `MOST_DRIFT` \[ns\], because synchronized clocks do not drift farther
+/// apart.
 const DRIFT: f64 = 2e-4;
 const MOST_DRIFT: f64 = 1e8;
 
@@ -43,8 +45,8 @@ struct Arrival {
 }
 
 impl SenderClock {
-    /// Returns the age of a message that arrived at `now` with this `offset` \[ns\]. `found` returns for how long the publisher has
-    /// been known \[ns\], if the publisher was discovered while this node was running: then no message is older.
+    /// Returns the age of a message that arrived at `now` with this `offset` \[ns\]. If the publisher was discovered while this
+    /// node was running, `found` returns for how long the publisher has been known \[ns\]. No message can be older than that time.
     pub fn age(&mut self, offset: i64, now: Duration, found: impl FnOnce() -> Option<i64>) -> Duration {
         let none = self.fastest_by(now).unwrap_or(0);
         if offset <= none {
@@ -71,7 +73,7 @@ impl SenderClock {
         Duration::from_nanos((offset - none).unsigned_abs())
     }
 
-    /// Returns the offset of a message without delay at `now`; `None` if not known.
+    /// Returns the offset that a message without delay has at `now`; `None` if it is not known.
     fn fastest_by(&self, now: Duration) -> Option<i64> {
         let Arrival { offset, at } = self.fastest?;
         let drift = DRIFT * now.saturating_sub(at).as_nanos() as f64;

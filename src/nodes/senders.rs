@@ -43,7 +43,7 @@ impl Senders {
         self.sender(publisher).number
     }
 
-    /// Returns who sent a message, and how long ago.
+    /// Returns the number of the sender of a message, and the age of the message.
     pub fn hear(&mut self, origin: &Origin, clocks: Clocks) -> Sent {
         let sender = self.sender(origin.publisher);
         let offset = origin.sent.map(|sent| clocks.wall.saturating_sub(sent));

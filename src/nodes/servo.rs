@@ -36,7 +36,7 @@ pub struct ServoNode {
     /// The outcome of the cycle; `None` until the cycle has ended.
     outcome: watch::Receiver<Option<Outcome>>,
     report: JoinHandle<()>,
-    /// One entry per arm.
+    /// The subscriptions to the joint states of each arm.
     joint_states: Vec<JointStates>,
     _node: Node,
 }
@@ -61,7 +61,7 @@ impl ServoNode {
     }
 }
 
-/// A node whose threads are not yet running.
+/// A node whose threads do not run yet.
 pub(super) struct Assembled {
     node: Node,
     pub cycle: Cycle,
@@ -167,7 +167,7 @@ impl Drop for ServoNode {
     }
 }
 
-/// Serves the parameters in force, and gives changes to the cycle.
+/// Serves the parameters in force, and passes changes of the parameters to the cycle.
 fn serve_parameters(
     NodeSetup { node, kind, contract }: &mut NodeSetup,
     store: ParameterStore,
@@ -241,8 +241,8 @@ fn slot(setup: &mut NodeSetup, goal_frame: &str) -> MomentSlot {
     })
 }
 
-/// Obeys `~/keep_out` if goals may be in frames of TF. A keystore that is older than this topic does not grant access to it; then
-/// the topic is not obeyed.
+/// Obeys `~/keep_out` if goals may be in frames of TF. A keystore that is older than this topic does not grant access to it. In
+/// that case, the node ignores the topic.
 fn obey_keep_outs(setup: &mut NodeSetup, tree: Tree, base: &str, in_force: Arc<InForce>) {
     if setup.kind.takes_frames() {
         let obeyed = keep_outs::obey(setup, tree, base, in_force);

@@ -9,13 +9,13 @@ use tokio::sync::watch;
 /// The time within which the arm should come to rest. After this time zeros are sent even if the arm moves.
 pub(super) const LONGEST_DECELERATION: Duration = Duration::from_secs(2);
 
-/// The shortest time for which zeros are sent: RustDDS sends from its own thread, which ends with the participant.
+/// The shortest time for which zeros are sent. RustDDS sends messages from its own thread, which ends with the participant.
 pub(super) const SHORTEST_FINAL_ZEROS: Duration = Duration::from_millis(20);
 
 /// The longest time for which zeros are sent if the robot does not report that it stands still.
 const LONGEST_FINAL_ZEROS: Duration = Duration::from_millis(500);
 
-/// The time to wait for the cycle: the times above, and one second. A cycle that takes longer hangs.
+/// The time to wait for the cycle: the sum of the times above, and one second. A cycle that takes longer hangs.
 pub(super) const PATIENCE: Duration = Duration::from_millis(3500);
 
 /// Joint speeds up to this [rad/s] are noise of a robot that stands still.

@@ -16,7 +16,7 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
 use std::time::Duration;
 
-/// The intervals of poses and errors (100 Hz), of the status (10 Hz) and of diagnostics (1 Hz).
+/// The interval of poses and pose errors (100 Hz). The next intervals are those of the status (10 Hz) and of diagnostics (1 Hz).
 const POSE_INTERVAL: Duration = Duration::from_millis(10);
 const STATUS_INTERVAL: Duration = Duration::from_millis(100);
 const DIAGNOSTICS_INTERVAL: Duration = Duration::from_secs(1);
@@ -58,7 +58,7 @@ impl MotionUpdates {
         }));
     }
 
-    /// Returns all updates and the rejected goals, and clears them.
+    /// Returns all updates of motions and the rejected goals, and clears them.
     fn take(&mut self, live: &mut RosInputs) -> Self {
         let Self { motions, mut rejected } = std::mem::take(self);
         let more = live.rejected.take();
@@ -69,7 +69,8 @@ impl MotionUpdates {
         Self { motions, rejected }
     }
 
-    /// Puts back updates that could not be published, to publish them later. If there are too many, only the newest are kept.
+    /// Puts back updates that could not be published, so that they are published later. If there are too many updates, keeps only
+    /// the newest.
     fn put_back(&mut self, mut before: Self) {
         before.motions.append(&mut self.motions);
         before.rejected.append(&mut self.rejected);
@@ -93,7 +94,7 @@ pub(super) struct Snapshot {
     /// The keep-outs.
     pub scene: Option<Arc<Scene>>,
     pub controller: Controller,
-    /// The demand of the law on the robot, unless it was already reported since the settings were changed.
+    /// The law's rate and the largest stable rate, unless they were already reported since the settings were last changed.
     pub demand: Option<RateBound>,
     /// The smallest singular value of the controlled Jacobian; 0 if no status is due.
     pub smallest_singular_value: f64,
@@ -102,7 +103,7 @@ pub(super) struct Snapshot {
     pub updates: MotionUpdates,
     /// The timing of the cycle; zeros if neither status nor diagnostics are due.
     pub timing: TimingFigures,
-    /// The two publishers that the reason is about, if it is about two.
+    /// The two publishers that the reason for the state is about, if it is about two publishers.
     pub rivals: [Option<EndpointId>; 2],
     /// The publisher of the last request, if that request was a message.
     pub asker: Option<EndpointId>,
@@ -110,13 +111,13 @@ pub(super) struct Snapshot {
     pub quietest: usize,
 }
 
-/// The cycle's end of the queue.
+/// The end of the queue into which the cycle puts snapshots.
 pub(super) struct Snapshots {
     queue: SyncSender<Snapshot>,
     last: Option<Changes>,
     /// The updates to send with the next status.
     updates: MotionUpdates,
-    /// The configuration count for which the law's demand was last sent.
+    /// The count of settings changes when the law's rate was last sent.
     judged: Option<u64>,
     pose: Duration,
     status: Duration,
@@ -137,7 +138,7 @@ struct Changes {
 #[derive(Debug)]
 pub(super) struct ReportEnded;
 
-/// Returns both ends of a queue of snapshots, which is allocated once.
+/// Returns both ends of a queue of snapshots. The memory of the queue is allocated once.
 pub(super) fn queue() -> (Snapshots, Receiver<Snapshot>) {
     let (queue, snapshots) = sync_channel(WAITING);
     let [pose, status, diagnostics] = [Duration::ZERO; 3];
@@ -156,8 +157,8 @@ pub(super) fn queue() -> (Snapshots, Receiver<Snapshot>) {
 }
 
 impl Snapshots {
-    /// Sends a snapshot if one is due at `now` or something has changed. If the queue is full, the snapshot is lost; only its
-    /// updates are sent again.
+    /// Sends a snapshot if one is due at `now` or something has changed. If the queue is full, the snapshot is lost, except that
+    /// its updates are sent with a later snapshot.
     ///
     /// # Errors
     /// [`ReportEnded`].
@@ -224,7 +225,7 @@ impl Snapshots {
     }
 }
 
-/// Returns the two publishers that `reason` is about, if it is about two.
+/// Returns the two publishers that `reason` is about, if it is about two publishers.
 fn rivals(reason: Option<Reason>, live: &RosInputs) -> [Option<EndpointId>; 2] {
     match reason {
         Some(Reason::Rivals(Rivals { of, first, second })) => {

@@ -19,8 +19,8 @@ pub struct ParameterOverride {
     /// The file or the argument that gives the value.
     pub source: String,
     /// Whether the value is for this node by name. The parameter must then exist. A value for every node is ignored if the
-    /// parameter does not exist, as in ROS 2. There is an exception: a name in a namespace of our parameters is then an error,
-    /// because no other node uses these namespaces.
+    /// parameter does not exist, as in ROS 2. An unknown name in a namespace of our parameters is an error even then, because no
+    /// other node uses these namespaces.
     pub by_name: bool,
 }
 
@@ -90,7 +90,7 @@ pub fn parameters_for(text: &str, file: &str, node: &str) -> Result<Vec<(String,
 struct Reader<'a> {
     file: &'a str,
     node: &'a str,
-    /// The parameters read so far, as pairs of section and name.
+    /// The parameters that were read so far, as pairs of section and name.
     seen: BTreeSet<(String, String)>,
     found: FileParameters,
 }
@@ -184,7 +184,7 @@ mod tests {
         assert_eq!(names(text, "/x/y/other"), ["a"]);
     }
 
-    /// rcl accepts these numbers, and one file may serve a whole robot.
+    /// rcl accepts such numbers, and one file may have the parameters of a whole robot.
     #[test]
     fn unusual_numbers_for_other_nodes_are_accepted() {
         let text = "
@@ -245,7 +245,7 @@ mod tests {
         }
     }
 
-    /// Other nodes may use such names: rcl accepts any scalar as a name.
+    /// Other nodes may use names that look like numbers: rcl accepts any scalar as a name.
     #[test]
     fn names_that_look_like_numbers_are_names() {
         assert_eq!(names("a: {ros__parameters: {1: {true: x}}}", "/a"), ["1.true"]);

@@ -1,6 +1,6 @@
-//! Finds the known name that is most similar to a misspelled one.
+//! Finds the known name that is most similar to a misspelled name.
 
-/// The length of the longest name for which a similar one is searched \[bytes\].
+/// The length of the longest misspelled name for which a similar name is searched \[bytes\].
 const LONGEST: usize = 200;
 
 /// Returns the name among `known` that shares the most pairs of neighboring letters with `name`, if it is similar enough.
@@ -13,7 +13,7 @@ pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Opti
     (score >= 0.5).then_some(best)
 }
 
-/// Returns whether `name` becomes one of `known` if at most a quarter of its letters change.
+/// Returns whether changing at most a quarter of the letters of `name` makes it one of `known`.
 pub fn is_misspelt<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> bool {
     known.into_iter().any(|known| 4 * strsim::damerau_levenshtein(name, known) <= name.len())
 }

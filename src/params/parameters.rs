@@ -54,7 +54,7 @@ pub struct Declarer {
 }
 
 impl Declarer {
-    /// Creates a declarer with these values. A parameter without a valid value here gets its default.
+    /// Creates a declarer with these values. A parameter for which there is no valid value gets its default.
     pub fn new(values: impl IntoIterator<Item = (String, Value)>) -> Self {
         Self { values: values.into_iter().collect(), declared: Vec::new() }
     }
@@ -178,7 +178,7 @@ impl ParameterType for Option<Duration> {
 /// Checks that the list of a parameter has `count` elements.
 ///
 /// # Errors
-/// [`ParameterError::Invalid`] if it does not.
+/// [`ParameterError::Invalid`] if the list has another length.
 pub fn exactly<T>(name: &'static str, list: &[T], count: usize) -> Result<(), ParameterError> {
     match list.len() {
         length if length == count => Ok(()),

@@ -41,7 +41,7 @@ impl ParameterStore {
         P::declare(&mut Declarer::new(self.values()))
     }
 
-    /// Sets a value before the node starts. A read-only parameter can be set only by this.
+    /// Sets a value before the node starts. Only this method can set a read-only parameter.
     ///
     /// # Errors
     /// [`ParameterError`] if the value does not fit or the name is unknown. ROS 2 itself ignores unknown names, and so hides typing

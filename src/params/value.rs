@@ -72,14 +72,14 @@ impl Value {
     }
 }
 
-/// Writes a value as one line of YAML 1.1 that PyYAML can read. A number with an exponent therefore has a decimal point, and its
-/// exponent has a sign.
+/// Writes a value as one line of YAML 1.1 that PyYAML can read. PyYAML requires a decimal point in a number with an exponent, and a
+/// sign of the exponent.
 fn yaml(value: impl Serialize) -> Result<String, fmt::Error> {
     let text = serde_saphyr::to_string(&value).map_err(|_| fmt::Error)?;
     Ok(text.trim_end_matches('\n').to_owned())
 }
 
-/// A text. It is written without quotes if every ROS 2 tool then reads it as a text.
+/// A text. It is written without quotes if every ROS 2 tool reads the result as a text.
 struct Text<'a>(&'a String);
 
 impl Serialize for Text<'_> {
@@ -101,8 +101,7 @@ pub(super) fn article(noun: &str) -> &'static str {
     if noun.starts_with(['a', 'e', 'i', 'o', 'u']) { "an" } else { "a" }
 }
 
-/// Writes YAML that reads back as the same value. Bytes are an exception, because YAML does not have them: they read back as
-/// integers.
+/// Writes YAML that reads back as the same value. Bytes read back as integers, because YAML does not have bytes.
 impl fmt::Display for Value {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let text = match self {
@@ -206,8 +205,8 @@ mod tests {
         assert_eq!(Value::StringArray(vec!["a b".into(), "c".into()]).to_string(), "[\"a b\", c]");
     }
 
-    /// PyYAML, which `ros2 param load` uses, reads an exponent only with a decimal point and a sign. rcl takes the words that C
-    /// takes for numbers, such as `inf` and `nan`, for numbers, too.
+    /// PyYAML, which `ros2 param load` uses, reads an exponent only with a decimal point and a sign. rcl reads the words that C
+    /// accepts as numbers, such as `inf` and `nan`, as numbers, too.
     #[test]
     fn numbers_and_words_are_written_so_that_ros_2_tools_read_them() {
         let numbers = [(1e-6, "1.0e-6"), (1.5e-7, "1.5e-7"), (1e16, "1.0e+16"), (-2.5e300, "-2.5e+300")];

@@ -53,7 +53,7 @@ impl Yaml {
     }
 }
 
-/// Returns the first line of an error's text for an operator. Leaves out the word "error" and advice for programmers.
+/// Returns the first line of an error's text, for an operator. Leaves out the word "error" and advice for programmers.
 pub fn one_line(error: &impl fmt::Display) -> String {
     const TO_PROGRAMMERS: [&str; 2] = [", set DuplicateKeyPolicy", "; use from_str"];
     let text = error.to_string();
@@ -78,7 +78,7 @@ impl<'de> Deserialize<'de> for Yaml {
             fn visit_i64<E>(self, value: i64) -> Result<Yaml, E> {
                 Ok(Yaml::Value(Value::Integer(value)))
             }
-            /// Returns a double if the number is too large for an integer. Numbers below the smallest integer are doubles, too.
+            /// Returns a double if the number is too large for an integer.
             fn visit_u64<E>(self, value: u64) -> Result<Yaml, E> {
                 let integer = i64::try_from(value).map(Value::Integer);
                 Ok(Yaml::Value(integer.unwrap_or(Value::Double(value as f64))))

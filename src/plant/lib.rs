@@ -47,8 +47,8 @@ pub enum CommandError {
     },
 }
 
-/// An arm whose joints follow commands at once, apart from its [`Realism`]. If no new velocity commands arrive, it stops by its own
-/// timeout. At commanded positions it stops when it has reached them.
+/// An arm whose joints follow commands at once, apart from its [`Realism`]. If no new velocity commands arrive, the arm stops after
+/// its own timeout. An arm that follows position commands stops at the commanded positions.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plant {
     initial_positions: Vec<f64>,
@@ -58,7 +58,7 @@ pub struct Plant {
     commanded: Option<Duration>,
     target: Option<Target>,
     realism: Realism,
-    /// The commands that have not taken effect yet, with the times at which they will.
+    /// The commands that have not taken effect yet, each with the time at which it takes effect.
     under_way: VecDeque<(Duration, Command)>,
     sensor: Sensor,
     /// The time until which the arm has moved.
@@ -68,7 +68,7 @@ pub struct Plant {
     command_timeout: Duration,
 }
 
-/// The time within which a controller that has received a joint state sends a command based on it.
+/// The time within which a controller that receives a joint state sends a command that depends on it.
 const REACTION: Duration = Duration::from_millis(100);
 
 /// A valid command.
@@ -115,8 +115,8 @@ impl Plant {
         Ok(())
     }
 
-    /// Queues a command that takes effect at `at`. If the latency has become shorter, discards earlier commands that would take
-    /// effect later.
+    /// Queues a command that takes effect at `at`. Discards earlier commands that would take effect after it, because the latency
+    /// has become shorter.
     fn send(&mut self, at: Duration, command: Command) {
         self.under_way.retain(|(before, _)| *before <= at);
         self.under_way.push_back((at, command));
@@ -168,8 +168,8 @@ impl Plant {
         }
     }
 
-    /// Moves the arm by the time since the previous step. A velocity command moves the arm for at most the command timeout: if the
-    /// whole simulation was stopped for longer, the arm has not moved in the meantime.
+    /// Moves the arm for the time since the previous step. Under velocity commands this time counts only up to the command timeout,
+    /// so that the arm does not travel through a long pause of the whole simulation.
     pub fn step(&mut self, now: Duration) {
         self.obey(now);
         let fresh = self.commanded.is_some_and(|at| now.saturating_sub(at) <= self.command_timeout);
@@ -196,7 +196,8 @@ impl Plant {
         self.moved = Some(now);
     }
 
-    /// Moves toward `target`, by the fraction of the remaining path that the time `passed` until `now` allows.
+    /// Moves the joints toward `target` at constant speed, so that they arrive at its time. `passed` is the time since the previous
+    /// step.
     fn approach(&mut self, target: Target, now: Duration, passed: Duration) {
         let left = target.at.saturating_sub(now);
         let part = if left.is_zero() { 1.0 } else { passed.as_secs_f64() / (passed + left).as_secs_f64() };
@@ -211,8 +212,8 @@ impl Plant {
         self.target = (!left.is_zero()).then_some(target);
     }
 
-    /// Returns the arm to its initial positions, at rest. Ignores positions that a controller sent before it can have seen the
-    /// reset. Otherwise a servo at rest, which sends the same positions all the time, would move the arm back.
+    /// Returns the arm to its initial positions, at rest. For a moment, ignores position commands that a controller sent before it
+    /// could see the reset. Otherwise a servo at rest, which sends the same positions all the time, would move the arm back.
     pub fn reset(&mut self) {
         let now = self.moved.unwrap_or_default();
         self.deaf_until = now + self.realism.state_interval + self.realism.state_latency + REACTION;

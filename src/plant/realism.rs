@@ -4,8 +4,8 @@ use dq_params::Parameters;
 use std::collections::VecDeque;
 use std::time::Duration;
 
-/// How the simulated robot differs from an ideal arm. If all values are zero, as by default, the arm follows each command at once
-/// and reports its state at once.
+/// How the simulated robot differs from an ideal arm. By default all values are zero: the arm then follows each command at once and
+/// reports its state at once.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Parameters)]
 pub struct Realism {
     /// time from the arrival of a command until it takes effect \[s\]
@@ -23,7 +23,7 @@ pub struct Realism {
     /// position difference of one encoder count; 0: positions are not rounded to counts \[rad, m\]
     #[parameter(range = 0.0..=1.0)]
     pub encoder_resolution: f64,
-    /// The time from one joint state to the next; zero for one per step.
+    /// The time from one joint state to the next; zero for a joint state per step.
     pub state_interval: Duration,
 }
 

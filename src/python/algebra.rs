@@ -1,4 +1,5 @@
-//! The algebra of general dual quaternions, on arrays of eight numbers: real part, then dual part, scalar first in each.
+//! The algebra of general dual quaternions, on arrays of eight numbers: the real part, then the dual part, each with its scalar
+//! first.
 
 use super::arrays::{Numbers, array, exactly, matrix};
 use dq_algebra::{DualQuaternion, Vector8};

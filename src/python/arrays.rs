@@ -18,7 +18,7 @@ pub(super) fn wrong(why: impl Display) -> PyErr {
     PyValueError::new_err(why.to_string())
 }
 
-/// Returns the numbers of a list. They are not copied if they are contiguous.
+/// Returns the numbers of a list. Does not copy them if they are contiguous in memory.
 pub(super) fn slice<'a>(numbers: &'a Numbers<'_>) -> Cow<'a, [f64]> {
     match numbers.as_slice() {
         Ok(numbers) => Cow::Borrowed(numbers),
@@ -46,7 +46,7 @@ pub(super) fn array<'py>(py: Python<'py>, numbers: &[f64]) -> Bound<'py, PyArray
     PyArray1::from_slice(py, numbers)
 }
 
-/// Converts numbers, which are ordered row by row, to a table of `width` columns.
+/// Converts numbers to a table of `width` columns. The numbers are ordered row by row.
 pub(super) fn table(py: Python<'_>, numbers: Vec<f64>, width: usize) -> PyResult<Bound<'_, PyArray2<f64>>> {
     let rows = numbers.len() / width.max(1);
     Ok(Array2::from_shape_vec((rows, width), numbers).map_err(wrong)?.into_pyarray(py))

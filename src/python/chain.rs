@@ -133,7 +133,7 @@ impl Chain {
         Ok(state)
     }
 
-    /// Returns a table with a row per configuration. `add` appends the `width` numbers of each row.
+    /// Returns a table with one row per configuration. `add` appends the `width` numbers of a row.
     fn each(
         &self,
         py: Python<'_>,

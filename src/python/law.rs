@@ -19,12 +19,12 @@ pub(super) fn laws() -> Vec<&'static str> {
     ListedLaw::names().to_vec()
 }
 
-/// A law that is a Python function. From the pose of the goal relative to the tool, along the base's axes, it returns the twist `(ω, v)`
-/// that moves the tool there at gain 1.
+/// A law that is a Python function. The function gets the pose of the goal relative to the tool, along the base's axes. It returns
+/// the twist `(ω, v)` that moves the tool to the goal at gain 1.
 pub(super) struct OwnLaw {
     function: Py<PyAny>,
     map: Map,
-    /// The exception that the function raised, until it is raised again.
+    /// The exception that the Python function raised, until it is raised again in the caller.
     raised: Mutex<Option<PyErr>>,
 }
 
@@ -71,7 +71,7 @@ pub(super) struct Law {
     pub own: Option<&'static OwnLaw>,
 }
 
-/// One number for all gains of the law, or one for each.
+/// One gain for all components, or one for each.
 #[derive(FromPyObject)]
 enum Gains {
     One(f64),

@@ -10,7 +10,7 @@ use pyo3::types::PyDict;
 /// The name of the node that has these parameters.
 const NODE: &str = "/dq_servo";
 
-/// A value from Python. The first matching variant is taken: `True` is not an integer, and an integer is not a double.
+/// A value from Python. The first matching variant counts: `True` is not an integer, and an integer is not a double.
 #[derive(FromPyObject, IntoPyObject)]
 pub(super) enum PythonValue {
     Bool(bool),

@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 use serde::Serialize;
 use std::path::PathBuf;
 
-/// The run of one servo. Times are counted from its first motion \[s\].
+/// The run of one servo. Its times count from its first motion \[s\].
 #[pyclass(frozen, module = "dq_servo")]
 pub(super) struct Run(RecordedRun);
 
@@ -18,7 +18,7 @@ pub(super) fn python<'py>(py: Python<'py>, value: &impl Serialize) -> PyResult<B
     py.import("json")?.call_method1("loads", (serde_json::to_string(value).map_err(wrong)?,))
 }
 
-/// Times, and rows of `width` numbers.
+/// The points of a curve: the times, and rows of `width` numbers.
 type Curve<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray2<f64>>);
 
 fn curve<'py, 'a>(
@@ -107,7 +107,8 @@ pub(super) fn recorded(py: Python<'_>, path: PathBuf, arm: &str) -> PyResult<Vec
     Ok(recorded.runs.into_iter().map(Run).collect())
 }
 
-/// Replays the runs of a bag through the servo's cycle. Returns for each servo the number of commands, and of those that differ in any bit.
+/// Replays the runs of a bag through the servo's cycle. Returns, for each servo, the number of commands and the number of commands
+/// that differ in any bit.
 #[pyfunction]
 pub(super) fn replay(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyAny>> {
     let mut bag = py.detach(|| Bag::open(&path)).map_err(wrong)?;

@@ -15,19 +15,19 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::time::Duration;
 
-/// The servo. Once per cycle it takes the joint positions, and returns the output for the robot.
+/// The servo. In each cycle it takes the joint positions, and returns the output for the robot.
 #[pyclass(module = "dq_servo")]
 pub(super) struct Servo {
     servo: servo::Servo,
     store: ParameterStore,
-    /// A law that is a Python function, which no parameter names.
+    /// A law that is a Python function. No parameter can name it.
     own: Option<Law>,
     search: Box<Search>,
     joints: Vec<String>,
     now: Duration,
 }
 
-/// Converts seconds to a duration. Returns an error if they are negative or not finite.
+/// Converts `seconds` to a duration. Returns an error if they are negative or not finite.
 fn duration(seconds: f64, what: &str) -> PyResult<Duration> {
     let wrong = |why| wrong(format!("{what} is {seconds} s: {why}"));
     Duration::try_from_secs_f64(seconds).map_err(wrong)
@@ -212,7 +212,7 @@ impl Servo {
     }
 }
 
-/// Selects a Python law with its gains and its aim, and keeps the damping.
+/// Puts a Python law with its gains and its aim into the settings, and keeps the damping.
 fn take_place(own: Option<&Law>, settings: &mut Settings) {
     if let Some(law) = own {
         let damping = settings.controller.damping;

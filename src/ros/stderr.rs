@@ -115,7 +115,7 @@ impl<W: Write> Writer<W> {
         }
     }
 
-    /// Writes a line. If writing fails, this adds `lost` lines to the lost ones.
+    /// Writes a line. If writing fails, adds `lost` to the number of lost lines.
     fn write(&mut self, line: &str, lost: u64) {
         if self.to.write_all(format!("{line}\n").as_bytes()).is_err() {
             self.counts.lost.fetch_add(lost, SeqCst);
@@ -129,7 +129,7 @@ mod tests {
     use std::io::{Error, ErrorKind};
     use std::sync::{Mutex, MutexGuard};
 
-    /// A terminal that is stopped, broken, or neither.
+    /// A terminal that works, is stopped, or is broken.
     #[derive(Clone, Default)]
     struct Terminal {
         text: Arc<Mutex<String>>,

@@ -40,7 +40,7 @@ impl Announced {
         &self.topics
     }
 
-    /// Describes what the bag contains, for an error about something that is missing.
+    /// Describes what the bag contains, for an error about something that the bag lacks.
     pub fn what_else(&self) -> String {
         const SHOWN: usize = 10;
         let names: Vec<_> = self.topics.iter().take(SHOWN).map(|topic| shown(&topic.name, NAME)).collect();
@@ -65,7 +65,7 @@ impl Announced {
 }
 
 /// Returns the parameters of each node from its latched `~/parameters`, with one entry per start, in order. A late subscriber may
-/// have received several messages at once. Their stamps give their order.
+/// have received several messages at once. The stamps of the messages give their order.
 fn announced_parameters(
     messages: impl Iterator<Item = BagMessage>,
 ) -> BTreeMap<String, Vec<AnnouncedParameters>> {
@@ -78,8 +78,8 @@ fn sorted(mut events: Vec<ParameterEvent>) -> Vec<ParameterEvent> {
     events
 }
 
-/// Sorts the messages into starts and changes. Each message has all parameters, and those that have changed since the previous
-/// message. If none has changed, the message is from a start of the node.
+/// Sorts the messages into starts and changes. Each message has all parameters, and names the parameters that have changed since
+/// the previous message. A message in which no parameter has changed is from a start of the node.
 fn known_by_states(states: Vec<ParameterEvent>) -> BTreeMap<String, Vec<AnnouncedParameters>> {
     let mut nodes = BTreeMap::<String, Vec<(AnnouncedParameters, Vec<Parameter>)>>::new();
     for event in states {
@@ -118,8 +118,8 @@ impl AnnouncedParameters {
         Ok(store)
     }
 
-    /// Yields the announced parameters that `store` does not have. If there are any, the node was of another version of this
-    /// program.
+    /// Yields the announced parameters that `store` does not have. Such parameters show that the node was of another version of
+    /// this program.
     pub fn unknown<'a>(&'a self, store: &'a ParameterStore) -> impl Iterator<Item = &'a str> {
         let names = self.initial.iter().map(|parameter| parameter.name.as_str());
         names.filter(|name| store.declaration(name).is_none())
@@ -145,7 +145,7 @@ fn values(parameters: Vec<Parameter>) -> Result<Vec<(String, Value)>, RunError> 
     bounded(parameters.into_iter().filter_map(value).collect())
 }
 
-/// Returns the values, unless one of their lists is longer than that of any arm.
+/// Returns the values. Fails if one of their lists is longer than that of any arm.
 pub(super) fn bounded(values: Vec<(String, Value)>) -> Result<Vec<(String, Value)>, RunError> {
     let bounded = |(name, value): (String, Value)| {
         let length = match &value {

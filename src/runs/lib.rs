@@ -1,4 +1,4 @@
-//! Analyzes recorded runs. Computes the figures and metrics of any bag of such a run, and replays it through the servo cycle.
+//! Analyzes recorded runs. Computes the figures and metrics of the runs in any bag, and replays the runs through the servo cycle.
 
 mod announced;
 mod csv;
@@ -19,7 +19,7 @@ pub use thinned::Thinned;
 
 use thiserror::Error;
 
-/// The largest number of joints of an arm. Without it, a bag could demand any amount of time and memory.
+/// The largest number of joints of an arm. Without this limit, a bag could demand any amount of time and memory.
 const MOST_JOINTS: usize = 64;
 
 /// The reason why a bag cannot be analyzed.

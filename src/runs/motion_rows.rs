@@ -1,4 +1,4 @@
-//! The motions of a servo in a bag. Each one is taken from its last report.
+//! The motions of a servo in a bag. Each motion is taken from its last report.
 
 use super::run::MotionRow;
 use dq_common::text::{NAME, shown};
@@ -7,8 +7,8 @@ use dq_wire::{MotionReport, Outcome};
 /// The largest number of motions that have a row.
 const MOST: usize = 10_000;
 
-/// The largest difference between the start times that the reports of one motion state \[s\]. If it is larger for the same number,
-/// the servo was restarted in between.
+/// The largest difference between the start times in the reports of one motion \[s\]. If two reports with the same number differ by
+/// more, the servo was restarted between them.
 const SAME: f64 = 0.5;
 
 /// The motions of one servo.
@@ -64,8 +64,8 @@ impl MotionRows {
         Some(began)
     }
 
-    /// Returns the motions in the order of their starts. Leaves out those that had ended before the recording and were only
-    /// latched.
+    /// Returns the motions in the order of their starts. Leaves out motions that had ended before the recording and whose reports
+    /// were only latched.
     pub fn finish(self) -> Vec<MotionRow> {
         let is_over = |row: &MotionRow| {
             row.outcome != Outcome::Underway.name() && row.start_s + row.figures.elapsed < 0.0

@@ -18,23 +18,25 @@ use dq_metrics::GoalError;
 use dq_wire::{Command, CycleRecord, MotionReport, ServoKind, StatusReport, command_topic};
 use std::time::Duration;
 
-/// The largest number of points of a curve, about fifty per pixel of a figure. So a long run needs no more memory than a short one.
+/// The largest number of points of a curve, about fifty per pixel of a figure. With this limit, a long run needs no more memory
+/// than a short one.
 const POINTS: usize = 1 << 15;
 
-/// The largest number of changes. It also limits the number of laws, because each has a curve.
+/// The largest number of changes. It also limits the number of laws, because each law has a curve.
 const CHANGES: usize = 1 << 13;
 const LAWS: usize = 1 << 9;
 
-/// The largest delay between the stamp of a message and its recording \[s\] for which the stamp counts as the time of measurement.
+/// The stamp of a message counts as the time of measurement if the message was recorded at most this long afterwards \[s\].
 const LATE: f64 = 1.0;
 
-/// The recorded times of commands and of cycles differ by less than this \[s\], and pauses in which a servo sends nothing are longer.
+/// A pause in which the servo sends nothing is longer than this \[s\]. The recorded times of a command and of its cycle differ by
+/// less.
 const SHORTEST_PAUSE: f64 = 5e-3;
 
 /// The longest time between the start of a motion and the first joint state of its run \[s\].
 const LONGEST_START: f64 = 60.0;
 
-/// A longer time between two errors \[s\] means that there was no goal in between.
+/// If two errors are farther apart in time than this \[s\], there was no goal between them.
 const GAP: f64 = 0.5;
 
 /// Reads the messages of a run.
@@ -56,9 +58,9 @@ pub(super) struct RunReader {
     node: Option<String>,
     kind: ServoKind,
     parameters: ServoParameters,
-    /// The parameters that are announced later, with their times \[ns\]. The next ones are last in the list.
+    /// The parameters that are announced later, with their times \[ns\]. The next parameters are last in the list.
     announced: Vec<(i64, ServoParameters)>,
-    /// Whether each arm has reported a state since the start, and whether since the last sample.
+    /// Whether each arm has reported a state since the start. The next field tells whether it has since the last sample.
     heard: Vec<bool>,
     fresh: Vec<bool>,
     positions: Vec<f64>,
@@ -74,7 +76,7 @@ pub(super) struct RunReader {
     goal: Option<UnitDualQuaternion>,
     /// The number and the time of the servo's last recorded cycle.
     cycle: Option<(u64, Duration)>,
-    /// Whether the servo sent nothing in that cycle.
+    /// Whether the servo sent nothing in the last recorded cycle.
     sent_nothing: bool,
     motions: MotionRows,
     /// The reason why the first joint state that does not belong to this arm could not be used.
@@ -248,8 +250,8 @@ impl RunReader {
         });
     }
 
-    /// Returns whether a joint moved farther since the last sample than any speed limit up to now allows. A limit that was just
-    /// lowered does not count, because the joint still brakes.
+    /// Returns whether a joint moved farther since the last sample than the highest speed limit so far allows. A limit that was
+    /// just lowered does not count, because the joint is still braking.
     fn has_jumped(&self, time: f64) -> bool {
         let kinds = self.parameters.arms.joint_kinds();
         self.run.samples.last().is_some_and(|last| {
@@ -287,7 +289,8 @@ impl RunReader {
         }
     }
 
-    /// Marks that positions after `time` do not continue those before. The record arrives later than its commands.
+    /// Marks that positions after `time` do not continue the positions before. The record of a cycle arrives later than its
+    /// commands.
     fn positions_begin(&mut self, time: f64) {
         for positions in self.run.commands.iter_mut().map(|commands| &mut commands.positions) {
             let before = positions.partition_point(|(of, _)| *of < time).checked_sub(1);

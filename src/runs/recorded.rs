@@ -1,5 +1,5 @@
-//! Reads the runs of a bag as curves, from the reports of its servos and from the joint states. Reads the bag twice and never keeps
-//! it in memory: first for the announced parameters, then for all else.
+//! Reads the runs of a bag as curves, from the reports of its servos and from the joint states. Reads the bag twice, first for the
+//! announced parameters, then for everything else. Never keeps the whole bag in memory.
 
 use super::announced::{Announced, AnnouncedParameters};
 use super::reader::{Reader, RunReader};
@@ -37,8 +37,8 @@ pub struct Recorded {
     pub losses: UnreadableParts,
 }
 
-/// Reads the runs of the bag at `path`. Messages call the bag `name`. An arm has the parameters `fallback` if its servo's
-/// parameters are not in the bag.
+/// Reads the runs of the bag at `path`. Error messages call the bag `name`. An arm whose servo's parameters are not in the bag gets
+/// the parameters `fallback`.
 ///
 /// # Errors
 /// [`RunError::Bag`]; [`RunError::NoRobot`] if nothing can be drawn; [`RunError::Parameters`].
@@ -129,7 +129,7 @@ fn of_servo(
     Ok(Box::new(reader))
 }
 
-/// Returns the starts of a servo with the same joints as its last start. At other starts it had another robot.
+/// Returns the starts at which a servo had the same joints as at its last start. At other starts it had another robot.
 fn of_last_robot(
     kind: ServoKind,
     lives: &[AnnouncedParameters],

@@ -1,5 +1,5 @@
 //! Replays a recorded run without DDS. The servo cycle gets the recorded inputs of the bag's servos (`~/events`) at the recorded
-//! times. Its commands are compared with the recorded ones.
+//! times. The replay compares the commands of this cycle with the recorded commands.
 
 use super::announced::bounded;
 use super::motion_rows::MotionRows;
@@ -26,7 +26,7 @@ pub struct Replayed {
     pub commands: u64,
     /// The number of commands that differ in any bit.
     pub different: u64,
-    /// The number of differing commands for which the replay sends nothing.
+    /// The number of differing commands in place of which the replay sends nothing.
     pub not_sent: u64,
     /// The largest difference of a joint's command, in `unit`.
     pub largest_difference: f64,
@@ -34,19 +34,19 @@ pub struct Replayed {
     pub unit: &'static str,
     /// When the first command differs, by the time of its cycle, counted from the first cycle \[s\].
     pub first_difference_s: Option<f64>,
-    /// The intervals in which commands were compared \[s\]. They count cycle times from the first cycle.
+    /// The time intervals in which commands were compared \[s\], counted from the first cycle.
     pub judged_s: Vec<(f64, f64)>,
-    /// The number of commands that could not be compared: earlier cycles are missing, and no replay could begin since.
+    /// The number of commands that could not be compared, because earlier cycles are missing and no replay could begin since then.
     pub not_judged: u64,
     /// The number of missing cycles. A gap ends the comparison until the next cycle with a saved state.
     pub inputs_missing: u64,
-    /// The number of cycles that are repeated or out of order. Each of them is compared once.
+    /// The number of cycles that are repeated or out of order. Each of these cycles is compared once.
     pub repeated: u64,
     /// The number of messages that cannot be read.
     pub damaged: u64,
     /// The motions of the replay. Their times count from the first command \[s\].
     pub motions: Vec<MotionRow>,
-    /// The reason why nothing is replayed; `None` if something is.
+    /// The reason why nothing is replayed; `None` if at least one cycle is replayed.
     pub why_not: Option<String>,
 }
 
@@ -84,8 +84,8 @@ fn is_record(topic: &Topic) -> bool {
     topic.name.ends_with("/events") && topic.message == UInt8MultiArray::TYPE
 }
 
-/// Returns, for the node of each servo of a bag, from when it can be replayed: seconds after the bag's beginning, or `None` if it
-/// cannot be replayed. Reads no more of the bag than necessary.
+/// Returns, for the node of each servo of a bag, the time from which it can be replayed: seconds after the bag's beginning, or
+/// `None` if it cannot be replayed. Reads no more of the bag than necessary.
 pub fn replayable_from(mut bag: Bag) -> BTreeMap<String, Option<f64>> {
     let records = bag.topics().into_iter().filter(is_record);
     let node = |topic: &str| topic.strip_suffix("/events").map(|node| shown(node, NAME));
@@ -109,7 +109,7 @@ pub fn replayable_from(mut bag: Bag) -> BTreeMap<String, Option<f64>> {
 struct Replica {
     replayed: Replayed,
     motions: MotionRows,
-    /// The time of the first cycle that was compared, and that of the last cycle that was read.
+    /// The time of the first cycle that was compared. The next field is the time of the last cycle that was read.
     first: Option<Duration>,
     last: Option<Duration>,
     running: Option<Running>,
@@ -231,7 +231,7 @@ impl Replica {
         self.replayed
     }
 
-    /// Returns the reason why no command was compared; `None` if one was.
+    /// Returns the reason why no command was compared; `None` if at least one command was compared.
     fn why_not(&self) -> Option<String> {
         let Replayed { node, commands, not_judged, damaged, .. } = &self.replayed;
         let why = match (self.first, self.last) {

@@ -20,19 +20,20 @@ pub struct RecordedRun {
     pub joints: Vec<String>,
     /// The arms, in the base frame of the first arm.
     pub arms: Vec<Chain>,
-    /// A sample for each joint state; in a long run, for some of them.
+    /// A sample for each joint state. In a long run, only some joint states have a sample.
     pub samples: Thinned<Sample>,
     /// The commands of each arm.
     pub commands: Vec<ArmCommands>,
     /// The reported distances from the goal, with their times. NaN separates periods that have a goal.
     pub errors: Thinned<(f64, GoalError)>,
-    /// The distances between the two nearest parts that the servo reported \[m\], with their times; NaN if no parts were near.
+    /// The reported distances between the two nearest parts \[m\], with their times; NaN at times when no parts were near each
+    /// other.
     pub clearances: Thinned<(f64, f64)>,
     /// All keep-outs of the run, with their first shapes.
     pub keep_outs: Vec<KeepOut>,
     /// All keep-ins of the run, with their first shapes.
     pub keep_ins: Vec<KeepOut>,
-    /// When the arm was first inside a keep-out or itself, apart from its start.
+    /// When the arm first overlapped with a keep-out or with itself, unless it did so from its start.
     pub inside: Option<(f64, Violation)>,
     /// The deviation of each cycle from its period \[ms\]. In a long run, an entry has the worst of several cycles.
     pub jitter: Thinned<(f64, f64)>,
@@ -40,7 +41,7 @@ pub struct RecordedRun {
     pub changes: Thinned<Change>,
     /// The laws, with the times from which they were in force; empty if unknown.
     pub laws: Thinned<(f64, String)>,
-    /// The goals, with the times from which they were in force. They include the goals of streams.
+    /// The goals, including those of streams, each with the time from which it was in force.
     pub goals: Thinned<(f64, UnitDualQuaternion)>,
     /// The motions to the goals that the servo reported.
     pub motions: Vec<MotionRow>,
@@ -52,16 +53,17 @@ pub struct RecordedRun {
     pub tolerance: Tolerance,
     /// Whether the servo's parameters are in the bag. If not, default parameters are assumed.
     pub parameters_known: bool,
-    /// The interval that figures show. Parts that are far away from it are left out.
+    /// The time interval that figures show. Parts of the run that are far away from it are left out.
     pub shown: Range<f64>,
     /// Notes about parts that are not shown, one line each.
     pub notes: Vec<String>,
 }
 
-/// A longer gap between joint states separates two parts of a run \[s\].
+/// Two parts of a run are separated by a longer gap between joint states than this \[s\].
 const APART: f64 = 60.0;
 
-/// A gap separates parts that are far from each other if it is longer than the duration of all parts times this.
+/// Two parts of a run count as far from each other if the gap between them is longer than this many times the duration of all
+/// parts.
 const FAR: f64 = 10.0;
 
 /// Returns the interval \[s\] of each part of a run that is far from the other parts, and its number of states.
@@ -119,7 +121,7 @@ impl RecordedRun {
         }
     }
 
-    /// Selects the part with the most joint states to be shown, and adds notes about the other parts.
+    /// Selects the part with the most joint states to be shown. Adds notes about the other parts.
     pub(super) fn show_most(&mut self) {
         let parts = parts(self.samples.iter().map(|sample| sample.time));
         let Some((shown, _)) = parts.iter().max_by_key(|(_, count)| *count).cloned() else { return };
@@ -202,7 +204,7 @@ pub struct Change {
 /// A motion to a goal, as the servo reported it.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct MotionRow {
-    /// The name of the bag, and of the servo.
+    /// The names of the bag and of the servo.
     pub run: String,
     /// The number of the motion in this bag, counted from 1.
     pub motion: usize,

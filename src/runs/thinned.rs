@@ -2,8 +2,8 @@
 
 use std::ops::{Deref, DerefMut};
 
-/// A time series of limited length. When it is full, it drops every other entry, now and in the future. It always keeps the first
-/// and the last entry.
+/// A time series of limited length. When the series is full, it drops every other entry, and also every other entry that is added
+/// later. It always keeps the first and the last entry.
 #[derive(Clone, Debug)]
 pub struct Thinned<T> {
     /// The entries that are kept: every `stride`th one, and the last one.
@@ -15,8 +15,8 @@ pub struct Thinned<T> {
 }
 
 impl<T> Thinned<T> {
-    /// Creates an empty series of at most `most` entries. When an entry is dropped, `merge` adds to the next entry what must not be
-    /// lost.
+    /// Creates an empty series of at most `most` entries. When an entry is dropped, `merge` adds the information that must not be
+    /// lost to the next entry.
     pub(super) fn new(most: usize, merge: fn(&mut T, &T)) -> Self {
         Self { kept: Vec::new(), stride: 1, came: 0, most, merge }
     }
@@ -34,7 +34,7 @@ impl<T> Thinned<T> {
         self.came += 1;
     }
 
-    /// Drops every other entry before the next one.
+    /// Drops every other entry. `next` is the entry to be added afterwards.
     fn halve(&mut self, next: &mut T) {
         let mut going = None;
         for (i, mut entry) in std::mem::take(&mut self.kept).into_iter().enumerate() {

@@ -22,7 +22,7 @@ impl Answer {
         Self { ok: false, text: why.to_string() }
     }
 
-    /// Returns the frame that shows the answer to all browsers, also to those that did not ask.
+    /// Returns the frame that shows the answer to all browsers, including those that did not send the request.
     pub fn broadcast(&self) -> String {
         self.frame(None)
     }

@@ -14,10 +14,10 @@ const GREY: Rgb = [0.78, 0.8, 0.82];
 /// The size of the smallest detail, as a fraction of the arm's reach.
 const CELL: f64 = 1e-3;
 
-/// The largest number of triangles, which is larger than that of any robot's description. Further triangles are left out.
+/// The largest number of triangles. No robot's description has more. Further triangles are left out.
 const MOST: usize = 1_000_000;
 
-/// The triangles of the arm, and what could not be read.
+/// The triangles of the arm, and the reasons why some shapes could not be read.
 pub(super) struct ArmShape {
     /// The surfaces, by the number of the link that carries them. Links are counted from 1; 0 is the base.
     surfaces: Vec<Surface>,
@@ -85,8 +85,8 @@ impl ArmShape {
         }
     }
 
-    /// Returns the data in the page's format: the length of a JSON list, the list with the sizes of each surface, and the corners and
-    /// triangles of all surfaces. Numbers have 4 bytes, little endian; each part begins at a multiple of 4.
+    /// Returns the data in the page's format: the length of a JSON list, the list with the sizes of each surface, and the corners
+    /// and triangles of all surfaces. Numbers have 4 bytes, little endian. Each part of the data begins at a multiple of 4 bytes.
     pub fn bytes(&self) -> Vec<u8> {
         let shown = self.surfaces.iter().enumerate().filter(|(_, surface)| !surface.triangles.is_empty());
         let list = shown.clone().map(|(carrier, surface)| {

@@ -38,7 +38,8 @@ const FILES: [Asset; 21] = [
     ("/theatre.js", SCRIPT, include_str!("page/theatre.js")),
 ];
 
-/// The policy for the browser: load nothing from other servers, nothing inline, and not in a frame.
+/// The security policy for the browser. The browser loads nothing from other servers, runs no inline code, and does not show the
+/// page in a frame.
 const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; \
                       base-uri 'none'; form-action 'none'; frame-ancestors 'none'; connect-src 'self'";
 
@@ -69,8 +70,8 @@ pub(super) fn file(path: &str) -> Response {
     }
 }
 
-/// Adds the headers that every response of this server has. `host` is the server's name in the request: not every browser permits a
-/// WebSocket with `'self'` alone.
+/// Adds the headers that every response of this server has. `host` is the server's name in the request. The policy must name the
+/// server, because some browsers do not permit a WebSocket with `'self'` alone.
 pub(super) fn guarded(mut response: Response, host: Option<&str>) -> Response {
     let policy = host.map_or(POLICY.to_owned(), |host| format!("{POLICY} ws://{host}"));
     let policy = HeaderValue::try_from(policy).unwrap_or(HeaderValue::from_static(POLICY));
@@ -101,7 +102,7 @@ fn named_colors() -> impl Iterator<Item = (String, Color)> {
 /// The relative luminance (WCAG 2) that a color needs for a contrast of 4 : 1 on the dark page.
 const VISIBLE: f64 = 0.18;
 
-/// Mixes the color with white until it is visible on black.
+/// Mixes the color with white until the color is visible on black.
 fn for_the_dark(color: Color) -> Color {
     let with_white = |percent: u32| {
         let mixed = |part: u8| (u32::from(part) + (255 - u32::from(part)) * percent / 100) as u8;

@@ -38,7 +38,8 @@ pub(super) struct Guard {
     name: String,
     /// Whether the server listens on loopback only.
     loopback: bool,
-    /// The token without which a browser is refused. Other users of this host, and other hosts, can reach the server too.
+    /// The token without which a browser is refused. It is necessary because other users of this host, and other hosts, can reach
+    /// the server too.
     token: String,
 }
 
@@ -96,8 +97,8 @@ impl Guard {
         }
     }
 
-    /// Returns whether `host` names this server: by its address, `localhost`, or the name on which it was asked to listen. The port
-    /// is ignored, because a tunnel (`ssh -L`) may change it.
+    /// Returns whether `host` names this server: by its address, by `localhost`, or by the name on which it was asked to listen.
+    /// The port is ignored, because a tunnel (`ssh -L`) may change the port.
     fn is_ours(&self, host: &str) -> bool {
         let Some(name) = without_port(host) else { return false };
         let name = name.to_ascii_lowercase();
@@ -108,7 +109,7 @@ impl Guard {
     }
 }
 
-/// Returns the header's value if there is exactly one.
+/// Returns the value of the header `name` if the request has exactly one such header.
 fn single(headers: &HeaderMap, name: HeaderName) -> Option<&str> {
     let mut values = headers.get_all(name).iter();
     let value = values.next()?.to_str().ok()?;
@@ -125,8 +126,8 @@ fn without_port(host: &str) -> Option<&str> {
     (rest.is_empty() || rest.strip_prefix(':').is_some_and(is_port)).then_some(name)
 }
 
-/// Returns the cookie's name. Browsers share cookies between the ports of a host, so the name contains the port that the browser
-/// uses.
+/// Returns the name of the cookie. Browsers share cookies between the ports of a host, so the name contains the port that the
+/// browser uses.
 fn cookie_name(host: &str) -> String {
     let port = host.rsplit_once(':').map_or("", |(_, port)| port);
     let is_port = !port.is_empty() && port.bytes().all(|byte| byte.is_ascii_digit());

@@ -1,16 +1,17 @@
-//! The known state of the robot, which also changes while its parameters are being read.
+//! The known state of the robot. Changes that arrive while the parameters are being read are not lost.
 
 use super::robot::Robot;
 use dq_messages::ParameterEvent;
 
-/// The largest number of stored changes while parameters are read. A failed reading is ended by the next one.
+/// The largest number of changes that are stored while parameters are read. A reading that failed ends when the next one begins.
 const MOST_CHANGES: usize = 1000;
 
 /// The parameters that were read from the servo, with all changes since the start of the reading.
 #[derive(Default)]
 pub(super) struct KnownRobot {
     robot: Option<Robot>,
-    /// The changes since the present reading began. They are applied to the result of the reading, because the result may be older.
+    /// The changes since the present reading began. They are applied to the result of the reading, because this result may be
+    /// older.
     since: Option<Vec<ParameterEvent>>,
 }
 

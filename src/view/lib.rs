@@ -1,8 +1,8 @@
 //! The live page: a small web server that shows a servo in a browser and forwards requests of the user.
 //!
-//! The [`Peer`] is an ordinary DDS participant and knows no browsers; the [`Server`] knows browsers and no DDS. They are connected
-//! by the two [`ends`] of a channel. A state replaces the previous one and is never queued, so that no browser can delay others or
-//! the robot.
+//! The [`Peer`] is an ordinary DDS participant and does not know browsers. The [`Server`] knows browsers and does not use DDS. The
+//! two [`ends`] of a channel connect peer and server. A state replaces the previous one and is never queued, so that no browser can
+//! delay others or the robot.
 #![warn(clippy::unwrap_used, clippy::expect_used)]
 // These macros panic if nobody reads the output. Results go through `cli::print`, everything else through `stderr`.
 #![warn(clippy::print_stdout, clippy::print_stderr)]
@@ -48,7 +48,7 @@ pub enum ViewError {
         /// The reason.
         why: String,
     },
-    /// Another program listens there.
+    /// Another program listens at the address.
     #[error("{0} is taken by another program: --listen ADDRESS:0 takes any free port")]
     Taken(String),
     /// The chosen token is invalid.
@@ -89,7 +89,7 @@ pub struct RobotEnd {
     pub now: watch::Sender<Arc<str>>,
     /// The frame of a race.
     pub race: watch::Sender<Arc<str>>,
-    /// The frame of the servo's other markers.
+    /// The frame of the markers that the servo publishes for viewers.
     pub markers: watch::Sender<Arc<str>>,
     /// The shape of the arm in the page's format; empty if there is no description.
     pub arm_shape: watch::Sender<Arc<[u8]>>,

@@ -47,7 +47,7 @@ impl Entry {
     /// Converts a value that a browser sent to the parameter's type.
     ///
     /// # Errors
-    /// The expected value, in words.
+    /// A description of the expected value.
     pub fn value_from(&self, sent: &serde_json::Value) -> Result<Value, String> {
         let value = match self.kind {
             "boolean" => sent.as_bool().map(Value::Bool),
@@ -64,7 +64,7 @@ impl Entry {
     }
 }
 
-/// Converts a value to JSON. Returns `None` for other types of lists, which the page neither shows nor sets.
+/// Converts a value to JSON. Returns `None` for a list of a type that the page neither shows nor sets.
 fn json(value: &Value) -> Option<serde_json::Value> {
     match value {
         Value::Bool(value) => Some((*value).into()),

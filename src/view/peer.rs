@@ -26,7 +26,7 @@ use tokio::task::JoinSet;
 /// The shortest time between two frames. A screen needs no more than 50 per second.
 const FRAME: Duration = Duration::from_millis(20);
 
-/// The longest time between two frames, for times in which nothing is received.
+/// The longest time between two frames. Frames are this far apart while nothing is received.
 const IDLE: Duration = Duration::from_millis(500);
 
 /// The longest time that a service may take.
@@ -35,7 +35,7 @@ const PATIENCE: Duration = Duration::from_secs(2);
 /// The time between two attempts to read the parameters.
 const RETRY: Duration = Duration::from_secs(1);
 
-/// A node that shows the servo of its namespace. It ends when it is dropped.
+/// A node that shows the servo of its namespace. The node ends when this value is dropped.
 pub struct Peer {
     _tasks: JoinSet<()>,
     log: Logger,
@@ -56,7 +56,7 @@ struct Shared {
     motion: Mutex<Option<LastMotion>>,
     /// The channel for background tasks.
     tasks: mpsc::Sender<Asked<BackgroundTask>>,
-    /// Notified when the servo has appeared, so that the servo's parameters are read.
+    /// The notification that the servo has appeared. After it, the servo's parameters are read.
     appeared: Notify,
 }
 
@@ -128,7 +128,7 @@ impl Peer {
     }
 }
 
-/// Writes a frame when something is received, and at least twice per second.
+/// Writes a frame whenever something is received, and at least twice per second.
 async fn show(
     shared: Arc<Shared>,
     mut seen: ServoMonitor,
@@ -236,7 +236,7 @@ async fn read_parameters(shared: Arc<Shared>, servo: String, frame: watch::Sende
     }
 }
 
-/// Answers requests of browsers independently of each other.
+/// Answers the requests of browsers. A request does not wait for earlier requests.
 async fn serve(shared: Arc<Shared>, mut asks: mpsc::Receiver<Asked<Ask>>) {
     while let Some(Asked { ask, answer }) = asks.recv().await {
         let shared = shared.clone();
@@ -253,8 +253,8 @@ impl Shared {
         locked(&self.known)
     }
 
-    /// Returns whether there is a servo for two arms instead of one for one arm. Does not wait, so an undiscovered servo is not
-    /// known.
+    /// Returns whether the servo in the namespace is one for two arms. Does not wait, so a servo that is not yet discovered does
+    /// not count.
     fn has_two_arms(&self) -> bool {
         if self.kind == ServoKind::TwoArms {
             return false;
@@ -389,7 +389,7 @@ impl Shared {
         Ok(answer)
     }
 
-    /// Returns the client in `cell`, which is connected at the first call.
+    /// Returns the client in `cell`. At the first call, connects the client.
     async fn client<'a, S: ServiceType>(
         &self,
         cell: &'a OnceCell<Client<S>>,

@@ -31,7 +31,7 @@ pub struct RaceWatch {
     begun: Option<Instant>,
 }
 
-/// One of the arms.
+/// One of the two arms of a race.
 struct RaceArm {
     law: String,
     servo: ServoMonitor,
@@ -43,7 +43,7 @@ impl RaceWatch {
     /// Joins the graph with two nodes of these names.
     ///
     /// # Errors
-    /// [`RosError`], or an error if the parameters describe no arm.
+    /// [`RosError`], or an error if the parameters do not describe an arm.
     pub fn join(
         session: &Session,
         names: [Resolver; 2],

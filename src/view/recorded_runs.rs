@@ -8,7 +8,7 @@ use dq_runs::{ChangeKind, RecordedRun, Sample};
 use dq_wire::pose_numbers;
 use serde_json::{Value, json};
 
-/// The largest number of samples that a browser gets of each run. A screen has fewer pixels.
+/// The largest number of samples of each run that a browser gets. A screen has fewer pixels than this.
 const MOST_SAMPLES: usize = 4000;
 
 /// Returns the runs as a JSON list, for [`Settings::runs`](super::Settings::runs).
@@ -65,7 +65,7 @@ fn sample(run: &RecordedRun, state: &Sample) -> Result<Value, ArmError> {
     }))
 }
 
-/// Returns the last value that is in force at `time`. `values` has each value with the time since which it is in force.
+/// Returns the last of `values` that is in force at `time`. Each value comes with the time from which it is in force.
 fn latest<'a, T>(values: impl DoubleEndedIterator<Item = (f64, &'a T)>, time: f64) -> Option<&'a T> {
     values.rev().find(|(since, _)| *since <= time).map(|(_, value)| value)
 }

@@ -23,7 +23,7 @@ impl Robot {
     /// Creates the robot from all parameters of a servo of this kind.
     ///
     /// # Errors
-    /// [`ParameterError`] if they describe no arm.
+    /// [`ParameterError`] if the parameters do not describe an arm.
     pub fn new(
         kind: ServoKind,
         values: Vec<(String, Value)>,
@@ -172,7 +172,7 @@ pub(super) fn units<'a>(arms: impl IntoIterator<Item = &'a Chain>) -> Vec<&'stat
     arms.into_iter().flat_map(Chain::kinds).map(|kind| kind.unit()).collect()
 }
 
-/// Converts the values to parameters of this version. Ignores unknown parameters, which a servo of another version may have.
+/// Converts the values to parameters of this version. Ignores unknown parameters: a servo of another version may have them.
 fn typed(kind: ServoKind, values: &[(String, Value)]) -> Result<ServoParameters, ParameterError> {
     let mut store = kind.store()?;
     for (name, value) in values {

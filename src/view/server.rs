@@ -26,19 +26,20 @@ use std::time::Duration;
 use tokio::net::{TcpListener, TcpStream, lookup_host};
 use tokio::sync::{Notify, OwnedSemaphorePermit, Semaphore, watch};
 
-/// The largest numbers of connections of each kind: without the token, with the token but without a session, and sessions.
+/// The largest number of connections without the token. The next numbers are those of connections with the token but without a
+/// session, and of sessions.
 const MOST_STRANGERS: usize = 256;
 const MOST_GUESTS: usize = 64;
 const MOST_VIEWERS: usize = 32;
 
-/// The time after which a connection without the token is closed, so that browsers with the token soon get a place. A lost packet
-/// is retransmitted within this time.
+/// A connection without the token is closed after this time, so that browsers with the token soon get a place. A lost packet is
+/// retransmitted within this time.
 const STRANGER_TIME: Duration = Duration::from_secs(2);
 
 /// The time within which a browser must send the head of a request.
 const HEAD_TIME: Duration = Duration::from_secs(5);
 
-/// The largest size of the head of a request \[bytes\], and its largest number of lines.
+/// The largest size of the head of a request \[bytes\]. The next number is its largest number of lines.
 const HEAD_BYTES: usize = 16 * 1024;
 const HEAD_LINES: usize = 64;
 
@@ -238,7 +239,7 @@ async fn arm_shape(State(shared): State<Arc<Shared>>) -> Bytes {
     Bytes::from_owner(shared.page.arm_shape.borrow().clone())
 }
 
-/// Returns the guide as plain text, which browsers show. They would only offer to save Markdown as a file.
+/// Returns the guide as plain text, which browsers show. Browsers would only offer to save Markdown as a file.
 async fn guide(State(shared): State<Arc<Shared>>) -> &'static str {
     shared.guide
 }

@@ -31,9 +31,9 @@ pub(super) struct ServoMonitor {
     rejected: Option<RejectedGoal>,
     pose: Option<PoseStamped>,
     error: Option<TwistStamped>,
-    /// The state of each arm; `None` for an arm that was not heard.
+    /// The state of each arm; `None` for an arm from which no joint state was received.
     arms: Vec<Option<ArmState>>,
-    /// Whether there is a servo for two arms instead of one for one arm.
+    /// Whether the servo is one for two arms.
     pub two_arms: bool,
 }
 
@@ -174,7 +174,7 @@ impl ServoMonitor {
         explain(&self.servo, heard, self.two_arms)
     }
 
-    /// Returns the state of the arm at `time` \[s\] of its motion, in the page's format of samples.
+    /// Returns the state of the arm at `time` \[s\] after the start of its motion, in the page's format of samples.
     pub fn sample(&self, robot: &Robot, time: f64) -> Value {
         let goal = self.report().and_then(|report| report.goal);
         let tool = self.pose.as_ref().map(pose);
@@ -193,7 +193,7 @@ impl ServoMonitor {
     }
 
     /// Returns the frame that shows the state. `tool` and the data of the arms are in the base frame. `pose` and the goal are in
-    /// the goal frame. For two arms this is the frame of the left tool, `goal_frame`.
+    /// the goal frame; for two arms the goal frame is that of the left tool, `goal_frame`.
     pub fn frame(&self, robot: Option<&Robot>) -> String {
         let pose = self.pose.as_ref().map(pose);
         let tools = self.tools(robot);
@@ -233,7 +233,7 @@ impl ServoMonitor {
         }))
     }
 
-    /// Returns the result of `of` for each arm and its joint positions; `None` until all arms were heard.
+    /// Calls `of` for each arm with its joint positions, and returns the results; `None` until all arms were heard.
     fn of_each<R>(
         &self,
         robot: Option<&Robot>,
@@ -259,8 +259,8 @@ impl ServoMonitor {
     }
 }
 
-/// Subscribes with best effort to the servo's topic `entry` under the name `topic`. So no publisher stores samples for a viewer
-/// that does not read, and any publisher matches.
+/// Subscribes with best effort to the servo's topic `entry` under the name `topic`. With best effort, no publisher stores samples
+/// for a viewer that does not read, and publishers of any reliability match.
 fn listen<M: Message>(
     kind: ServoKind,
     node: &mut Node,

@@ -13,17 +13,17 @@ use tokio::time::{interval, timeout};
 /// The largest message from a browser \[bytes\].
 pub(super) const LARGEST: usize = 16 * 1024;
 
-/// The time within which a browser must receive a message. Otherwise it is disconnected.
+/// A browser must receive a message within this time. Otherwise the server disconnects it.
 pub(super) const PATIENCE: Duration = Duration::from_secs(3);
 
-/// The interval at which browsers must show a sign of life, and the silence after which they are disconnected.
+/// The interval at which browsers must show that they are alive. The next number is the silence after which they are disconnected.
 const PING: Duration = Duration::from_secs(2);
 const SILENCE: Duration = Duration::from_secs(10);
 
 /// The largest number of requests of one browser that wait for answers.
 const WAITING: usize = 16;
 
-/// Close codes of WebSockets (RFC 6455).
+/// A close code of WebSockets (RFC 6455).
 const PROTOCOL_ERROR: u16 = 1002;
 
 /// The session has ended.
@@ -130,7 +130,7 @@ impl Session {
         self.send(Answer::refused(why).frame(None)).await
     }
 
-    /// Forwards a request. Its answer is sent later.
+    /// Forwards a request. Another event sends the answer later.
     async fn request(&mut self, text: &str) -> Result<(), Gone> {
         let Request { id, ask } = match Request::read(text) {
             Ok(request) => request,

@@ -8,7 +8,7 @@ use std::collections::HashMap;
 use std::f64::consts::TAU;
 use std::path::Path;
 
-/// A triangle's corners.
+/// The three corners of a triangle.
 pub(super) type Triangle = [Corner; 3];
 
 /// A corner of a triangle.
@@ -22,7 +22,7 @@ pub(super) struct Corner {
 /// The number of sides with which cylinders and balls are drawn.
 const SIDES: usize = 32;
 
-/// The features that equal corners share: the cell, the normal rounded to quarters, and the color.
+/// The features by which two corners count as equal: the cell, the normal rounded to quarters, and the color.
 type CornerKey = ([i32; 3], [i8; 3], [u8; 3]);
 
 /// Triangles with shared corners.
@@ -36,8 +36,8 @@ pub(super) struct Surface {
 }
 
 impl Surface {
-    /// Adds a triangle. Equal corners in one cell of the size `cell` \[m\] are merged. Triangles that are smaller than a cell are
-    /// left out.
+    /// Adds a triangle. Merges equal corners in one cell of the size `cell` \[m\]. Leaves out triangles that are smaller than a
+    /// cell.
     pub fn add(&mut self, triangle: &Triangle, color: Rgb, cell: f64) {
         let indices = triangle.map(|corner| self.corner(&corner, color, cell));
         let [a, b, c] = indices;
@@ -96,8 +96,8 @@ fn ball(radius: f64, length: f64) -> Vec<Triangle> {
     turned(&lower.chain(upper).collect::<Vec<_>>())
 }
 
-/// Returns the triangles of the mesh `file` without scaling, each with its color if it has one. `description` is the file of the
-/// robot description, if the description came from a file.
+/// Returns the triangles of the mesh `file` without scaling. Each triangle comes with its color, if it has one. `description` is
+/// the file of the robot description, if the description came from a file.
 ///
 /// # Errors
 /// The reason why the mesh cannot be read.
@@ -127,7 +127,7 @@ fn triangle(mesh: &Mesh, face: [u32; 3]) -> Option<Triangle> {
     triangle.iter().all(is_finite).then_some(triangle)
 }
 
-/// A point of a profile: its position along z and its distance from z \[m\], and the components of the normal.
+/// A point of a profile: its position along z, its distance from the z axis \[m\], and the components of the normal.
 type Meridian = (f64, f64, (f64, f64));
 
 /// Returns the surface that a profile sweeps when it turns about z.

@@ -1,4 +1,4 @@
-//! Warnings about browsers. They are limited so that nobody can flood the log.
+//! Warnings about browsers. Their rate is limited so that nobody can flood the log.
 
 use dq_common::text::cut;
 use std::sync::{Mutex, PoisonError};
@@ -24,7 +24,7 @@ impl WarningLog {
         Self { warn, state: Mutex::default() }
     }
 
-    /// Logs the warning. If another one was logged less than a second ago, only counts it.
+    /// Logs the warning. If another warning was logged less than a second ago, only counts this one.
     pub fn add(&self, why: &str) {
         let unsaid = {
             // No code panics while it holds the lock.

@@ -4,10 +4,10 @@ use dq_core::servo::Interface;
 use dq_messages::messages::*;
 use std::time::Duration;
 
-/// The mark of a guard's commands. By it, guards and servos can tell them from a servo's commands.
+/// The mark of a guard's commands. By this mark, guards and servos can tell a guard's commands from a servo's.
 const GUARD: &str = "guard";
 
-/// Returns the topic of the commands to an arm with this interface. It is the default topic of ros2_control's controller for the
+/// Returns the topic of the commands to an arm with this interface: the default topic of ros2_control's controller for the
 /// interface.
 pub fn command_topic(interface: Interface) -> &'static str {
     match interface {
@@ -30,7 +30,7 @@ pub fn command_trajectory(joints: Vec<String>, positions: Vec<f64>, time: Durati
 
 /// A command that can be overwritten without allocating.
 pub trait Rewrite {
-    /// Overwrites the numbers. There must be as many as before.
+    /// Overwrites the numbers of the command. The command keeps its length, so there must be as many numbers as before.
     fn rewrite(&mut self, numbers: &[f64]);
 }
 
@@ -51,7 +51,7 @@ pub trait Command: Message {
     /// Returns the velocities [rad/s] or positions \[rad\], in the order of the servo's joints.
     fn numbers(self) -> Vec<f64>;
 
-    /// Returns the numbers in the order of `joints`; none if the command names other joints.
+    /// Returns the numbers in the order of `joints`. Returns no numbers if the command names other joints.
     fn in_order(&self, joints: &[String]) -> Vec<f64>;
 
     /// Returns whether a guard has sent the command.
@@ -91,7 +91,7 @@ impl Command for JointTrajectory {
         self.target(joints).map(|(positions, _)| positions).unwrap_or_default()
     }
 
-    /// The mark is the frame in the header. Controllers ignore the frame.
+    /// The mark of a guard is the frame in the header. Controllers ignore the frame.
     fn is_of_guard(&self) -> bool {
         self.header.frame_id == GUARD
     }
@@ -138,7 +138,7 @@ mod tests {
         assert_eq!(Duration::from(&negative), Duration::ZERO);
     }
 
-    /// With six joints, 48 bytes of the encoded command are the speeds. The rest encodes their number and an empty layout.
+    /// With six joints, the encoded command has 48 bytes for the speeds. The rest encodes the number of joints and an empty layout.
     #[test]
     fn commands_carry_their_numbers_and_nothing_else() {
         let mut command = command_array(vec![0.0; 6]);

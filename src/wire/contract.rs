@@ -30,7 +30,7 @@ impl Contract {
             .map_err(|why| WireError::ContractFile(why.to_string()))
     }
 
-    /// Returns the topics of every node, without the pictures.
+    /// Yields the contract of each node. The topics for viewers (`pictures`) are not included.
     pub fn nodes(&self) -> impl Iterator<Item = &NodeContract> {
         [&self.servo, &self.dual, &self.plant, &self.guard].into_iter()
     }

@@ -1,8 +1,8 @@
 //! The record for replay on `~/events`: what the servo received, in the order of processing, and what it sent.
 //!
 //! A message has some consecutive cycles. A cycle is a sequence of values in the encoding of the crate `postcard`: its number and
-//! time \[ns\], each [`Recorded`] as a `Some`, a `None`, and the output. So the cycle can write each event at once, without knowing
-//! how many more will follow.
+//! time \[ns\], each [`Recorded`] as a `Some`, a `None`, and the output. So the servo can write each event at once, without knowing
+//! how many more events will follow.
 
 use super::servo_kind::ServoKind;
 use dq_common::text::MOST;
@@ -14,8 +14,8 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::borrow::Cow;
 use std::time::Duration;
 
-/// The size of the longest message that is read \[bytes\]. It is eight times that of a message with all parameters. Decoding takes
-/// up to fifty times as much memory.
+/// The size of the longest message that is read \[bytes\], which is eight times that of a message with all parameters. Decoding a
+/// message takes up to fifty times its size in memory.
 const LONGEST: usize = 4 << 20;
 
 /// One cycle of a servo.
@@ -58,7 +58,7 @@ impl<'de: 'a, 'a> Deserialize<'de> for Saved<'a> {
 }
 
 impl Saved<'_> {
-    /// Encodes the state of `servo` into `bytes`, and so replaces their contents.
+    /// Encodes the state of `servo` into `bytes`, and replaces the previous contents.
     pub fn encode(servo: &Servo, bytes: &mut Vec<u8>) {
         bytes.clear();
         put(&servo.saved(), bytes);
@@ -70,7 +70,8 @@ impl Saved<'_> {
     }
 }
 
-/// An event of a servo, for a record. It is an [`Event`] that owns its lists after reading, and has parameters instead of settings.
+/// An event of a servo, for a record. It differs from an [`Event`] in two ways: after reading it owns its lists, and it has
+/// parameters instead of settings.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Recorded<'a> {
     /// The kind of the servo, and all its parameters. A replay can begin at this cycle, from the state in the next event,

@@ -21,7 +21,7 @@ named! {
         Arrived = "arrived",
         /// The motion has stalled. It continues if something changes.
         Stalled = "stalled",
-        /// Another goal replaced this one before the motion ended.
+        /// Another goal replaced the motion's goal before the motion ended.
         Replaced = "replaced",
         /// Consent was revoked before the motion ended.
         Revoked = "revoked",
@@ -83,7 +83,7 @@ pub struct MotionContext<'a> {
     pub why: Option<String>,
     /// The frame in which the goal was given.
     pub goal_frame: &'a str,
-    /// The publisher of the request, if it was a message.
+    /// The publisher of the request, if the request was a message.
     pub asked_by: Option<&'a str>,
     /// When the motion began, if known.
     pub began: Option<&'a Time>,
@@ -140,7 +140,7 @@ impl MotionReport {
         }
     }
 
-    /// Returns the name of the law; for two arms also the name of what it controls.
+    /// Returns the name of the law. For two arms, adds the name of the components that the law controls.
     pub fn law_and_aim(&self) -> String {
         law_and_aim(&self.law, self.aim.as_deref())
     }
@@ -200,7 +200,7 @@ impl MotionReport {
         self.cycle_jitter.add_to(values);
     }
 
-    /// Reads the report from such a message. `None` if the message is not from a servo, or if a number in it is invalid.
+    /// Reads the report from `message`. `None` if the message is not from a servo, or if a number in it is invalid.
     pub fn from_message(message: &DiagnosticStatus) -> Option<Self> {
         let values: BTreeMap<_, _> =
             message.values.iter().map(|KeyValue { key, value }| (key.as_str(), value.as_str())).collect();

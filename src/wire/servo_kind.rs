@@ -34,13 +34,13 @@ impl std::fmt::Display for LawNames {
     }
 }
 
-/// Joins the name of a law and that of what it controls, if there is one.
+/// Joins the name of a law and the name of the components that the law controls, if there is one.
 pub(super) fn law_and_aim(law: &str, aim: Option<&str>) -> String {
     aim.map_or_else(|| law.to_owned(), |aim| format!("{law} {aim}"))
 }
 
 impl ServoKind {
-    /// Both kinds.
+    /// Both kinds of servo.
     pub const ALL: [Self; 2] = [Self::OneArm, Self::TwoArms];
 
     /// Returns the kind of the servo for these arms.

@@ -204,18 +204,19 @@ pub fn rivalry(topic: &str, publishers: usize) -> String {
     format!("{publishers} publishers on {topic}: only one may command the arm")
 }
 
-/// The key-value pairs of a diagnostic status.
+/// The key-value pairs of a diagnostic status, in their order.
 #[derive(Default)]
 pub struct KeyValues {
     list: Vec<KeyValue>,
 }
 
-/// Converts seconds to milliseconds, rounded to microseconds. Otherwise an estimate that decays would have hundreds of digits.
+/// Converts seconds to milliseconds, rounded to microseconds. Without rounding, an estimate that decays would have hundreds of
+/// digits.
 pub fn milliseconds(seconds: f64) -> f64 {
     (seconds * 1e6).round() / 1e3
 }
 
-/// Converts `time` to microseconds. A product of seconds would have more digits, such as 24208.994000000002.
+/// Converts `time` to microseconds. Multiplying its seconds would give more digits, such as 24208.994000000002.
 pub fn microseconds(time: Duration) -> f64 {
     time.as_nanos() as f64 / 1e3
 }
@@ -233,7 +234,7 @@ impl KeyValues {
         }
     }
 
-    /// Returns the status of `name` with this `message` and these values.
+    /// Returns the status of the component `name` with this `message` and these values. `warns` tells whether its level is WARN.
     pub fn status(self, warns: bool, name: &str, message: String) -> DiagnosticStatus {
         let (level, hardware_id) = (u8::from(warns), String::new());
         DiagnosticStatus { level, name: name.to_owned(), message, hardware_id, values: self.list }
@@ -270,7 +271,7 @@ impl StatusReport {
 }
 
 impl StatusReport {
-    /// Returns the name of the law; for two arms also the name of what it controls.
+    /// Returns the name of the law. For two arms, adds the name of the components that the law controls.
     pub fn law_and_aim(&self) -> String {
         law_and_aim(&self.law, self.aim.as_deref())
     }
@@ -343,7 +344,7 @@ mod tests {
         }
     }
 
-    /// Other programs read these names in `~/status`.
+    /// Other programs read the names of these figures in `~/status`.
     #[test]
     fn figures_keep_their_names() {
         let names: Vec<_> = Figures::default().named().map(|(name, _)| name).collect();

@@ -1,4 +1,4 @@
-//! Measures how late the cycle wakes, and how long it works.
+//! Measures how late the cycle's thread wakes, and how long a cycle works.
 
 use std::time::Duration;
 
@@ -13,7 +13,7 @@ pub struct CycleTiming {
 /// The distribution of a time.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SpreadFigures {
-    /// The median. It and the two quantiles may be up to 1 % too long.
+    /// The median. The median and the two quantiles may be up to 1 % too long.
     pub median: Duration,
     /// The 99 % quantile.
     pub p99: Duration,
@@ -35,7 +35,7 @@ pub struct TimingFigures {
 }
 
 impl CycleTiming {
-    /// Adds a wake-up that came `lateness` after its deadline, with `missed` deadlines skipped since the previous one.
+    /// Adds a wake-up that came `lateness` after its deadline. Since the previous wake-up, `missed` deadlines were skipped.
     pub fn add(&mut self, lateness: Duration, missed: u64) {
         self.lateness.add(lateness);
         self.overruns += missed;

@@ -131,7 +131,7 @@ fn normalising_gives_the_nearest_pose_or_says_why_not() {
     assert_eq!(nan, Err(DqError::NonFinite(f64::INFINITY)));
 }
 
-/// Here the squares or the inverses of the real part are not representable.
+/// Checks real parts whose squares or inverses are not representable.
 #[test]
 fn normalising_takes_real_parts_of_any_size() {
     let pose = UnitDualQuaternion::screw_exp(&Vector6::new(0.3, -0.2, 0.7, 0.1, 0.2, -0.1));
@@ -319,7 +319,7 @@ proptest! {
         prop_assert!((moved.to_vector8() - conjugated.to_vector8()).norm() < LOG);
     }
 
-    /// These are `Hp`, `Hn`, `dHp` and `dHn` of appendix A, for arbitrary numbers (eq. 9–11).
+    /// Checks the paper's `Hp`, `Hn`, `dHp` and `dHn` for arbitrary numbers (eq. 9–11).
     #[test]
     fn hamilton_operators_of_any_numbers_are_products((p, q) in (any_numbers(), any_numbers())) {
         let product = (p * q).to_vector8();
@@ -330,14 +330,15 @@ proptest! {
         prop_assert!((a * b - b * a).norm() < ALGEBRA * 10.0);
     }
 
-    /// This is `cdualq`: the conjugate of a product is the product of the conjugates in reverse order.
+    /// Checks the paper's `cdualq`: the conjugate of a product is the product of the conjugates in reverse order.
     #[test]
     fn conjugates_turn_products_round((p, q) in (any_numbers(), any_numbers())) {
         let (left, right) = ((p * q).conjugate(), q.conjugate() * p.conjugate());
         prop_assert!((left.to_vector8() - right.to_vector8()).norm() < ALGEBRA * 10.0);
     }
 
-    /// These are `logdq` and `explogdq` (eq. 32), and the logarithm and the exponential of SE(3). Each pair is inverse.
+    /// Checks the paper's `logdq` and `explogdq` (eq. 32), and the logarithm and the exponential of SE(3). The two functions of
+    /// each pair are inverse to each other.
     #[test]
     fn logarithms_of_any_pose_lead_back_to_it(pose in any_pose()) {
         for back in [
@@ -350,7 +351,7 @@ proptest! {
         prop_assert!((pose.inverse().screw_log() + pose.screw_log()).norm() < LOG);
     }
 
-    /// The tool moves along one screw: half of the logarithm leads to the middle.
+    /// Half of the logarithm leads to the middle of the screw.
     #[test]
     fn two_halves_of_a_screw_are_the_whole(twist in any_twist()) {
         let half = UnitDualQuaternion::screw_exp(&(0.5 * twist));

@@ -13,7 +13,7 @@ use tokio::sync::watch;
 /// The largest number of items in the queue: six seconds of ten topics at 1 kHz.
 const CAPACITY: usize = 65_536;
 
-/// The largest size of the messages in the queue \[bytes\]; a single message may be larger.
+/// The largest total size of the messages in the queue \[bytes\]. A single message may be larger.
 const ROOM: usize = 64 << 20;
 
 /// The interval at which the bag is flushed to the disk.
@@ -37,13 +37,13 @@ struct Counts {
 /// The numbers of messages that were written and dropped since the start.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Progress {
-    /// Messages in the bag.
+    /// The number of messages in the bag.
     pub written: u64,
-    /// Messages lost.
+    /// The number of lost messages.
     pub dropped: u64,
 }
 
-/// The receivers' end of the queue. Never blocks.
+/// The receivers' end of the queue. It never blocks.
 #[derive(Clone)]
 pub(super) struct Queue {
     items: SyncSender<Item>,
@@ -86,7 +86,7 @@ impl Queue {
 pub(super) struct WritingThread {
     handle: JoinHandle<Result<WrittenBag, RecordingError>>,
     counts: Arc<Counts>,
-    /// The error that ended the thread; `None` if the thread has not failed. The sender is dropped with the thread.
+    /// The error that ended the thread; `None` if the thread has not failed. The sending end is dropped when the thread ends.
     failure: watch::Receiver<Option<String>>,
 }
 

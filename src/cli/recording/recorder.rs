@@ -13,8 +13,8 @@ use std::time::Duration;
 use tokio::sync::watch;
 use tokio::task::{JoinHandle, JoinSet};
 
-/// Records what other participants publish, from the start until [`Recorder::finish`]. Topics that appear later are recorded from
-/// then on.
+/// Records the messages that other participants publish, from the start until [`Recorder::finish`]. Topics that appear later are
+/// recorded from then on.
 pub struct Recorder {
     thread: WritingThread,
     queue: Queue,
@@ -61,13 +61,13 @@ impl Recorder {
         self.recorded.borrow().clone()
     }
 
-    /// Waits up to `patience` until all these topics are recorded, and returns whether all are. A publisher may still take some
-    /// milliseconds to discover the recorder. To lose no message, the publisher must wait for its readers.
+    /// Waits up to `patience` until all these topics are recorded. Returns whether all of them are. A publisher may take some
+    /// milliseconds more to discover the recorder. To lose no message, the publisher must wait for its readers.
     pub async fn wait_for(&self, topics: &[&str], patience: Duration) -> bool {
         contains(&self.recorded, topics, patience).await
     }
 
-    /// Waits up to `patience` until all these topics have received a message, and returns whether all have.
+    /// Waits up to `patience` until a message of each of these topics has arrived. Returns whether one has for every topic.
     pub async fn wait_for_messages(&self, topics: &[&str], patience: Duration) -> bool {
         contains(&self.heard.subscribe(), topics, patience).await
     }
@@ -113,7 +113,7 @@ impl Recorder {
     }
 }
 
-/// The time at the end in which arrived messages are still taken.
+/// At the end, messages that have already arrived are taken for this time.
 const LAST_TAKE: Duration = Duration::from_millis(100);
 
 /// The QoS of a subscription.
@@ -136,7 +136,7 @@ impl Delivery {
         })
     }
 
-    /// Returns the strictest QoS that fulfills both.
+    /// Returns the strictest QoS that meets both.
     fn and(self, other: Self) -> Self {
         Self {
             reliable: self.reliable && other.reliable,
@@ -160,7 +160,7 @@ struct Watcher {
     selection: Selection,
     queue: Queue,
     receiving: BTreeMap<String, Receiving>,
-    /// Reasons why topics cannot be recorded; each is logged once.
+    /// The topics that cannot be recorded, with reasons. Each is logged once.
     refused: BTreeSet<String>,
     report: watch::Sender<BTreeSet<String>>,
     tell_heard: watch::Sender<BTreeSet<String>>,
@@ -178,8 +178,8 @@ impl Watcher {
         }
     }
 
-    /// Subscribes to the topic, or subscribes again with weaker QoS if a new publisher offers less. It never subscribes again with stricter
-    /// QoS after a publisher has gone, because the others would send their latched messages again.
+    /// Subscribes to the topic. If a new publisher offers weaker QoS, subscribes again with that QoS. Never subscribes again with
+    /// stricter QoS after a publisher has left, because the other publishers would send their latched messages again.
     fn follow(&mut self, name: &str, topic: &GraphTopic) {
         if let Some(before) = self.receiving.get(name).map(|receiving| &receiving.message)
             && *before != topic.message
@@ -203,7 +203,7 @@ impl Watcher {
         }
     }
 
-    /// Handles the first publisher of the topic, whose QoS is the presumed one.
+    /// Handles the first publisher of the topic, if its QoS equals the presumed QoS.
     fn publishers_came(&mut self, name: &str, topic: &GraphTopic) {
         if let Some(receiving) = self.receiving.get_mut(name) {
             receiving.delivery = Some(Delivery::PRESUMED);
@@ -263,7 +263,7 @@ fn record(name: &str, topic: &GraphTopic) -> TopicRecord {
 struct Sequences(Arc<Mutex<HashMap<[u8; 16], i64>>>);
 
 impl Sequences {
-    /// Returns how many earlier messages of the publisher were missed; `None` if the message is a repetition.
+    /// Returns how many earlier messages of the publisher were missed. `None` if the message is a repetition.
     fn take(&self, publisher: [u8; 16], sequence: i64) -> Option<u64> {
         let mut last = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let missed = match last.get(&publisher) {
@@ -304,7 +304,7 @@ impl Receiver {
     }
 }
 
-/// Waits up to `patience` until all these topics are in the set. Returns whether all are.
+/// Waits up to `patience` until all these topics are in the set. Returns whether they all are.
 async fn contains(set: &watch::Receiver<BTreeSet<String>>, topics: &[&str], patience: Duration) -> bool {
     let mut set = set.clone();
     let all = set.wait_for(|set| topics.iter().all(|topic| set.contains(*topic)));

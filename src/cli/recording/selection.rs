@@ -53,8 +53,8 @@ impl Selection {
     }
 }
 
-/// Returns the topics of the nodes under their remapped names. The names are fully qualified. Relative new names are also returned
-/// as they are.
+/// Returns the topics of the nodes under their remapped names, fully qualified. If a new name is relative, also returns it
+/// unchanged.
 fn remapped(contract: &Contract, ros_args: &RosArgs) -> Result<Vec<(String, String)>, RosError> {
     let nodes = [
         (&contract.servo, ServoParameters::NODE_NAME),

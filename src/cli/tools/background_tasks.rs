@@ -16,8 +16,8 @@ pub(super) struct Runner {
     environment: Environment,
     ros_args: RosArgs,
     show: watch::Sender<Arc<str>>,
-    /// The number of the last race. It counts up from the time at which this program started [ms since 1970]. So a page that was
-    /// opened before a restart does not take a new race for an old one.
+    /// The number of the last race. The numbers count up from the time at which this program started [ms since 1970]. So a page
+    /// that was opened before a restart does not take a new race for an old one.
     races: u64,
     /// The race that is running, if any.
     race: JoinSet<()>,
@@ -25,14 +25,14 @@ pub(super) struct Runner {
 }
 
 impl Runner {
-    /// Creates the runner, which publishes races on `show`.
+    /// Creates the runner, which writes races to the channel `show`.
     pub fn new(environment: &Environment, ros_args: &RosArgs, show: watch::Sender<Arc<str>>) -> Self {
         let (environment, ros_args) = (environment.clone(), ros_args.clone());
         let races = u64::try_from(since_1970().as_millis()).unwrap_or_default();
         Self { environment, ros_args, show, races, race: JoinSet::new(), recording: None }
     }
 
-    /// Performs the requests. When nobody can send requests any more, ends the tasks that are running.
+    /// Performs the requests. When nobody can send requests any more, ends the running tasks.
     pub async fn run(mut self, mut tasks: BackgroundTasks) {
         loop {
             let failed = async {
@@ -78,7 +78,7 @@ impl Runner {
         Ok(done)
     }
 
-    /// Records into a directory whose name is the time.
+    /// Records into a directory that is named after the present time.
     fn record(&mut self) -> anyhow::Result<Answer> {
         if let Some((_, directory)) = &self.recording {
             return Ok(Answer::refused(format!("a recording is going on already: {}", directory.display())));

@@ -99,10 +99,10 @@ struct Played {
     joints: Vec<JointKind>,
 }
 
-/// Moves to the goal with the law of the parameters, and back with another law.
+/// Moves the arm to the goal with the law of the parameters, and back with another law.
 ///
-/// If a browser shows the `page` at the end, the results are printed here, and the user controls the arm until a signal. Then no
-/// motions are returned.
+/// If a browser shows the `page` at the end, prints the results, and lets the user control the arm until a signal. In this case,
+/// returns no motions.
 async fn one_arm(
     setting: &Setting<'_>,
     arm: &RobotChoice,
@@ -153,7 +153,7 @@ async fn invite(page: &Page) {
     }
 }
 
-/// Moves to `goal` with the law in force, and to `start` with another law.
+/// Moves the arm to `goal` with the law in force, and to `start` with another law.
 async fn there_and_back(
     nodes: &mut NodeSet<'_>,
     goal: PoseNumbers,
@@ -166,7 +166,7 @@ async fn there_and_back(
 }
 
 /// Prepares the arm, its servo, its start and its goal. For the paper's arm, the goal is the paper's. For another arm, the goal is
-/// a tool pose near the start. One law reaches this goal, and another law returns from it.
+/// a tool pose near the start that one law reaches and from which another law returns.
 fn one_arm_scene<'a>(setting: &Setting<'a>, arm: &RobotChoice) -> anyhow::Result<Scene<'a>> {
     let servo = Prepared::<ServoParameters>::new(&arm.and(setting.ros_args))?;
     let parameters = servo.parameters();
@@ -215,7 +215,7 @@ async fn in_a_browser(
 }
 
 /// Makes the paper's motions of relative position control: to twice the distance with the transposed form, and back with the
-/// inverse form. The way back includes the orientation.
+/// inverse form. The way back also controls the orientation.
 async fn two_arms(setting: &Setting<'_>, signals: &mut Signals) -> anyhow::Result<Option<Played>> {
     let Scene { nodes, start, goal, joints } = two_arm_scene(setting)?;
     let play = async |nodes: &mut NodeSet<'_>| {
@@ -246,8 +246,8 @@ fn two_arm_scene<'a>(setting: &Setting<'a>) -> anyhow::Result<Scene<'a>> {
     Ok(Scene { nodes: NodeSet::set(setting, servo, vec![left, right])?, start, goal, joints })
 }
 
-/// Returns the command line of the plant in the namespace `side`. The plant starts at `theta` \[rad\] unless `ros_args` say
-/// otherwise.
+/// Returns the command line of the plant in the namespace `side`. The plant starts at `theta` \[rad\], unless `ros_args` give other
+/// initial positions.
 fn of_arm(side: &str, theta: &[f64], ros_args: &RosArgs) -> RosArgs {
     let mut args = ros_args.clone();
     let namespace = args.remaps.iter().find(|rule| rule.from == "__ns").map_or("", |rule| &rule.to);
@@ -272,7 +272,7 @@ fn json(motions: &[MotionReport]) -> serde_json::Value {
     serde_json::Value::from_iter(motions.iter().map(motion))
 }
 
-/// Returns the table of the motions, and below it the lateness of the servo's cycles.
+/// Returns the table of the motions with a line about the lateness of the servo's cycles below it.
 fn table(Played { motions, joints }: &Played) -> String {
     let mut table = table::motions(&["law"], joints, &[table::AT_GOAL]);
     for report in motions {

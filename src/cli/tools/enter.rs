@@ -4,8 +4,8 @@ use rustix::{process, stdio, termios};
 use std::io::IsTerminal;
 use tokio::sync::oneshot;
 
-/// Waits until the enter key is pressed. Returns `None` if no user can press it: there is no terminal, or this process is in the
-/// background of one.
+/// Waits until the enter key is pressed. Returns `None` if no user can press the key: there is no terminal, or this process runs in
+/// the background.
 pub(super) fn pressed() -> Option<impl Future<Output = ()>> {
     let is_here = std::io::stdin().is_terminal() && std::io::stderr().is_terminal();
     // A background process that reads from a terminal is stopped.

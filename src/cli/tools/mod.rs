@@ -89,7 +89,7 @@ impl Offline {
     }
 }
 
-/// Returns whether the cause of the error is the user's request, not its execution.
+/// Returns whether the error is caused by the user's request rather than by its execution.
 pub(super) fn is_usage(error: &anyhow::Error) -> bool {
     let bag = |error: &BagError| !matches!(error, BagError::Write { .. });
     let recording = |error: &RecordingError| match error {

@@ -89,7 +89,7 @@ impl<'a> NodeSet<'a> {
         self.kind
     }
 
-    /// Runs `play`, and then brings the arms to rest, also after a signal. A second signal skips this.
+    /// Runs `play`, and then brings the arms to rest, even if a signal ended `play`. A second signal skips this stop.
     pub async fn perform<R>(
         mut self,
         play: impl AsyncFnOnce(&mut Self) -> anyhow::Result<R>,
@@ -106,7 +106,7 @@ impl<'a> NodeSet<'a> {
         played
     }
 
-    /// Moves to `goal`, and waits until the arm has arrived.
+    /// Moves the arm to `goal`, and waits until the arm has arrived.
     pub async fn go(&mut self, goal: PoseNumbers) -> anyhow::Result<MotionReport> {
         if !self.ready {
             self.servo_ready().await?;

@@ -82,10 +82,10 @@ impl Plot {
 }
 
 impl Plot {
-    /// Writes into the folder which bags its figures show.
+    /// Writes into the folder the names of the bags whose figures it has.
     ///
     /// # Errors
-    /// [`Usage`] if the folder has figures of other bags, which are not overwritten.
+    /// [`Usage`] if the folder has figures of other bags. The figures are not overwritten.
     fn claim_folder(&self, figures: &[Figure]) -> anyhow::Result<()> {
         let note = self.out.join("bags.txt");
         let path = |bag: &PathBuf| std::path::absolute(bag).map(|path| format!("{}\n", path.display()));
@@ -114,8 +114,8 @@ impl Plot {
     }
 }
 
-/// Reads the runs of all bags, and lists on stderr what could not be read. Runs without recorded parameters get the parameters of a
-/// servo with these ROS arguments.
+/// Reads the runs of all bags, and lists on stderr what could not be read. Runs without recorded parameters get the parameters that
+/// a servo with these ROS arguments has.
 pub(super) fn read_all(bags: &[PathBuf], ros_args: &RosArgs) -> anyhow::Result<Vec<RecordedRun>> {
     let servo = crate::cli::offline(ros_args.clone())?;
     let mut runs = Vec::new();

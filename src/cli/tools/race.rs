@@ -1,4 +1,5 @@
-//! A race for the page: two servos with an arm each move to the same goal under two laws. They are in a domain of their own.
+//! A race for the page: two servos with an arm each move to the same goal under two laws. All nodes of the race are in a separate
+//! domain.
 
 use anyhow::ensure;
 use dq_config::{NodeParameters, PlantParameters, ServoParameters};
@@ -90,7 +91,8 @@ fn in_namespace(namespace: &str) -> RosArgs {
     RosArgs { remaps, log_level: Some(LogLevel::Warn), ..RosArgs::default() }
 }
 
-/// Returns the command line of both nodes under a law: the parameters of the watched servo, but with this law.
+/// Returns the command line of servo and arm under the law `law`. Apart from the law, the parameters are those of the servo that
+/// the page shows.
 fn arguments(namespace: &str, law: &str, race: &Race) -> Result<RosArgs, ParameterError> {
     let give = |node, name: &str, value| Override::Value { node: Some(node), name: name.to_owned(), value };
     let mut args = in_namespace(namespace);

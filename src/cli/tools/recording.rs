@@ -14,11 +14,11 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 use tokio::task::JoinSet;
 
-/// A recording in progress. It has its own participant, so that topics of this process are recorded too.
+/// A recording in progress. It has its own participant, so that it also records topics of this process.
 pub(in crate::cli) struct Recording {
     recorder: Recorder,
     directory: PathBuf,
-    /// Prints a warning as soon as writing fails.
+    /// A task that prints a warning as soon as writing fails.
     watch: JoinSet<()>,
     _session: Session,
 }
@@ -40,7 +40,8 @@ impl Recording {
         Ok(Self { recorder, directory: directory.to_owned(), watch, _session: session })
     }
 
-    /// Waits until the recorder receives from the arms and from `servo`, and would receive a goal and the commands that follow it.
+    /// Waits until the recorder receives from the arms and from `servo`. Also waits until it would receive a goal and the commands
+    /// that follow the goal.
     pub async fn hears(&self, kind: ServoKind, servo: &str, names: &Resolver) -> anyhow::Result<()> {
         let of_arms = kind.arms().iter().map(|arm| names.topic(&format!("{arm}joint_states")));
         let of_arms = of_arms.collect::<Result<Vec<_>, NameError>>()?;
@@ -78,8 +79,8 @@ impl Recording {
         Ok(())
     }
 
-    /// Ends the recording of a command, if there is one. `result` is the result of the command. Returns this result and that of the
-    /// recording. If both failed, the recording's failure is only logged.
+    /// Ends the recording of a command, if there is one. If the command's `result` is a success, returns it together with the
+    /// result of the recording. Otherwise returns the command's error, and only logs a failure of the recording.
     pub async fn end<T>(
         recording: Option<Self>,
         result: anyhow::Result<T>,
@@ -124,7 +125,7 @@ pub(in crate::cli) fn is_complete(directory: &Path, summary: &WrittenBag) -> Res
     }
 }
 
-/// Returns a line that says what was recorded. Prints to stderr the time from which on each servo can be replayed.
+/// Returns a line about the recorded messages. Prints to stderr the time from which on each servo can be replayed.
 pub(super) fn recording_summary(directory: &Path, summary: &WrittenBag) -> String {
     let servos = Bag::open(directory).map(replayable_from).unwrap_or_default();
     for (servo, since) in servos {

@@ -9,7 +9,8 @@ use std::time::Duration;
 /// The longest motion that is worth watching.
 const PATIENCE: Duration = Duration::from_secs(20);
 
-/// Fractions of the distance from the start. The first fraction is used at which one law reaches the goal and another returns.
+/// Fractions of the distance from the start. The rehearsal uses the first fraction at which one law reaches the goal and another
+/// law returns.
 const PARTS: [f64; 5] = [1.0, 0.5, 0.25, 0.125, 0.0625];
 
 /// Returns the law for the way back.
@@ -18,7 +19,7 @@ pub(super) fn return_law(there: Law) -> Law {
 }
 
 /// Returns joint positions [rad, prismatic: m] near `from` that the servo's law reaches, and from which another law returns. If
-/// there are none, returns nearby positions without this property.
+/// there are no such positions, returns nearby positions.
 pub(super) fn nearby(parameters: &ServoParameters, from: &[f64]) -> anyhow::Result<Vec<f64>> {
     let chain = parameters.arms.chain();
     let beside = parameters.settings.limits.position.beside(from, chain.kinds());

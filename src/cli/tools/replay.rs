@@ -67,7 +67,7 @@ fn line(servo: &Replayed) -> String {
     judged + &skipped(servo)
 }
 
-/// Returns a text that says what was not compared, and why.
+/// Returns a text about the commands that were not compared, and the reasons.
 fn skipped(servo: &Replayed) -> String {
     let Replayed { judged_s, not_judged, inputs_missing, repeated, damaged, .. } = servo;
     const SHOWN: usize = 5;

@@ -9,7 +9,7 @@ use rustix::termios::tcgetwinsize;
 /// The default width of a terminal.
 const WIDTH: u16 = 80;
 
-/// The columns with names. All other columns have numbers, which are right-aligned and never wrapped.
+/// The columns that contain names. All other columns contain numbers, which are right-aligned and never wrapped.
 const NAMES: [&str; 2] = ["run", "law"];
 
 /// Creates a table without lines, with these column names. If stdout is a terminal, names are wrapped to its width.

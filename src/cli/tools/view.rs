@@ -16,7 +16,7 @@ use tokio::task::{JoinHandle, JoinSet};
 /// The default address of the page: on this host only.
 const LISTEN: &str = "127.0.0.1:8123";
 
-/// The environment variable with the token of the link. With it, each start uses the same token.
+/// The environment variable with the token of the link. If it is set, each start uses the same token.
 const TOKEN: &str = "DQ_SERVO_VIEW_TOKEN";
 
 /// The address on this host with any free port.
@@ -64,7 +64,7 @@ impl View {
         ended
     }
 
-    /// Plays the bags until a signal arrives. While the bags are read, a signal ends the program at once.
+    /// Plays the bags until a signal arrives. A signal that arrives while the bags are read ends the program at once.
     async fn play(&self, ros_args: &RosArgs) -> anyhow::Result<()> {
         let runs = read_all(&self.bags, &self.arm.and(ros_args))?;
         let mut signals = Signals::new()?;
@@ -96,8 +96,8 @@ impl View {
         }))
     }
 
-    /// Opens the page, at another port if the default one is taken. The page joins the graph once a browser connects, and uses no
-    /// resources until then.
+    /// Opens the page. If the default port is taken, opens it at another port. The page joins the graph once a browser connects,
+    /// and uses no resources until then.
     pub(super) async fn offer(environment: &Environment, ros_args: &RosArgs) -> anyhow::Result<Page> {
         let (robot, browsers) = dq_view::ends();
         let warn = || Box::new(|why: &str| dq_ros::stderr::line(format!("warning: {why}")));
@@ -147,13 +147,13 @@ pub(super) struct Page {
     /// Whether a browser has connected.
     pub watched: watch::Receiver<bool>,
     _server: JoinSet<()>,
-    /// Ends the viewer.
+    /// The channel that ends the viewer.
     close: oneshot::Sender<()>,
     viewer: JoinSet<()>,
 }
 
 impl Page {
-    /// Creates the page that `server` serves. The task of `viewer` ends when the page is closed.
+    /// Creates the page that `server` serves. When the page is closed, the task of `viewer` ends.
     fn new<F: Future<Output = ()> + Send + 'static>(
         server: Server,
         viewer: impl FnOnce(oneshot::Receiver<()>) -> F,
@@ -167,7 +167,7 @@ impl Page {
         Self { link, watched, _server: server, close, viewer }
     }
 
-    /// Closes the page, and completes a recording.
+    /// Closes the page, and finishes the recording in progress, if there is one.
     pub async fn close(mut self) {
         let _ = self.close.send(());
         self.viewer.join_next().await;
@@ -196,7 +196,7 @@ impl ViewerNode {
         Ok(Self { peer, tasks: tokio::spawn(runner.run(tasks)), _session: session })
     }
 
-    /// Leaves the graph after all tasks have ended. After the peer is dropped, no new requests arrive.
+    /// Leaves the graph after all tasks have ended. First drops the peer, so that no new requests arrive.
     async fn leave(self) {
         let Self { peer, tasks, _session } = self;
         drop(peer);

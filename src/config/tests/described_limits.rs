@@ -1,5 +1,5 @@
-//! Tests of limits in descriptions. Many exporters write numbers that are not limits: 0, none, or an empty range. Also, tests of
-//! the limits of a description that is made from DH rows.
+//! Tests of limits in descriptions. Many exporters write numbers that are not limits: 0, none, or an empty range. The tests also
+//! check the limits of a description that is made from DH rows.
 
 use crate::described::{GANTRY, frames};
 use crate::{given, started, text};
@@ -73,7 +73,7 @@ fn an_invalid_limit_is_rejected_with_advice_and_can_be_overridden() {
     assert!(refused.contains("limits.joint_position_lower and limits.joint_position_upper"), "{refused}");
 }
 
-/// A controller should keep within the soft limits. They are inside the hard limits, at which the robot's own controller stops or
+/// A controller should keep within the soft limits. These are inside the hard limits, at which the robot's own controller stops or
 /// brakes.
 #[test]
 fn the_tighter_of_a_hard_and_a_soft_limit_counts() {
@@ -121,7 +121,7 @@ fn limits_of_extreme_size_count_as_none() {
     assert_eq!(limits.joint_acceleration[0], 3.0);
 }
 
-/// For a prismatic joint, each limit counts independently, as for a revolute joint.
+/// Each limit of a prismatic joint counts independently, as for a revolute joint.
 #[test]
 fn a_sliding_joint_may_have_no_limit() {
     for lower in ["-1e9", "-1e16", "-inf"] {
@@ -155,7 +155,7 @@ fn limits_that_look_like_degrees_cause_a_warning() {
     }
 }
 
-/// A body along the links has one capsule per link.
+/// A body along the links has one capsule for each link.
 #[test]
 fn an_arm_may_have_64_joints() {
     let (mut links, mut joints) = ("<link name='l0'/>".to_owned(), String::new());

@@ -334,7 +334,7 @@ fn a_running_servo_accepts_what_the_parameters_accept() {
     assert!(servo.configure(spoilt.settings).is_err());
 }
 
-/// There are no other parameters in these namespaces, and a user who sets one expects an effect.
+/// We have no other parameters in these namespaces. A user who sets an unknown one expects an effect.
 #[test]
 fn unknown_names_in_our_namespaces_are_rejected_for_every_node() {
     for (name, near) in [
@@ -352,7 +352,7 @@ fn unknown_names_in_our_namespaces_are_rejected_for_every_node() {
     assert!(PlantParameters::start("/puma560", given(&[("gains.diffc", "1")])).unwrap().1.is_empty());
 }
 
-/// The parameters read exactly the value that the store accepts.
+/// The parameters have exactly the value that the store accepts.
 #[test]
 fn each_live_number_is_read_as_it_was_set() {
     let store = store();

@@ -17,7 +17,7 @@ pub struct ClosePair {
 }
 
 impl ClosePair {
-    /// Converts `near`, a pair of parts of `scene`.
+    /// Converts `near`, two parts of `scene` that are near each other.
     pub(super) fn of(scene: &Scene, near: &Near) -> Self {
         let gap = &near.gap;
         Self { pair: scene.pair(near.pair), distance: gap.distance, points: [gap.point, gap.other] }

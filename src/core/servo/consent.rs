@@ -1,9 +1,10 @@
 //! Consent: the arm moves only while someone's request is newer than the last event that revoked consent.
 //!
 //! A *push* is a request after a silence. It begins with the first message of a publisher of goals or twists, with the first twist
-//! after a zero twist, or with a request to `~/pause` (false), which requests the current goal again. Later messages without a
-//! silence in between belong to the same push. So a publisher that only continues after a revocation does not give consent again.
-//! Every message counts, even an invalid one or one that waits for its frame. A single goal is a stream of one message.
+//! after a zero twist, or with a request to `~/pause` (false), which requests the current goal again. Later messages belong to the
+//! same push if there is no silence between them. So a publisher that only continues after a revocation does not give consent
+//! again. Every message ends a silence, even an invalid message or a goal that waits for its frame. A single goal is a stream of
+//! one message.
 //!
 //! A revocation revokes every push up to a time. For `~/stop` this is the time of the stop. For a robot that has appeared it is
 //! `rearm_timeout` earlier, and for a robot that has jumped it is the time of the joint state before the jump. Two publishers that
@@ -73,7 +74,7 @@ impl Revoked {
         }
     }
 
-    /// Revokes `request` if it was pushed at or before `until`. If the request is already revoked, it keeps its reason.
+    /// Revokes `request` if it was pushed at or before `until`. A request that is already revoked keeps its reason.
     fn apply(&self, request: &mut MotionRequest) {
         if request.pushed <= self.until {
             request.revoked.get_or_insert(self.why_of(request.pushed));
@@ -147,7 +148,7 @@ impl Push {
         now.saturating_sub(self.request.heard) <= silence
     }
 
-    /// Returns whether the push is a stream of goals that continues.
+    /// Returns whether the push belongs to a stream of goals that still continues at `now`.
     fn streams(&self, now: Duration, silence: Duration) -> bool {
         let is_stream = self.request.by.is_for_goal() && self.is_usable && self.came != self.request.heard;
         is_stream && self.goes_on(now, silence)
@@ -159,7 +160,7 @@ impl Push {
 pub(super) struct MotionRequests {
     consent: Consent,
     pushes: Vec<Push>,
-    /// When a twist last moved the arm. It revokes every goal pushed until then.
+    /// When a twist last moved the arm. This twist revokes every goal pushed until then.
     jogged: Option<Revoked>,
 }
 
@@ -202,7 +203,7 @@ impl MotionRequests {
         request
     }
 
-    /// Makes room for another publisher: removes the oldest one that was heard only once, and so is not a stream.
+    /// Makes room for another publisher: removes the oldest publisher of those that were heard only once, and so do not stream.
     fn make_room(&mut self) {
         let singles = self.pushes.iter().enumerate().filter(|(_, push)| push.came == push.request.heard);
         let oldest = singles.min_by_key(|(_, push)| push.came).map(|(place, _)| place);
@@ -211,8 +212,8 @@ impl MotionRequests {
         }
     }
 
-    /// Returns the event that has revoked a push that was sent at `pushed` and arrives only now, if any. If the push has the same
-    /// time as a revocation, it counts as later.
+    /// Returns the event that has revoked a push that was sent at `pushed` and arrives only now, if any. A push that was sent at
+    /// exactly the time of a revocation is not revoked.
     fn revoked_before(&self, by: Requester, pushed: Duration) -> Option<Revocation> {
         let jogged = self.jogged.filter(|jogged| by.is_for_goal() && pushed <= jogged.until);
         jogged.or(self.consent.revoked.filter(|last| pushed < last.until)).map(|last| last.why_of(pushed))
@@ -238,8 +239,8 @@ impl MotionRequests {
         before.is_none_or(|before| (before.by, before.pushed) != (request.by, pushed))
     }
 
-    /// Returns two publishers of the same kind that push at the same time. They do if the first one was heard again after the other
-    /// began.
+    /// Returns two publishers of the same kind that push at the same time. They are rivals if the first publisher was heard again
+    /// after the other one began.
     pub fn rivals(&self, now: Duration, silence: Duration) -> Option<Rivals> {
         let is_asking = |push: &&Push| {
             let is_valid = matches!(push.request.revoked, None | Some(Revocation::Rivals(_)));
@@ -261,7 +262,7 @@ impl MotionRequests {
         })
     }
 
-    /// Revokes at `now` everything pushed until `until`.
+    /// Revokes at `now` every push up to `until`.
     pub fn revoke(&mut self, until: Duration, now: Duration, why: Revocation) {
         let revoked = Revoked { until, at: now, why };
         self.pushes.iter_mut().for_each(|push| revoked.apply(&mut push.request));
@@ -271,7 +272,7 @@ impl MotionRequests {
         }
     }
 
-    /// Notes that a twist moves the arm at `now`. It revokes every goal until then.
+    /// Notes that a twist moves the arm at `now`. The twist revokes every goal until then.
     pub fn jog(&mut self, now: Duration) {
         let jogged = Revoked { until: now, at: now, why: Revocation::Jogged };
         let goals =

@@ -41,7 +41,7 @@ pub struct Servo {
     robot: Robot,
     frames: Frames,
     settings: Settings,
-    /// How often the settings were changed, and when they were last changed.
+    /// Number of times that the settings were changed. The next field is the time of the last change.
     configurations: u64,
     configured: Option<Duration>,
     clock: Clock,
@@ -74,7 +74,7 @@ struct Robot {
 /// The frames of goals and twists.
 struct Frames {
     goal: String,
-    /// The tool's own frame, in which twists may also be given; empty if there is none.
+    /// The tool's own frame, in which twists may be given as well; empty if it has no name.
     tool: String,
 }
 
@@ -169,7 +169,7 @@ impl Servo {
     }
 
     /// Revokes all requests until the last cycle, because the tool or the aim has changed. The node answers a change of settings
-    /// before the cycle applies it, so a goal in the same cycle may have been sent after the answer.
+    /// before the cycle applies it. So a goal in the same cycle may have been sent after the answer, and is not revoked.
     fn revoke_motion(&mut self, why: Revocation) {
         self.set = None;
         self.requests.revoke(self.clock.stepped, self.clock.now, why);

@@ -1,11 +1,11 @@
-//! The trend of an error. It shows whether an arm within its tolerances stays there or passes through.
+//! The trend of an error. The trend shows whether an arm within its tolerances stays there or passes through.
 
 use dq_algebra::UnitDualQuaternion;
 use nalgebra::Vector6;
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
-/// Number of errors that are kept, and the time between them.
+/// Number of errors that are kept. The next number is the time between them.
 const KEPT: usize = 32;
 const SPACING: Duration = Duration::from_millis(30);
 
@@ -35,7 +35,7 @@ impl ErrorTrend {
     }
 
     /// Predicts the error at which the arm comes to rest: the error at `now`, whose screw log is `log`, plus its change in the last
-    /// `time` \[s\]. If an error decays to 0, the prediction overshoots 0 by less than the present error.
+    /// `time` \[s\]. For an error that decays to 0, the prediction has the opposite sign, but is smaller than the present error.
     pub fn leads_to(&self, now: Duration, log: &Vector6<f64>, time: f64) -> UnitDualQuaternion {
         let now = now.as_secs_f64();
         let kept = (self.count.saturating_sub(KEPT)..self.count).map(|number| &self.errors[number % KEPT]);
@@ -52,7 +52,7 @@ impl ErrorTrend {
 mod tests {
     use super::*;
 
-    /// Yields, every cycle from 1 s on, the error `of` the time and its prediction, in mm along x.
+    /// Yields, for every cycle from 1 s on, the error `of` that time and the predicted error, in mm along x.
     fn leads(of: impl Fn(f64) -> f64) -> impl Iterator<Item = (f64, f64)> {
         let mut trend = ErrorTrend::default();
         (0..1500).filter_map(move |cycle| {

@@ -1,9 +1,9 @@
 //! The escape from a singularity at which a law stands still although the error can be reduced there.
 //!
 //! If the error `e` lies along a direction that the joints have lost, `Jᵀ e = 0`: a law that feeds back the error stands. Close to
-//! that configuration it starts very slowly. Such a configuration is a critical point of `½|e|²`. At a saddle, such as a folded
-//! elbow and a goal farther out, the error falls to second order along the direction of the most negative curvature, in both senses
-//! alike. At a minimum, no configuration nearby is nearer to the goal.
+//! such a configuration the law starts very slowly. The configuration is a critical point of `½|e|²`. At a saddle, such as a folded
+//! elbow and a goal farther out, the error falls to second order along the direction of the most negative curvature, in either
+//! sense. At a minimum, no configuration nearby is nearer to the goal.
 
 use super::{Arms, PositionLimits};
 use dq_algebra::UnitDualQuaternion;
@@ -19,7 +19,7 @@ pub(super) const SPEED: f64 = 0.3;
 /// reduce the error, as at a singular wrist, the curvature is proportional to the square of the error.
 const LEAST_CURVATURE: f64 = 1e-3;
 
-/// Half the distance between the two configurations from which a curvature is computed \[rad\].
+/// Half the distance between the two configurations whose difference yields a curvature \[rad\].
 const STEP: f64 = 1e-5;
 
 /// Number of times that a matrix is squared in the search for its largest eigenvalue. Its 2²⁰th power separates eigenvalues that
@@ -31,9 +31,9 @@ const SQUARINGS: usize = 20;
 pub(super) enum FoundEscape {
     /// An escape that the arm can take.
     Open,
-    /// An escape that is blocked in both senses by the position limits of this joint (counted from 0).
+    /// The arm cannot take the escape: the position limits of this joint (counted from 0) block it in both senses.
     Barred(usize),
-    /// No escape: no configuration nearby is nearer to the goal.
+    /// There is no escape: no configuration nearby is nearer to the goal.
     None,
 }
 
@@ -62,7 +62,7 @@ impl EscapeDirection {
     }
 }
 
-/// How far the joints are free to reduce the law's error.
+/// How far the motion of the joints can reduce the law's error.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Freedom {
     /// The law's error `|e|`.
@@ -177,9 +177,10 @@ impl Search {
         self.largest_eigenvalue(direction)
     }
 
-    /// Returns the largest eigenvalue of the symmetric part of the curvature. Sets `direction` to its eigenvector. The matrix is
-    /// shifted so that no eigenvalue is negative. A high power of it is then proportional to the product of the eigenvector with
-    /// itself.
+    /// Returns the largest eigenvalue of the symmetric part of the curvature. Sets `direction` to its eigenvector.
+    ///
+    /// The matrix is shifted so that no eigenvalue is negative. A high power of the shifted matrix is proportional to the product
+    /// of the eigenvector with itself.
     fn largest_eigenvalue(&mut self, direction: &mut DVector<f64>) -> f64 {
         let shift = self.bend.norm();
         self.bend.transpose_to(&mut self.square);

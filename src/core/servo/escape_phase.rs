@@ -4,7 +4,7 @@ use super::escape::SPEED;
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
-/// The escape ends if the error rises along it by more than this fraction of itself per rad. Then the law alone does better.
+/// The escape ends if the error rises along it by more than this fraction per rad. Then the law alone does better.
 const RISE: f64 = 1e-3;
 
 /// An escape that has moved the joints farther than this \[rad\] has failed.
@@ -29,14 +29,16 @@ pub(super) enum Phase {
         /// The distance along the escape so far \[rad\].
         travelled: f64,
     },
-    /// Stuck without an escape.
+    /// The law is stuck, and there is no escape.
     Closed,
 }
 
 impl Phase {
     /// Returns the next phase of an escape that has moved the joints by `travelled` \[rad\]. The escape ends if the law alone moves
-    /// the joints along it at `speed` [rad/s] or more. It also ends if the error rises (a negative `fall`, as a fraction of the
-    /// error per rad), or at NaN.
+    /// the joints along it at `speed` [rad/s] or more.
+    ///
+    /// The escape also ends if the error rises, or if a number is NaN. `fall` is the relative rate at which the error falls
+    /// [1/rad].
     pub fn escaping(travelled: f64, speed: f64, fall: f64) -> Self {
         let leads_on = speed < SPEED && fall >= -RISE;
         match leads_on {

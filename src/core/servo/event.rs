@@ -1,5 +1,5 @@
-//! The input events of a servo. A node takes them from live messages, a replay from a bag, and a test from a list. These three
-//! differ only in their clock and in what they do with the command.
+//! The input events of a servo. A node takes the events from live messages, a replay takes them from a bag, and a test from a list.
+//! Node, replay and test differ only in their clock and in what they do with the command.
 
 use super::{Found, JointReading, Rejection, Servo, Settings};
 use serde::{Deserialize, Serialize};
@@ -52,7 +52,7 @@ pub enum Event<'a> {
     GoalMotion(GoalMotion<'a>),
     /// Calls [`Servo::take_twist`].
     Twist(TwistReading<'a>),
-    /// A message that could not be converted, with the reason.
+    /// A message could not be converted, for this reason.
     Unusable(Rejection),
 }
 

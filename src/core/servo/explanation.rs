@@ -3,8 +3,8 @@
 //! Some programs, such as visual servoing, hand guiding or "1 cm lower than now", publish the tool's pose of a moment ago with an
 //! offset. Feeding the velocity of such a goal forward would add the tool's own velocity to the law's, and the arm would run away.
 //! A frame on the tool, or on an object that the tool has grasped, also moves with the tool: the law would drive the arm toward it
-//! forever. One question covers both cases: is there a lag and a constant offset by which the tool's recent motion equals the
-//! goal's? The servo answers it for a sliding window, again with each goal.
+//! forever. One question covers both cases: does the tool's recent motion equal the goal's motion, up to a lag and a constant
+//! offset? The servo answers this question with each goal, for a sliding window.
 //!
 //! A tool that tracks its goal well explains the goal's motion at lag zero. Then the window has no new evidence, and the last
 //! answer remains.
@@ -22,28 +22,28 @@ use std::time::Duration;
 /// The length of the sliding window \[s\].
 const WINDOW: f64 = 0.6;
 
-/// The least interval of the goals that are compared \[s\], and the least number of them.
+/// The least interval of the goals that are compared \[s\]. The next number is how many of them are needed at least.
 const GOAL_STEP: f64 = 0.019;
 const FEWEST: usize = 4;
 const MOST_GOALS: usize = 33;
 
-/// Number of lags that are tried, and their step \[s\]. Their product is the longest delay after which a pose of the tool may
-/// return as a goal. With a longer delay the arm could hardly run away.
+/// Number of lags that are tried. The next number is their step \[s\]. Their product is the longest delay after which a pose of the
+/// tool may return as a goal. With a longer delay the arm could hardly run away.
 const LAGS: u32 = 30;
 const LAG_STEP: f64 = 0.05;
 
 /// Number of times that the step is halved to refine the best lag.
 const HALVINGS: i32 = 4;
 
-/// The interval at which the tool's poses are kept \[s\], and the number of poses for the longest lag and the window.
+/// The interval at which the tool's poses are kept \[s\]. The next number is how many poses the longest lag and the window need.
 const TOOL_STEP: f64 = 0.0099;
 const MOST_POSES: usize = 214;
 
 /// A goal counts as moving if its root mean square spread is at least this \[m, rad\]. Along a line this is 5 mm or 0.02 rad.
 const MOVES: [f64; 2] = [1.5e-3, 6e-3];
 
-/// A goal counts as moving independently if the tool leaves enough of its motion unexplained: more than this fraction of its
-/// spread, and more than this multiple of its noise.
+/// A goal counts as moving independently if the tool leaves enough of the goal's motion unexplained. The unexplained motion must
+/// exceed this fraction of the motion's spread, and the next number times the goal's noise.
 const BY_ITSELF: f64 = 0.05;
 const NOISE: f64 = 3.0;
 
@@ -56,19 +56,19 @@ const REACHED: f64 = 10.0;
 /// The tool counts as carrying a goal if it has moved this far \[m, rad\] and still explains the goal's motion.
 const CARRIED: [f64; 2] = [0.1, 0.3];
 
-/// Compares the motion of a goal with the tool's. Each array of two has an element for position and one for rotation.
+/// Compares the motion of a goal with the motion of the tool. Each array of two has an element for position and one for rotation.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Explanation {
     tool: VecDeque<Place>,
     goals: VecDeque<Place>,
-    /// When the goal last jumped \[s\]. A jump does not count as a motion.
+    /// When the goal last jumped \[s\]. A jump is not a motion.
     leapt: f64,
     by_itself: [bool; 2],
     /// The tool's pose when it began to carry the goal; `None` if it does not carry it.
     carries_since: Option<UnitDualQuaternion>,
 }
 
-/// The tool's error with respect to its goal, and the numbers by which it counts as near.
+/// The error of the tool with respect to its goal, and the numbers that tell whether the tool is near the goal.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Nearness {
     pub error: GoalError,
@@ -80,11 +80,11 @@ pub(super) struct Nearness {
 /// What moves the goal's position, or its rotation, in the window.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Motion {
-    /// Nothing moves it, or there are too few goals to tell.
+    /// Nothing moves the goal, or there are too few goals to tell.
     None,
-    /// The tool carries it.
+    /// The tool carries the goal.
     Tool,
-    /// It moves independently of the tool.
+    /// The goal moves independently of the tool.
     Goal,
 }
 
@@ -177,8 +177,8 @@ impl Explanation {
         (0..2).any(|part| recedes(part) && travelled[part] >= CARRIED[part])
     }
 
-    /// Returns, for position and rotation, whether the tool is nearer to its goal than the law without feed-forward would be at the
-    /// goal's speed.
+    /// Returns, for position and rotation, whether feed-forward brings the tool nearer to its goal. It does if the tool is nearer
+    /// than the law alone would be at the goal's speed.
     fn follows(&self, nearness: &Nearness) -> [bool; 2] {
         let (Some(first), Some(last)) = (self.goals.front(), self.goals.back()) else { return [false; 2] };
         let Nearness { error, rates, .. } = nearness;
@@ -212,7 +212,8 @@ impl Explanation {
         })
     }
 
-    /// Returns the part of the goals' motion that the best lag leaves unexplained, from goal `first` on \[m, rad\].
+    /// Returns the part of the goals' motion, from goal `first` on, that the tool's motion leaves unexplained at the best lag \[m,
+    /// rad\].
     fn least_unexplained(&self, first: usize) -> [f64; 2] {
         let mut best = [(0.0, f64::INFINITY); 2];
         let look = |lag: f64, best: &mut [(f64, f64); 2]| {
@@ -272,8 +273,8 @@ mod tests {
         UnitDualQuaternion::from_translation_angle_axis(Vector3::new(x, 0.0, 0.0), angle, &Vector3::z_axis())
     }
 
-    /// Runs a law of 4 1/s for 2 s. Returns whether position and rotation ever move independently of the tool, and whether the tool
-    /// carries the goal.
+    /// Runs a law of 4 1/s for 2 s. Returns whether the goal's position and rotation ever count as moving independently of the
+    /// tool. Also returns whether the tool counts as carrying the goal.
     fn found(
         tool: impl Fn(f64) -> UnitDualQuaternion,
         goal: impl Fn(f64) -> UnitDualQuaternion,

@@ -1,5 +1,5 @@
 //! What the servo is doing: idle, moving to a goal, or following a twist. Each variant owns the state that its monitoring needs, so
-//! the state ends with the mode.
+//! this state ends with the mode.
 
 use super::error_trend::ErrorTrend;
 use super::escape_phase::EscapePhase;
@@ -67,14 +67,14 @@ pub(super) struct Pursuit {
     begun: Goal,
     /// When a stream last moved the goal, if one has.
     pub moved: Option<Duration>,
-    /// The joint positions with which the motion began, or the first one of a sequence of motions \[rad, prismatic: m\]; empty until
-    /// then.
+    /// The joint positions with which the motion began \[rad, prismatic: m\]; in a sequence of motions, those with which the first
+    /// motion began. Empty until then.
     pub posture: Vec<f64>,
     /// The sign of the goal's quaternion, chosen by the arm's pose when the servo first tracks the goal.
     pub sign: Option<SignMemory>,
-    /// Whether the goal is beyond reach, after the number of the settings to which this applies.
+    /// Whether the goal is beyond reach, and the number of the settings for which this was determined.
     pub beyond_reach: Option<(u64, bool)>,
-    /// Since when TF has lacked the frame with which the goal moves; `None` if TF has it.
+    /// Since when TF has lacked the frame with which the goal moves; `None` if TF has the frame.
     pub lost: Option<Duration>,
     pub record: Record,
     pub watch: Watch,
@@ -94,7 +94,7 @@ pub(super) struct Record {
     pub outcome: Option<Outcome>,
     /// The recent errors.
     pub trend: ErrorTrend,
-    /// Whether the arm has settled. It may then exceed the tolerances a little.
+    /// Whether the arm has settled. A settled arm may exceed the tolerances a little.
     pub settled: bool,
     /// Whether the arm has started a reconfiguration.
     pub reconfigured: bool,
@@ -127,7 +127,7 @@ pub(super) struct Watch {
     /// The fraction of the law's gains that the delay allows.
     pub gain_factor: f64,
     pub escape: EscapePhase,
-    /// The reason why the motion has stalled; `None` if it has not.
+    /// The reason why the motion has stalled; `None` if the motion has not stalled.
     pub stall: Option<Stall>,
     /// Information about another configuration in which the goal can be reached.
     pub reconfiguration: Reconfiguration,
@@ -165,8 +165,8 @@ impl Watch {
         self.goal.is_same(goal, &reach)
     }
 
-    /// Stalls the motion for the reason `stall`. If `reconfigure` allows it, starts a search for another configuration, unless
-    /// there was one already.
+    /// Stalls the motion for the reason `stall`. If `reconfigure` allows it, starts a search for another configuration, unless the
+    /// motion has already searched.
     pub fn give_up(&mut self, stall: Stall, reconfigure: Reconfigure, now: Duration) {
         self.stall = Some(stall);
         self.oscillation.restart();
@@ -216,7 +216,7 @@ impl Pursuit {
         (self.stamp, self.heard) = (stamp, now);
     }
 
-    /// Takes over state from the previous motion. Always takes its posture, so that the arm does not drift from goal to goal.
+    /// Takes over state from the previous motion. Always takes over the posture, so that the arm does not drift from goal to goal.
     /// Unless the previous motion has ended, also keeps the quaternion sign and the monitoring of oscillations. If the goal is the
     /// same within `tolerance`, also keeps the monitoring of progress.
     pub fn take_over(&mut self, before: &mut Self, tolerance: &Tolerance) {
@@ -234,7 +234,7 @@ impl Pursuit {
         }
     }
 
-    /// Moves the goal to `goal`, at which a stream or the goal's frame has it at `now`.
+    /// Moves the goal to the pose `goal`, because the stream or the goal's frame has moved at `now`.
     pub fn move_to(&mut self, goal: Goal, now: Duration, tolerance: &Tolerance) {
         let carried = |sign: &SignMemory| sign.carried(self.goal.base_from_goal(), goal.base_from_goal());
         self.sign = self.sign.as_ref().map(carried);

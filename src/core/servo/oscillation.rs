@@ -31,8 +31,8 @@ const LARGE_SWING: f64 = 0.5;
 /// The least change of the error's logarithm between two reversals: a twentieth of the error.
 const ERROR_SWING: f64 = 0.05;
 
-/// A change of the error counts only if it exceeds the typical change by the goal times this factor, because the arm follows the
-/// goal with a delay.
+/// A change of the error counts only if it exceeds, by this factor, the change that the goal typically causes. The reason is that
+/// the arm follows the goal with a delay.
 const CHANGES: f64 = 2.0;
 
 /// The weight of one change in the typical change.
@@ -41,8 +41,8 @@ const MEMORY: f64 = 0.2;
 /// Number of reversals of a joint that one change of the goal may cause.
 const TURNS: u32 = 2;
 
-/// The error counts as shrinking if its largest value in a window is below its largest value in the previous window times this
-/// factor.
+/// The error counts as shrinking if its largest value in a window is below this factor times its largest value in the previous
+/// window.
 const SHRINKS: f64 = 0.8;
 
 /// Monitors the commands of a motion.
@@ -65,7 +65,7 @@ struct Window {
     worst_error: f64,
 }
 
-/// The result of a window.
+/// What a window of the monitor has shown.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Verdict {
     swings: bool,
@@ -162,8 +162,8 @@ mod tests {
     use super::*;
     use std::f64::consts::TAU;
 
-    /// Returns when an oscillation with this frequency \[Hz\] and amplitude [rad/s] is detected \[s\]. The error oscillates by the
-    /// fraction `part` of itself and shrinks at `rate` [1/s].
+    /// Returns the time at which the monitor detects an oscillation with this frequency \[Hz\] and amplitude [rad/s] \[s\]. The
+    /// error oscillates by the fraction `part` of its size and shrinks at `rate` [1/s].
     fn seen(frequency: f64, amplitude: f64, part: f64, rate: f64) -> Option<f64> {
         let mut oscillation = Oscillation::default();
         (0..5000).find_map(|cycle| {

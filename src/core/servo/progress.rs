@@ -4,12 +4,13 @@ use dq_metrics::{GoalError, Tolerance};
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
-/// The fraction of itself by which an error has to shrink within each `progress_timeout`. It is small, so that a slow law that
-/// arrives does not stall. A timeout of 5 s allows 52 min from 0.5 m to 1 mm, and a gain of 0.003/s is enough. The drift of a
-/// redundant arm under a payload changes its error by up to half of this fraction.
+/// An error has to shrink by this fraction within each `progress_timeout`. The fraction is small, so that a slow law that arrives
+/// does not stall. A timeout of 5 s allows 52 min from 0.5 m to 1 mm, and a gain of 0.003/s is enough. The drift of a redundant arm
+/// under a payload changes its error by up to half of this fraction.
 pub(super) const SHARE: f64 = 1.0 / 100.0;
 
-/// The fraction for an arm that need not wait for a slow law, because there may be another path to its goal.
+/// The fraction by which an error has to shrink if the arm need not wait for a slow law, because there may be another path to its
+/// goal.
 pub(super) const BRISK: f64 = 0.2;
 
 /// The smallest errors of a motion so far, and how long the arm was driven since the last progress.
@@ -18,7 +19,7 @@ pub(super) struct Progress {
     position: f64,
     rotation: f64,
     law: f64,
-    /// The fraction of itself by which an error has to shrink to count as progress.
+    /// The fraction by which an error has to shrink to count as progress.
     share: f64,
     without: Duration,
 }
@@ -33,9 +34,9 @@ impl Progress {
     /// Adds the error of a cycle in which the arm was driven for the time `driven`. Returns how long it was driven since the last
     /// progress.
     ///
-    /// Progress is a new minimum of an error outside its tolerance. The minimum must be lower than the last one by the fraction
-    /// `share` or by a whole tolerance. The law's own error counts, too: a law may trade position for rotation, and the path to a
-    /// goal that differs only in rotation may begin with meters.
+    /// An error outside its tolerance makes progress when it reaches a new minimum. The new minimum must be below the last one by
+    /// the fraction `share` or by a whole tolerance. The law's own error counts, too: a law may trade position for rotation, and
+    /// the path to a goal that differs only in rotation may begin with meters.
     pub fn update(
         &mut self,
         driven: Duration,
@@ -53,8 +54,8 @@ impl Progress {
     }
 }
 
-/// Returns whether `error` is below the `smallest` one so far by the fraction `share` of it or by `amount`. If so, makes it the
-/// smallest.
+/// Returns whether `error` is below the `smallest` error so far by the fraction `share` of it or by `amount`. If so, stores `error`
+/// as the smallest.
 fn shrinks(smallest: &mut f64, error: f64, amount: f64, share: f64) -> bool {
     let first = smallest.is_infinite() && error.is_finite();
     let shrinks = first || (error < *smallest && error <= *smallest - amount.min(share * *smallest));
@@ -70,8 +71,8 @@ mod tests {
 
     const TOLERANCE: Tolerance = Tolerance { linear: 1e-3, angular: 1e-2 };
 
-    /// Returns the longest time without progress within `seconds`. The position error is `position`; the rotation is within its
-    /// tolerance.
+    /// Returns the longest time without progress in a motion of `seconds`. `position` gives the position error at each time. The
+    /// rotation error is within its tolerance.
     fn longest(seconds: f64, position: impl Fn(f64) -> f64) -> f64 {
         let error = |time: f64| GoalError { position: position(time), rotation: 5e-3 - 1e-5 * time };
         // The law's error is constant, so that only the position error counts.

@@ -1,10 +1,10 @@
-//! The reasons why the arm stands, or is not driven as its law would.
+//! The reasons why the arm stands, or does not move as its law demands.
 
 use super::{Contended, Revocation, Rivals};
 use dq_kinematics::arm::JointKind;
 use std::time::Duration;
 
-/// A reason, for states that need one to be understood.
+/// The reason for a state that cannot be understood without one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Reason {
     /// The request is revoked (state `holding`).

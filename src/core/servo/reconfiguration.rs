@@ -10,7 +10,7 @@ use thiserror::Error;
 named! {
     /// Whether a stalled arm moves to another configuration of its joints.
     "reconfigure" Reconfigure {
-        /// Never. The servo does not search for one.
+        /// Never. The servo does not search for another configuration.
         Never = "never",
         /// When the user requests it.
         Ask = "ask",
@@ -22,7 +22,7 @@ named! {
 /// Another configuration, described by the joint that moves farthest on the way to it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Detour {
-    /// The number of the joint, counted from 1 arm after arm.
+    /// The number of the joint, counted from 1, arm after arm.
     pub joint: usize,
     /// Whether the joint is revolute or prismatic.
     pub kind: JointKind,
@@ -42,7 +42,7 @@ pub enum Reconfiguration {
     Unknown,
     /// A search has been under way since this time of the cycle's clock.
     Searching(Duration),
-    /// The search has found a configuration, to which the arm moves on request.
+    /// The search has found a configuration. The arm moves to it on request.
     Found(Detour),
     /// The search has found nothing.
     NotFound {
@@ -51,7 +51,7 @@ pub enum Reconfiguration {
     },
     /// The arm is moving to the other configuration.
     Underway(Detour),
-    /// The arm has moved to the other configuration, as far as it could. There is no further search.
+    /// The arm has moved to the other configuration, as far as it could. The servo does not search again for this motion.
     Taken,
 }
 
@@ -64,7 +64,7 @@ pub enum NoWayRound {
     /// There was no search, because the parameter `reconfigure` is `never`.
     #[error("the parameter reconfigure is never")]
     Never,
-    /// There was no search, because another configuration would not help, or the search has not answered.
+    /// There was no search, because another configuration would not help, or the search has not answered yet.
     #[error("no other configuration was searched: {}", .0.explain(|joint| format!("joint {joint}")))]
     NotLookedFor(Stall),
     /// The search is still under way.
@@ -82,10 +82,10 @@ pub enum NoWayRound {
 }
 
 impl Reconfiguration {
-    /// The name of a configuration to which the arm moves on request.
+    /// The name of [`Reconfiguration::Found`] in messages: there is a configuration to which the arm moves on request.
     pub const FOUND: &str = "found";
 
-    /// Returns the name for programs.
+    /// Returns the name in messages, for programs.
     pub fn name(&self) -> &'static str {
         match self {
             Self::Unknown => "unknown",

@@ -9,7 +9,7 @@ use dq_space::frames::FrameError;
 use std::time::Duration;
 use thiserror::Error;
 
-/// The reason why the servo rejected a message or settings. The last valid ones remain.
+/// The reason why the servo rejected a message or settings. The last valid message or settings remain in force.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum Rejection {
     /// A number is not finite or out of bounds.
@@ -54,8 +54,8 @@ pub enum Rejection {
     /// The request to resume was sent before its goal was revoked.
     #[error("after it was sent {}: ask again if the arm may go on", .0.explain(|joint| format!("joint {joint}")))]
     Overtaken(Revocation),
-    /// The request to resume is for the goal of a stream that was revoked and still continues. The arm would move to that goal while
-    /// the servo rejects later ones.
+    /// The request to resume is for a goal of a revoked stream that still continues. The arm would move to that goal while the
+    /// servo rejects later goals of the stream.
     #[error("goals are sent on since {}: let their publisher send nothing for 1.5 s, and then ask again", .0.explain(|joint| format!("joint {joint}")))]
     StreamsOn(Revocation),
     /// The request to move to another configuration cannot be met.

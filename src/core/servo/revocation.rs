@@ -34,24 +34,24 @@ pub enum Revocation {
     CameLater(f64),
     /// The robot was away for this time \[s\].
     WasAway(f64),
-    /// A joint jumped: its number (counted from 1 arm after arm), the distance \[rad, prismatic: m\], and its kind.
+    /// A joint jumped: its number (from 1, arm after arm), the distance \[rad, prismatic: m\], and its kind.
     IsElsewhere(usize, f64, JointKind),
     /// Two publishers sent this input.
     Rivals(Contended),
-    /// A joint is too far from its setpoint: its number (counted from 1 arm after arm), the distance from the expected position
-    /// \[rad, prismatic: m\], and its kind.
+    /// A joint is too far from its setpoint: its number (from 1, arm after arm), the distance from the expected position \[rad,
+    /// prismatic: m\], and its kind.
     FellBehind(usize, f64, JointKind),
-    /// A joint did not obey: its number (counted from 1 arm after arm), and for how long \[s\].
+    /// A joint did not obey: its number (from 1, arm after arm), and for how long \[s\].
     NotObeyed(usize, f64),
-    /// The joint with this number (counted from 1 arm after arm) stopped following for the third time within 10 s.
+    /// The joint with this number (from 1, arm after arm) stopped following for the third time within 10 s.
     KeepsLosing(usize),
     /// TF lacked the frame with which the goal moves for this time \[s\].
     FrameWasAway(f64),
-    /// The goal's frame moves with the tool.
+    /// The goal's frame moves with the tool, so the arm would never reach the goal.
     MovesWithTool,
     /// The servo was stopped.
     Stopped,
-    /// A twist moved the arm. It revokes goals only.
+    /// A twist moved the arm. This event revokes goals only.
     Jogged,
     /// The aim has changed.
     AnotherAim,

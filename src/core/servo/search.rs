@@ -22,13 +22,14 @@ const STEPS: u32 = 60;
 /// Largest step of a joint \[rad, prismatic: m\]. Within it the linearization holds.
 const LONGEST_STEP: f64 = 0.5;
 
-/// λ of the damped inverse, and the singular value σ₀ below which it damps, are this fraction of the error, limited by `DAMPINGS`.
+/// λ of the damped inverse is this fraction of the error, and so is the singular value σ₀ below which it damps. `DAMPINGS` limits
+/// both.
 const DAMPING: f64 = 0.3;
 
-/// The largest λ and σ₀, and the number that is added to both.
+/// The largest λ and σ₀. The second number is added to both.
 const DAMPINGS: (f64, f64) = (0.2, 1e-3);
 
-/// The search counts the goal as reached within this fraction of the goal tolerance, so that the law then settles there.
+/// The search counts the goal as reached within this fraction of the goal tolerance, so that the law settles at these positions.
 const CLOSE: f64 = 0.1;
 
 /// The range of a prismatic joint without limits, on each side of its position \[m\].
@@ -42,7 +43,8 @@ pub struct Search {
     aim: Aim,
     tolerance: Tolerance,
     limits: PositionLimits,
-    /// The largest speed of each joint [rad/s, prismatic: m/s]. Displacements are divided by it, and so compared as travel times.
+    /// The largest speed of each joint [rad/s, prismatic: m/s]. The search divides displacements by these speeds, to compare them
+    /// as travel times.
     speeds: Vec<f64>,
     /// The joint positions of the arm \[rad, prismatic: m\].
     from: Vec<f64>,
@@ -149,7 +151,7 @@ impl Search {
         }
     }
 
-    /// Reduces the error from the present positions. Returns whether that reaches the goal.
+    /// Reduces the error from the present positions. Returns whether the positions found reach the goal.
     fn reaches_goal(&mut self) -> bool {
         let (goal, aim, limits) = (&self.goal, self.aim, &self.limits);
         let Tolerance { linear, angular } = self.tolerance;
@@ -175,8 +177,8 @@ impl Search {
         false
     }
 
-    /// Keeps the positions if the arm reaches them sooner than any before. First shifts revolute joints by whole turns to the
-    /// nearest equal position within their limits.
+    /// Keeps the positions if the arm reaches them sooner than all positions before. First shifts revolute joints by whole turns to
+    /// the nearest equal position within their limits.
     fn keep(&mut self) {
         let (from, limits, speeds) = (&self.from, &self.limits, &self.speeds);
         let mut time = 0.0_f64;

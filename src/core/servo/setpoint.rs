@@ -1,11 +1,11 @@
-//! The setpoint of an arm that takes positions: the integral of the velocity commands, from the arm's position on.
+//! The setpoint of an arm that takes positions: the integral of the velocity commands, starting at the arm's measured position.
 
 use super::PositionLimits;
 use dq_kinematics::arm::JointKind;
 use serde::{Deserialize, Serialize};
 
-/// The position setpoints of all joints \[rad\]. There are none until the arm is driven, nor after something else has moved the
-/// arm.
+/// The position setpoints of all joints \[rad\]. There are no setpoints until the arm is driven, nor after something else has moved
+/// the arm.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Setpoint {
     positions: Vec<f64>,
@@ -22,10 +22,10 @@ enum Phase {
     Released,
     /// The setpoints advance by the commands.
     Leading,
-    /// The arm does not follow. Once it should stand, the setpoints return to its measured positions, so that it does not jump when
+    /// The arm does not follow. Once it should stand, the setpoints return to the measured positions. So the arm does not jump when
     /// it is freed.
     GivingWay,
-    /// The setpoints are the measured positions, and are sent one last time.
+    /// The setpoints are the measured positions. They are sent one last time.
     Back,
 }
 
@@ -52,14 +52,14 @@ impl Setpoint {
         self.speeds.fill(0.0);
     }
 
-    /// Notes that the arm does not follow.
+    /// Notes that the arm does not follow, so that the setpoints return to its positions once it should stand.
     pub fn give_way(&mut self) {
         if self.phase == Phase::Leading {
             self.phase = Phase::GivingWay;
         }
     }
 
-    /// Continues with a driven arm. If there are no setpoints yet, they begin at the `measured` positions \[rad\].
+    /// Continues to drive the arm. If there are no setpoints yet, they begin at the `measured` positions \[rad\].
     pub fn lead(&mut self, measured: &[f64]) {
         if self.phase == Phase::Released {
             self.positions.copy_from_slice(measured);
@@ -80,8 +80,8 @@ impl Setpoint {
     }
 
     /// Advances the setpoints, if there are any, by the `command` [rad/s] during one `period` \[s\]. `cycles` periods have passed
-    /// since the last cycle. The setpoints still advance by one period only, so that no step exceeds the speed limits. They never
-    /// pass a position limit.
+    /// since the last cycle. The setpoints still advance by one period only, so that no step exceeds the speed limits. The
+    /// setpoints never pass a position limit.
     pub fn advance(&mut self, command: &[f64], limits: &PositionLimits, period: f64, cycles: f64) {
         if self.phase == Phase::Released {
             return;

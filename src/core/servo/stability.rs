@@ -25,7 +25,7 @@ pub struct RateBound {
     pub rate: f64,
     /// The largest stable rate, by [`largest_rate`] [1/s].
     pub largest: f64,
-    /// The known time from a command to the joint state that shows its effect \[s\].
+    /// The time from a command to the joint state that shows its effect, as known to the servo \[s\].
     pub latency: f64,
     /// The interval of joint states, or the control period if that is longer \[s\].
     pub period: f64,

@@ -3,7 +3,7 @@
 use dq_common::named;
 
 named! {
-    /// The servo's state. It is in one state at a time. `~/status` has its name.
+    /// The servo's state. The servo is in one state at a time, and `~/status` has its name.
     "state" State {
         /// No joint state has arrived yet.
         WaitingForState = "waiting_for_state",
@@ -15,7 +15,7 @@ named! {
         Reconfiguring = "reconfiguring",
         /// Moving by a twist.
         Jogging = "jogging",
-        /// Settled at the goal, within the tolerances. The settling time to 2 % is defined otherwise: see
+        /// Settled at the goal, within the tolerances. The settling time to 2 % has another definition: see
         /// [`Figures`](super::Figures).
         Settled = "settled",
         /// No progress for `progress_timeout`: decelerating, then standing, until there is a reason to try again.

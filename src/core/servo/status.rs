@@ -9,7 +9,7 @@ use nalgebra::Vector6;
 named! {
     /// The input that moves the arm.
     "input" Input {
-        /// There is none, and the arm stands.
+        /// No input moves the arm, and the arm stands.
         None = "none",
         /// A goal.
         Goal = "goal",
@@ -39,17 +39,16 @@ pub struct Status {
     pub goal_beyond_reach: bool,
     /// The sign chosen for the goal's dual quaternion (+1 or −1).
     pub sign: f64,
-    /// The joint that its position limit stops, counted from 1 arm after arm.
+    /// The joint that its position limit stops, counted from 1, arm after arm.
     pub joint_at_limit: Option<usize>,
     /// The pair that keeps the arm from its desired motion: a part of the body, and an obstacle or another part of the body.
     pub held_by: Option<ClosePair>,
     /// The closest pair of a part of the body and an obstacle or another part of the body. `None` if nothing is near.
     pub closest: Option<ClosePair>,
-    /// A joint that moves farther than commanded: its number (counted from 1 arm after arm), and the ratio of its motion to the
-    /// command.
+    /// A joint that moves farther than commanded: its number (from 1, arm after arm), and the ratio of its motion to the command.
     pub too_far: Option<(usize, f64)>,
-    /// The fraction of the commanded speed at which the robot moves, as estimated or as reported. It is below 1 if somebody has
-    /// told the robot to move slowly.
+    /// The fraction of the commanded speed at which the robot moves, as estimated or as reported. The fraction is below 1 if
+    /// somebody has told the robot to move slowly.
     pub speed_factor: f64,
     /// Whether the arm is escaping from a singularity at which the law stands still.
     pub leaving_singularity: bool,
@@ -66,14 +65,14 @@ pub struct Status {
     pub pose_error: Vector6<f64>,
     /// The estimated time from a command to the joint state that shows its effect \[s\].
     pub latency: f64,
-    /// The fraction of the law's gain that the latency allows; 1 if it does not limit the gain.
+    /// The fraction of the law's gain that the latency allows; 1 if the latency does not limit the gain.
     pub gain_factor: f64,
 }
 
 /// A robot that moves at less than this fraction of the commanded speed was told to move slowly.
 const SLOW: f64 = 0.7;
 
-/// Returns the name of the joint `number`, counted from 1 arm after arm. `joints` are the names of all joints in that order.
+/// Returns the name of the joint `number`, counted from 1, arm after arm. `joints` are the names of all joints in that order.
 pub fn joint_name(number: usize, joints: &[String]) -> String {
     joints.get(number.wrapping_sub(1)).cloned().unwrap_or_else(|| number.to_string())
 }

@@ -6,10 +6,10 @@ use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 use std::time::Duration;
 
-/// The twist is estimated from the poses of this time \[s\].
+/// The length of the time window whose poses yield the twist \[s\].
 const WINDOW: f64 = 0.12;
 
-/// The least and the largest number of poses for an estimate, whatever time they span.
+/// The least number of poses for an estimate. The next number is the largest. Neither depends on the time that the poses span.
 const FEWEST: usize = 3;
 const MOST: usize = 64;
 
@@ -20,13 +20,13 @@ const SPAN: f64 = 0.03;
 /// Poses that are farther apart in time than this are single goals \[s\].
 const LONGEST_INTERVAL: f64 = 0.25;
 
-/// The largest difference between the transport times of messages for which stamps are used: this time \[s\] plus a fraction of the
-/// time that the poses span. If the difference is larger, the sender's clock is wrong.
+/// Stamps are used if the transport times of messages differ by at most this time \[s\] plus a fraction of the time that the poses
+/// span. If they differ by more, the sender's clock is wrong.
 const SPREAD: f64 = 0.01;
 const SPREAD_SHARE: f64 = 0.25;
 
-/// A goal has jumped if its pose differs from the expected one by more than this fraction of its motion plus a step \[rad, m\].
-/// Earlier poses then no longer count.
+/// A goal has jumped if its pose differs from the expected pose by more than this fraction of its motion plus a step \[rad, m\].
+/// The poses before a jump no longer count.
 const JUMP: f64 = 0.5;
 const STEP: [f64; 2] = [5e-3, 1e-3];
 
@@ -36,7 +36,7 @@ const NOISE: f64 = 2.0;
 /// The weight of one pose in the estimate of the noise.
 const MEMORY: f64 = 0.1;
 
-/// A goal that moves by less than this is standing \[rad, m\].
+/// A goal that moves by less than this counts as standing \[rad, m\].
 const ROUNDING: f64 = 1e-6;
 
 /// A pose as received.
@@ -55,7 +55,8 @@ struct Fit {
     pose: UnitDualQuaternion,
     /// The time of the newest pose, by the cycle's clock \[ns\].
     time: i64,
-    /// Three screw logs over time \[s\]: the fitted pose relative to `pose`, the twist, and the rate of change of the twist.
+    /// Three screw logs as coefficients of powers of the time \[s\]: the fitted pose relative to `pose`, the twist, and the rate of
+    /// change of the twist.
     coefficients: [Vector6<f64>; 3],
     /// The inverse of the normal matrix. Its rows are for powers of the time divided by `span` \[s\].
     covariance: Matrix3<f64>,
@@ -141,8 +142,8 @@ impl GoalStream {
         goes_on
     }
 
-    /// Sets the time of each pose. If the stamps are usable, this is the stamp plus the shortest transport time of all messages;
-    /// otherwise it is the time of receipt.
+    /// Sets the time of each pose. If the stamps are usable, the time is the stamp plus the shortest transport time of all
+    /// messages; otherwise it is the time of receipt.
     fn set_times(&mut self) {
         let mut stamps = self.samples.iter().zip(self.samples.iter().skip(1));
         let in_order = stamps.all(|(one, next)| one.stamp < next.stamp);
@@ -157,7 +158,7 @@ impl GoalStream {
         }
     }
 
-    /// Returns whether the newest pose is too far from the motion of the earlier ones. If not, its deviation updates the noise.
+    /// Returns whether the newest pose is too far from the motion of the earlier poses. If not, its deviation updates the noise.
     fn has_jumped(&mut self) -> bool {
         let (Some(fit), Some(newest)) = (&self.fit, self.samples.back()) else { return false };
         let interval = seconds(newest.time.saturating_sub(fit.time));
@@ -217,8 +218,8 @@ impl GoalStream {
         finite.then_some(Fit { pose: newest.pose, time: newest.time, coefficients, covariance, span })
     }
 
-    /// Returns the goal's pose and twist at `now`; `None` if it stands or has no significant motion. `by_itself` tells whether
-    /// position and rotation move independently of the tool. Others count as standing.
+    /// Returns the goal's pose and twist at `now`; `None` if the goal stands or has no significant motion. `by_itself` tells
+    /// whether position and rotation move independently of the tool. If not, they count as standing.
     ///
     /// Extrapolates for at most the longest recent age of a pose. Then, for the same time again, returns the last extrapolated pose
     /// with a twist of zero.
@@ -232,7 +233,7 @@ impl GoalStream {
         (age <= 2.0 * longest).then_some(stands)
     }
 
-    /// Returns the motion without the part that may be noise, for rotation and translation separately; `None` if nothing is left.
+    /// Returns the motion without the part that may be noise, separately for rotation and translation; `None` if no motion is left.
     fn believed(&self, [position, rotation]: [bool; 2]) -> Option<Fit> {
         let mut fit = self.fit.filter(|fit| self.samples.len() >= PROOF && fit.span >= SPAN)?;
         let error = fit.covariance[(1, 1)] / fit.span.powi(2);

@@ -46,8 +46,9 @@ fn each_arm_moves_there_and_back_within_its_limits() {
     }
 }
 
-/// Returns joint positions that differ for each `number` and are the same in each run. They are spread evenly over the joints'
-/// ranges, or over half a turn if a joint has no limits: they are multiples of irrational numbers such as the golden ratio.
+/// Returns joint positions that differ for each `number` and are the same in each run. They are multiples of irrational numbers
+/// such as the golden ratio, and so are spread evenly over the joints' ranges. A joint without limits gets positions within half a
+/// turn.
 pub fn anywhere(limits: &PositionLimits, number: usize) -> Vec<f64> {
     let steps = [0.618_034, 0.414_214, 0.732_051, 0.236_068, 0.645_751, 0.316_625, 0.872_983];
     let parts = steps.map(|step| (0.5 + step * number as f64).fract());

@@ -1,4 +1,5 @@
-//! Arms of fewer than six joints, with goals that they can reach. For each arm, the motion that the task leaves free.
+//! Arms of fewer than six joints move to goals that they can reach. For each arm, the tests also check the motion that the task
+//! leaves free.
 
 use crate::aims::{LESS, missed, turned};
 use crate::reference::puma;
@@ -72,7 +73,7 @@ fn described(description: &str, start: Vec<f64>) -> Arm {
     (Rig::of(parameters, start), chain)
 }
 
-/// Moves the joints by `by` and back, to goals of the task `aim`. The goals are turned by the angles that the task leaves free.
+/// Moves the joints by `by` and back, to goals of the task `aim`. The goals are rotated by angles that the task leaves free.
 fn there_and_back((mut rig, chain): Arm, aim: Aim, law: Law, by: &[f64]) {
     rig.change(|settings| (settings.controller.aim, settings.controller.law) = (aim, law));
     let start = rig.positions();
@@ -140,8 +141,8 @@ fn six_joints_go_to_positions_and_axes_too() {
     }
 }
 
-/// An axis out of the plane of the arm's links is beyond the arm. The arm stalls there if the task includes the axis, and arrives
-/// if the task is the position alone.
+/// A tool axis that leaves the plane of the arm's links is beyond the arm. The arm stalls if the task includes this axis, and
+/// arrives if the task is the position alone.
 #[test]
 fn what_the_arm_cannot_do_is_asked_for_or_not() {
     let chain = five_joints();
@@ -195,7 +196,7 @@ fn what_the_task_frees_goes_to_the_posture() {
     assert!(wrist.sum::<f64>() < 0.05, "{positions:?} {posture:?}");
 }
 
-/// A twist moves the tool only in the directions that the task controls.
+/// A twist moves the tool only in the components that the task controls.
 #[test]
 fn a_twist_moves_what_the_task_asks_for() {
     let chain = three_joints();

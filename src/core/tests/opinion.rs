@@ -1,5 +1,5 @@
-//! A model of consent that is independent of the servo: it implements the page on safety alone. It receives every message and sees
-//! the simulated robot. It never reads the servo's state.
+//! A model of consent that is independent of the servo: it implements the page on safety alone. The model receives every message
+//! and sees the simulated robot. It never reads the servo's state.
 //!
 //! The page leaves some facts open for a short time: by one cycle, by the age of a joint state, or by the 50 ms of a jump. Each
 //! time is therefore a [`Span`], and each conclusion a [`Truth`].
@@ -68,7 +68,7 @@ fn age(now: Duration, then: Duration) -> Duration {
     now.saturating_sub(then)
 }
 
-/// Added to the arrival of a message, because a message that arrives between two cycles is later than the first cycle.
+/// The time that is added to the arrival of a message. A message that arrives between two cycles is later than the first cycle.
 const AFTER_THE_CYCLE: Duration = Duration::from_nanos(1);
 
 /// The kind of request that a publisher sends.
@@ -110,11 +110,11 @@ struct Seen {
     sources: Vec<(u32, Duration, Duration)>,
 }
 
-/// The time within which an arm comes to rest after its stick was released, also under a limit on jerk.
+/// The time within which an arm comes to rest after its twists have ended, even under a limit on jerk.
 pub const REST: Duration = Duration::from_millis(1300);
 
-/// The servo may conclude that the robot does not obey up to this long after the robot behaved oddly. The servo compares motion over up to 1 s,
-/// waits 0.4 s for a response, tries again, and revokes consent after `rearm_timeout` (1 s).
+/// The servo may need this long after odd behavior of the robot to conclude that the robot does not obey. The servo compares motion
+/// over up to 1 s, waits 0.4 s for a response, tries again, and revokes consent after `rearm_timeout` (1 s).
 const DOUBT: Duration = Duration::from_millis(3500);
 
 /// A judge of whether the arm may move, and whether it must.
@@ -123,15 +123,15 @@ pub struct Opinion {
     settings: Settings,
     period: Duration,
     streams: HashMap<(Kind, u32), Stream>,
-    /// Requests that were pushed before `revoked` are revoked. Goals that were pushed before `jogged`, the last twist that was
-    /// obeyed, are revoked, too.
+    /// Requests that were pushed before `revoked` are revoked. Goals that were pushed before `jogged`, the time of the last obeyed
+    /// twist, are revoked, too.
     revoked: Span,
     jogged: Span,
     goal: Option<Wanted>,
     /// When the goal's frame was lost, and whether that is certain.
     lost: Option<(Duration, Truth)>,
     paused: Truth,
-    /// When a stick was last released or last obeyed.
+    /// When a twist of zero last arrived, or a twist that may have moved the arm, whichever is later.
     released: Duration,
     arms: Vec<Seen>,
     rival_of_commands: bool,
@@ -169,7 +169,7 @@ impl Opinion {
         self.settings.rearm_timeout.max(STREAM)
     }
 
-    /// Returns two cycles: an event between them may be dated by either one.
+    /// Returns the duration of two cycles: an event between two cycles may be dated by either cycle.
     fn slack(&self) -> Duration {
         2 * self.period
     }
@@ -188,7 +188,7 @@ impl Opinion {
         self.revoked = self.revoked.later(until);
     }
 
-    /// Revokes the requests that were pushed before `now`, if `is` is true.
+    /// Revokes the requests that were pushed before `now`, if the truth `is` says so.
     fn revoke_if(&mut self, is: Truth, now: Duration) {
         match is {
             No => {}
@@ -197,7 +197,7 @@ impl Opinion {
         }
     }
 
-    /// Notes that for [`DOUBT`] no request moves the arm with certainty.
+    /// Notes that, for the time [`DOUBT`] from `now` on, no request moves the arm with certainty.
     pub fn doubt(&mut self, now: Duration) {
         self.doubtful = self.doubtful.max(now + DOUBT);
         self.revoke_if(Maybe, now);
@@ -289,7 +289,7 @@ impl Opinion {
         }
     }
 
-    /// Takes a twist. A twist of zero releases the stick.
+    /// Takes a twist. A twist of zero ends the request of its publisher.
     pub fn twist(&mut self, twist: &TwistReading, now: Duration) {
         let (by, now) = ((Kind::Twists, twist.sent.by), now + AFTER_THE_CYCLE);
         if twist.linear == [0.0; 3] && twist.angular == [0.0; 3] {
@@ -314,7 +314,7 @@ impl Opinion {
         self.released = now;
     }
 
-    /// Takes a request of `~/pause` that was sent `ago` before `now`.
+    /// Takes a request of `~/pause` that was sent `ago` before `now`. `paused` tells whether to pause or to resume.
     pub fn pause(&mut self, paused: bool, ago: Duration, now: Duration) {
         let now = now + AFTER_THE_CYCLE;
         if paused {
@@ -337,7 +337,7 @@ impl Opinion {
         }
     }
 
-    /// Returns whether a publisher still sends goals of a stream that is revoked.
+    /// Returns whether a publisher still sends goals of a revoked stream.
     fn streams_on(&self, now: Duration) -> Truth {
         let goals = self.streams.iter().filter(|((kind, _), _)| *kind == Kind::Goals);
         let streams = goals.map(|(_, it)| {
@@ -376,7 +376,7 @@ impl Opinion {
     }
 
     /// Takes a joint state that `source` measured at `measured` and that arrives at `now`. Returns whether the robot may have come
-    /// back with it.
+    /// back with this joint state.
     pub fn state(
         &mut self,
         arm: usize,
@@ -444,14 +444,14 @@ impl Opinion {
         }
     }
 
-    /// Notes that the servo receives joint states that this model does not see.
+    /// Notes that the servo receives joint states of the arm `arm` that this model does not see.
     pub fn hears_elsewhere(&mut self, arm: usize, now: Duration) {
         self.arms[arm].came = Some(now);
         self.doubt(now);
     }
 
-    /// Notes how the robot obeys. `altered` is set if the robot does not move as commanded; it is true if the robot stands. `must`:
-    /// until now, the arm had to move.
+    /// Notes whether the robot obeys. If the robot does not move as commanded, `altered` says whether it stands. `must` says
+    /// whether the arm had to move until now.
     pub fn robot(&mut self, altered: Option<bool>, must: bool, now: Duration) {
         if altered.is_some() {
             self.doubt(now);
@@ -481,7 +481,7 @@ impl Opinion {
         rivals.max().unwrap_or(No)
     }
 
-    /// Returns whether two publishers of one arm's joint states alternate without a pause, or two of its commands.
+    /// Returns whether two publishers of one arm's joint states alternate without a pause, or two publishers of its commands.
     fn two_publishers(&self, now: Duration) -> bool {
         let recent = |heard: Duration| age(now, heard) < self.settings.state_timeout / 2;
         let two = |arm: &Seen| {
@@ -493,7 +493,7 @@ impl Opinion {
         self.rival_of_commands || self.arms.iter().any(two)
     }
 
-    /// Returns whether a stick moves the arm.
+    /// Returns whether a twist moves the arm.
     fn stick_rules(&self, now: Duration) -> Truth {
         let sticks = self.streams.iter().filter(|((kind, _), _)| *kind == Kind::Twists);
         let rules = sticks.map(|(_, stick)| {
@@ -503,7 +503,7 @@ impl Opinion {
         rules.max().unwrap_or(No)
     }
 
-    /// Returns whether the arm must stand for another reason than missing consent.
+    /// Returns whether the arm must stand for a reason other than missing consent.
     fn is_held(&self, now: Duration) -> Truth {
         let ages = self.arms.iter().map(|arm| age(now, arm.came.unwrap_or_default()));
         let is_stale = self.is_longer(ages.max().unwrap_or(now), self.settings.state_timeout);
@@ -513,7 +513,7 @@ impl Opinion {
     }
 
     /// Returns whether the arm must move, as the servo has to conclude in the cycle at `now`. The arm moves to the
-    /// [`goal`](Self::goal_pose) unless a stick moves it.
+    /// [`goal`](Self::goal_pose) unless a twist moves it.
     pub fn cycle(&mut self, now: Duration) -> Truth {
         let late_by = age(now, self.cycled + self.period);
         let was = std::mem::replace(&mut self.cycled, now);

@@ -1,4 +1,5 @@
-//! Arms of more than six joints: the joints move to a posture as far as the tool leaves them free, and never disturb the tool.
+//! Arms of more than six joints move their joints to a posture as far as the tool leaves the joints free. The joints never disturb
+//! the tool.
 
 use crate::arms::{servo, start};
 use crate::rig::Rig;
@@ -6,8 +7,8 @@ use dq_core::servo::{Posture, State};
 
 const ARM: &str = "panda";
 
-/// Returns how far the arm has drifted after seven more rounds of three poses, back at the first pose: the change of the joint that
-/// moved most \[rad\].
+/// Returns how far the arm has drifted when it is back at the first of three poses after seven more rounds: the change of the joint
+/// that moved most \[rad\].
 fn drift(gain: f64) -> f64 {
     let (mut parameters, start) = (servo(ARM), start(ARM));
     parameters.settings.posture.gain = gain;

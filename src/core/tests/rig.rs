@@ -28,7 +28,7 @@ type ArmState = (Vec<f64>, Vec<f64>);
 struct Arrived {
     measured: Duration,
     arm: usize,
-    /// The age by the stamp of the joint state, if it has one.
+    /// The age of the joint state by its stamp, if it has a stamp.
     age: Option<Duration>,
     positions: Vec<f64>,
     velocities: Vec<f64>,
@@ -47,14 +47,14 @@ pub struct Rig {
     pub connected: Vec<bool>,
     /// Whether the plants follow commands.
     pub following: bool,
-    /// Whether the arms' positions are checked against their limits. No rule keeps the limits if cycles are late.
+    /// Whether the arms' positions are checked against their limits. If cycles are late, no rule ensures these limits.
     pub check_positions: bool,
-    /// The delay of commands to the robot, and of joint states to the servo.
+    /// The delay of commands on the way to the robot. The next field is the delay of joint states on the way to the servo.
     pub command_delay: Duration,
     pub state_delay: Duration,
     /// Whether joint states have stamps, by a clock that agrees with the servo's.
     pub stamped: bool,
-    /// The age by the stamps less the real age.
+    /// The age of joint states by their stamps, less their real age.
     pub stamp_error: Duration,
     /// The time from one joint state to the next.
     pub state_interval: Duration,
@@ -66,14 +66,14 @@ pub struct Rig {
     pub wires: fn(&mut [f64]),
     /// Whether commands are checked against the invariants.
     pub check_commands: bool,
-    /// Whether to check that an arm with consent moves. Off for a law whose output may be zero.
+    /// Whether to check that an arm with consent moves. A test whose law may have an output of zero sets this to false.
     pub check_moves: bool,
-    /// Whether the tools' speeds are checked against their limits. No rule keeps these limits if the servo cannot know the arm's
-    /// position.
+    /// Whether the tools' speeds are checked against their limits. If the servo cannot know the arm's position, no rule ensures
+    /// these limits.
     pub check_tools: bool,
     /// The publisher of the joint states.
     pub source: u32,
-    /// The search for other configurations, and how long an answer takes. `None`: nobody answers.
+    /// The search for other configurations, and in the next field how long an answer takes. `None`: nobody answers.
     pub search: Option<Search>,
     pub search_time: Duration,
     answer: Option<Duration>,
@@ -89,12 +89,13 @@ pub struct Rig {
     opinion: Opinion,
     /// Since when the arm must move but has not moved.
     awaited: Option<Duration>,
-    /// Whether the robot stands; `None` while it does what it is commanded.
+    /// Whether the robot stands; `None` while the robot obeys its commands.
     altered: Option<bool>,
-    /// The robot's last command, and since when each joint has not moved in spite of its command.
+    /// The robot's last command, and in the next field since when each joint has not moved in spite of its command.
     asked: Vec<f64>,
     refused: Vec<Option<Duration>>,
-    /// The velocities and positions of the last joint states [rad/s, rad], and the time at which the robot last came back.
+    /// The velocities and positions of the last joint states [rad/s, rad]. A further field is the time at which the robot last came
+    /// back.
     shown: Vec<f64>,
     seen: Vec<f64>,
     came: Duration,
@@ -109,7 +110,7 @@ pub struct Rig {
     pub restored_each: u32,
     /// The output of each cycle, if the test wants it.
     pub sent: Option<Vec<Option<Vec<f64>>>>,
-    /// The parameters from which another servo is built, with the settings of this one.
+    /// The parameters from which another servo is built, with the settings of the present servo.
     parameters: ServoParameters,
     period: Duration,
     cycles: u32,
@@ -119,10 +120,10 @@ pub struct Rig {
     outputs: Outputs,
     /// The largest deceleration of each joint so far [rad/s²].
     steepest: Vec<f64>,
-    /// Measures the gaps between the arms and their obstacles. Then, the smallest gap so far \[m\].
+    /// Measures the gaps between the arms and their obstacles. The next field is the smallest gap so far \[m\].
     gaps: Option<Gaps>,
     pub least_gap: f64,
-    /// The arms at their real positions, to check the speeds of their tools.
+    /// The arms at their real positions. The rig uses them to check the speeds of the tools.
     truth: Arms,
 }
 
@@ -171,7 +172,7 @@ impl Rig {
         Self::start_at(parameters, vec![start], period)
     }
 
-    /// Returns the paper's arm, `seconds` after it has begun to move to theta_desired.
+    /// Returns a rig with the paper's arm, `seconds` after the arm began to move to theta_desired.
     pub fn in_motion(seconds: f64) -> Self {
         Self::new().moving(seconds)
     }
@@ -318,7 +319,7 @@ impl Rig {
         self.servo.take_stamped_goal(goal, self.now)
     }
 
-    /// Returns the pose that a goal means, if the goal is valid.
+    /// Returns the pose that the goal `goal` denotes; `None` if the goal is invalid.
     fn pose_of(&self, goal: &GoalReading) -> Option<UnitDualQuaternion> {
         let numbers = goal.position.iter().all(|number| number.abs() <= 1e3);
         let [x, y, z, w] = goal.orientation_xyzw;
@@ -387,7 +388,7 @@ impl Rig {
         taken
     }
 
-    /// Tells the servo how the goal's frame has moved, or that it is lost.
+    /// Tells the servo how the frame of the goal has moved, or that the frame is lost.
     pub fn move_goal(&mut self, motion: &GoalMotion) -> Result<(), Rejection> {
         match motion {
             GoalMotion::Lost => self.opinion.frame_is_lost(self.now),
@@ -449,8 +450,8 @@ impl Rig {
         self.pull.fill(0.0);
     }
 
-    /// Skips `missed` cycles of the servo. The next cycle runs after it has received the joint states that are due if `heard`,
-    /// otherwise before.
+    /// Skips `missed` cycles of the servo. If `heard`, the next cycle runs after it has received the joint states that are due;
+    /// otherwise it runs before.
     pub fn gap(&mut self, missed: u32, heard: bool) {
         self.deaf = !heard;
         self.cycle_late(missed);
@@ -537,7 +538,7 @@ impl Rig {
         self.step_plants();
     }
 
-    /// Replaces the servo by another one with the saved state of this one.
+    /// Replaces the servo by another servo with the saved state of the first one.
     fn restore(&mut self) {
         let saved = postcard::to_stdvec(&self.servo.saved()).unwrap();
         let settings = self.servo.settings().clone();
@@ -659,8 +660,9 @@ impl Rig {
     }
 }
 
-/// Returns the limits to check. `is_held` tells whether the integral holds joints against a pull, or may have held them. Such a
-/// joint may decelerate faster, with the largest deceleration that was ever in force: `steepest` is the largest so far [rad/s²].
+/// Returns the limits to check. `is_held` tells whether the integral holds joints against a pull, or may have held them. Such
+/// joints may decelerate with the largest deceleration that was ever in force. `steepest` stores the largest deceleration so far
+/// [rad/s²].
 fn checked(settings: &Settings, is_held: bool, steepest: &mut [f64]) -> Limits {
     let mut limits = settings.limits.clone();
     for (joint, steepest) in steepest.iter_mut().enumerate() {

@@ -13,8 +13,8 @@ use std::time::Duration;
 /// Number of tasks per arm.
 const TASKS: usize = 60;
 
-/// Searches, from joint positions `here`, for joint positions with the tool pose of `there`, with `starts` starts. Checks that the
-/// result has that pose and keeps the limits.
+/// Searches for joint positions at which the tool has its pose at the positions `there`. The search begins at the positions `here`
+/// and uses `starts` starts. Checks that the result has that pose and keeps the limits.
 fn look(parameters: &ServoParameters, here: &[f64], there: &[f64], starts: u32) -> Option<Vec<f64>> {
     let ServoParameters { arms, settings, .. } = parameters;
     let mut arms = arms.clone();

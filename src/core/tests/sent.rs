@@ -1,5 +1,5 @@
-//! Checks the output against the limits. It continues from the last output, or from the robot's motion if the robot has stood
-//! since.
+//! Checks the output against the limits. The output continues from the last output, or from the robot's motion if the robot has
+//! stood since.
 
 use crate::opinion::Truth;
 use dq_check::Invariants;
@@ -9,14 +9,15 @@ use std::time::Duration;
 /// The largest rounding error of positions in the output \[rad\].
 const ROUNDING: f64 = 1e-12;
 
-/// A possible step of the output: the speeds before it, if they are not those of the last output, and the speeds after it [rad/s].
+/// A possible step of the output: the speeds before the step and the speeds after it [rad/s]. `None` stands for the speeds of the
+/// last output.
 pub type Step<'a> = (Option<&'a [f64]>, &'a [f64]);
 
 /// The output of each cycle.
 pub struct Sent {
     invariants: Invariants,
     period: Duration,
-    /// The time as a count of cycles, because a late cycle may not change the speed more than any other cycle.
+    /// The time as a number of cycles: a late cycle may not change the speed more than any other cycle.
     cycles: u32,
     last: Option<Duration>,
 }
@@ -30,19 +31,20 @@ impl Sent {
         &mut self.invariants
     }
 
-    /// Returns how long a robot of the tests continues to move after its last command.
+    /// Returns how long a robot of these tests continues to move after its last command.
     pub fn timeout(&self) -> Duration {
         Duration::from_millis(100)
     }
 
-    /// Returns whether the robot has stood by its own timeout since its last command. Commands reach it `late`.
+    /// Returns whether the robot has stood by its own timeout since its last command. Commands reach the robot with the delay
+    /// `late`.
     pub fn is_after_gap(&self, now: Duration, late: Duration) -> Truth {
         let gap = self.last.map_or(Duration::MAX, |last| now.saturating_sub(last));
         Truth::between(gap > self.timeout() + self.period + late, gap > self.timeout())
     }
 
-    /// Returns the speeds of a step between two positions [rad/s]. A speed that differs from the command's only by rounding is the
-    /// command's.
+    /// Returns the speeds of a step between the positions `from` and `to` [rad/s]. If a speed differs from the speed in `command`
+    /// only by rounding, returns the speed in `command`.
     pub fn speeds(&self, from: &[f64], to: &[f64], command: &[f64]) -> Vec<f64> {
         let period = self.period.as_secs_f64();
         let speeds = to.iter().zip(from).map(|(to, from)| (to - from) / period);
@@ -52,7 +54,7 @@ impl Sent {
         speeds.zip(command).map(rounded).collect()
     }
 
-    /// Checks that one of these steps keeps the limits. Returns the speeds after it.
+    /// Checks that at least one of these steps keeps the limits. Returns the speeds after that step.
     pub fn check<'a>(
         &mut self,
         steps: &[Step<'a>],

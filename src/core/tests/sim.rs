@@ -1,5 +1,5 @@
-//! A servo and its robot in fake time, independent of `rig`. The robot may have a lag, delays, faults of wires and encoders, and
-//! hands that push it. It checks no invariant itself.
+//! A servo and its robot in fake time, independent of `rig`. The robot may have a lag, delays, and faults of wires and encoders,
+//! and hands may push it. This simulation checks no invariant.
 
 use dq_algebra::UnitDualQuaternion;
 use dq_config::ServoParameters;
@@ -43,7 +43,7 @@ impl Random {
     }
 }
 
-/// Changes numbers of the joints, given the time \[s\].
+/// A function that changes the numbers of the joints. Its first argument is the time \[s\].
 type Change = Box<dyn FnMut(f64, &mut [f64])>;
 
 pub struct Sim {
@@ -54,7 +54,7 @@ pub struct Sim {
     pub v: Vec<f64>,
     pub time: f64,
     pub period: f64,
-    /// The robot's time constant, and the delays of commands and of joint states \[s\].
+    /// The robot's time constant \[s\]. The next fields are the delays of commands and of joint states.
     pub lag: f64,
     pub command_delay: f64,
     pub state_delay: f64,
@@ -64,14 +64,14 @@ pub struct Sim {
     pub obeys: bool,
     pub connected: bool,
     pub wires: Change,
-    /// The speed by which each joint is slowed down while the robot obeys, and the speed at which each joint is pushed while it
-    /// does not [rad/s].
+    /// The speed by which each joint is slowed down while the robot obeys [rad/s]. The next field is the speed at which each joint
+    /// is pushed while the robot does not obey.
     pub pull: Vec<f64>,
     pub push: Vec<f64>,
     /// Changes the positions that the encoders report.
     pub encoder: Change,
     pub timeout: f64,
-    /// A random time up to this by which each joint state is later than `state_delay` \[s\].
+    /// The largest random time by which a joint state arrives later than `state_delay` \[s\].
     pub jitter: Option<(Random, f64)>,
     commands: VecDeque<(f64, Vec<f64>)>,
     in_force: Option<(f64, Vec<f64>)>,
@@ -169,7 +169,7 @@ impl Sim {
         self.command.iter().fold(0.0, |m, s| s.abs().max(m))
     }
 
-    /// Returns the largest joint speed of the robot itself [rad/s].
+    /// Returns the speed of the fastest joint of the simulated robot [rad/s].
     pub fn robot_speed(&self) -> f64 {
         self.v.iter().fold(0.0, |m, s| s.abs().max(m))
     }
@@ -224,8 +224,8 @@ impl Sim {
         self.advance(self.period, true);
     }
 
-    /// Moves the robot on by `dt` \[s\], then runs one cycle of the servo. The cycle receives the joint states that have arrived if
-    /// `fed`; otherwise they are lost.
+    /// Moves the robot for `dt` \[s\], then runs one cycle of the servo. If `fed`, the cycle receives the joint states that have
+    /// arrived; otherwise they are lost.
     pub fn advance(&mut self, dt: f64, fed: bool) {
         let end = self.time + dt;
         // The robot publishes states while the servo is away, too.

@@ -1,4 +1,4 @@
-//! Tests of the guess which part of a description is the arm.
+//! Tests of guessing which part of a description is the arm.
 
 use super::text;
 use dq_description::{Description, Guess, guess_frames};
@@ -31,7 +31,8 @@ fn robot(chains: &[&str]) -> String {
     format!("<robot name='r'>{links}{joints}</robot>")
 }
 
-/// The arm is the longest one, without wheels, head, gripper and fingers. Its frames are `base_link` and `tool0`, if these exist.
+/// The arm is the longest chain, without wheels, head, gripper and fingers. Its frames are `base_link` and `tool0`, if links with
+/// these names exist.
 #[test]
 fn the_frames_of_real_robots_are_found() {
     for (robot, base, tool, joints) in [

@@ -190,7 +190,7 @@ proptest! {
     }
 }
 
-/// A joint that does not move cannot mimic.
+/// The reader ignores `mimic` on a fixed joint.
 #[test]
 fn a_fixed_joint_that_mimics_is_accepted() {
     let fixed = "<joint name='j4' type='fixed'>";

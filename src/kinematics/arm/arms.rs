@@ -14,8 +14,8 @@ pub struct ToolSpeed {
     pub angular: f64,
 }
 
-/// The distance of a goal, and the reach of the arm \[m\]. Both count from the arm's foot or, if the foot slides, from its position
-/// that is nearest to the goal.
+/// The distance of a goal from the arm, and the reach of the arm \[m\]. Both lengths count from the arm's foot. If the foot slides,
+/// they count from the foot's position that is nearest to the goal.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Reach {
     /// The distance of the goal.
@@ -105,7 +105,7 @@ impl Arms {
         self.chains().flat_map(|chain| chain.kinds().iter().copied()).collect()
     }
 
-    /// Sets the offset of each arm's tool in its tool frame. It applies from the next [`evaluate`](Self::evaluate) on.
+    /// Sets the offset of each arm's tool in its tool frame. The offset applies from the next [`evaluate`](Self::evaluate) on.
     pub fn set_tool_offset(&mut self, tool_offset: &UnitDualQuaternion) {
         self.left.chain.set_tool_offset(tool_offset);
         self.right.iter_mut().for_each(|right| right.arm.chain.set_tool_offset(tool_offset));
@@ -140,8 +140,8 @@ impl Arms {
         self.state().base_from_tool()
     }
 
-    /// Returns the orientation of the frame in which twists of the tool are given, relative to the frame of [`pose`](Self::pose). A
-    /// single arm has its tool frame there, which the tool offset may rotate.
+    /// Returns the orientation of the frame in which twists of the tool are given, relative to the frame of [`pose`](Self::pose).
+    /// For a single arm it is the tool frame, which the tool offset may rotate.
     pub fn tool_axes(&self) -> UnitQuaternion<f64> {
         let (tool, offset) = (self.pose().rotation(), self.left.chain.tool_offset().rotation());
         let is_tool_frame = self.right.is_some() || offset == UnitQuaternion::identity();

@@ -9,7 +9,7 @@ use dq_algebra::UnitDualQuaternion;
 use nalgebra::{Isometry3, Quaternion, Unit, UnitQuaternion, Vector3};
 use wide::f64x2;
 
-/// Two axes count as perpendicular if the product of their directions is at most this.
+/// Two axes count as perpendicular if the dot product of their directions is at most this.
 const SQUARE: f64 = 1e-9;
 
 /// A serial arm with any number of revolute and prismatic joints.
@@ -25,9 +25,9 @@ pub struct Chain {
     pub(super) link_kinds: Vec<JointKind>,
     /// The joints that drive the links; `None` if each link has its own joint.
     pub(super) drivers: Option<Drivers>,
-    /// The tool without its offset; `None` if that is the frame of the last link.
+    /// The tool without its offset, in the frame of the last link; `None` if it is that frame.
     last_link_from_flange: Option<Isometry3<f64>>,
-    /// The tool; `None` if it is the frame of the last link.
+    /// The tool in the frame of the last link; `None` if it is that frame.
     last_link_from_tool: Option<Isometry3<f64>>,
     tool_offset: UnitDualQuaternion,
     /// The links in pairs.
@@ -139,7 +139,7 @@ impl Chain {
         self.kinds().len()
     }
 
-    /// Returns the number of links that move. It is the number of joints, or larger if joints drive more than one link.
+    /// Returns the number of links that move. This is the number of joints, or more if joints drive more than one link.
     pub fn link_count(&self) -> usize {
         self.before_joint.len()
     }
@@ -153,7 +153,7 @@ impl Chain {
         self.with_links()
     }
 
-    /// Sets the tool offset: `flange_from_tool`, where the flange is the tool without an offset.
+    /// Sets the tool offset: `flange_from_tool`. The flange is the frame of the tool without an offset.
     pub fn set_tool_offset(&mut self, flange_from_tool: &UnitDualQuaternion) {
         self.tool_offset = *flange_from_tool;
         let flange = self.last_link_from_flange;
@@ -163,7 +163,7 @@ impl Chain {
         };
     }
 
-    /// Returns the tool offset: the tool in the frame of the tool without an offset.
+    /// Returns the tool offset: the pose of the tool in the frame that the tool has without an offset.
     pub fn tool_offset(&self) -> &UnitDualQuaternion {
         &self.tool_offset
     }
@@ -207,8 +207,8 @@ impl Chain {
         (way.norm(), self.length_from(count, ranges))
     }
 
-    /// Returns the total length of the links from number `first` (counted from 0) to the tool \[m\]. It includes the travel of
-    /// prismatic links within these `ranges` of the links.
+    /// Returns the total length of the links from number `first` (counted from 0) to the tool \[m\]. The length includes the travel
+    /// of prismatic links within these `ranges` of the links.
     fn length_from(&self, first: usize, ranges: impl Iterator<Item = (f64, f64)>) -> f64 {
         let starts = std::iter::once(self.base_point).chain(std::iter::repeat(Vector3::zeros()));
         let lengths = self
@@ -308,8 +308,8 @@ impl Chain {
         Ok(())
     }
 
-    /// Calls `each` with pairs of successive links, base first. It gets the frames about or along whose z axes the links move, at
-    /// these `positions`. Returns the last link.
+    /// Calls `each` with pairs of successive links, base first. `each` gets the frames about or along whose z axes the links move,
+    /// at these `positions`. Returns the last link.
     ///
     /// This is fast because the half turns of the next pair are computed while this pair is multiplied.
     #[inline]
@@ -373,9 +373,9 @@ fn turned(frame: &Isometry3<f64>, cos: f64, sin: f64) -> Isometry3<f64> {
     Isometry3::from_parts(frame.translation, UnitQuaternion::new_unchecked(rotation))
 }
 
-/// Returns a rotation that takes z to `direction`. It is accurate to rounding everywhere; a formula with the arc cosine is
-/// inaccurate near the poles. It is the shortest such rotation if the direction points upward. Otherwise it is a half turn about x
-/// and then the shortest rotation from −z.
+/// Returns a rotation that takes z to `direction`. If `direction` points upward, this is the shortest such rotation. Otherwise it
+/// is a half turn about x, followed by the shortest rotation from −z. The rotation is accurate to rounding everywhere, whereas a
+/// formula with the arc cosine is inaccurate near the poles.
 fn from_z(direction: &Unit<Vector3<f64>>) -> UnitQuaternion<f64> {
     let (x, y, z) = (direction.x, direction.y, direction.z);
     UnitQuaternion::new_normalize(match z >= 0.0 {

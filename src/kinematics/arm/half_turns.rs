@@ -3,7 +3,7 @@
 use std::f64::consts::FRAC_1_PI;
 use wide::{bytemuck, f64x2, u64x2};
 
-/// Largest angle for which the number of half turns times the long part of π is exact \[rad\].
+/// Largest angle \[rad\] for which `PI_LONG` times the number of half turns is exact.
 const LARGEST: f64 = 1e6;
 
 /// The long part of π. It has so few digits that its product with a number of half turns is exact.

@@ -9,9 +9,9 @@ use wide::f64x2;
 /// includes γ, and this joint's angle includes φ. So only a rotation about x and one about z remain to be multiplied.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Link {
-    /// `cos ½α`, in both halves.
+    /// `cos ½α`, in both halves of the register.
     cos: f64x2,
-    /// `sin ½α`, in both halves.
+    /// `sin ½α`, in both halves of the register.
     sin: f64x2,
     /// The offset; `None` if the joint's origin is the previous joint's origin.
     offset: Option<Vector3<f64>>,
@@ -86,11 +86,11 @@ fn polar(x: f64, y: f64) -> (f64, f64) {
 /// quaternions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct ChainEnd {
-    /// (w, z).
+    /// The numbers w and z of the quaternion.
     along: f64x2,
-    /// (x, y).
+    /// The numbers x and y of the quaternion.
     across: f64x2,
-    /// The x and y of the point. Then, its z.
+    /// The x and y of the point, and in the next field its z.
     xy: f64x2,
     z: f64,
 }
@@ -102,7 +102,7 @@ impl ChainEnd {
         Self { along: f64x2::new([cos, sin]), across: f64x2::ZERO, xy: f64x2::ZERO, z: 0.0 }
     }
 
-    /// Moves on to the next joint, whose axis is z then.
+    /// Moves the end over `link` to the next joint, whose axis is then the z axis.
     #[inline(always)]
     pub fn follow(&mut self, link: &Link) {
         if let Some(offset) = &link.offset {
@@ -116,14 +116,14 @@ impl ChainEnd {
         self.across = link.cos * across + link.sin * along;
     }
 
-    /// Moves by `way` along the base's axes \[m\].
+    /// Moves the end by `way` along the base's axes \[m\].
     #[inline(always)]
     pub fn advance(&mut self, way: Vector3<f64>) {
         self.xy += side_by_side(way.x, way.y);
         self.z += way.z;
     }
 
-    /// Rotates about z. `cos` and `sin` are those of half the angle.
+    /// Rotates the end about its z axis. `cos` and `sin` are those of half the angle.
     #[inline(always)]
     pub fn turn(&mut self, cos: f64, sin: f64) {
         let (cos, sin) = (f64x2::splat(cos), f64x2::new([-sin, sin]));
@@ -148,8 +148,8 @@ impl ChainEnd {
         (direction, Vector3::new(x, y, side_by_side(both[0].z, both[1].z)))
     }
 
-    /// Returns the rotation and position of `tool`, which is given in this frame; without a `tool`, those of this frame. Normalizes
-    /// the rotation.
+    /// Returns the rotation and position of `tool`, which is given in the frame of the end. Without a `tool`, returns those of the
+    /// end. Normalizes the rotation.
     #[inline(always)]
     pub fn tool(&self, tool: Option<&Isometry3<f64>>) -> (UnitQuaternion<f64>, Vector3<f64>) {
         let (mut rotation, mut point) = (self.rotation(), self.point());
@@ -175,7 +175,7 @@ impl ChainEnd {
     }
 }
 
-/// Swaps both numbers.
+/// Swaps the two numbers of a register.
 #[inline(always)]
 fn swapped(numbers: f64x2) -> f64x2 {
     let [first, second] = numbers.to_array();

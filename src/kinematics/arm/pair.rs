@@ -6,13 +6,13 @@ use wide::f64x2;
 /// Two vectors in one register.
 pub(crate) type Pair = Vector3<f64x2>;
 
-/// Zeros. The compiler would make a loop of nalgebra's zero vector.
+/// A pair of zero vectors. The compiler would make a loop of nalgebra's zero vector.
 pub(crate) const ZEROS: Pair = Vector3::new(f64x2::ZERO, f64x2::ZERO, f64x2::ZERO);
 
 /// The motions of a tool by two joints, per unit of their speeds: the angular velocity, and the velocity of the tool point.
 pub(crate) type Motions = (Pair, Pair);
 
-/// Loads the first two numbers. A missing second number is 0.
+/// Loads the first two of `numbers` into a register. A missing second number is 0.
 #[inline(always)]
 pub(crate) fn two(numbers: &[f64]) -> f64x2 {
     match numbers.first_chunk() {
@@ -21,7 +21,7 @@ pub(crate) fn two(numbers: &[f64]) -> f64x2 {
     }
 }
 
-/// Returns the first one of two numbers.
+/// Returns the first one of the two numbers in a register.
 #[inline(always)]
 pub(crate) fn first(numbers: f64x2) -> f64 {
     let [first, _] = numbers.to_array();
@@ -43,7 +43,7 @@ pub(crate) fn beside(one: &Vector3<f64>, other: &Vector3<f64>) -> Pair {
     one.zip_map(other, side_by_side)
 }
 
-/// Stores both numbers, or only the first one if `room` has one place.
+/// Stores both numbers of a register in `room`, or only the first number if `room` has one place.
 #[inline(always)]
 pub(crate) fn put(numbers: f64x2, room: &mut [f64]) {
     let [first, second] = numbers.to_array();
@@ -66,7 +66,7 @@ pub(crate) fn dot(a: &Pair, b: &Pair) -> f64x2 {
     a.x * b.x + a.y * b.y + a.z * b.z
 }
 
-/// Returns the sum of the two vectors, in both halves.
+/// Returns the sum of the two vectors, in both halves of the result.
 #[inline(always)]
 pub(crate) fn sum_twice(v: &Pair) -> Pair {
     v.map(|numbers| {

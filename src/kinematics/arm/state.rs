@@ -38,8 +38,8 @@ impl ArmState {
     /// `q_r = q_2* q_1` (eq. 22). Its joints are those of `left` (the paper's β, arm 2), then those of `right` (α, arm 1).
     ///
     /// Relative to the left tool, a joint of the right arm moves the right tool by `(l, v)`. A joint of the left arm moves it the
-    /// opposite way, by `−(l, v + l × (t_1 − t_2))` with the tools' points. So all that is true of one arm is true of this one, if
-    /// both states are in one base frame. Allocates only if the state had another number of joints.
+    /// opposite way, by `−(l, v + l × (t_1 − t_2))` with the tools' points. So all that is true of one arm is true of two arms as
+    /// one, if both states are in one base frame. Allocates only if the state had another number of joints.
     pub fn set_relative(&mut self, left: &Self, right: &Self) {
         let joint_count = left.joint_count + right.joint_count;
         if self.joint_count != joint_count {
@@ -122,8 +122,8 @@ impl ArmState {
         &self.motions
     }
 
-    /// Applies `Jᵀ` to a moment and a force at the tool point, along the base's axes, with each number in both halves. Sets `to` to
-    /// the load of each joint.
+    /// Sets `to` to the load of each joint: `Jᵀ` times a moment and a force at the tool point, along the base's axes. Both halves
+    /// of each register must contain the same number.
     #[inline]
     pub(crate) fn apply_transpose(&self, (moment, force): &Motions, to: &mut [f64]) {
         for (room, (angular, linear)) in to.chunks_mut(2).zip(&self.motions) {
@@ -173,5 +173,5 @@ impl ArmState {
     }
 }
 
-/// The motions by two joints that are missing.
+/// The motions of the tool by two missing joints.
 const STILL: Motions = (ZEROS, ZEROS);

@@ -52,8 +52,10 @@ impl Aim {
     }
 
     /// Returns the pose nearest to the tool's pose at which the tool meets the goal in the components of the aim. The rotation from
-    /// the tool to that pose is the smallest possible. For [`PositionAndAxis`](Self::PositionAndAxis) it is the shortest arc, in
-    /// the plane of both z axes. If these are opposite, it is a half turn about the tool's x axis.
+    /// the tool to that pose is the smallest possible.
+    ///
+    /// For [`PositionAndAxis`](Self::PositionAndAxis) the rotation is the shortest arc, in the plane of both z axes. If the z axes
+    /// are opposite, it is a half turn about the tool's x axis.
     pub fn nearest(
         self,
         base_from_goal: &UnitDualQuaternion,
@@ -104,8 +106,8 @@ impl Aim {
         }
     }
 
-    /// Returns the angle from the tool to [`nearest`](Self::nearest) \[rad\], from 0 to 2π. It exceeds π if the goal's sign demands
-    /// the longer rotation.
+    /// Returns the angle from the tool to [`nearest`](Self::nearest) \[rad\], from 0 to 2π. The angle exceeds π if the goal's sign
+    /// demands the longer rotation.
     pub fn angle(self, base_from_goal: &UnitDualQuaternion, base_from_tool: &UnitDualQuaternion) -> f64 {
         let turn = self.turn(base_from_goal, &base_from_tool.rotation());
         2.0 * turn.imag().norm().atan2(turn.w)
@@ -155,7 +157,8 @@ pub(super) enum Rows {
 }
 
 impl Rows {
-    /// Returns `J Jᵀ` for these rows. The unused rows have a large eigenvalue, so that the smallest one belongs to a used row.
+    /// Returns `J Jᵀ` for the rows of the aim. Sets the unused rows to a large eigenvalue, so that the smallest eigenvalue is one
+    /// of the aim's rows.
     #[inline(always)]
     pub fn gram(&self, arm: &ArmState) -> Gram {
         match self {
@@ -170,7 +173,7 @@ impl Rows {
         Gram::of_columns(arm.joint_count(), arm.tool_motions().map(|column| self.of(&column)))
     }
 
-    /// Returns these rows of a twist `(ω, v)` of the tool along the base's axes. The rest is zeros.
+    /// Returns the rows of the aim from a twist `(ω, v)` of the tool along the base's axes. The other numbers are zeros.
     #[inline(always)]
     pub fn of(&self, (angular, linear): &AngularLinear) -> AngularLinear {
         match self {
@@ -184,8 +187,8 @@ impl Rows {
         }
     }
 
-    /// Returns the twist that has the numbers `first` and `second` in these rows, and zeros in all others. Each number is in both
-    /// halves.
+    /// Returns the twist that has the numbers `first` and `second` in the rows of the aim, and zeros in all others. Both halves of
+    /// each register contain the same number.
     #[inline(always)]
     pub fn twist(&self, (first, second): &Motions) -> Motions {
         match self {
@@ -201,7 +204,7 @@ impl Rows {
     }
 }
 
-/// Returns the direction from the origin to `point`; an arbitrary one if `point` is the origin.
+/// Returns the direction from the origin to `point`; an arbitrary direction if `point` is the origin.
 fn direction(point: &Vector3<f64>) -> Vector3<f64> {
     point.try_normalize(NO_DIRECTION).unwrap_or_else(Vector3::x)
 }

@@ -1,4 +1,4 @@
-//! Pairs of an angular and a linear vector. A pair may fill a register: each number is then in both halves of it.
+//! Pairs of an angular and a linear vector. In a pair of registers, both halves of each register contain the same number.
 
 use crate::arm::pair::{self, Motions};
 use nalgebra::Vector3;
@@ -18,7 +18,7 @@ pub(super) fn first((angular, linear): &Motions) -> AngularLinear {
     (angular.map(pair::first), linear.map(pair::first))
 }
 
-/// Returns whether all numbers of the first half are finite. They also count as not finite if their sum overflows.
+/// Returns whether all numbers of the first halves are finite. If their sum overflows, they count as not finite, too.
 #[inline(always)]
 pub(super) fn is_finite((angular, linear): &Motions) -> bool {
     let sum = angular + linear;
@@ -31,7 +31,7 @@ pub(super) fn norm((angular, linear): &AngularLinear) -> f64 {
     (angular.norm_squared() + linear.norm_squared()).sqrt()
 }
 
-/// Multiplies each of the two vectors by its factor.
+/// Multiplies the angular and the linear vector by one factor each.
 #[inline(always)]
 pub(super) fn scaled([of_angular, of_linear]: [f64; 2], (angular, linear): &AngularLinear) -> AngularLinear {
     (of_angular * angular, of_linear * linear)

@@ -52,7 +52,7 @@ impl Approach {
         true
     }
 
-    /// Keeps the joint velocities `command` [rad/s, prismatic: m/s], which are sent at the present positions.
+    /// Keeps the joint velocities `command` [rad/s, prismatic: m/s], which the arm gets at the present positions.
     pub fn keep(&mut self, arm: &ArmState, command: &[f64]) {
         self.twist = rotated(&arm.base_from_tool().rotation().inverse(), &arm.tool_twist(command));
         self.command.copy_from_slice(command);

@@ -108,7 +108,7 @@ pub trait ControlLaw: Sync {
         gains
     }
 
-    /// Returns the law's gains for the single overall gain `gain` [1/s]: K, or equal angular and linear gains. `before` are the
+    /// Returns the law's gains for the single overall gain `gain` [1/s]: K, or equal angular and linear gains. `_before` are the
     /// present gains.
     fn gains_at(&self, gain: f64, _before: [f64; 2]) -> [f64; 2] {
         [gain; 2]
@@ -145,7 +145,7 @@ pub trait ControlLaw: Sync {
         stiffness_of_twist(self, input)
     }
 
-    /// Sets `descent` to `Jᵀ e` with the law's twist e: the direction in which the joints reduce `½|e|²` fastest. Returns `|e|`.
+    /// Sets `descent` to `Jᵀ e` with the law's twist e. In this direction the joints reduce `½|e|²` fastest. Returns `|e|`.
     fn steepest_descent(&self, input: &LawInput, descent: &mut [f64]) -> f64 {
         descent_by_twist(self, input, descent)
     }

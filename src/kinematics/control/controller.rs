@@ -25,7 +25,7 @@ pub struct Controller {
 /// The largest rate at which errors may decay, given the delay of the robot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AllowedRate {
-    /// The allowed rate divided by the law's [fastest rate](Controller::fastest_rates). If it is 1 or more, the law is slow enough.
+    /// The allowed rate divided by the law's [fastest rate](Controller::fastest_rates). At 1 or more, the law is slow enough.
     pub part: f64,
     /// The allowed rate [1/s].
     pub largest: f64,
@@ -40,8 +40,8 @@ impl Default for Controller {
 }
 
 impl Controller {
-    /// Creates the law of two arms, `θ̇ = Jᵀ K e` or `θ̇ = J⁺ K e` (paper §4). With the transpose, e is the difference of two
-    /// positions, two distances, two rotations in R⁴ or two poses in R⁸. With the inverse, e is the error of diffc_inverse.
+    /// Creates the law of two arms, `θ̇ = Jᵀ K e` or `θ̇ = J⁺ K e` (paper §4). With the transpose, the error e is the difference of
+    /// two positions, two distances, two rotations in R⁴ or two poses in R⁸. With the inverse, e is the error of diffc_inverse.
     pub fn of_two_arms(map: Map, aim: Aim, gain: f64, damping: Damping) -> Self {
         let law = match (map, aim) {
             (Map::DampedInverse, _) => Law::DiffcInverse,
@@ -65,7 +65,7 @@ impl Controller {
         self.set_gains[law.number()] = Some(gains);
     }
 
-    /// Returns this controller with the present law `law` and these gains.
+    /// Returns a copy of this controller whose present law is `law`, with these gains.
     pub fn with_gains(mut self, law: Law, gains: [f64; 2]) -> Self {
         self.set_gains(law, gains);
         Self { law, ..self }
@@ -89,8 +89,10 @@ impl Controller {
     }
 
     /// Sets `theta_dot` to joint velocities that move `arm` toward `base_from_goal`, whose sign is already chosen [rad/s,
-    /// prismatic: m/s]. Does not allocate. `theta_dot` must have one number per joint. This is not checked: a shorter slice gets
-    /// the first joints only, and the end of a longer slice is undefined.
+    /// prismatic: m/s]. Does not allocate.
+    ///
+    /// `theta_dot` must have one number per joint. This is not checked. A shorter slice gets the velocities of the first joints
+    /// only; the end of a longer slice is undefined.
     pub fn joint_velocity(&self, arm: &ArmState, base_from_goal: &UnitDualQuaternion, theta_dot: &mut [f64]) {
         self.law.joint_velocity(&self.input(arm, base_from_goal), theta_dot);
     }
@@ -138,9 +140,9 @@ impl Controller {
         rates.map(|rate| as_of_first_order(rate, self.approach_rate()))
     }
 
-    /// Reduces the law's joint velocities `theta_dot` at the pose of `arm` to what a delay allows: no error decays faster than
-    /// `allowed`. With the damped inverse, all errors decay at similar rates, so all velocities are scaled. With the transpose,
-    /// only the fast directions are slowed.
+    /// Reduces the law's joint velocities `theta_dot` at the pose of `arm`, so that no error decays faster than the rate `allowed`.
+    /// With the damped inverse, all errors decay at similar rates, so all velocities are scaled. With the transpose, only the fast
+    /// directions are slowed.
     pub fn soften(
         &self,
         arm: &ArmState,
@@ -177,7 +179,7 @@ impl Controller {
         self.aim.rows(arm).gram(arm).smallest_singular_value()
     }
 
-    /// Returns the smallest singular value if it is below `bound`. It takes little computation to find that it is not.
+    /// Returns the smallest singular value if it is below `bound`. A larger singular value takes little computation.
     pub fn singular_value_below(&self, bound: f64, arm: &ArmState) -> Option<f64> {
         self.aim.rows(arm).gram(arm).singular_value_below(bound)
     }
@@ -196,9 +198,11 @@ pub fn pose_error(arm: &ArmState, base_from_goal: &UnitDualQuaternion) -> UnitDu
     base_from_goal.inverse() * arm.base_from_tool()
 }
 
-/// Returns the rate of the first-order law that is stable up to the same delay as a second-order law with the rate λ and the
-/// approach rate R [1/s]. At the limit of stability, `s² + R s + R λ exp(−s τ)` has a root `i ω` with `tan(ω τ) = R/ω`. For a
-/// first-order law, τ is then `½π` divided by its rate.
+/// Returns the rate of a first-order law that is stable up to the same delay as a second-order law. The second-order law has the
+/// rate λ and the approach rate R [1/s].
+///
+/// At the limit of stability, `s² + R s + R λ exp(−s τ)` has a root `i ω` with `tan(ω τ) = R/ω`. For a first-order law, this delay
+/// τ is `½π` divided by its rate.
 fn as_of_first_order(rate: f64, approach: f64) -> f64 {
     if approach.is_infinite() || rate == 0.0 {
         return rate;

@@ -16,10 +16,10 @@ pub struct Damping {
     pub threshold: f64,
 }
 
-/// Lower bound of λ², relative to `J Jᵀ`, if damping is off and the solution fails: a finite result is better than none.
+/// Lower bound of λ², relative to `J Jᵀ`, if damping is off and the solution fails. A finite result is better than none.
 const FALLBACK: f64 = 1e-9;
 
-/// Size of a λ², relative to `J Jᵀ`, that just exceeds the rounding errors of `J Jᵀ`.
+/// A λ² of this size, relative to `J Jᵀ`, just exceeds the rounding errors of `J Jᵀ`.
 const ROUNDING: f64 = 1e-15;
 
 impl Damping {
@@ -55,10 +55,11 @@ impl Damping {
         arm.apply_transpose(&rows.twist(&solution), theta_dot);
     }
 
-    /// Returns `(J Jᵀ + λ² I)⁻¹` times six numbers, with each number in both halves. It is finite for every finite input.
+    /// Returns the product of `(J Jᵀ + λ² I)⁻¹` and six numbers. Both halves of each register contain the same result. The result
+    /// is finite for every finite input.
     ///
     /// This is fast because `J Jᵀ − σ₀² I` is inverted in parallel with `J Jᵀ`, at no cost. Away from singularities, where arms
-    /// mostly are, it is positive definite. That proves that no singular value is below σ₀. Otherwise, the two inverses yield the
+    /// mostly are, `J Jᵀ − σ₀² I` is positive definite. Then no singular value is below σ₀. Otherwise, the two inverses yield the
     /// smallest singular value.
     #[inline(always)]
     pub(super) fn solve(&self, gram: &Gram, error: &AngularLinear) -> Motions {
@@ -75,8 +76,8 @@ impl Damping {
         solution
     }
 
-    /// Returns the result of [`solve`](Self::solve) for a matrix for which the fast method fails. If rounding prevents a solution
-    /// here, too, adds damping; if that is not enough, returns 0.
+    /// Computes the result of [`solve`](Self::solve) for a matrix for which the fast method fails. If rounding prevents this
+    /// solution, too, adds damping; if damping is not enough, returns 0.
     #[cold]
     #[inline(never)]
     fn solve_after_eigenvalue(&self, gram: &Gram, error: &AngularLinear) -> Motions {
@@ -94,9 +95,11 @@ impl Damping {
 }
 
 impl Aim {
-    /// Removes, from joint velocities, the part that moves the tool in the components of the aim: `(I − J⁺ J) θ̇`. The inverse is
-    /// not damped. Otherwise the rest would move these components near a singularity, where the damped law is too weak to
-    /// compensate. The result is never larger than `θ̇`.
+    /// Removes, from joint velocities, the part that moves the tool in the components of the aim: `(I − J⁺ J) θ̇`. The result is
+    /// never larger than `θ̇`.
+    ///
+    /// The inverse is not damped. With a damped inverse, the remaining velocities would move these components near a singularity,
+    /// where the damped law is too weak to compensate.
     pub fn leave_tool(self, arm: &ArmState, theta_dot: &mut [f64]) {
         let rows = self.rows(arm);
         let gram = rows.gram(arm);

@@ -3,7 +3,7 @@
 use dq_algebra::UnitDualQuaternion;
 use serde::{Deserialize, Serialize};
 
-/// Returns `q_d` or `−q_d`, whichever is nearer to the tool's pose. A new goal gets this sign.
+/// Returns `q_d` or `−q_d`, whichever is nearer to the tool's pose. The goal `q_d` is new, so there is no earlier sign.
 pub fn nearer_goal(
     base_from_goal: &UnitDualQuaternion,
     base_from_tool: &UnitDualQuaternion,
@@ -11,7 +11,8 @@ pub fn nearer_goal(
     SignMemory::nearest(base_from_goal, base_from_tool).signed(base_from_goal)
 }
 
-/// The sign chosen for the goal's quaternion, +1 or −1. So a law neither takes the longer rotation nor alternates between the two.
+/// The sign chosen for the goal's quaternion, +1 or −1. With it, a law neither takes the longer rotation nor alternates between the
+/// two rotations.
 ///
 /// A new goal gets the nearer sign. After that, the sign changes only if `⟨±r_d, r⟩ < −δ`. This hysteresis prevents that noise near
 /// a half turn switches the direction back and forth. Kussaba, Figueredo, Ishihara & Adorno (2017, arXiv 1701.08031) avoid both
@@ -28,9 +29,9 @@ impl SignMemory {
         Self { sign: if near { 1.0 } else { -1.0 } }
     }
 
-    /// Returns the memory for the goal `next`, which replaces the goal `before`. With their signs, the two goals are on the same
-    /// side. So a stream of goals near a half turn does not choose a side again for each goal. If the tool must then turn farther
-    /// than the hysteresis allows, `apply` changes the sign.
+    /// Returns the memory for the goal `next`, which replaces the goal `before`. The new memory keeps both goals, with their signs,
+    /// on the same side. So a stream of goals near a half turn does not choose a side again for each goal. If the tool must then
+    /// turn farther than the hysteresis allows, `apply` changes the sign.
     pub fn carried(&self, before: &UnitDualQuaternion, next: &UnitDualQuaternion) -> Self {
         let same_side = before.real().dot(&next.real()) >= 0.0;
         Self { sign: if same_side { self.sign } else { -self.sign } }

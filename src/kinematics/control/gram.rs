@@ -7,8 +7,8 @@ use crate::arm::pair::{Motions, Pair, ZEROS, beside, dot, first, sum_twice, twic
 use nalgebra::{Matrix6, Vector3};
 use wide::f64x2;
 
-/// The matrix `J Jᵀ` of a 6×n Jacobian in four blocks `[A C; Cᵀ D]` of 3×3, angular first. Every number is in both halves of a
-/// register.
+/// The matrix `J Jᵀ` of a 6×n Jacobian in four blocks `[A C; Cᵀ D]` of 3×3, angular first. Both halves of each register contain the
+/// same number.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Gram {
     angular: Symmetric,
@@ -20,9 +20,9 @@ pub(super) struct Gram {
 }
 
 impl Gram {
-    /// Computes the matrix from the Jacobian at the tool along the base's axes. Its singular values do not depend on the axes.
+    /// Computes the matrix from the Jacobian at the tool along the base's axes. The singular values do not depend on the axes.
     ///
-    /// This is fast because six columns are summed at once. There are more sums than registers, so a loop would write them all to
+    /// This is fast because six columns are summed at once. There are more sums than registers, so a loop would write all sums to
     /// memory in each iteration.
     #[inline(always)]
     pub fn of(arm: &ArmState) -> Self {
@@ -50,8 +50,8 @@ impl Gram {
         sums.gram(joint_count)
     }
 
-    /// Sets the diagonal of all rows after the first `rows` to the trace of the matrix. The smallest eigenvalue then belongs to one
-    /// of the first rows.
+    /// Sets the diagonal of all rows after the first `rows` to the trace of the matrix. The smallest eigenvalue is then one of the
+    /// first rows.
     pub fn stiffened(mut self, rows: usize) -> Self {
         let trace = f64x2::splat(self.trace());
         let [angular, linear] = [&mut self.angular, &mut self.linear].map(|block| block.diagonal.iter_mut());
@@ -93,8 +93,8 @@ impl Gram {
         Inverse { angular, carried, rest }
     }
 
-    /// Returns `(J Jᵀ + shift I)⁻¹` times six numbers, with each number in both halves. If the matrix is singular, the result is
-    /// not finite or not accurate.
+    /// Returns the product of `(J Jᵀ + shift I)⁻¹` and six numbers. Both halves of each register contain the same result. If the
+    /// matrix is singular, the result is not finite or not accurate.
     #[inline(always)]
     pub fn solve(&self, shift: f64, numbers: &AngularLinear) -> Motions {
         self.inverse(f64x2::splat(shift)).times(numbers)
@@ -110,13 +110,14 @@ impl Gram {
     /// Returns the smallest eigenvalue from the inverses of `J Jᵀ` and `J Jᵀ − bound I`; `None` if rounding may have made it
     /// inaccurate.
     ///
-    /// It is the smallest root of `p(s) = det(J Jᵀ − s I) = s⁶ − a s⁵ + b s⁴ − …`, with `a = tr J Jᵀ` and `b = ½ (a² − |J Jᵀ|²)`.
-    /// The inverses give the values of p and of `p' = −p tr (J Jᵀ − s I)⁻¹` at 0 and at the bound β. Let h be the cubic with these
-    /// four values. Then `p = h + s² (s − β)² (s² + k s + l)` with `k = 2β − a` and `l = b + 2β k − β²`.
+    /// The eigenvalue is the smallest root of `p(s) = det(J Jᵀ − s I) = s⁶ − a s⁵ + b s⁴ − …`, with `a = tr J Jᵀ` and `b = ½ (a² −
+    /// |J Jᵀ|²)`. The inverses give the values of p and of `p' = −p tr (J Jᵀ − s I)⁻¹` at 0 and at the bound β. Let h be the cubic
+    /// with these four values. Then `p = h + s² (s − β)² (s² + k s + l)` with `k = 2β − a` and `l = b + 2β k − β²`.
     ///
     /// This is fast because it needs only these two inverses. The iteration starts from the quotient of two coefficients of the
-    /// power series of 1/p (Bernoulli's method). That is nearer to the smallest root than several steps from 0, and does not pass
-    /// it. Halley's steps do not pass it either. Each of them triples the number of digits: usually one is enough.
+    /// power series of 1/p (Bernoulli's method). This start is nearer to the smallest root than several steps from 0, and does not
+    /// pass the root. Halley's steps do not pass the root either. Each step triples the number of digits: usually one step is
+    /// enough.
     #[inline(always)]
     fn root(&self, bound: f64, inverse: &Inverse) -> Option<f64> {
         let values = inverse.determinants();
@@ -204,7 +205,7 @@ impl Gram {
 /// Largest number of steps. One or two are enough if the roots are apart.
 const STEPS: usize = 8;
 
-/// A slope below this fraction of the fifth power of the eigenvalues' sum is a rounding error.
+/// A slope of the determinant below this fraction of the fifth power of the eigenvalues' sum is a rounding error.
 const ROUNDING: f64 = 1e-14;
 
 /// A determinant of A below this fraction of the third power of the eigenvalues' sum is too inaccurate as a divisor.
@@ -253,8 +254,8 @@ impl Inverse {
         self.rest.determinant() * self.angular.scale
     }
 
-    /// Returns the derivatives of the determinants with respect to the shifts. Each is one of `determinants` times the trace of its
-    /// inverse. That trace is `tr A⁻¹ + tr S⁻¹ + tr S⁻¹ XᵀX`, by the cyclic property of the trace.
+    /// Returns the derivatives of the determinants with respect to the shifts. Each derivative is the determinant times the trace
+    /// of the inverse. By the cyclic property of the trace, the trace is `tr A⁻¹ + tr S⁻¹ + tr S⁻¹ XᵀX`.
     ///
     /// This is fast because it does not divide by the determinant of S, which is a factor of the whole determinant.
     #[inline(always)]
@@ -278,7 +279,7 @@ struct Sums {
 }
 
 impl Sums {
-    /// The parts for no columns.
+    /// The parts of `J Jᵀ` for a Jacobian without columns.
     const NONE: Self = Self { angular: Symmetric::ZEROS, mixed: [ZEROS; 3], linear: Symmetric::ZEROS };
 
     /// Computes the parts from `N` pairs of columns.

@@ -40,9 +40,11 @@ impl PoseError {
         }
     }
 
-    /// Returns `2 Im(g)`; its translation is twice the vector part of `½ p r`. Half of this twist ξ is `q*(q_d − q) = g − 1`
-    /// without its scalar parts, which no motion `q̇ = ½ q ξ` of the tool changes. The least squares solution for `q_d − q` is
-    /// another twist, because multiplication by q* changes lengths in R⁸.
+    /// Returns the twist `ξ = 2 Im(g)`. Its linear part is twice the vector part of `½ p r`.
+    ///
+    /// `½ ξ` is `q*(q_d − q) = g − 1` without the scalar parts. They are left out because `q* q̇ = ½ ξ` has no scalar parts for any
+    /// motion of the tool. The least squares solution for `q_d − q` is a different twist, because multiplication by q* changes
+    /// lengths in R⁸.
     #[inline(always)]
     pub fn difference(&self) -> AngularLinear {
         let (vector, p) = (self.rotation.imag(), self.translation);
@@ -55,13 +57,13 @@ impl PoseError {
         screw_log(&self.rotation, &self.translation)
     }
 
-    /// Returns `ω = φ n`, `v = p`. The tool moves along a straight line (paper §10.1; Bullo & Murray 1995).
+    /// Returns the twist with `ω = φ n` and `v = p`. The tool moves along a straight line (paper §10.1; Bullo & Murray 1995).
     #[inline(always)]
     pub fn decoupled_log(&self) -> AngularLinear {
         (rotation_vector(&self.rotation), self.translation)
     }
 
-    /// Returns `ω = 2 sin(½φ) n`, `v = p`. This uses the quaternion's vector part (Chiaverini & Siciliano 1999).
+    /// Returns the twist with `ω = 2 sin(½φ) n`, from the quaternion's vector part, and `v = p` (Chiaverini & Siciliano 1999).
     #[inline(always)]
     pub fn vector_part(&self) -> AngularLinear {
         (2.0 * self.rotation.imag(), self.translation)

@@ -1,10 +1,10 @@
 //! Small quadratic programs: the joint velocities nearest to the desired ones under linear constraints.
 
-/// The program `min (x − w)ᵀ H (x − w)` subject to `aₖ·x ≥ bₖ`, solved by the dual active set method (Goldfarb & Idnani 1983). It
-/// is solved in the coordinates `Lᵀx` with `H = L Lᵀ`, in which the nearest point is the solution.
+/// The program `min (x − w)ᵀ H (x − w)` subject to `aₖ·x ≥ bₖ`, solved by the dual active set method (Goldfarb & Idnani 1983). The
+/// coordinates are `Lᵀx` with `H = L Lᵀ`: in these coordinates the nearest point is the solution.
 ///
 /// The method begins at `w` and activates one violated constraint after the other, the most violated one first. So it finds a
-/// solution near `w` in a step or two. It allocates only if there are more joints or constraints than ever before.
+/// solution near `w` in a step or two. The program allocates only if there are more joints or constraints than ever before.
 #[derive(Clone, Debug)]
 pub struct QuadraticProgram {
     count: usize,
@@ -17,11 +17,11 @@ pub struct QuadraticProgram {
     active: Vec<usize>,
     multipliers: Vec<f64>,
     normals: Vec<f64>,
-    /// The orthogonalized normals Q, and the columns of R: `normals = Q R`.
+    /// The orthogonalized normals Q, and in the next field the columns of R: `normals = Q R`.
     square: Vec<f64>,
     upper: Vec<f64>,
-    /// The normal of the constraint to activate. Then its component orthogonal to the active normals, its components along Q, and
-    /// its coefficients in the active normals.
+    /// The normal of the constraint to activate. The next fields are its component orthogonal to the active normals, its components
+    /// along Q, and its coefficients in the active normals.
     normal: Vec<f64>,
     step: Vec<f64>,
     parts: Vec<f64>,
@@ -34,10 +34,11 @@ pub struct QuadraticProgram {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Infeasible;
 
-/// A constraint counts as violated if its slack is below minus this, relative to the size of its terms.
+/// A constraint counts as violated if its slack is less than `-BROKEN` times the size of its terms.
 const BROKEN: f64 = 1e-10;
 
-/// A constraint counts as dependent on the active ones if at most this fraction of it is orthogonal to them.
+/// A constraint counts as dependent on the active constraints if the part of its normal that is orthogonal to theirs is at most
+/// this fraction.
 const WITHIN: f64 = 1e-9;
 
 /// Largest number of steps per joint and constraint.
@@ -222,8 +223,8 @@ impl QuadraticProgram {
         }
     }
 
-    /// Splits `normal` into `parts`, its components along the first `active` columns of Q, and `step`, the rest, which is
-    /// orthogonal to these. Then computes `relief`, its coefficients in the active normals.
+    /// Splits `normal` into its components along the first `active` columns of Q (`parts`) and the rest, which is orthogonal to
+    /// these columns (`step`). Then computes its coefficients in the active normals (`relief`).
     fn split(&mut self, active: usize) {
         let count = self.count;
         self.step.clear();
@@ -307,7 +308,7 @@ mod tests {
     use nalgebra::{DMatrix, DVector};
     use proptest::prelude::*;
 
-    /// Returns the weights and constraints of a random program. 0 satisfies the constraints.
+    /// Returns the weights and constraints of a random program. The point 0 satisfies the constraints.
     fn program(
         count: usize,
         seed: &[f64],
@@ -326,7 +327,7 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(2000))]
 
-        /// Only the solution satisfies the Karush–Kuhn–Tucker conditions.
+        /// Checks the Karush–Kuhn–Tucker conditions, which only the solution satisfies.
         #[test]
         fn the_solution_is_the_nearest_one(count in 1..15usize, rows in 0..40usize, seed in prop::collection::vec(0.1..9.0f64, 7)) {
             let (h, a, b, wanted) = program(count, &seed, rows);

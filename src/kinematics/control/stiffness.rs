@@ -45,7 +45,7 @@ impl Stiffness {
     /// Computes `(I + s Jᵀ K J)⁻¹ θ̇` with the time s \[s\]. Each rate r becomes `r/(1 + s r)`: no rate exceeds 1/s, and slow rates
     /// hardly change.
     ///
-    /// It is `θ̇ − (√K J)ᵀ (√K J Jᵀ√K + I/s)⁻¹ √K J θ̇`, with one 6×6 inverse.
+    /// The result is `θ̇ − (√K J)ᵀ (√K J Jᵀ√K + I/s)⁻¹ √K J θ̇`, with one 6×6 inverse.
     pub(super) fn soften(&self, arm: &ArmState, time: f64, theta_dot: &mut [f64]) {
         let columns = self.columns(arm).zip(theta_dot.iter());
         let fed_back = columns.fold(AngularLinear::default(), |(angular, linear), ((a, b), speed)| {

@@ -6,8 +6,8 @@ use wide::f64x2;
 
 /// Two symmetric 3×3 matrices in parallel.
 ///
-/// This is fast because three of nine numbers are not computed, and the inverse is closed (six cofactors and one division). Two
-/// matrices take no more operations than one.
+/// This is fast because only six of the nine numbers of a matrix are computed, and the inverse is closed (six cofactors and one
+/// division). Two matrices take no more operations than one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Symmetric {
     /// The elements xx, yy and zz.
@@ -87,7 +87,7 @@ impl Symmetric {
 
 /// The inverses of two symmetric 3×3 matrices in parallel.
 ///
-/// This is fast because products use the adjugate and do not wait for the division: the factor comes last.
+/// This is fast because a product uses the adjugate and multiplies by the factor last. So it does not wait for the division.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct SymmetricInverse {
     pub adjugate: Symmetric,
@@ -98,16 +98,18 @@ pub(super) struct SymmetricInverse {
 }
 
 impl SymmetricInverse {
-    /// Returns the determinant of each matrix; up to a positive factor if the inverse is [of a quotient](Self::of_quotients).
+    /// Returns the determinant of each matrix. If the inverse is [of a quotient](Self::of_quotients), returns the determinant times
+    /// a positive factor.
     #[inline(always)]
     pub fn determinant(&self) -> f64x2 {
         self.minors.z
     }
 
-    /// Returns the inverses of the matrices divided by `divisors`. `inverses` are 1 divided by `divisors`.
+    /// Converts the inverses of two matrices to the inverses of these matrices divided by `divisors`. `reciprocals` are those of
+    /// the divisors.
     #[inline(always)]
-    pub fn of_quotients(self, divisors: f64x2, inverses: f64x2) -> Self {
-        let minors = Vector3::new(self.minors.x * inverses, self.minors.y, self.minors.z * inverses);
+    pub fn of_quotients(self, divisors: f64x2, reciprocals: f64x2) -> Self {
+        let minors = Vector3::new(self.minors.x * reciprocals, self.minors.y, self.minors.z * reciprocals);
         Self { scale: self.scale * divisors, minors, ..self }
     }
 

@@ -78,7 +78,7 @@ fn standard_dh_is_the_product_of_its_factors() {
     assert!((got.to_vector8() - expected.to_vector8()).norm() < ALGEBRA);
 }
 
-/// `Unit::new_normalize` makes NaN of zeros.
+/// An axis of zeros has no direction: `Unit::new_normalize` makes NaN of it.
 #[test]
 fn an_axis_without_a_direction_is_rejected() {
     let joint = |axis| Joint {

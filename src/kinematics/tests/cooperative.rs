@@ -33,7 +33,7 @@ fn law(aim: Aim, map: Map) -> Controller {
     Controller::of_two_arms(map, aim, gain, DAMPING)
 }
 
-/// Returns the rows of the tool's Jacobian for its linear velocity; if `angular`, for its angular velocity.
+/// Returns the rows of the tool's Jacobian for the angular velocity if `angular`, otherwise for the linear velocity.
 fn jacobian(arms: &ArmState, angular: bool) -> DMatrix<f64> {
     let first = if angular { 0 } else { 3 };
     let columns: Vec<_> = arms.tool_columns().collect();
@@ -106,7 +106,7 @@ fn relative_position_with_gain_10_reproduces_the_computed_samples() {
     assert!(distance(&theta, &numbers(&computed["theta_beta_alpha_15s"])) < LOOP);
 }
 
-/// With the inverse, position and distance decay as `exp(−K t)`. So does `tan(θ/4)` of the angle.
+/// With the inverse, position and distance decay as `exp(−K t)`. For a rotation by θ, `tan(θ/4)` decays so, too.
 #[test]
 fn the_inverse_form_decays_at_its_gain() {
     let start = paper();
@@ -195,7 +195,7 @@ proptest! {
         }
     }
 
-    /// The inverse form is `Jᵀ (J Jᵀ + λ² I)⁻¹ K e` in the rows of the aim, here by a matrix decomposition.
+    /// Compares the inverse form with `Jᵀ (J Jᵀ + λ² I)⁻¹ K e` in the rows of the aim, computed by a matrix decomposition.
     #[test]
     fn the_inverse_form_is_the_damped_inverse_of_the_rows_of_the_aim(
         theta in prop::collection::vec(-3.0..3.0f64, 12),

@@ -35,7 +35,8 @@ fn with_gain(law: Law, gain: f64) -> Controller {
     controller().with_law(law, gain)
 }
 
-/// Returns path length / straight line, and the overshoot \[mm\], of the reference work's own motion.
+/// Moves the arm along the reference work's own motion. Returns the path length divided by the straight line, and the overshoot
+/// \[mm\].
 fn motion(law: Law, gain: f64, step: f64) -> (f64, f64) {
     let mut control = Loop::new(law, pose("theta_desired"));
     control.controller = with_gain(law, gain);

@@ -1,6 +1,6 @@
 //! The control step written directly by its formulas, with products of dual quaternions, 6×6 and 8×n matrices and their
-//! decompositions. The tests compare the program's own, faster forms with it, to 1e-12. The rig `control_step` compares their
-//! times.
+//! decompositions. The tests compare the program's own, faster control step with this one, to 1e-12. The rig `control_step`
+//! compares the times of the two.
 
 use dq_algebra::{UnitDualQuaternion, Vector8};
 use dq_kinematics::arm::{Convention, DhRow};
@@ -91,7 +91,7 @@ impl PlainArm {
         }
     }
 
-    /// Computes logc: `J⁺` times `−K X`. X is the logarithm of the pose error.
+    /// Computes logc: `J⁺` times `−K X`, with the logarithm X of the pose error.
     pub fn logc(&self, gains: [f64; 2], damping: &Damping, goal: &UnitDualQuaternion, theta_dot: &mut [f64]) {
         let log = (goal.inverse() * self.base_from_tool).screw_log();
         self.damped(&scaled(gains, log), damping, theta_dot);

@@ -5,7 +5,8 @@ use dq_kinematics::arm::ArmState;
 use dq_kinematics::control::{Approach, Law, pose_error};
 use nalgebra::Vector6;
 
-/// Returns the fraction of a motion that remains after `time` \[s\]. The motion begins at rest and obeys `ẍ + K_d ẋ + K_p x = 0`.
+/// Returns the fraction of the distance that remains `time` \[s\] after the start of a motion. The motion begins at rest and obeys
+/// `ẍ + K_d ẋ + K_p x = 0`.
 fn left(k_p: f64, k_d: f64, time: f64) -> f64 {
     let (decay, square) = (0.5 * k_d, 0.25 * k_d * k_d - k_p);
     let root = square.abs().sqrt();
@@ -18,8 +19,8 @@ fn left(k_p: f64, k_d: f64, time: f64) -> f64 {
     }
 }
 
-/// Moves the PUMA 560 for 3 s to a goal that is a rotation of 0.5 rad away, without passing a singularity. Returns times and
-/// errors.
+/// Moves the PUMA 560 for 3 s to a goal that is a rotation of 0.5 rad away, without passing a singularity. Returns the time and the
+/// error at each step.
 fn errors(gains: [f64; 2], period: f64) -> Vec<(f64, Vector6<f64>)> {
     let (chain, controller) = (puma(), controller().with_gains(Law::LogcPd, gains));
     let mut joints = vec![0.1, -1.0, 0.2, 0.3, 0.9, 0.1];

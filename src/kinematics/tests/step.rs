@@ -1,4 +1,4 @@
-//! The control step agrees with its plain form.
+//! The program's control step agrees with the plain one.
 
 use crate::plain::PlainArm;
 use crate::puma::{controller, puma};
@@ -45,7 +45,7 @@ fn check(convention: Convention, rows: &[DhRow], theta: &[f64], goal: &[f64]) {
     check_damped(controller().damping, NEAR, convention, rows, theta, goal);
 }
 
-/// Checks the same with another damping. Joint velocities may differ by the fraction `limit` of the largest one.
+/// Checks the same as `check` with the given damping. Joint velocities may differ by the fraction `limit` of the largest one.
 fn check_damped(
     damping: Damping,
     limit: f64,
@@ -114,7 +114,7 @@ fn singular_configurations_agree_with_the_plain_step() {
     }
 }
 
-/// Without damping, an arm with one joint has no inverse, but it still moves in its direction.
+/// Without damping, an arm with one joint has no inverse. The arm still moves in its direction.
 #[test]
 fn an_arm_without_an_inverse_moves_where_it_can_without_damping() {
     let row = DhRow { alpha: 0.0, a: 0.0, d: 0.0, theta_offset: 0.0 };
@@ -127,8 +127,8 @@ fn an_arm_without_an_inverse_moves_where_it_can_without_damping() {
     assert!((theta_dot[0] - 0.7).abs() < 1e-8, "{theta_dot:?}");
 }
 
-/// Checks an arm whose link twists are multiples of 90°. Such an arm is often singular in several directions at once; its
-/// determinants are then zero up to rounding.
+/// Checks an arm whose link twists are multiples of 90°. Such an arm is often singular in several directions at once. The
+/// determinants of its matrices are then zero up to rounding.
 fn check_arm_of_right_angles(rows: &[(i8, u8, u8)], theta: &[f64], goal: &[f64]) {
     let row = |(alpha, a, d)| DhRow {
         alpha: f64::from(alpha) * FRAC_PI_2,

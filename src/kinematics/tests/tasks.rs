@@ -1,4 +1,4 @@
-//! The aims pose, position, and position and axis: how the laws reach them.
+//! Tests of how the laws reach a pose, a position, and a position with an axis.
 
 use crate::aims::{LESS, missed, turned, z};
 use crate::puma::{controller, puma};
@@ -122,7 +122,7 @@ fn with_the_damped_inverse_errors_decay_at_the_gains_of_the_law() {
     }
 }
 
-/// For a position alone, diffc descends `½K|q_d − q|²` as for a pose; q_d has the orientation of the tool.
+/// For a position alone, diffc descends `½K|q_d − q|²` as for a pose. The goal pose q_d then has the orientation of the tool.
 #[test]
 fn diffc_to_a_position_is_the_gradient_of_the_difference() {
     let chain = puma();

@@ -11,22 +11,22 @@ use std::mem;
 use std::ops::Range;
 use std::time::Duration;
 
-/// A joint follows if it moves at least this fraction of the distance that the other joints would move by its command.
+/// A joint follows if it moves at least this fraction of the distance that the other joints would move under the same command.
 pub(super) const PART: f64 = 0.2;
 
-/// A robot that moves less than this fraction of the commanded distance does not obey at all. A robot that moves more was told to
-/// be slow.
+/// A robot that moves less than this fraction of the commanded distance does not obey at all. A robot that moves at a larger
+/// fraction was told to be slow.
 pub(super) const SLOWEST: f64 = 0.02;
 
 /// A joint that moves this many times as far as commanded does not obey.
 pub(super) const MUCH_TOO_FAR: f64 = 5.0;
 
-/// The largest change of a joint's command until it has responded [rad/s]. The change must also be at most what the acceleration
-/// limit gives within [`PROBE_ACCELERATION`] \[s\], because a joint that begins to respond late makes the change in one step.
+/// The largest change of a joint's command until it has responded [rad/s]. The change is also at most the acceleration limit times
+/// [`PROBE_ACCELERATION`] \[s\], because a joint that responds late makes the whole change in one step.
 const PROBE_SPEED: f64 = 0.05;
 const PROBE_ACCELERATION: f64 = 0.01;
 
-/// A joint that has moved this far as commanded responds \[rad\]. Encoder noise at standstill is less.
+/// A joint has responded once it has moved this far in the commanded direction \[rad\]. Encoder noise at standstill is smaller.
 const SEEN: f64 = 2e-4;
 
 /// A joint does not follow if it has not responded for `PATIENCE` after a command to move by [`PROBE_DISTANCE`], or after commands
@@ -37,22 +37,23 @@ const LONGEST_PROBE: f64 = 0.02;
 /// The distance that a joint must be commanded to move before the monitor concludes that it does not respond \[rad\].
 pub(super) const PROBE_DISTANCE: f64 = 2e-3;
 
-/// A joint that has responded counts as stuck if, after a command to move by [`PROBE_DISTANCE`], it stands for this time plus the
-/// delay.
+/// A joint that has responded counts as stuck if it stands for this time plus the delay after a command to move by
+/// [`PROBE_DISTANCE`].
 const STANDSTILL: Duration = Duration::from_millis(150);
 
-/// The speed from which the monitor compares a joint that has responded with its commands themselves [rad/s, prismatic: m/s].
+/// From this speed on, the monitor compares a joint that has responded with its whole commands [rad/s, prismatic: m/s]. At lower
+/// speeds it compares changes only.
 const SLOW: f64 = 0.1;
 
 /// The change of a slow joint's travel that must be commanded before the monitor concludes that the joint has stopped responding
 /// \[rad, prismatic: m\].
 const SLOW_DISTANCE: f64 = 0.01;
 
-/// Largest error of the measured speed before a command [rad/s, prismatic: m/s]. It is one count of 8192 per turn, back and forth
-/// in a window.
+/// Largest error of the measured speed before a command [rad/s, prismatic: m/s]: an encoder of 8192 counts per turn moves one count
+/// back and forth within a window.
 const NOISE: f64 = 0.02;
 
-/// How far back the motion of a joint without commands counts.
+/// The motion of a joint without commands counts for this time.
 const MEMORY: Duration = Duration::from_secs(1);
 
 /// Returns the largest change of a joint's command until it has responded [rad/s]. `acceleration` is the joint's acceleration limit
@@ -61,8 +62,8 @@ fn probe_speed(acceleration: f64) -> f64 {
     PROBE_SPEED.min(PROBE_ACCELERATION * acceleration)
 }
 
-/// Returns how far a joint should have moved that was commanded to move by `asked` \[rad, prismatic: m\]; the pull takes `pulled` of
-/// that. The pull excuses a joint that moves less, but never demands motion.
+/// Returns how far a joint should have moved that was commanded to move by `asked` \[rad, prismatic: m\]. The pull may reduce this
+/// distance by `pulled`. The pull excuses a joint that moves less, but never demands motion.
 pub(super) fn due(asked: f64, pulled: f64) -> f64 {
     let left = if asked * pulled > 0.0 { (asked.abs() - pulled.abs()).max(0.0) } else { asked.abs() };
     left.copysign(asked)
@@ -101,7 +102,7 @@ struct Anchor {
 }
 
 impl Anchor {
-    /// Returns the changes of the commanded and of the measured motion since this anchor (X and Y above) \[rad, prismatic: m\].
+    /// Returns the changes X of the commanded motion and Y of the measured motion since this anchor \[rad, prismatic: m\].
     fn changes(&self, now: &Self) -> (f64, f64) {
         let passed = now.time.saturating_sub(self.time).as_secs_f64();
         (now.asked - self.asked - passed * self.command, now.moved - self.moved - passed * self.speed)
@@ -113,18 +114,18 @@ impl Anchor {
 struct JointResponse {
     /// Whether the joint has responded.
     seen: bool,
-    /// Since when a response is missing; `None` if none is.
+    /// Since when a response is missing; `None` if no response is missing.
     due: Option<Duration>,
     /// The last position of the joint \[rad, prismatic: m\].
     position: f64,
     now: Anchor,
-    /// An anchor from when the arm stood, and a later one.
+    /// An anchor from a time at which the arm stood. The next field is a later anchor.
     stood: Anchor,
     later: Anchor,
-    /// Since when a joint that has responded is stuck; `None` if it is not.
+    /// Since when a joint that has responded is stuck; `None` if the joint is not stuck.
     stands_since: Option<Duration>,
-    /// Since the joint last moved: how far it should have moved, how far it has moved, and the range of its displacement [rad,
-    /// prismatic: m].
+    /// How far the joint should have moved since it last moved [rad, prismatic: m]. The next fields are how far it has moved, and
+    /// the range of its displacement.
     due_distance: f64,
     distance: f64,
     range: (f64, f64),
@@ -185,8 +186,8 @@ impl Departure {
         }
     }
 
-    /// Updates which joints respond. They are at `positions` \[rad, prismatic: m\] at `now`. Returns the first joint that has failed
-    /// to respond for too long.
+    /// Updates which joints respond. The joints are at `positions` \[rad, prismatic: m\] at `now`. Returns the first joint that has
+    /// failed to respond for too long.
     pub fn watch(
         &mut self,
         now: Duration,
@@ -261,8 +262,8 @@ impl JointResponse {
         (now.saturating_sub(since) >= STANDSTILL + answer.response).then_some(since)
     }
 
-    /// Returns when the joint should have responded, and whether it moves backward, if it has failed for too long. The arm moves
-    /// the fraction `factor` of its commanded distance.
+    /// Returns when the joint should have responded, if it has failed to respond for too long. Also returns whether the joint moves
+    /// backward. The arm moves the fraction `factor` of its commanded distance.
     fn judge(&mut self, now: Duration, factor: f64, answer: &Answer) -> Option<(Duration, bool)> {
         let is_slow = self.now.command.abs().max(self.now.speed.abs()) < SLOW;
         let responds = |anchor: &Anchor, factor: f64| {
@@ -296,7 +297,7 @@ impl JointResponse {
         is_over.then_some((since, moved * asked.signum() <= -PART * asked.abs()))
     }
 
-    /// Moves the anchors on if the joint has not been commanded for long.
+    /// Moves the anchors to the present time if the joint has not been commanded to move for long.
     fn wait(&mut self, now: Duration) {
         if self.due.take().is_some() {
             self.later = self.now;

@@ -7,7 +7,7 @@ use std::fmt::Debug;
 /// Bytes from a real ROS 2 Jazzy, with the values that these bytes encode.
 const FIXTURE: &str = include_str!("../../../tests/data/cdr_jazzy.json");
 
-/// Decodes every example of `M`, and encodes it to the same bytes. Returns the number of examples.
+/// Decodes every example of `M`, and checks that encoding gives the same bytes again. Returns the number of examples.
 fn check<M: Message + Debug>() -> usize {
     let all: Vec<serde_json::Value> = serde_json::from_str(FIXTURE).unwrap();
     let cases: Vec<_> = all.iter().filter(|case| case["type"] == M::TYPE).collect();

@@ -28,7 +28,7 @@ impl Time {
         i64::from(self.sec) * 1_000_000_000 + i64::from(self.nanosec)
     }
 
-    /// Returns the time that is `age` before this one. A time before 1970 saturates.
+    /// Returns the time that is `age` earlier. A time before 1970 saturates.
     pub fn before(&self, age: std::time::Duration) -> Self {
         let age = i64::try_from(age.as_nanos()).unwrap_or(i64::MAX);
         Self::from_nanoseconds(self.nanoseconds().saturating_sub(age))

@@ -1,7 +1,7 @@
 //! The goal as an interactive marker that a user can drag: a server of one marker for the InteractiveMarkers display of RViz.
 //!
-//! A client requests the marker once, and then follows the numbered updates. While one client drags the marker, nothing is sent
-//! that would move the marker under that user's hand.
+//! A client requests the marker once, and then follows the numbered updates. While one user drags the marker, the server sends no
+//! update that would move it.
 
 use super::trace::{angle, distance};
 use dq_messages::messages::{Header, Pose, Quaternion};
@@ -35,9 +35,9 @@ pub(super) struct GoalMarker {
     server: String,
     pose: Option<Pose>,
     updates: u64,
-    /// The name of the client that is dragging the marker.
+    /// The name of the client whose user is dragging the marker; `None` if nobody drags it.
     hand: Option<String>,
-    /// Until this time only that client moves the marker.
+    /// Until this time, only the client in `hand` moves the marker.
     held: Duration,
 }
 

@@ -11,12 +11,12 @@ use nalgebra::{Isometry3, Translation3};
 const SIDE: f64 = 2.0;
 const THICKNESS: f64 = 0.002;
 
-/// The colors are transparent.
+/// The color of keep-outs. The next color is that of keep-ins. Both colors are transparent.
 const OUT: ColorRGBA = ColorRGBA { r: 0.85, g: 0.3, b: 0.1, a: 0.4 };
 const IN: ColorRGBA = ColorRGBA { r: 0.1, g: 0.6, b: 0.3, a: 0.15 };
 
 /// Returns the markers of the keep-outs and keep-ins of `scene`. `before` has the numbers of keep-out and keep-in markers that were
-/// sent last, and is updated.
+/// sent last. This function updates them.
 pub(super) fn solids(header: &Header, scene: Option<&Scene>, before: &mut [usize; 2]) -> Vec<Marker> {
     let [out, inside] = [Scene::keep_outs, Scene::keep_ins].map(|of| scene.map(of).unwrap_or_default());
     let out = markers(header, "keep_out", OUT, out, before[0]);
@@ -25,7 +25,8 @@ pub(super) fn solids(header: &Header, scene: Option<&Scene>, before: &mut [usize
     [out, inside].concat()
 }
 
-/// Returns a marker for each shape, three for a capsule. If `before` was larger, adds markers that delete the remaining old ones.
+/// Returns one marker for each shape, but three for a capsule. If more markers were sent `before`, adds markers that delete the
+/// remaining old ones.
 fn markers(header: &Header, ns: &str, color: ColorRGBA, shapes: &[KeepOut], before: usize) -> Vec<Marker> {
     let marker = |(id, solid): (usize, Option<Solid>)| {
         let action = if solid.is_some() { Marker::ADD } else { Marker::DELETE };

@@ -29,10 +29,10 @@ const PATH_WIDTH: f64 = 0.006;
 const SPACING: f64 = 0.06;
 const TURN_SPACING: f64 = 0.35;
 
-/// The things that are drawn at one time.
+/// The data that are drawn at one time.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Moment {
-    /// The time and the frame.
+    /// The time and the frame of the data.
     pub header: Header,
     /// The pose of the tool.
     pub tool: Option<Pose>,
@@ -47,8 +47,8 @@ pub(crate) struct Moment {
     pub closest: Option<ClosePair>,
 }
 
-/// Returns the markers of a moment and of the path that led to it: `goal`, `tool`, `path` with `frames` along it, and the `closest`
-/// pair.
+/// Returns the markers of a moment and of the path that led to it. Their namespaces are `goal`, `tool`, `path`, `frames` (along the
+/// path) and `closest` (the nearest pair).
 pub(super) fn markers(moment: &Moment, trace: &Trace) -> MarkerArray {
     let marker = |ns: &str, kind, width, points: Vec<Point>, colors: Vec<ColorRGBA>| Marker {
         header: moment.header.clone(),
@@ -95,7 +95,7 @@ fn axes(pose: &Pose, length: f64) -> Vec<(Point, ColorRGBA)> {
     (0..3).flat_map(axis).collect()
 }
 
-/// Returns the color of a law in figures. For two arms `name` does not name a law, and the color is that of `logc`.
+/// Returns the color of a law in figures. For two arms `name` is not the name of a law, and the color is that of `logc`.
 fn law(name: &str) -> ColorRGBA {
     color(law_color(name.parse().unwrap_or(Law::Logc)))
 }

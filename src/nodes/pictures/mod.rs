@@ -34,7 +34,7 @@ const REST: Duration = Duration::from_secs(1);
 pub(super) struct MomentSlot(Arc<Mutex<Moment>>);
 
 impl MomentSlot {
-    /// Stores `moment` to be drawn, unless the slot is being read.
+    /// Stores `moment`, so that it will be drawn, unless the slot is being read.
     pub fn leave(&self, moment: Moment) {
         if let Ok(mut place) = self.0.try_lock() {
             *place = moment;
@@ -64,13 +64,13 @@ struct Pictures {
     last: Moment,
     sent: Instant,
     started: Instant,
-    /// Computes the age of feedback, so that drags from before the start of this node are ignored.
+    /// Computes the age of users' actions, so that drags from before the start of this node are ignored.
     senders: Senders,
     log: Logger,
 }
 
-/// Publishes pictures of the moments in the returned slot until the node is dropped. A goal that a user drags in `frame` is
-/// published like any other goal.
+/// Publishes pictures of the moments in the returned slot until the node is dropped. If a user drags the goal in `frame`, publishes
+/// it like any other goal.
 ///
 /// # Errors
 /// [`RosError`].

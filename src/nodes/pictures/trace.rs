@@ -1,8 +1,8 @@
-//! The path of the tool during a motion. Only poses whose differences can be seen are stored.
+//! The path of the tool during a motion. Only poses that differ visibly from the previous one are stored.
 
 use dq_messages::messages::{Point, Pose, Quaternion};
 
-/// Poses of a trace that are nearer to each other than this \[m, rad\] are merged. Longer paths are stored more coarsely.
+/// Poses of a trace that are nearer to each other than this \[m, rad\] are merged. For a longer path, this distance grows.
 const STEP: f64 = 0.002;
 const TURN: f64 = 0.02;
 
@@ -56,7 +56,7 @@ impl Trace {
         &self.poses
     }
 
-    /// Returns poses that are `step` \[m\] or `turn` \[rad\] apart. A frame is drawn at each.
+    /// Returns poses that are `step` \[m\] or `turn` \[rad\] apart. A frame is drawn at each of these poses.
     pub fn spaced(&self, step: f64, turn: f64) -> Vec<&Pose> {
         let mut spaced: Vec<&Pose> = Vec::new();
         for pose in &self.poses {

@@ -92,7 +92,8 @@ fn read(field: &Field, prefix: &str) -> syn::Result<TokenStream> {
     })
 }
 
-/// Returns the documentation as one line, and the unit: the text in brackets at its end, or an empty string if there is none.
+/// Returns the documentation as one line, without its unit. The unit is the text in brackets at the end of the documentation, or an
+/// empty string if there is none.
 fn description(attributes: &[Attribute]) -> (String, String) {
     let line = |attribute: &Attribute| match &attribute.meta {
         Meta::NameValue(meta) if meta.path.is_ident("doc") => match &meta.value {

@@ -1,5 +1,5 @@
-//! The announcements by which participants make themselves known to a multicast group (RTPS 2.5, sections 8.5.3 and 9.6.2), without
-//! RustDDS.
+//! The announcements by which participants make themselves known to a multicast group (RTPS 2.5, sections 8.5.3 and 9.6.2). This
+//! module does not use RustDDS.
 
 use rustix::net::{AddressFamily, SocketFlags, SocketType, bind, socket_with, sockopt};
 use std::net::{Ipv4Addr, SocketAddrV4};
@@ -8,14 +8,15 @@ use tokio::net::UdpSocket;
 /// The address of the group.
 pub(crate) const GROUP: Ipv4Addr = Ipv4Addr::new(239, 255, 0, 1);
 
-/// The bytes of a message that are the GUID prefix of its sender. Protocol, version and vendor come before, submessages after.
+/// The position of the sender's GUID prefix in a message \[bytes\]. Protocol, version and vendor come before it, the submessages
+/// after it.
 pub(super) const SENDER: std::ops::Range<usize> = 8..20;
 
-/// Opens a socket that receives what is multicast to this port of the group. The port is shared, and a multicast packet reaches all of its
-/// sockets if any socket of this host has joined the group, as that of a participant does.
+/// Opens a socket that receives the packets to this port of the multicast group. Other sockets may share the port. If any socket of
+/// this host has joined the group, as a participant's socket does, a multicast packet reaches all sockets on the port.
 ///
 /// # Errors
-/// The operating system's error if it gives no socket.
+/// The operating system's error if it creates no socket.
 pub(super) fn listen(port: u16) -> std::io::Result<UdpSocket> {
     let flags = SocketFlags::CLOEXEC | SocketFlags::NONBLOCK;
     let socket = socket_with(AddressFamily::INET, SocketType::DGRAM, flags, None)?;
@@ -24,22 +25,24 @@ pub(super) fn listen(port: u16) -> std::io::Result<UdpSocket> {
     UdpSocket::from_std(socket.into())
 }
 
-/// The kind of a submessage with data, and the flag that it has a payload.
+/// The kind of a submessage with data. The next constant is the flag of a submessage that has a payload.
 const DATA: u8 = 0x15;
 const PAYLOAD: u8 = 0x04;
 
-/// The flag of a submessage that is little endian.
+/// The flag of a submessage that is in little endian.
 const LITTLE_ENDIAN: u8 = 0x01;
 
-/// The entity that writes announcements.
+/// The id of the entity that writes announcements.
 const ANNOUNCER: [u8; 4] = [0, 1, 0, 0xc2];
 
-/// The parameters with multicast addresses: for discovery and for data; a parameter that is ignored; the end of the parameters.
+/// The ids of the parameters with multicast addresses: for discovery, and for data. The next constants are the id of a parameter
+/// that receivers ignore, and the id of the end of the parameters.
 const MULTICAST: [u16; 2] = [0x33, 0x48];
 const IGNORED: u16 = 0;
 const END: u16 = 1;
 
-/// Removes the multicast addresses from an RTPS message with an announcement. Returns false if the message is not one.
+/// Removes the multicast addresses from `message`, an RTPS message with an announcement. Returns false if `message` is not an
+/// announcement.
 pub(super) fn without_multicast(message: &mut [u8]) -> bool {
     let mut at = SENDER.end;
     // A submessage has a kind, flags and the length of what follows.
@@ -62,7 +65,7 @@ pub(super) fn without_multicast(message: &mut [u8]) -> bool {
     false
 }
 
-/// Marks the parameters with multicast addresses as ignored. The payload begins with its encoding.
+/// Marks the parameters with multicast addresses as ignored. The payload begins with the bytes that name its encoding.
 fn ignore_multicast(message: &mut [u8], payload: usize) {
     let Some([_, encoding, ..]) = four(message, payload) else { return };
     let (is_little_endian, mut at) = (encoding & 1 != 0, payload + 4);
@@ -94,7 +97,7 @@ mod tests {
     const HEADER: &str = "5254505302040112011202030405060708090a0b";
     const INFO_TS: &str = "0901080000000000 00000000";
 
-    /// DATA of the announcer with a locator of discovery by unicast (0x32) and both multicast locators.
+    /// Returns a DATA submessage of the announcer with a unicast address for discovery (0x32) and both multicast addresses.
     fn announcement(multicast: [&str; 2]) -> Vec<u8> {
         let locator = "1800 01000000 f21c0000 000000000000000000000000 efff0001";
         let parameters =

@@ -1,8 +1,8 @@
 //! Checks the files of an enclave before this process uses them in the graph.
 //!
 //! RustDDS 0.15.1 checks neither the dates of certificates nor whether key and certificate belong together. Without the check of
-//! the dates, a node would continue after its certificate has expired. Without the other check, the node would find no peer and
-//! report nothing. Delete this module when test `security` an_enclave_s_own_files_… passes without it.
+//! the dates, a node would continue after its certificate has expired. Without the check of the key, the node would find no peer
+//! and report nothing. Delete this module when test `security` an_enclave_s_own_files_… passes without it.
 
 use openssl::asn1::{Asn1Time, Asn1TimeRef};
 use openssl::error::ErrorStack;

@@ -22,7 +22,7 @@ const NAMES: [&str; 2] = ["RustDDS discove", "RustDDS Partici"];
 /// The number of participants in this process. Each has one thread of each name.
 static PARTICIPANTS: AtomicUsize = AtomicUsize::new(0);
 
-/// The reason why another part of this crate has ended the process's use of DDS.
+/// The reason why another module of this crate has declared that DDS no longer works.
 static END: OnceLock<NetworkEnd> = OnceLock::new();
 
 /// The reason why a process must be restarted to send or receive again.
@@ -38,17 +38,17 @@ pub enum NetworkEnd {
         "{0} was not heard for longer than its lease and is back, but DDS in this process can no longer receive from it"
     )]
     Deaf(String),
-    /// A participant was lost whose return could not be heard.
+    /// A participant was lost, and this process could not notice its return.
     #[error(
         "{0} was not heard for longer than its lease, and with ROS_STATIC_PEERS DDS in this process would not hear its return"
     )]
     Lost(String),
-    /// This host has an address that the participant does not use, as if the process was started before the network.
+    /// This host has an address that the participant does not use. This is so if the process was started before the network.
     #[error("this host has the new address {0}, by which DDS in this process meets nobody")]
     NewAddress(Ipv4Addr),
 }
 
-/// The first address that this host got after the participant.
+/// The first address that this host got after the participant was created.
 static NEW_ADDRESS: OnceLock<Ipv4Addr> = OnceLock::new();
 
 /// Counts one participant while this value lives.
@@ -94,11 +94,11 @@ impl NetworkWatch {
         if self.threads_run() { Ok(()) } else { Err(NetworkEnd::Stopped) }
     }
 
-    /// Checks whether this process uses every address of this host. A process that waits for a robot should end otherwise: one that has met
-    /// its robot may do without the new address.
+    /// Checks whether this process uses every address of this host. A process that still waits for its robot should end if it does
+    /// not. A process that has met its robot may do without the new address.
     ///
     /// # Errors
-    /// [`NetworkEnd::NewAddress`] if it does not.
+    /// [`NetworkEnd::NewAddress`] if an address is not used.
     pub fn check_addresses(&self) -> Result<(), NetworkEnd> {
         NEW_ADDRESS.get().map_or(Ok(()), |address| Err(NetworkEnd::NewAddress(*address)))
     }

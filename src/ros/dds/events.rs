@@ -43,7 +43,7 @@ impl Matches {
         }
     }
 
-    /// Notes which participants were lost, and which of these are back.
+    /// Notes which participants were lost, and which of the lost participants are back.
     fn note_loss(&self, event: &Event, lost: &mut Lost) {
         match event {
             Event::ParticipantLost { id, reason: LostReason::Timeout { .. } } => {
@@ -58,7 +58,7 @@ impl Matches {
         }
     }
 
-    /// Returns how `participant` was connected with our nodes; `None` if it was not connected.
+    /// Returns a description of `participant`, if it was connected with our nodes.
     fn peer(&self, participant: Prefix) -> Option<Peer> {
         let state = self.lock();
         let (mut known, mut heard_on) = (None, BTreeSet::new());
@@ -127,7 +127,7 @@ impl Matches {
         }
     }
 
-    /// Warns once of a pair of endpoints that do not match, as soon as the peer's name is known.
+    /// Warns once about a pair of endpoints that do not match, as soon as the peer's name is known.
     fn warn(&self, state: &mut State, pair: Pair, text: impl FnOnce(&str, &str) -> String + Send + 'static) {
         let Some(OwnEndpoint { topic, warn }) = state.own.get(&pair.ours).cloned() else { return };
         if state.incompatible.contains_key(&pair) {

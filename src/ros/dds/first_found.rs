@@ -1,6 +1,6 @@
 //! Records for how long publishers have been known.
 //!
-//! RustDDS 0.15.1 lists endpoints without times. Delete this module when it has times.
+//! RustDDS 0.15.1 lists endpoints without times. Delete this module when RustDDS has these times.
 
 use rustdds::GUID;
 use std::collections::HashMap;
@@ -9,7 +9,8 @@ use std::time::{Duration, Instant};
 /// A publisher that is discovered within this time after the start of the process may have existed before.
 const START: Duration = Duration::from_secs(5);
 
-/// The number of publishers that are remembered, including lost ones. A lost publisher that comes back keeps its age.
+/// The number of publishers that are remembered, including publishers that were lost. A lost publisher that comes back keeps its
+/// age.
 const MOST: usize = 4096;
 
 /// The time at which each writer was first discovered.

@@ -2,7 +2,7 @@
 //!
 //! `ros2 topic pub --once` publishes about a millisecond after the announcement of its writer, and leaves soon after. In RustDDS
 //! 0.15.1 the announcement passes three queues before the reader knows the writer. A sample that arrives earlier is dropped, and so
-//! is the HEARTBEAT that would announce it again. RustDDS then acknowledges that nothing is missing. Fast DDS answers with its
+//! is the HEARTBEAT that would announce it again. RustDDS then acknowledges that nothing is missing. Fast DDS sends its next
 //! periodic HEARTBEAT three seconds later, when the publisher has left. So the goal is lost.
 //!
 //! Therefore this module requests sample 1 a moment after the reader knows the writer. A writer ignores the request if it has not
@@ -18,11 +18,11 @@ use std::net::SocketAddr;
 use std::sync::{Arc, Weak};
 use std::time::Duration;
 
-/// The bits of an entity's kind (the last byte of its GUID) that are zero for entities created by users.
+/// The bits of an entity's kind (the last byte of its GUID) that are zero for entities that a user has created.
 const BUILT_IN: u8 = 0xc0;
 
-/// The time from the match to the request. Fast DDS ignores requests for a sample while a timer still counts the sample as in
-/// flight, and accepts only one such request. The publisher stays much longer than this time.
+/// The time from the match to the request. Fast DDS ignores a request for a sample that its timer still counts as in flight, and
+/// accepts only one request. The publisher stays much longer than this time.
 const MOMENT: Duration = Duration::from_millis(20);
 
 /// Sends requests to writers of Fast DDS on behalf of the readers of one participant.

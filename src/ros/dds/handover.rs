@@ -44,7 +44,7 @@ impl<M: DeserializeOwned + 'static> ReplaceableSubscription<M> {
         &self.inner
     }
 
-    /// Takes the next message of `samples`, if one has arrived, or returns the reason why the message could not be decoded.
+    /// Takes the next message of `samples`, if one has arrived. If the message could not be decoded, returns the reason.
     ///
     /// `ros2_client::Subscription::take` drains the notifications of RustDDS first, which costs an allocation and a system call
     /// each time. Polling a stream without a waker costs neither.
@@ -73,8 +73,8 @@ impl<M: DeserializeOwned + 'static> ReplaceableSubscription<M> {
         }
     }
 
-    /// Returns whether the replaced subscription has left the sample for this one. The receive stamps that RustDDS gives on a topic
-    /// always increase, even if the clock is set back.
+    /// Returns whether the replaced subscription has not taken this sample. RustDDS gives the samples of a topic increasing receive
+    /// stamps, even if the clock is set back.
     fn is_new(&self, (_, info): &Sample<M>) -> bool {
         let received = info.received_timestamp().map_or(i64::MAX, |time| time.to_nanos());
         self.newest.fetch_max(received, Ordering::Relaxed);

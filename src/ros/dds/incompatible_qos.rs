@@ -1,6 +1,7 @@
 //! Describes two endpoints that do not match because of their QoS.
 //!
-//! RustDDS 0.15.1 reports the QoS of both but not the incompatible policy. Delete this module when the event names the policy.
+//! RustDDS 0.15.1 reports the QoS of both endpoints but not the incompatible policy. Delete this module when the event names the
+//! policy.
 
 use rustdds::QosPolicies;
 use rustdds::policy::{Durability, Reliability};
@@ -17,7 +18,7 @@ pub(super) struct Mismatch {
 const BEST_EFFORT: &str = "BEST_EFFORT";
 
 impl Mismatch {
-    /// Compares two incompatible QoS. If several policies are incompatible, policies that ROS 2 users set are named first.
+    /// Compares two incompatible QoS. If several policies are incompatible, names those first that ROS 2 users set.
     pub fn new(requested: &QosPolicies, offered: &QosPolicies) -> Self {
         let is_reliable = |qos: &QosPolicies| matches!(qos.reliability(), Some(Reliability::Reliable { .. }));
         let is_latched = |qos: &QosPolicies| !matches!(qos.durability(), None | Some(Durability::Volatile));
@@ -37,7 +38,7 @@ impl Mismatch {
         }
     }
 
-    /// Returns whether the cause is that the publisher offers best effort only.
+    /// Returns whether the endpoints do not match because the publisher offers best effort only.
     pub fn is_reliability(&self) -> bool {
         self.offered == BEST_EFFORT
     }

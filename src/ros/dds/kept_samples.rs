@@ -1,19 +1,21 @@
 //! Chooses how many samples RustDDS stores for a topic that is read.
 //!
 //! RustDDS 0.15.1 stores as many samples of a topic as the largest `max_samples` of the descriptions of the topic, even after the
-//! samples were taken, and regardless of their size (`dds_cache.rs`). So the number is small until the size of the messages is
-//! known, and then as large as the memory budget allows. Delete this module when RustDDS drops samples that every reader has taken.
+//! samples were taken, and regardless of their size (`dds_cache.rs`). So this module keeps `max_samples` small until it knows the
+//! size of the messages. Then it makes the number as large as the memory budget allows. Delete this module when RustDDS drops
+//! samples that every reader has taken.
 
 use std::collections::VecDeque;
 
-/// The least and the largest number of stored samples. RustDDS can increase the number, but never decrease it.
+/// The least number of stored samples. The next number is the largest. RustDDS can increase the number, but never decrease it.
 pub(crate) const FEWEST_SAMPLES: i32 = 128;
 const MOST_SAMPLES: i32 = 10_000;
 
 /// The memory for the samples of a topic \[bytes\], if messages stay as large as the first ones.
 const ROOM: usize = 32 << 20;
 
-/// The largest memory for the last samples \[bytes\], if later messages are larger.
+/// If later messages are larger than the first ones, the stored samples may use up to this much memory \[bytes\]. Above it the
+/// subscription ends.
 const LIMIT: usize = 256 << 20;
 
 /// The memory that RustDDS needs for a sample in addition to its payload \[bytes\], measured.
@@ -23,7 +25,7 @@ const OVERHEAD: usize = 500;
 pub(crate) struct Kept {
     samples: i32,
     largest: usize,
-    /// The sizes of the stored samples \[bytes\], and their sum.
+    /// The sizes of the stored samples \[bytes\]. The next field is their sum.
     sizes: VecDeque<usize>,
     sum: usize,
 }
@@ -38,7 +40,7 @@ impl Default for Kept {
 #[derive(Debug, PartialEq)]
 pub(crate) enum Room {
     Enough,
-    /// There is memory for more samples: this number.
+    /// There is memory for more samples. The number of stored samples can be this large.
     More(i32),
     None,
 }

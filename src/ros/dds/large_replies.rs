@@ -8,7 +8,7 @@
 //! Therefore such a reply is sent without RustDDS, as one well-formed DATA submessage of the same writer in one UDP datagram, which
 //! the kernel divides. The submessage has the writer's next sequence number. Under this number RustDDS then writes a reply to
 //! nobody. The client has received the large reply by then, and treats the reply to nobody as a repetition. Other clients receive
-//! the reply to nobody, so they miss no number.
+//! only the reply to nobody, so their sequence of numbers has no gap.
 //!
 //! RustDDS retransmits only what it has written, so the datagram is sent several times. A client that receives none of the copies
 //! has no reply and asks again. Replies to the clients of Cyclone do not need this: they carry the request's identity in the
@@ -27,7 +27,7 @@ use std::sync::{Arc, Weak};
 use std::time::Duration;
 use tokio::sync::Mutex;
 
-/// How long to wait until a client's reader is matched.
+/// How long to wait until the reader of a client is matched.
 pub(crate) const TO_BE_MATCHED: Duration = Duration::from_millis(500);
 
 /// The length of a reply \[bytes\] that fits into one Ethernet packet. RustDDS uses 1452 bytes for RTPS. 1372 of these are for the
@@ -55,7 +55,7 @@ pub(crate) struct Addressee {
 
 /// Writes the replies of one service, which are bytes in CDR.
 pub(crate) struct ReplyWriter<R: Serialize + AsRef<[u8]>> {
-    /// The writer, and the number of the last sample. Nobody else uses the writer, and RustDDS counts from 1.
+    /// The writer, and the number of its last sample. Nobody else uses the writer, and RustDDS counts samples from 1.
     writer: Mutex<(DataWriterCdr<R>, SequenceNumber)>,
     /// The name of the reply topic.
     topic: String,

@@ -1,7 +1,7 @@
-//! Tracks which remote endpoints are matched with ours, and which are not because of their QoS.
+//! Tracks which remote endpoints are matched with ours, and which cannot be matched because of their QoS.
 //!
-//! RustDDS 0.15.1 reports this by events only, once each and to one listener. It has no queries for matched endpoints or for the
-//! writers of a topic. Delete this module when `DomainParticipant` or the endpoints have such queries.
+//! RustDDS 0.15.1 reports matches only by events, each event once and to one listener. It has no queries for matched endpoints or
+//! for the writers of a topic. Delete this module when `DomainParticipant` or the endpoints have such queries.
 
 use super::first_found::FirstFound;
 use super::peer_recovery::Warn;
@@ -26,7 +26,7 @@ pub(crate) trait Owners: Send + Sync {
     fn describe(&self, endpoint: GUID) -> String;
 }
 
-/// The state according to the participant's events so far.
+/// The matches and endpoints that result from the participant's events so far.
 #[derive(Clone)]
 pub(crate) struct Matches {
     state: Arc<Mutex<State>>,
@@ -49,7 +49,7 @@ pub(super) struct OwnEndpoint {
     pub warn: Warn,
 }
 
-/// The accumulated state.
+/// The state that the events have changed so far.
 #[derive(Default)]
 pub(super) struct State {
     pub own: HashMap<GUID, OwnEndpoint>,
@@ -57,7 +57,7 @@ pub(super) struct State {
     pub pairs: HashSet<Pair>,
     /// The pairs with incompatible QoS. The warning is `None` until it was logged.
     pub incompatible: HashMap<Pair, Option<String>>,
-    /// Our readers that can switch to best effort, each with a publisher that requires best effort, if there is one.
+    /// Our readers that can switch to best effort. Each has a publisher that requires best effort, or `None`.
     pub adapting: HashMap<GUID, Option<GUID>>,
     /// The DDS topic name of each writer in the domain, matched or not.
     pub writers: HashMap<GUID, String>,
@@ -89,7 +89,7 @@ impl Matches {
         self.lock().pairs.iter().any(|pair| pair.remote == remote)
     }
 
-    /// Returns whether no endpoint of the participant `ours` is matched with one of another participant.
+    /// Returns whether no endpoint of the participant of `ours` is matched with an endpoint of another participant.
     pub fn is_alone(&self, ours: GUID) -> bool {
         self.lock().pairs.iter().all(|pair| pair.remote.prefix == ours.prefix)
     }
@@ -112,7 +112,8 @@ impl Matches {
         state.writers.iter().filter(|(guid, name)| guid.prefix != ours.prefix && *name == dds_topic).count()
     }
 
-    /// Returns whether discovery is complete and each remote reader of the topic is matched with our writer, or cannot be matched.
+    /// Returns whether discovery is complete and each remote reader of the topic either is matched with our writer or cannot be
+    /// matched.
     pub fn has_all_readers(&self, ours: GUID, topic: &str) -> bool {
         let state = self.lock();
         let known = |reader: &GUID| {

@@ -1,4 +1,5 @@
-//! Workarounds for RustDDS 0.15.1: one file per defect, each of which says when it can be deleted. Independent of nodes.
+//! Workarounds for RustDDS 0.15.1. Each file works around one defect, and says when it can be deleted. The files do not depend on
+//! nodes.
 
 pub(crate) mod announcement;
 #[cfg(feature = "security")]

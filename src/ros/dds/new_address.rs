@@ -9,19 +9,20 @@ use std::collections::BTreeSet;
 use std::net::{IpAddr, Ipv4Addr};
 use std::time::Duration;
 
-/// How often to look.
+/// The interval at which the addresses of this host are checked.
 const INTERVAL: Duration = Duration::from_secs(1);
 
 /// The addresses that a participant uses.
 pub(crate) struct UsedAddresses(BTreeSet<Ipv4Addr>);
 
 impl UsedAddresses {
-    /// Returns the addresses of this host now. The participant must be created afterwards.
+    /// Returns the present addresses of this host. Create the participant afterwards.
     pub fn now() -> Self {
         Self(addresses().unwrap_or_default())
     }
 
-    /// Waits for an address that the participant does not use, and notes it. Never returns if the operating system does not tell addresses.
+    /// Waits until this host has an address that the participant does not use, and notes the address. Never returns if the
+    /// operating system does not tell addresses.
     pub async fn watch(self, warn: impl Fn(String)) {
         loop {
             tokio::time::sleep(INTERVAL).await;

@@ -1,4 +1,4 @@
-//! RTPS packets that we send in addition to those of RustDDS.
+//! RTPS packets that this program sends in addition to those of RustDDS.
 
 use std::net::{Ipv4Addr, SocketAddr, UdpSocket};
 
@@ -26,7 +26,7 @@ impl OwnDatagrams {
     }
 }
 
-/// Returns those of a remote endpoint's locators that are addresses of UDP over IPv4.
+/// Returns the locators of a remote endpoint that are UDP addresses over IPv4.
 pub(super) fn addresses<L>(locators: Vec<L>) -> impl Iterator<Item = SocketAddr>
 where
     SocketAddr: From<L>,

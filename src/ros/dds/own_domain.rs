@@ -1,7 +1,7 @@
 //! Finds a domain that nobody else on this host uses.
 //!
 //! DDS partitions would separate participants too, but RustDDS 0.15.1 has no partitions. Delete this module when `QosPolicyBuilder`
-//! has them.
+//! has partitions.
 
 use super::ports;
 use std::net::{Ipv4Addr, UdpSocket};

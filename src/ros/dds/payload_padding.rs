@@ -1,9 +1,9 @@
 //! Pads messages to a multiple of four bytes.
 //!
-//! RTPS pads every sample to four bytes. RustDDS 0.15.1 pads after an encrypted payload, where the receiver (also RustDDS) expects
-//! the signature. So a secured message whose length is not a multiple of four never arrives. Zeros before encryption avoid this.
-//! Without encryption these zeros equal the padding of RTPS. Delete this module when test `security` the_secured_demo_moves_…
-//! passes without it.
+//! RTPS pads every sample to four bytes. RustDDS 0.15.1 writes this padding after an encrypted payload, where the receiver (also
+//! RustDDS) expects the signature. So a secured message whose length is not a multiple of four never arrives. Zeros before
+//! encryption avoid this. Without encryption these zeros equal the padding of RTPS. Delete this module when test `security`
+//! the_secured_demo_moves_… passes without it.
 
 use rustdds::RepresentationIdentifier;
 use rustdds::serialization::to_writer_with_rep_id;

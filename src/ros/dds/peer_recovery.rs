@@ -23,7 +23,7 @@ use tokio::net::UdpSocket;
 /// The largest number of lost participants for which this process listens. If there are more, some are forgotten.
 const PARTICIPANTS: usize = 256;
 
-/// The length of the part of a message that is read \[bytes\]: the header, which ends with the sender.
+/// The length of the part of a message that is read \[bytes\]: the header, whose last field is the sender.
 const HEADER: usize = SENDER.end;
 
 /// The pause after an error of the socket.
@@ -68,7 +68,7 @@ impl Lost {
     }
 
     /// Adds a participant that was not heard for the duration of its lease, and starts listening. With static peers, announcements
-    /// may be unicast, which only RustDDS receives. Then the process ends at once if it has received from the peer before.
+    /// may be unicast, which only RustDDS receives. In that case, the process ends at once if it has received from the peer before.
     pub fn add(&mut self, participant: Prefix, peer: Peer) {
         if self.has_static_peers && !peer.heard_on.is_empty() {
             return end(NetworkEnd::Lost(format!("{} on {}", peer.name, peer.heard_on.join(", "))));
@@ -87,7 +87,7 @@ impl Lost {
         self.participants.insert(participant, peer);
     }
 
-    /// Removes `participant`, which is present. Returns what was known of it, if it was lost.
+    /// Removes `participant`, which is present. Returns its description, if it was lost.
     pub fn remove(&mut self, participant: Prefix) -> Option<Peer> {
         let peer = self.participants.remove(&participant);
         if self.participants.is_empty() {
@@ -114,9 +114,9 @@ impl Lost {
         }
     }
 
-    /// Ends the process if it has received from the peer before, because it can no longer do so. If the peer only received from
-    /// this process, the peer detects the loss. In a secured graph this only logs a warning: announcements are not authenticated,
-    /// so anyone could end the process.
+    /// Ends the process if it received from the peer earlier, because RustDDS no longer receives from that peer. If the process
+    /// only sent to the peer, logs a warning, and the peer detects the loss. In a secured graph always logs a warning:
+    /// announcements are not authenticated, so anyone could end the process.
     pub fn is_back(&self, Peer { name, heard_on, warn }: Peer) {
         match heard_on.is_empty() || self.is_secured {
             true => warn(&format!(

@@ -3,7 +3,8 @@
 /// The number of ports per domain.
 pub(crate) const OF_A_DOMAIN: u16 = 250;
 
-/// Returns the port on which a participant receives announcements by unicast. `number` is its number among those on its host, from 0 on.
+/// Returns the port on which a participant receives announcements by unicast. `number` is the participant's number on its host,
+/// counted from 0.
 pub(crate) const fn of_participant(domain: u16, number: u16) -> u16 {
     first(domain).saturating_add(10 + 2 * number)
 }

@@ -1,8 +1,8 @@
 //! Subscriptions that return messages undecoded.
 //!
-//! RustDDS 0.15.1 strips the header of the encoding and passes the encoding only to a decoder. The `Subscription` of ros2-client
-//! does not let us choose this decoder. So these subscriptions read from RustDDS directly. Delete this module when either library
-//! returns undecoded samples.
+//! RustDDS 0.15.1 strips the header that names the encoding, and passes the encoding only to a decoder. The `Subscription` of
+//! ros2-client does not let us choose the decoder. So these subscriptions read from RustDDS directly. Delete this module when
+//! either library returns undecoded samples.
 
 use super::kept_samples::{FEWEST_SAMPLES, Kept, Room};
 use dq_messages::messages::Time;

@@ -9,12 +9,12 @@
 
 use rustdds::policy::ResourceLimits;
 
-/// The limit of topics that are not latched. By default a frozen `ros2 topic echo` would stop the commands after 16 s; with this
-/// limit after 200 s at 1 kHz.
+/// The limit for topics that are not latched. With the default limit, a frozen `ros2 topic echo` would stop the commands after 16
+/// s; with this limit, after 200 s at 1 kHz.
 const UNACKNOWLEDGED: i32 = 200_000;
 
-/// The limit of latched topics. A reader that acknowledges none of this many samples blocks the next sample. Late joiners then miss
-/// that sample.
+/// The limit for latched topics. A reader that acknowledges none of this many samples blocks the next sample. Readers that join
+/// later then miss that sample.
 const LATCHED: i32 = 500;
 
 /// Returns the limits of a writer. `is_latched`: the topic is latched.
@@ -28,8 +28,8 @@ pub(crate) fn of_reader(depth: i32) -> ResourceLimits {
     ResourceLimits { max_samples: depth, max_instances: 1, max_samples_per_instance: depth }
 }
 
-/// The number of samples that a writer stores on a topic that its participant also reads. It is small, because the participant's readers
-/// store as many samples as the writer, and the writer writes little there.
+/// The number of samples that a writer stores on a topic that its participant also reads. The number is small, because the
+/// participant's readers store as many samples as the writer. The writer writes little on such a topic.
 const OF_INPUT: i32 = 64;
 
 /// Returns the limits of a writer on a topic that its participant also reads.

@@ -84,7 +84,7 @@ mod tests {
 
     const PATIENCE: Duration = Duration::from_secs(10);
 
-    /// Blocks the thread that wakes this waker until the other end is dropped. At each message the thread of RustDDS wakes it.
+    /// Blocks a thread until the other end of this gate is dropped. RustDDS's thread wakes the blocked thread at each message.
     struct Gate {
         entered: Sender<()>,
         opened: Mutex<Receiver<()>>,

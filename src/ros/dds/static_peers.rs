@@ -1,10 +1,11 @@
-//! Sends what a participant multicasts to the peers of `ROS_STATIC_PEERS` as well, which multicast need not reach.
+//! Sends the multicast packets of a participant also to the hosts in `ROS_STATIC_PEERS`, which multicast need not reach.
 //!
-//! RustDDS 0.15.1 announces a participant by multicast and on this host only, and prefers multicast also for the endpoints and the data of
-//! participants that announce a multicast address. So this module receives what the participant multicasts, and sends it on to the peers.
-//! Its announcement goes to each port that a participant may have on a peer's host, without the multicast addresses (`announcement`), so
-//! that peers answer by unicast. All else goes to the participants that are known there. Delete this module when
-//! `DomainParticipantBuilder` takes peers, and test `dds` an_arm_behind_a_router_… passes without it.
+//! RustDDS 0.15.1 announces a participant by multicast and on this host only, and prefers multicast also for the endpoints and the
+//! data of participants that announce a multicast address. So this module receives the multicast packets of the participant, and
+//! sends them on to the hosts. It sends the announcement to each port that a participant may have on such a host, without the
+//! multicast addresses (`announcement`), so that participants there answer by unicast. It sends all other packets to the known
+//! participants on these hosts. Delete this module when `DomainParticipantBuilder` takes peers, and test `dds`
+//! an_arm_behind_a_router_… passes without it.
 
 use super::announcement::{self, SENDER};
 use super::own_datagrams::{OwnDatagrams, addresses};
@@ -19,36 +20,36 @@ use std::time::Duration;
 use tokio::net::{UdpSocket, lookup_host};
 use tokio::time::{Instant, MissedTickBehavior, interval};
 
-/// The number of participants on a peer's host that receive announcements. Each has a port of its own.
+/// The number of participants on a host to which announcements are sent. Each participant has a port of its own.
 const PARTICIPANTS: u16 = 32;
 
 /// The time between two announcements of the participant.
 const ANNOUNCEMENTS: Duration = Duration::from_secs(3);
 
-/// How often to look for participants that have become known.
+/// The interval at which the module checks whether further participants are known.
 const LOOK: Duration = Duration::from_millis(500);
 
-/// How often to look up the names of hosts.
+/// The interval at which the module looks up the addresses of the hosts.
 const LOOK_UP: Duration = Duration::from_secs(30);
 
-/// How long to wait for the own announcement before a warning. RustDDS makes one every 10 s.
+/// How long to wait for the announcement of our own participant before a warning. RustDDS announces the participant every 10 s.
 const PATIENCE: Duration = Duration::from_secs(15);
 
-/// The largest message.
+/// The length of the largest message \[bytes\].
 const LARGEST: usize = 65_536;
 
-/// The peers of a participant.
+/// The hosts in `ROS_STATIC_PEERS`, and the sockets that receive the packets for them.
 pub(crate) struct StaticPeers {
     names: Vec<String>,
     domain: u16,
-    /// What participants multicast about themselves and their endpoints.
+    /// Receives the multicast packets that describe participants and their endpoints.
     discovery: UdpSocket,
-    /// What they multicast as data.
+    /// Receives the multicast packets with data.
     data: UdpSocket,
     datagrams: OwnDatagrams,
 }
 
-/// What is known of the peers.
+/// The known addresses of the hosts and their participants.
 #[derive(Default)]
 struct Known {
     hosts: BTreeSet<IpAddr>,
@@ -59,18 +60,18 @@ struct Known {
 }
 
 impl StaticPeers {
-    /// Begins to receive what is multicast in this domain. The participant must be created afterwards, so that its first announcement is
+    /// Begins to receive the multicast packets of this domain. Create the participant afterwards, so that its first announcement is
     /// received. `names` are addresses or names of hosts.
     ///
     /// # Errors
-    /// The operating system's error if it gives no socket.
+    /// The operating system's error if it creates no socket.
     pub fn listen(domain: u16, names: Vec<String>) -> std::io::Result<Self> {
         let [discovery, data] =
             [ports::first(domain), ports::first_of_data(domain)].map(announcement::listen);
         Ok(Self { names, domain, discovery: discovery?, data: data?, datagrams: OwnDatagrams::new(false)? })
     }
 
-    /// Sends to the peers what `participant` multicasts, forever.
+    /// Sends the multicast packets of `participant` to the hosts, forever.
     pub async fn serve(self, participant: Weak<DomainParticipant>, own: Prefix, warn: impl Fn(String)) {
         let (mut discovery, mut data) = (vec![0; LARGEST], vec![0; LARGEST]);
         let mut known = Known::default();
@@ -105,7 +106,7 @@ impl StaticPeers {
         }
     }
 
-    /// Sends a message about our participant or its endpoints.
+    /// Sends a message that describes our participant or its endpoints.
     fn send_discovery(&self, message: &mut [u8], own: Prefix, known: &mut Known) {
         if !is_own(message, own) {
             return;
@@ -121,7 +122,7 @@ impl StaticPeers {
         }
     }
 
-    /// Sends our participant's announcement to each participant that the hosts may have.
+    /// Sends our participant's announcement to each port that a participant may have on these hosts.
     fn announce(&self, known: &Known) {
         let Some(announcement) = &known.announcement else { return };
         let ports = (0..PARTICIPANTS).map(|number| ports::of_participant(self.domain, number));
@@ -134,7 +135,7 @@ impl StaticPeers {
         self.datagrams.send(message, &[address]);
     }
 
-    /// Looks up the hosts. Warns once of each that is not found.
+    /// Looks up the addresses of the hosts. Warns once of each host that is not found.
     async fn hosts(&self, warned: &mut BTreeSet<String>, warn: &impl Fn(String)) -> BTreeSet<IpAddr> {
         let found = join_all(self.names.iter().map(|name| tokio::time::timeout(LOOK, look_up(name)))).await;
         let mut hosts = BTreeSet::new();
@@ -152,12 +153,12 @@ impl StaticPeers {
     }
 }
 
-/// The warning if nothing is received from the own participant.
+/// The warning if no packet of our own participant is received.
 const WITHOUT_MULTICAST: &str = "ROS_STATIC_PEERS has no effect: no network interface of this host has multicast, from which this program \
                                  takes what it tells them";
 
 impl Known {
-    /// Looks for participants on the hosts.
+    /// Collects the participants that RustDDS knows on these hosts.
     fn look(&mut self, participant: &DomainParticipant) {
         let readers = participant.discovered_readers().into_iter();
         let all = readers.flat_map(|reader| addresses(reader.reader_proxy.unicast_locator_list));

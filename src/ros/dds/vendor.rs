@@ -2,10 +2,10 @@
 
 use rustdds::GUID;
 
-/// eProsima Fast DDS.
+/// The vendor number of eProsima Fast DDS.
 pub(super) const FAST_DDS: [u8; 2] = [0x01, 0x0f];
 
-/// Eclipse Cyclone DDS.
+/// The vendor number of Eclipse Cyclone DDS.
 const CYCLONE: [u8; 2] = [0x01, 0x10];
 
 /// Returns whether `endpoint` belongs to Eclipse Cyclone DDS.

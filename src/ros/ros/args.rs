@@ -92,7 +92,7 @@ pub enum Override {
     },
     /// `--params-file`
     File(PathBuf),
-    /// A value that the program itself gives, which ROS 2 does not have.
+    /// A value that the program itself gives. This source is an addition to those of ROS 2.
     Value {
         /// The only node to which the value applies; `None`: all nodes.
         node: Option<&'static str>,
@@ -101,7 +101,7 @@ pub enum Override {
         /// The value.
         value: Value,
     },
-    /// A built-in parameter file, which ROS 2 does not have.
+    /// A built-in parameter file. This source is an addition to those of ROS 2.
     Builtin {
         /// The file's name.
         name: &'static str,
@@ -121,11 +121,11 @@ pub struct RosArgs {
     pub log_level: Option<LogLevel>,
     /// The log levels of single loggers.
     pub logger_levels: Vec<LoggerLevel>,
-    /// Whether log lines are kept off the terminal.
+    /// Whether log lines do not go to the terminal.
     pub without_stdout_logs: bool,
-    /// Whether log lines are kept off `/rosout`.
+    /// Whether log lines do not go to `/rosout`.
     pub without_rosout_logs: bool,
-    /// Whether log lines also go to a file. ROS 2 nodes write one by default, this program only on request.
+    /// Whether log lines also go to a file. ROS 2 nodes write a log file by default, this program only on request.
     pub external_lib_logs: bool,
     /// The enclave of a secured run. Runs without security ignore it.
     pub enclave: Option<String>,

@@ -1,4 +1,4 @@
-//! Service clients that assign replies to requests in the way of the server's vendor.
+//! Service clients that assign replies to requests as the server's vendor does.
 
 use super::error::RosError;
 use super::graph::{reply_topic, request_topic};
@@ -73,7 +73,7 @@ fn discovered_server(participant: &DomainParticipant, service: &str) -> Option<S
 pub(super) struct Connection {
     inner: ros2_client::Client<Payload, Payload>,
     mapping: ServiceMapping,
-    /// Locked during a call, because a waiting call takes the replies to other calls too.
+    /// The lock that a call holds, because a waiting call also takes the replies to other calls.
     turn: Mutex<()>,
 }
 

@@ -16,11 +16,11 @@ use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-/// The number of participants that are remembered; the oldest is forgotten first.
+/// The number of participants that are remembered. The oldest participant is forgotten first.
 const PARTICIPANTS: usize = 256;
 
-/// `rmw_dds_common/msg/ParticipantEntitiesInfo`. The type of this name in ros2-client does not show the endpoints, and its GIDs have
-/// one length only.
+/// `rmw_dds_common/msg/ParticipantEntitiesInfo`. ros2-client has a type of this name, but that type does not show the endpoints, and
+/// its GIDs have one length only.
 #[derive(Deserialize)]
 struct ParticipantEntitiesInfo<G> {
     gid: G,
@@ -36,7 +36,7 @@ struct NodeEntitiesInfo<G> {
     writers: Vec<G>,
 }
 
-/// What a participant announces: its GUID, and its endpoints with the names of their nodes.
+/// The content of a participant's announcement: its GUID, and its endpoints with the names of their nodes.
 #[derive(Debug, PartialEq)]
 struct Announcement {
     participant: [u8; 16],
@@ -44,7 +44,8 @@ struct Announcement {
 }
 
 impl Announcement {
-    /// Decodes an announcement of any release, from its encapsulation header on. Returns `None` if it is not valid.
+    /// Decodes an announcement of any ROS 2 release. `cdr` begins with the encapsulation header. Returns `None` if the announcement
+    /// is not valid.
     fn decode(cdr: &[u8]) -> Option<(Self, Release)> {
         let recent = || Some((Self::from(whole::<ParticipantEntitiesInfo<[u8; 16]>>(cdr)?), Release::Jazzy));
         let old = || Some((Self::from(whole::<ParticipantEntitiesInfo<[u8; 24]>>(cdr)?), Release::Humble));
@@ -62,12 +63,13 @@ impl<G: AsRef<[u8]>> From<ParticipantEntitiesInfo<G>> for Announcement {
     }
 }
 
-/// Returns the DDS GUID with which a GID begins. Older releases add zeros.
+/// Returns the DDS GUID at the beginning of `gid`. Older releases add zeros after the GUID.
 fn guid(gid: &impl AsRef<[u8]>) -> [u8; 16] {
     gid.as_ref().first_chunk().copied().unwrap_or_default()
 }
 
-/// Decodes a value that takes all of the bytes, except for less than a word of padding. A GID of the wrong length leaves more.
+/// Decodes a value that takes all of the bytes, except for padding of less than a word. A GID of the wrong length would leave more
+/// bytes.
 fn whole<V: DeserializeOwned>(cdr: &[u8]) -> Option<V> {
     let (header, payload) = cdr.split_first_chunk()?;
     let (value, used) = decode_payload(*header, payload).ok()?;
@@ -172,7 +174,8 @@ impl EndpointNames {
         }
     }
 
-    /// Processes the announcements forever. Calls `warn` at the first one of a release that this program was not built for.
+    /// Processes the announcements forever. Calls `warn` at the first announcement of a release for which this program was not
+    /// built.
     pub(super) async fn follow(self, announcements: Announcements, warn: impl FnOnce(Release)) {
         let (mut announcements, mut warn) = (std::pin::pin!(announcements.as_async_stream()), Some(warn));
         while let Some(announced) = announcements.next().await {

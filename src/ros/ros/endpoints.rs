@@ -132,8 +132,8 @@ impl Endpoints {
         made.map_err(refused(name))
     }
 
-    /// Adds a description of the topic, with the QoS of `plan`, to DDS. If a topic has several descriptions, the largest resource
-    /// limits apply.
+    /// Adds a description of the topic, with the QoS of `plan`, to DDS. If a topic has several descriptions, the largest of their
+    /// resource limits apply.
     pub fn topic(&self, plan: &Plan) -> Result<rustdds::Topic, RosError> {
         let (package, message) = split(&plan.message, "/msg/");
         let (name, kind) =
@@ -170,8 +170,7 @@ fn of_services() -> QosProfile {
     QosProfile::publisher_default().history(ros2_client::qos::History::KeepLast { depth: 10 })
 }
 
-/// The number of requests that a service stores. With 10, requests that a client sent at 100 Hz were lost while the service was
-/// busy.
+/// The number of requests that a service stores. With 10, the service lost requests of a client at 100 Hz while it was busy.
 const REQUESTS: i32 = 32;
 
 /// Returns the QoS of `/parameter_events`: `ParameterEventsQoS` of rclcpp.

@@ -27,7 +27,7 @@ pub struct Environment {
     pub domain_id: u16,
     /// The range of discovery.
     pub reach: Reach,
-    /// Addresses or names of hosts that multicast need not reach.
+    /// Addresses or names of hosts that discovery must also reach without multicast.
     pub static_peers: Vec<String>,
     /// The folder with the keys and permissions of a secured run; `None` for a run without security.
     pub enclave: Option<PathBuf>,
@@ -115,7 +115,7 @@ impl Environment {
         self.reach == Reach::Localhost
     }
 
-    /// Returns an error if no packet could arrive anywhere, because there is neither loopback nor a route for multicast.
+    /// Returns an error if the host has neither loopback nor a route for multicast, so that no packet could arrive anywhere.
     pub(super) fn check_network(&self) -> Result<(), RosError> {
         let loopback = probe(Ipv4Addr::LOCALHOST);
         match (loopback, self.reach) {
@@ -140,7 +140,7 @@ const VARIABLES: [&str; 8] = [
     "ROS_SECURITY_ENCLAVE_OVERRIDE",
 ];
 
-/// The warning about peers of a session on loopback. ROS 2 ignores them too if `ROS_LOCALHOST_ONLY` is 1.
+/// The warning about `ROS_STATIC_PEERS` in a session on loopback. ROS 2 also ignores this variable if `ROS_LOCALHOST_ONLY` is 1.
 const PEERS_WITHOUT_NETWORK: &str = "ROS_STATIC_PEERS has no effect: discovery is restricted to this host (unset ROS_LOCALHOST_ONLY and ROS_AUTOMATIC_DISCOVERY_RANGE)";
 
 /// Checks whether the host has a route to `address`. Connecting a UDP socket sends nothing.
@@ -177,7 +177,7 @@ const SECURITY: bool = cfg!(feature = "security");
 /// node whose enclave is missing run without security. Here a node never runs without security if security is requested.
 ///
 /// # Errors
-/// [`RosError::Environment`] for values that ROS 2 does not know (ROS 2 would treat them as "off", which was hardly intended), and
+/// [`RosError::Environment`] for values that ROS 2 does not know (ROS 2 would treat them as "off", which users hardly intend), and
 /// if the program was built without security (`built_in` is false); [`RosError::Security`] if the enclave does not exist.
 fn enclave(
     get: impl Fn(&str) -> Option<String>,

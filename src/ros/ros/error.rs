@@ -27,9 +27,9 @@ pub enum RosError {
     NoFreePort {
         /// The domain.
         domain: u16,
-        /// Its first port for a participant.
+        /// The first port of the domain for a participant.
         first: u16,
-        /// Its last port for a participant.
+        /// The last port of the domain for a participant.
         last: u16,
     },
     /// Every domain is in use.
@@ -82,11 +82,11 @@ pub enum RosError {
 const NOT_PERMITTED: &str = " (the permissions of its enclave do not have it; launch_scripts/dq_servo_keystore.sh replaces an enclave \
                              of an earlier version once its folder is removed)";
 
-/// The number of participants of a domain that a host has ports for (RTPS 2.5, section 9.6.2.3).
+/// A host has ports for this many participants of a domain (RTPS 2.5, section 9.6.2.3).
 const PARTICIPANTS: u16 = 120;
 
 impl RosError {
-    /// The domain has no port for another participant.
+    /// Returns the error for a domain that has no port for another participant.
     pub(super) fn no_free_port(domain: u16) -> Self {
         let [first, last] = [0, PARTICIPANTS - 1].map(|number| ports::of_participant(domain, number));
         Self::NoFreePort { domain, first, last }

@@ -101,15 +101,15 @@ fn finite(duration: rustdds::Duration) -> Option<Duration> {
     (duration != rustdds::Duration::INFINITE).then(|| duration.into())
 }
 
-/// Detects nodes that share a name. Every node with parameters has the same service, so the writers of replies of this service are
-/// counted.
+/// Detects nodes that share a name. Every node with parameters has the same parameter service, so this counts the writers of
+/// replies of that service.
 pub struct NameWatch {
     matches: Matches,
     reply_topic: String,
     /// An endpoint of this process.
     ours: GUID,
     name: String,
-    /// The number of nodes of this process with the name: 1 or 0.
+    /// The number of nodes in this process that have the name: 1 or 0.
     here: usize,
 }
 

@@ -113,7 +113,8 @@ type RosoutEntry = (Publish, Log);
 /// The largest number of lines that wait for `/rosout`.
 const ROSOUT_CAPACITY: usize = 1024;
 
-/// The queue of the publishing thread, which a frozen reader of `/rosout` may block. `None` if the operating system creates no thread.
+/// The queue of the publishing thread. A frozen reader of `/rosout` may block this thread. `None` if the operating system creates
+/// no thread.
 static ROSOUT: LazyLock<Option<SyncSender<RosoutEntry>>> = LazyLock::new(|| {
     let (queue, entries) = sync_channel(ROSOUT_CAPACITY);
     let thread = std::thread::Builder::new().name("rosout".to_owned());

@@ -11,7 +11,7 @@ const VARIABLE: &str = "RCUTILS_CONSOLE_OUTPUT_FORMAT";
 /// The default format: the default of ROS 2, but with the time of day instead of the seconds since 1970.
 const DEFAULT: &str = "[{severity}] [{clock}] [{name}]: {message}";
 
-/// The process's format.
+/// The format of this process's log lines.
 static FORMAT: LazyLock<String> = LazyLock::new(|| {
     let given = std::env::var(VARIABLE).ok().filter(|format| !format.is_empty());
     given.map_or_else(|| DEFAULT.to_owned(), |format| with_escapes(&format))
@@ -50,7 +50,8 @@ impl Entry<'_> {
         line + rest
     }
 
-    /// Returns the value of a token of rcutils. The location in the source is not known here, so its tokens give an empty text.
+    /// Returns the value of a token of rcutils. The tokens for the location in the source give an empty text, because the location
+    /// is not known.
     fn value(&self, token: &str) -> Option<String> {
         Some(match token {
             "severity" => format!("{:?}", self.level).to_uppercase(),

@@ -107,7 +107,7 @@ impl Node {
         self.publisher_with(topic, endpoints::of(&entry))
     }
 
-    /// Creates a publisher on a topic of the contract for messages that soon become obsolete: see [`Publisher::publish_in_time`].
+    /// Creates a publisher on a topic of the contract, for messages that soon become obsolete: see [`Publisher::publish_in_time`].
     /// ros2-client does not announce this publisher as the node's.
     ///
     /// # Errors
@@ -287,8 +287,8 @@ impl Node {
         self.serve_later::<S, _>(service, move |request| std::future::ready(handler(request)))
     }
 
-    /// Serves `service` with an asynchronous `handler` until the node is dropped. The handler is called in the order of the
-    /// requests; answers do not wait for each other.
+    /// Serves `service` with an asynchronous `handler` until the node is dropped. The node calls the handler in the order of the
+    /// requests. An answer does not wait for earlier answers.
     ///
     /// # Errors
     /// [`RosError`].

@@ -10,8 +10,8 @@ use dq_params::{ParameterStore, Value};
 use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// Applies a complete set of parameters, which results from the given changes, or returns the reason why not. After success the
-/// parameters are in force.
+/// Applies a complete set of parameters, which results from the given changes. On success the parameters are in force; otherwise
+/// returns the reason why they are not.
 pub type Apply = dyn Fn(&ParameterStore, &[(String, Value)]) -> Result<(), String> + Send + Sync;
 
 /// A node's parameters, served by the six `rcl_interfaces` services and the service that describes types. Every change is checked
@@ -103,7 +103,7 @@ impl ParameterServer {
         }
     }
 
-    /// Makes all changes or none. The store is locked during the call.
+    /// Makes all changes or none of them. The store is locked during the call.
     fn try_set(&self, parameters: Vec<Parameter>) -> Result<(), String> {
         let mut current = self.lock();
         let mut changes = parameters.into_iter().map(change).collect::<Result<Vec<_>, _>>()?;
@@ -181,7 +181,7 @@ const MOST_AT_ONCE: usize = 2000;
 /// The number of unknown names per request for which a similar name is suggested. The search takes longer than everything else.
 const SUGGESTIONS: usize = 16;
 
-/// The largest total length of the reasons in one reply \[bytes\]. Cyclone's clients hang at replies longer than 64 kB.
+/// The largest total length of the reasons in one reply \[bytes\]. Clients on Cyclone hang if a reply is longer than 64 kB.
 const REASONS: usize = 32_000;
 
 /// Returns the results that are sent. A reason that does not fit into the reply is replaced by "…".
@@ -198,8 +198,8 @@ fn within_room(results: impl Iterator<Item = SetParametersResult>) -> Vec<SetPar
         .collect()
 }
 
-/// Lists the names below the prefixes, to the requested depth, as rclcpp does. Prefixes are listed only if some were requested:
-/// otherwise they would repeat the beginnings of the names, and the list would not fit into a packet.
+/// Lists the names below the prefixes, to the requested depth, as rclcpp does. Lists prefixes only if the request has prefixes.
+/// Otherwise the prefixes would repeat the beginnings of the names, and the list would not fit into a packet.
 fn list(store: &ParameterStore, request: &ListRequest) -> ListResponse {
     let depth = usize::try_from(request.depth).unwrap_or(usize::MAX);
     let deep_enough = |rest: &str| depth == 0 || rest.matches('.').count() < depth;
@@ -251,7 +251,7 @@ mod tests {
 
     const PATIENCE: Duration = Duration::from_secs(10);
 
-    /// In a secured graph a longer reply does not reach the client.
+    /// In a secured graph a reply of more than one packet does not reach the client.
     #[test]
     fn the_list_of_every_node_fits_into_one_packet() {
         for (node, declarations) in nodes().unwrap() {
@@ -264,7 +264,7 @@ mod tests {
         }
     }
 
-    /// On `~/parameters` an event without changes announces a start, at which a plot begins again.
+    /// On `~/parameters` an event without changes announces a start. A plot begins again at such an event.
     #[tokio::test(flavor = "multi_thread")]
     async fn a_request_that_changes_nothing_is_not_announced() {
         if outside("ros::parameter_server::tests::a_request_that_changes_nothing_is_not_announced") {
@@ -285,8 +285,8 @@ mod tests {
         assert_eq!(next.changed_parameters.len(), 1, "{:?}", next.stamp);
     }
 
-    /// `ros2 param get` and `set` request several names like this. GetParameters.srv promises one value per name, in order. Searching for a
-    /// suggestion for each of 5000 names took two seconds per request.
+    /// `ros2 param get` and `set` request several names like this. GetParameters.srv promises one value per name, in order. A
+    /// search for a suggestion for each of 5000 names took two seconds per request.
     #[tokio::test(flavor = "multi_thread")]
     async fn thousands_of_unknown_names_are_answered_and_delay_no_other_client() {
         if outside(

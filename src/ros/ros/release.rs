@@ -1,9 +1,9 @@
 //! The release of ROS 2 that this program was built for.
 //!
-//! Humble and older releases announce nodes on `ros_discovery_info` with GIDs of 24 bytes, later releases with GIDs of 16. ros2-client
-//! chooses one of them when it is built.
+//! Humble and older releases announce nodes on `ros_discovery_info` with GIDs of 24 bytes, later releases with GIDs of 16 bytes.
+//! ros2-client supports one of the two lengths, which is chosen when it is built.
 
-/// A kind of announcement.
+/// A kind of announcement, named after a release that uses it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Release {
     /// ROS 2 Humble and older releases.
@@ -18,7 +18,7 @@ pub(super) const BUILT_FOR: Release = match ros2_client::gid::GID_LENGTH {
     _ => Release::Jazzy,
 };
 
-/// The values of `ROS_DISTRO` of the releases that announce nodes like Humble.
+/// The values of `ROS_DISTRO` for the releases that announce nodes like Humble.
 const LIKE_HUMBLE: [&str; 3] = ["foxy", "galactic", "humble"];
 
 impl Release {
@@ -43,7 +43,7 @@ impl Release {
     }
 }
 
-/// Returns a warning if `ROS_DISTRO` has a value that names a release of the other kind.
+/// Returns a warning if the value `name` of `ROS_DISTRO` names a release with the other kind of announcement.
 pub(super) fn warning_of_distribution(name: &str) -> Option<String> {
     let theirs = Release::of_distribution(name);
     (theirs != BUILT_FOR).then(|| {
@@ -52,7 +52,7 @@ pub(super) fn warning_of_distribution(name: &str) -> Option<String> {
     })
 }
 
-/// Returns a warning about announcements of the other kind in the domain.
+/// Returns a warning that nodes in the domain use the other kind of announcement.
 pub(super) fn warning_of_announcements(theirs: Release, domain: u16) -> String {
     format!(
         "domain {domain} has nodes of {}, but this program was built for {}. Those nodes cannot read its announcements, and may fail: {}, \

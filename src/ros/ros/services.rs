@@ -78,8 +78,8 @@ pub(super) struct Service {
 const AT_ONCE: usize = 100;
 
 impl Service {
-    /// Answers requests with `handler` forever. The handler is called in the order of the requests. Answers do not wait for each
-    /// other, so a client that has gone delays only its own answer.
+    /// Answers requests with `handler` forever. Calls the handler in the order of the requests. Answers do not wait for each other,
+    /// so a client that has left delays only its own answer.
     pub async fn serve<S: ServiceType, F: Future<Output = S::Response>>(
         self,
         mut handler: impl FnMut(S::Request, &Origin) -> F,
@@ -135,7 +135,7 @@ fn request_id(info: &MessageInfo) -> RmwRequestId {
     if is_left { RmwRequestId { sequence_number: own.sequence_number, ..named } } else { named }
 }
 
-/// Returns the encoded reply. If the reply is too long, returns the service's substitute.
+/// Returns the encoded reply. If the reply is too long, returns the substitute that the service defines.
 fn encode_reply<S: ServiceType>(
     header: &[u8],
     response: S::Response,
@@ -163,7 +163,7 @@ fn decode<T: DeserializeOwned>(client: GUID, payload: &[u8]) -> Option<(Vec<u8>,
 }
 
 /// Decodes a value that fills the payload, apart from padding to four bytes. ros2-client does not tell the byte order, so this
-/// tries little endian first.
+/// function tries little endian first.
 pub(super) fn decode_all<T: DeserializeOwned>(payload: &[u8]) -> Option<T> {
     [CDR_LE, CDR_BE].into_iter().find_map(|encoding| {
         let (value, consumed) = decode_payload::<T>(encoding, payload).ok()?;

@@ -35,7 +35,7 @@ pub struct Session {
     /// Warnings that no node has logged yet.
     warnings: Arc<Mutex<UnboundedReceiver<String>>>,
     _participating: Participating,
-    /// Dropped after the participant.
+    /// The task that sends to the static peers. It is dropped after the participant.
     _static_peers: Option<ServedPeers>,
 }
 
@@ -96,12 +96,12 @@ impl Session {
         Ok(Self { tasks, context, domain, warnings, _participating, _static_peers })
     }
 
-    /// Returns whether none of its endpoints is matched with one of another participant.
+    /// Returns whether no endpoint of this session is matched with an endpoint of another participant.
     pub fn is_alone(&self) -> bool {
         self.domain.matches.is_alone(self.domain.dds.guid())
     }
 
-    /// Creates a node with these names. It logs the warnings of the session.
+    /// Creates a node with these names. The node logs the warnings of the session.
     ///
     /// # Errors
     /// [`RosError::Create`].
@@ -149,7 +149,8 @@ fn secured_participant(
     Ok((participant, payload_protection::warning(&enclave.join("governance.p7s"), domain)))
 }
 
-/// Returns an error, because this build lacks the feature `security`. [`Environment`] refuses security before this is called.
+/// Returns an error, because this build lacks the feature `security`. [`Environment`] refuses security before anything calls this
+/// function.
 #[cfg(not(feature = "security"))]
 fn secured_participant(
     _: DomainParticipantBuilder,
@@ -160,14 +161,14 @@ fn secured_participant(
     Err(RosError::create(what)(&"built without security"))
 }
 
-/// Begins to receive what is to be sent to the static peers; `None` if there are none.
+/// Begins to receive the packets for the static peers; `None` if there are no static peers.
 fn static_peers(environment: &Environment, warn: impl Fn(String)) -> Option<StaticPeers> {
     let Environment { domain_id, static_peers, .. } = environment;
     let listening = (!static_peers.is_empty()).then(|| StaticPeers::listen(*domain_id, static_peers.clone()));
     listening?.inspect_err(|why| warn(format!("ROS_STATIC_PEERS has no effect: {why}"))).ok()
 }
 
-/// Returns the error of a participant, called `what`, that RustDDS refused to create.
+/// Converts the error of RustDDS if it refused to create the participant called `what`.
 fn refused(why: &CreateError, domain: u16, what: &str) -> RosError {
     match why {
         // RustDDS also says so of sockets in general.
@@ -178,7 +179,8 @@ fn refused(why: &CreateError, domain: u16, what: &str) -> RosError {
     }
 }
 
-/// The task that sends to the static peers. It ends a moment after the participant, so that the peers learn that it has left.
+/// The task that sends to the static peers. The task ends a moment after the participant, so that the peers learn that the
+/// participant has left.
 struct ServedPeers(JoinHandle<()>);
 
 /// How long the task takes to send the last messages.
@@ -191,7 +193,7 @@ impl Drop for ServedPeers {
     }
 }
 
-/// How long the tasks may take to end.
+/// How long the tasks of the nodes may take to end.
 const LAST_STEPS: Duration = Duration::from_millis(200);
 
 impl Drop for Session {
@@ -242,8 +244,8 @@ mod tests {
         wait_until(false).await;
     }
 
-    /// Runs a node of another vendor's DDS that announces itself with GIDs of this length. Returns its publisher's description, whether it
-    /// knows our node, and the warnings meanwhile.
+    /// Runs a node of another vendor's DDS that announces itself with GIDs of this length. Returns the description of its
+    /// publisher, whether it knows our node, and the warnings that were logged.
     async fn meet(length: usize) -> (String, String, Vec<String>) {
         let session = session();
         // Not logged by the node.

@@ -83,8 +83,8 @@ impl<M: Message> Publisher<M> {
         self.send(message.into(), InTimeWriter::write);
     }
 
-    /// Queues a message as `publish` does. If the publisher was created for messages that soon become obsolete, also drops and
-    /// counts the message while three earlier ones still wait for the thread of DDS.
+    /// Queues a message as `publish` does. A publisher for messages that soon become obsolete drops and counts the message instead
+    /// if three earlier ones still wait for the DDS thread.
     pub fn publish_in_time(&self, message: impl Into<Arc<M>>) {
         self.send(message.into(), InTimeWriter::write_in_time);
     }
@@ -152,7 +152,7 @@ impl Publishing {
     }
 }
 
-/// The time for which the first subscriber waits for other subscribers.
+/// How long the wait for subscribers continues after the first subscriber.
 const STRAGGLERS: Duration = Duration::from_secs(2);
 
 /// A topic of a node, for which the node creates another endpoint only when necessary: a subscription to a topic on which it
@@ -168,7 +168,7 @@ impl<M: Message> OwnTopic<M> {
         Self { endpoints, plan, message: PhantomData }
     }
 
-    /// Returns the number of publishers on the topic other than `own` that discovery knows; 0 if the node has ended.
+    /// Returns the number of publishers on the topic that discovery knows, without the publisher `own`; 0 if the node has ended.
     pub fn other_publishers(&self, own: EndpointId) -> usize {
         let other_writers = |it: Arc<Endpoints>| it.domain.matches.other_writers(&self.plan.name, own.guid());
         self.endpoints.upgrade().map_or(0, other_writers)
@@ -195,13 +195,13 @@ impl<M: Message> OwnTopic<M> {
     }
 }
 
-/// The messages that a subscription had received, reduced to the newest one.
+/// The newest of the messages that a subscription had received, and how many there were.
 pub struct Newest<M> {
     /// The newest message, if any.
     pub message: Option<M>,
     /// The number of messages that could be decoded.
     pub count: u64,
-    /// The reasons why other messages could not be decoded.
+    /// The reasons why some messages could not be decoded.
     pub malformed: Vec<String>,
 }
 

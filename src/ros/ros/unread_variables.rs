@@ -1,9 +1,9 @@
 //! Environment variables that choose the middleware or its peers, and that this program does not obey.
 
-/// Parts of the names of middleware that speaks DDS.
+/// Parts of the names of middleware that uses DDS.
 const DDS: [&str; 4] = ["fastrtps", "cyclonedds", "connext", "gurumdds"];
 
-/// The variables of one middleware, and what it means that they are not obeyed.
+/// The variables of each middleware, and the consequence if they are not obeyed.
 const UNREAD: [(&str, &str); 5] = [
     ("ROS_DISCOVERY_SERVER", SERVER),
     ("ROS2_EASY_MODE", SERVER),

@@ -43,7 +43,7 @@ fn panel(title: &str, label: &str, series: Vec<Series>, runs: &[StyledRun]) -> P
     panel
 }
 
-/// Yields the changes to mark. If there are too many to be told apart, yields only some, which have a least distance.
+/// Yields the changes to mark. If there are too many changes to distinguish, yields only some of them, which are far enough apart.
 fn shown<'a>(changes: &'a [Change], time: &Axis) -> impl Iterator<Item = &'a Change> {
     /// The largest number of marks of one kind.
     const MOST: usize = 100;
@@ -69,7 +69,8 @@ fn curves(drawn: &StyledRun, value: impl Fn(&Sample) -> Option<f64>) -> Vec<Seri
     drawn.samples().map(curve).collect()
 }
 
-/// Returns the point of a sample in a curve of `value`, or a gap. If the robot jumped there, a gap precedes the point.
+/// Returns the point of a sample in a curve of `value`, or a gap if there is no value. If the robot jumped to this sample, a gap
+/// precedes the point.
 fn points(sample: &Sample, value: Option<f64>) -> impl Iterator<Item = (f64, f64)> {
     let gap = (sample.time, f64::NAN);
     let point = value.filter(|value| value.is_finite()).map_or(gap, |value| (sample.time, value));
@@ -106,7 +107,7 @@ fn errors(drawn: &StyledRun, part: impl Fn(&GoalError) -> f64) -> Vec<Series> {
     drawn.styles.iter().map(of).collect()
 }
 
-/// Returns a line for each tolerance within which a goal of the runs counted as reached.
+/// Returns a line for each tolerance of a goal in the runs.
 fn tolerances(runs: &[StyledRun], part: impl Fn(&GoalError) -> f64) -> Vec<Series> {
     let range = time_axis(runs).range;
     let known = runs.iter().filter(|drawn| drawn.run.parameters_known);
@@ -118,9 +119,9 @@ fn tolerances(runs: &[StyledRun], part: impl Fn(&GoalError) -> f64) -> Vec<Serie
     values.into_iter().map(|value| line(value).dashed()).collect()
 }
 
-/// Returns lines at a bound over the whole time. `holds` returns the bounds of a run, with the times \[s\] from which they apply;
-/// `value` returns the number of a bound. If all runs have the same bounds, there is one line. Otherwise there is one for each run,
-/// in the run's color.
+/// Returns lines at a bound over the whole time. `holds` returns the bounds of a run, with the times \[s\] from which they apply.
+/// `value` returns the number of a bound. If all runs have the same bounds, there is one line. Otherwise there is a line for each
+/// run, in the run's color.
 fn bounds<V: PartialEq>(
     name: &str,
     runs: &[StyledRun],
@@ -151,8 +152,8 @@ fn of_other_values<V: PartialEq>(mut values: Vec<(f64, V)>) -> Vec<(f64, V)> {
     values
 }
 
-/// Returns the runs whose limits are known from their parameters, and an empty suffix for the name of the limit. If there are none,
-/// returns all runs and a suffix that says so.
+/// Returns the runs whose limits are known from their parameters, with an empty suffix for the name of the limit. If there are no
+/// such runs, returns all runs, with a suffix that says that the limits are assumed.
 fn with_parameters<'a, 'b>(runs: &'b [StyledRun<'a>]) -> (Vec<&'b StyledRun<'a>>, &'static str) {
     let known: Vec<_> = runs.iter().filter(|drawn| drawn.run.parameters_known).collect();
     match known.is_empty() {
@@ -278,7 +279,8 @@ fn limits(runs: &[StyledRun], joint: usize) -> Vec<Series> {
     [limit(1.0), limit(-1.0)].concat()
 }
 
-/// Returns lines at the position limits that the joint came near in any of the runs. Other limits would only compress the scale.
+/// Returns lines at the position limits that the joint came near in any of the runs. Lines at other limits would only compress the
+/// scale.
 fn position_limits(runs: &[StyledRun], joint: usize) -> Vec<Series> {
     /// The largest distance that counts as near \[rad, prismatic: m\].
     const NEAR: f64 = 0.2;

@@ -93,14 +93,14 @@ fn tube(core: &Segment, radius: f64) -> Vec<Vec<Vector3<f64>>> {
     ends.chain(along).collect()
 }
 
-/// Returns the circle around the middle of `axis`, perpendicular to it.
+/// Returns the circle of this radius around the middle of `axis`, perpendicular to `axis`.
 fn circle(axis: &Segment, radius: f64) -> Vec<Vector3<f64>> {
     let frame = axis.frame();
     let at = |angle: f64| frame * Point3::from(radius * Vector3::new(angle.cos(), angle.sin(), 0.0));
     (0..=ROUND).map(|i| at(2.0 * PI * f64::from(i) / f64::from(ROUND)).coords).collect()
 }
 
-/// Returns points on a line, so dense that it can be cut anywhere.
+/// Returns points on a line. The points are so dense that the line can be cut anywhere.
 fn straight(line: &Segment) -> Vec<Vector3<f64>> {
     let count = (line.vector().norm() / STEP).ceil().clamp(1.0, 1e4);
     (0..=count as u32).map(|i| line.at(f64::from(i) / count)).collect()

@@ -9,7 +9,7 @@ use dq_messages::PoseNumbers;
 use dq_space::space::KeepOut;
 use nalgebra::{Isometry3, Vector3};
 
-/// Returns frames along the path. They are so far apart that they can be told apart, and farther if there are many motions.
+/// Returns frames along the path. The frames are far enough apart to be distinguished, and farther apart if there are many motions.
 fn frames(run: &RecordedRun) -> Vec<Isometry3<f64>> {
     const APART: (f64, f64) = (0.02, 0.2);
     let mut drawn: Option<UnitDualQuaternion> = None;
@@ -26,7 +26,7 @@ fn frames(run: &RecordedRun) -> Vec<Isometry3<f64>> {
     run.samples.iter().filter(is_apart).map(|sample| frameplotter(&sample.pose.half_log())).collect()
 }
 
-/// Returns the start, the goals of the motions, and the end as named points. If there are many goals, they have no numbers.
+/// Returns the start, the goals of the motions, and the end as named points. If there are many goals, leaves out their numbers.
 fn places(run: &RecordedRun) -> Vec<Place> {
     /// The largest number of goals that are named.
     const NAMED: usize = 9;

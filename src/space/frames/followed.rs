@@ -39,8 +39,8 @@ impl Followed {
         self.goal.number
     }
 
-    /// Returns the time at which the frame counts as lost unless a transform arrives earlier, after a wait of `patience`. `None` if
-    /// the frame is already lost.
+    /// Returns the time at which the frame counts as lost unless a transform arrives earlier. `patience` is how long to wait for a
+    /// transform. `None` if the frame is already lost.
     pub fn deadline(&self, patience: Duration) -> Option<Duration> {
         (!self.lost).then_some(self.heard.saturating_add(patience))
     }

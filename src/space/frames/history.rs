@@ -34,7 +34,7 @@ impl Place {
     }
 }
 
-/// The requested time is before or after all transforms that are kept, by this time \[ns\].
+/// The requested time \[ns\] is outside the times of the transforms that are kept, by this much.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Outside {
     Before(i64),

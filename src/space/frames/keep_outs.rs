@@ -126,8 +126,8 @@ impl FramedKeepOut {
         !self.lifetime.is_zero() && now.saturating_sub(self.came) >= self.lifetime
     }
 
-    /// Returns the keep-out placed at `now`; its frame is at `base_from_frame`. If the solid equals that of `before`, reuses its
-    /// shape.
+    /// Returns the keep-out placed at `now`, with its frame at `base_from_frame`. If the solid equals that of `before`, reuses the
+    /// shape of `before`.
     fn placed(
         &self,
         base_from_frame: UnitDualQuaternion,
@@ -146,7 +146,7 @@ impl FramedKeepOut {
 }
 
 impl Placed {
-    /// Moves the keep-out with its frame. If that is no longer possible, returns the reason, and only once.
+    /// Moves the keep-out with its frame. If the frame is no longer known, returns the reason, and only once.
     fn follow(&mut self, look: &Look) -> Option<KeepOutRefused> {
         let Look { tree, base, now, patience } = *look;
         let frame = self.keep_out.frame(base);
@@ -177,8 +177,8 @@ impl Entry {
         self.next.as_ref().or(current).map(FramedKeepOut::name)
     }
 
-    /// Places the newest message at its exact pose. While that is not known, places it at the newest known pose. Returns the reason
-    /// if the exact pose is not found within `patience`.
+    /// Places the newest message at its exact pose. While the exact pose is not known, places it at the newest known pose. Returns
+    /// the reason if the exact pose is not found within `patience`.
     fn find(&mut self, look: &Look) -> Option<KeepOutRefused> {
         let Look { tree, base, now, patience } = *look;
         let next = self.next.take()?;
@@ -206,8 +206,8 @@ impl Entry {
 }
 
 impl FramedKeepOuts {
-    /// Adds a keep-out, or replaces the one with the same key. There may be at most `most`. [`look`](Self::look) then finds its
-    /// pose. A newer message with the same key may replace it before that.
+    /// Adds a keep-out, or replaces the one with the same key. There may be at most `most` keep-outs. The next call of
+    /// [`look`](Self::look) finds its pose.
     ///
     /// # Errors
     /// [`KeepOutRefused`]; nothing changes then.

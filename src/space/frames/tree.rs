@@ -7,13 +7,13 @@ use dq_common::text::cut;
 use nalgebra::Vector3;
 use std::collections::BTreeMap;
 
-/// Largest number of frames that are kept. Without it, anyone could fill the memory.
+/// Largest number of frames that are kept. Without this limit, anyone could fill the memory.
 const MOST_FRAMES: usize = 1000;
 
 /// Largest number of transforms that are kept, of all frames together: 7 MB.
 const MOST_PLACES: usize = 100_000;
 
-/// Largest translation \[m\]. There are no larger ones on Earth.
+/// Largest translation \[m\]. No distance on Earth is larger.
 const FARTHEST: f64 = 1e7;
 
 /// A transform as received: the pose of `child` in `parent`.
@@ -125,12 +125,12 @@ impl FrameTree {
     /// Returns the newest time at which all frames between `frame` and `base` are known \[ns\]; `None` if none of them moves.
     ///
     /// # Errors
-    /// [`FrameError`] if no transforms connect them.
+    /// [`FrameError`] if no transforms connect the two frames.
     pub fn newest(&self, base: &str, frame: &str) -> Result<Option<i64>, FrameError> {
         Ok(self.path(name(base), name(frame))?.newest())
     }
 
-    /// Returns whether no frame between the two moves.
+    /// Returns whether no frame between `one` and `other` moves.
     pub fn are_rigid(&self, one: &str, other: &str) -> bool {
         let path = self.path(name(one), name(other));
         path.is_ok_and(|path| path.edges().all(|(_, edge)| edge.history.is_static))
@@ -157,7 +157,7 @@ impl FrameTree {
         }
     }
 
-    /// Returns the edge of the frame, that of its parent, and so on up to the root.
+    /// Returns the edge of the frame, then the edge of its parent, and so on up to the root.
     fn ancestry<'a>(&'a self, frame: &'a str) -> Result<Vec<Named<'a>>, FrameError> {
         let (mut edges, mut at) = (Vec::new(), frame);
         while let Some((child, edge)) = self.edges.get_key_value(at) {

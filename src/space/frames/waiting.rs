@@ -60,8 +60,8 @@ impl WaitingGoals {
         self.line.front().map(|(_, came)| came.saturating_add(patience))
     }
 
-    /// Looks up the frame of each goal in `tree`. Returns the goals whose poses in the frame `base` are found. Also returns the
-    /// goals that cannot be found, or were not found within `patience` until `now`.
+    /// Looks up the frame of each goal in `tree`, at the time `now`. Returns the goals whose poses in the frame `base` are found.
+    /// Also returns the goals that cannot be found, and those that have waited for `patience`.
     pub fn look(&mut self, tree: &FrameTree, base: &str, now: Duration, patience: Duration) -> Vec<Answer> {
         let mut answers = Vec::new();
         let found = |goal: &FramedGoal| {

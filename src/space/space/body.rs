@@ -9,10 +9,10 @@ use thiserror::Error;
 /// A capsule on a link: all points within a radius of a segment. It moves with the link.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Capsule {
-    /// The number of the link, counted from 1 arm after arm; 0 for a part fixed to the base. It is also the number of the joint
-    /// that moves the link, unless joints drive several links.
+    /// The number of the link, counted from 1, arm after arm; 0 for a part fixed to the base. Unless joints drive several links,
+    /// this is also the number of the joint that moves the link.
     pub link: usize,
-    /// The indices of the links that carry the capsule, counted from 0 arm after arm. They include its own link.
+    /// The indices of the links that carry the capsule, counted from 0, arm after arm. They include the capsule's own link.
     pub(super) carried_by: Range<usize>,
     /// The segment in the link's frame, whose z axis is the joint's axis \[m\]. For a part fixed to the base it is in the base
     /// frame.
@@ -101,16 +101,16 @@ impl Capsule {
         each.collect()
     }
 
-    /// Creates a capsule on the link `link` of an arm, counted from 1; 0 is the arm's base. There are `before` links of other arms
-    /// before it.
+    /// Creates a capsule on the link `link` of an arm, counted from 1; 0 is the arm's base. The links of earlier arms, of which
+    /// there are `before`, come first in the numbering.
     fn new(before: usize, link: usize, core: Segment, radius: f64) -> Self {
         let carried_by = before..before + link;
         Self { link: if link == 0 { 0 } else { carried_by.end }, carried_by, core, radius }
     }
 }
 
-/// Parses the link, the segment and the radius from the name of a joint, a blank, and seven numbers. The name may contain any
-/// characters, blanks included. It may also be `base`, or be missing.
+/// Parses the link, the segment and the radius of a capsule. The text is the name of a joint, a blank, and seven numbers. The name
+/// may contain any characters, blanks included. It may also be `base`, or be missing.
 fn parse(text: &str, joints: &[String]) -> Option<(usize, Segment, f64)> {
     let named = |text: &str, name: &str| {
         text.strip_prefix(name).filter(|rest| rest.starts_with(char::is_whitespace)).and_then(numbers)

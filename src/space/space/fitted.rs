@@ -115,8 +115,8 @@ fn smallest(
     lines.iter().filter_map(on).min_by(|one, two| one.volume().total_cmp(&two.volume()))
 }
 
-/// Returns the smallest capsule around these rings whose axis is the line. Searches for the best radius, because a thicker capsule
-/// may be shorter.
+/// Returns the smallest capsule around these rings whose axis is the line through `origin` along `direction`. Searches for the best
+/// radius, because a thicker capsule may be shorter.
 fn along(origin: &Vector3<f64>, direction: &Vector3<f64>, rings: &[Ring]) -> Fitted {
     let [bottom, top] = span(rings, f64::INFINITY);
     let middle = 0.5 * (bottom + top);
@@ -139,8 +139,8 @@ fn along(origin: &Vector3<f64>, direction: &Vector3<f64>, rings: &[Ring]) -> Fit
     Fitted { core: Segment { ends }, radius }
 }
 
-/// Returns the ends of the shortest segment on the line with which a capsule of this radius contains the rings. For an infinite
-/// radius, returns the range of the rings' positions.
+/// Returns the ends, along the line, of the shortest segment with which a capsule of this radius contains the rings. For an
+/// infinite radius, returns the range of the rings' positions.
 fn span(rings: &[Ring], radius: f64) -> [f64; 2] {
     let (mut bottom, mut top) = (f64::INFINITY, f64::NEG_INFINITY);
     for ring in rings {
@@ -159,8 +159,8 @@ fn span(rings: &[Ring], radius: f64) -> [f64; 2] {
 /// If a joint has more capsules than this, they are first merged in pairs, in their order.
 const MOST_OF_ONE: usize = 64;
 
-/// Merges capsules of the same joint. Two capsules become one if the union has at most the volume of both together. While there are
-/// more than `most` capsules, also merges the pair whose union adds the least volume.
+/// Merges capsules of the same joint. Two capsules become one if their union has at most the volume of both together. While there
+/// are more than `most` capsules, also merges the two capsules of one joint whose union adds the least volume.
 pub fn merged(mut all: Vec<(usize, Fitted)>, most: usize) -> Vec<(usize, Fitted)> {
     all.sort_by_key(|(joint, _)| *joint);
     let mut groups: Vec<_> = all.chunk_by(|one, two| one.0 == two.0).map(Group::new).collect();

@@ -11,13 +11,13 @@ pub struct Gap {
     pub normal: Vector3<f64>,
     /// The end of the gap on the capsule's segment \[m\].
     pub point: Vector3<f64>,
-    /// The other end of the gap \[m\]. For two capsules it is a point of the other segment; for a keep-out it is the point at which
-    /// the normal begins.
+    /// The other end of the gap \[m\]. Between two capsules it is a point of the other segment. At a keep-out it is the point at
+    /// which the normal begins.
     pub other: Vector3<f64>,
 }
 
 impl Gap {
-    /// Returns the gap reduced by `radius`, the thickness around the segments.
+    /// Returns the gap reduced by `radius`, the total thickness of both parts around their segments \[m\].
     pub fn less(self, radius: f64) -> Self {
         Self { distance: self.distance - radius, ..self }
     }

@@ -50,7 +50,7 @@ pub(super) const FLAT: f64 = 1e-6;
 /// A point counts as in a plane if its distance from the plane is at most this fraction of the hull's length.
 const EXACT: f64 = 1e-8;
 
-/// A point counts as above a face if its distance from the face exceeds its distance from the face's plane by at most this \[m\].
+/// A point counts as above a face if its distances from the face and from the face's plane differ by at most this \[m\].
 const TOGETHER: f64 = 1e-12;
 
 impl Hull {
@@ -110,7 +110,7 @@ impl Hull {
         self.faces.iter().map(|face| (face.above(point), face.normal))
     }
 
-    /// Returns a lower bound of the signed distance of `point` \[m\]. It takes little computation.
+    /// Computes a lower bound of the signed distance of `point` \[m\], with little computation.
     pub(super) fn at_least(&self, point: &Vector3<f64>) -> f64 {
         self.ball.at_least(point)
     }
@@ -205,7 +205,7 @@ fn apart(points: &[Vector3<f64>], near: f64) -> Vec<Vector3<f64>> {
 }
 
 impl Ball {
-    /// Creates a ball around these points. Its center is the middle of their bounding box.
+    /// Creates a ball around `points`. Its center is the middle of their bounding box.
     fn around(points: &[Vector3<f64>]) -> Self {
         let bound = |of: fn(&Vector3<f64>, &Vector3<f64>) -> Vector3<f64>| {
             points.iter().copied().reduce(|a, b| of(&a, &b)).unwrap_or_default()
@@ -220,7 +220,7 @@ impl Ball {
     }
 }
 
-/// Returns the normal of a triangle. Its length is twice the triangle's area \[m²\].
+/// Returns a vector along the normal of a triangle. Its length is twice the triangle's area \[m²\].
 fn across([a, b, c]: &[Vector3<f64>; 3]) -> Vector3<f64> {
     (b - a).cross(&(c - a))
 }
@@ -247,7 +247,7 @@ mod tests {
     use proptest::prelude::*;
 
     /// Returns random point clouds: points nearly on a grid (many of them coplanar or equal), near corners, on a thin plate, nearly
-    /// in two planes, and in one plane. They are rotated, moved and scaled.
+    /// in two planes, and in one plane. The clouds are rotated, moved and scaled.
     fn cloud() -> impl Strategy<Value = Vec<Vector3<f64>>> {
         let vector = || prop::array::uniform3(-1.0..1.0f64).prop_map(Vector3::from);
         let points = prop::collection::vec(vector(), 4..100);

@@ -39,7 +39,7 @@ impl Shape {
     }
 }
 
-/// Returns the gap between `point` and a surface at the distance `distance`, in the direction opposite to `normal`.
+/// Returns the gap between `point` and a surface at `distance` from it, in the direction opposite to `normal`.
 fn gap(point: &Vector3<f64>, distance: f64, normal: Vector3<f64>) -> Gap {
     Gap { distance, normal, point: *point, other: point - distance * normal }
 }

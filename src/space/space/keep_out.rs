@@ -20,8 +20,8 @@ pub struct KeepOut {
     solid: Solid,
 }
 
-/// The allowed numbers of points of a hull. A hull has less than twice as many faces, and all of them may constrain a velocity at
-/// once.
+/// The allowed numbers of points of a hull. A hull has fewer than twice as many faces as points, and all faces may constrain a
+/// velocity at once.
 const POINTS: RangeInclusive<usize> = 4..=100;
 
 impl KeepOut {
@@ -49,7 +49,7 @@ impl FromStr for KeepOut {
     }
 }
 
-/// Writes the text form. Parsing restores exactly the same numbers.
+/// Writes the text form. Parsing this text restores exactly the same numbers.
 impl fmt::Display for KeepOut {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{} {}", self.name, self.solid)

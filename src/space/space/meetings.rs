@@ -1,4 +1,4 @@
-//! The pairs of a scene that can meet. These are all pairs except parts of the body that always touch.
+//! The pairs of parts in a scene that can meet: all pairs except parts of the body that always touch.
 
 use super::placed::Placed;
 use super::scene::{Against, Meeting};
@@ -9,7 +9,7 @@ use std::f64::consts::PI;
 /// Number of configurations that are sampled to find the pairs that always touch.
 const SAMPLES: u32 = 200;
 
-/// Number of samples in which a pair may be apart and still count as always touching: 5 %, as in MoveIt's setup assistant.
+/// A pair counts as always touching if its parts are apart in at most this many samples: 5 %, as in MoveIt's setup assistant.
 const SELDOM: u32 = SAMPLES / 20;
 
 /// The assumed range of a prismatic joint without limits, on each side \[m\].
@@ -87,7 +87,7 @@ impl Scene {
         Ok(self)
     }
 
-    /// Converts the levers of links to those of the joints that drive them.
+    /// Converts motions of a part per link to motions of the part per joint that drives the links.
     fn of_joints(&self, levers: &[f64]) -> Vec<f64> {
         let mut of_joints = vec![0.0; self.joint_count];
         for (lever, (coupling, _)) in levers.iter().zip(&self.links) {
@@ -110,8 +110,8 @@ impl Scene {
         }
     }
 
-    /// Adds a pair for each capsule and each of these keep-outs, except for capsules that never move. Pairs that touch are added,
-    /// too, because keep-outs do not move with the arm.
+    /// Adds a pair for each capsule and each of these keep-outs, except for capsules that never move. Adds pairs that touch, too,
+    /// because keep-outs do not move with the arm.
     fn keep_out_of(&mut self, more: Vec<KeepOut>) -> Result<(), SceneError> {
         self.check_room(&more)?;
         for keep_out in more {
@@ -199,8 +199,8 @@ fn links(chains: &[Chain]) -> Vec<(Coupling, JointKind)> {
     links
 }
 
-/// Returns, for each capsule, its levers: the largest distance of its segment from the axis of each link \[m\]. It is 1 for a link
-/// that slides, and 0 for a link that does not carry the capsule.
+/// Returns the levers of each capsule: the largest distance of its segment from the axis of each link \[m\]. The lever is 1 for a
+/// link that slides, and 0 for a link that does not carry the capsule.
 fn levers(
     capsules: &[Capsule],
     chains: &[Chain],

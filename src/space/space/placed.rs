@@ -10,22 +10,22 @@ use nalgebra::{Isometry3, Vector3};
 pub struct Placed {
     /// The segment of each capsule in the base frame.
     cores: Vec<Segment>,
-    /// The center of each segment, and half its length \[m\].
+    /// The center of each capsule's segment, and half the length of the segment \[m\].
     balls: Vec<(Vector3<f64>, f64)>,
     /// The axis about or along which each link moves: its direction, and a point on it.
     axes: Vec<(Vector3<f64>, Vector3<f64>)>,
     /// The frame of each link.
     links: Vec<Isometry3<f64>>,
-    /// The last measured gap of each pair, without the radii around the segments. Only the body moves, so this gap yields a lower
-    /// bound of the gap at any position of the body.
+    /// The last measured gap of each pair, without the radii around the segments. Only the body moves. So the measured gap yields a
+    /// lower bound of the gap at any other position of the body.
     measured: Vec<Option<Gap>>,
-    /// The largest travel of each part, and of each pair of parts relative to each other \[m\].
+    /// The largest travel of each part since its gaps were measured, and of each pair of parts relative to each other \[m\].
     travels: Vec<f64>,
 }
 
 #[cfg(debug_assertions)]
 thread_local! {
-    /// Number of gaps to keep-outs that this thread has measured. It is the cost of a cycle, for tests.
+    /// Number of gaps to keep-outs that this thread has measured. Tests use this number as the cost of a cycle.
     pub static MEASURED: std::cell::Cell<usize> = const { std::cell::Cell::new(0) };
 }
 
@@ -42,7 +42,7 @@ pub struct Near {
 }
 
 impl Placed {
-    /// Creates the body of `scene`. It has no position yet.
+    /// Creates the body of `scene`. The body has no position yet.
     pub fn of(scene: &Scene) -> Self {
         let mut placed = Self {
             cores: Vec::new(),
@@ -69,7 +69,7 @@ impl Placed {
         }
     }
 
-    /// Replaces the body by that of `scene`. It has no position yet. Allocates nothing if there is enough capacity.
+    /// Replaces the body by that of `scene`. The new body has no position yet. Allocates nothing if there is enough capacity.
     pub fn take(&mut self, scene: &Scene) {
         fn put<T>(list: &mut Vec<T>, of: impl Iterator<Item = T>) {
             list.clear();
@@ -104,9 +104,11 @@ impl Placed {
         }
     }
 
-    /// Sets `near` to the pairs that are near, in the order of `scene`, up to the capacity of `near`. A pair is near if its gap
-    /// \[m\] is less than `within` of the pair's [`travel`](Scene::travel), if each joint moves by `moves` \[rad, prismatic: m\].
-    /// Only pairs that may be near are measured.
+    /// Sets `near` to the pairs that are near, in the order of `scene`, up to the capacity of `near`. Measures only the gaps that
+    /// may be small enough.
+    ///
+    /// A pair is near if its gap is less than `within` \[m\] of the pair's [`travel`](Scene::travel). The travel is computed for
+    /// joints that move by `moves` \[rad, prismatic: m\].
     pub fn near(
         &mut self,
         scene: &Scene,
@@ -136,8 +138,8 @@ impl Placed {
         self.core_gap(scene, meeting).less(meeting.radius)
     }
 
-    /// Returns a lower bound of a pair's gap from its gap at other positions (`near`), with little computation; `None` if that gap
-    /// yields no bound.
+    /// Returns a lower bound of a pair's gap, computed from `near`, the gap at other positions of the body. Takes little
+    /// computation. `None` if `near` yields no bound.
     pub fn gap_at_least(&self, scene: &Scene, near: &Near) -> Option<Gap> {
         let Meeting { capsule, against, .. } = scene.meetings[near.pair];
         matches!(against, Against::KeepOut(_)).then(|| self.cores[capsule].gap_at_least(&near.gap))
@@ -175,8 +177,10 @@ impl Placed {
     }
 
     /// Calls `each` with the gaps at the ends of a pair's segments. If two segments are parallel, a single point does not show how
-    /// they may move. For a tool in a box, a cylinder or a hull, calls `each` with the gap to each face, because several faces may
-    /// be equally near.
+    /// they may move.
+    ///
+    /// For a tool in a box, a cylinder or a hull, calls `each` with the gap to each face, because several faces may be equally
+    /// near.
     pub fn ends(&self, scene: &Scene, pair: usize, mut each: impl FnMut(Gap)) {
         let meeting = &scene.meetings[pair];
         let core = &self.cores[meeting.capsule];
@@ -197,8 +201,8 @@ impl Placed {
         }
     }
 
-    /// Sets `slope` to the growth of a pair's gap with each joint [m/rad, prismatic: m/m] (Faverjon & Tournassoud 1987). It is the
-    /// normal times the Jacobian of the capsule's point, less that of the other capsule's point.
+    /// Sets `slope` to the growth of a pair's gap with each joint [m/rad, prismatic: m/m] (Faverjon & Tournassoud 1987). The slope
+    /// is the normal times the Jacobian of the capsule's point, less the normal times the Jacobian of the other capsule's point.
     pub fn slope(&self, scene: &Scene, pair: usize, gap: &Gap, slope: &mut [f64]) {
         let meeting = &scene.meetings[pair];
         slope.fill(0.0);
@@ -272,7 +276,7 @@ mod tests {
         [one.clone(), one.standing_at(&beside)]
     }
 
-    /// Returns the same arms with two joints each. The first joint also drives the third link.
+    /// Returns the arms of [`chains`] with two joints each. The first joint of an arm also drives its third link.
     fn driven() -> [Chain; 2] {
         let third = Coupling { driver: 0, ratio: -0.7, offset: 0.2 };
         let couplings = vec![Coupling::own(0), Coupling::own(1), third];
@@ -353,7 +357,7 @@ mod tests {
         }
     }
 
-    /// The lower bounds of gaps are correct, whatever was measured before.
+    /// Checks the lower bounds of gaps after gaps were measured at any earlier positions.
     #[test]
     fn a_pair_that_is_not_measured_is_not_near() {
         let chains = chains();

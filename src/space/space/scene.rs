@@ -18,7 +18,7 @@ pub enum SceneError {
     /// There are this many capsules, which is too many.
     #[error("a body of {0} capsules: at most {MOST_CAPSULES} are possible")]
     Capsules(usize),
-    /// There are too many keep-outs. These exceed the limit.
+    /// There are too many keep-outs. The named keep-outs exceed the limit.
     #[error("at most {MOST_KEEP_OUTS} keep-outs and keep-ins are possible: no room for {}", names(.0))]
     KeepOuts(Vec<Name>),
 }
@@ -42,7 +42,7 @@ pub(super) struct Meeting {
     /// The index of the capsule in the body. The tools follow the capsules.
     pub capsule: usize,
     pub against: Against,
-    /// The index of the pair's levers among those of the scene.
+    /// The index in [`Scene::levers`] of the bounds on this pair's motion, one bound per joint.
     pub levers: usize,
     /// The sum of the radii of both parts \[m\].
     pub radius: f64,
@@ -51,7 +51,7 @@ pub(super) struct Meeting {
 /// The names of the two parts of a pair.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Pair {
-    /// Two parts of the body. Each is named by the joint that moves or drives its link, counted from 1 arm after arm; 0 for a base.
+    /// Two parts of the body. Each is named by the joint that moves or drives its link, counted from 1, arm after arm; 0 for a base.
     Body(usize, usize),
     /// A part of the body and a keep-out.
     KeepOut(usize, Name),
@@ -157,8 +157,8 @@ pub struct Scene {
     /// The tools, as capsules without extent.
     pub(super) tools: Vec<Capsule>,
     pub(super) keep_ins: Vec<KeepOut>,
-    /// The levers: the largest motion of a part, or of one capsule relative to another, per motion of each joint [m/rad, prismatic:
-    /// m/m]. Those of single capsules come first.
+    /// The largest motion of a part, or of one capsule relative to another, per motion of each joint [m/rad, prismatic: m/m]. The
+    /// single capsules come first.
     pub(super) levers: Vec<Vec<f64>>,
     pub(super) meetings: Vec<Meeting>,
     pub(super) left_out: Vec<LeftOut>,
@@ -231,8 +231,8 @@ impl Scene {
         travel(&self.levers[self.meetings[number].levers], moves)
     }
 
-    /// Returns whether the pair is a tool and its keep-in. Keep-ins are convex, so on a straight line the gap is smallest at one of
-    /// the ends.
+    /// Returns whether the pair is a tool and its keep-in. Keep-ins are convex, so the gap along a straight line is smallest at one
+    /// end of the line.
     pub fn is_inside(&self, number: usize) -> bool {
         matches!(self.meetings[number].against, Against::KeepIn(_))
     }
@@ -243,7 +243,8 @@ impl Scene {
     }
 }
 
-/// Returns the largest motion of a part with these levers \[m\] if each joint moves by `moves` \[rad, prismatic: m\].
+/// Returns the largest motion of a part \[m\] if each joint moves by `moves` \[rad, prismatic: m\]. `levers` are the part's largest
+/// motions per motion of each joint.
 pub(super) fn travel(levers: &[f64], moves: impl Iterator<Item = f64>) -> f64 {
     levers.iter().zip(moves).map(|(lever, by)| lever * by.abs()).sum()
 }

@@ -14,9 +14,9 @@ pub struct Segment {
 const TOGETHER: f64 = 1e-12;
 
 impl Segment {
-    /// Returns a lower bound of the gap between this segment and a convex shape. `gap` is the gap between another segment and that
-    /// shape. The shape lies behind the plane perpendicular to the gap's normal, so no point of this segment is nearer to the shape
-    /// than to that plane.
+    /// Returns a lower bound of the gap between this segment and a convex shape. `gap` is the gap between another segment and the
+    /// shape. The shape lies behind the plane perpendicular to the gap's normal. So this segment is at least as far from the shape
+    /// as from that plane.
     pub(super) fn gap_at_least(&self, gap: &Gap) -> Gap {
         let beyond = |point: &Vector3<f64>| gap.distance + gap.normal.dot(&(point - gap.point));
         let [one, other] = self.ends.map(|end| (beyond(&end), end));
@@ -24,7 +24,7 @@ impl Segment {
         Gap { distance, normal: gap.normal, point, other: point - distance * gap.normal }
     }
 
-    /// Creates the segment whose middle is `center`. It extends by `half` to both sides \[m\].
+    /// Creates the segment whose middle is `center`. The segment extends by `half` to both sides \[m\].
     pub fn about(center: &Vector3<f64>, half: &Vector3<f64>) -> Self {
         Self { ends: [center - half, center + half] }
     }

@@ -50,8 +50,8 @@ const EXACT: f64 = 1e-12;
 const STEPS: u32 = 40;
 
 impl Shape {
-    /// Returns the signed distance of `point` \[m\], negative inside, and its gradient of unit length. The shape is convex. So the
-    /// distance is convex, too, and changes by at most the motion of the point.
+    /// Returns the signed distance of `point` \[m\], negative inside, and its gradient of unit length. Because the shape is convex,
+    /// the distance is a convex function. If the point moves, the distance changes by at most the length of the motion.
     pub fn distance(&self, point: &Vector3<f64>) -> (f64, Vector3<f64>) {
         match self {
             Self::HalfSpace(plane) => (plane.distance(point), plane.normal()),
@@ -82,7 +82,7 @@ impl Shape {
         }
     }
 
-    /// Returns a lower bound of the distance of `point` \[m\]. It takes little computation for any shape.
+    /// Computes a lower bound of the distance of `point` \[m\], with little computation for any shape.
     pub(super) fn at_least(&self, point: &Vector3<f64>) -> f64 {
         match self {
             Self::Hull(hull) => hull.at_least(point),
@@ -111,8 +111,8 @@ impl Shape {
         Gap { distance, normal, point: *point, other: point - distance * normal }
     }
 
-    /// Returns the gap at the point of a segment with the smallest distance. The distance is convex, so its tangents intersect at a
-    /// lower bound, and it is evaluated there next (Kelley 1960).
+    /// Returns the gap at the point of a segment with the smallest distance. The distance is convex, so the tangents at two points
+    /// intersect at a lower bound. The method evaluates the distance there next (Kelley 1960).
     fn lowest(&self, segment: &Segment) -> Gap {
         let along = segment.vector();
         let at = |part: f64| {
@@ -150,7 +150,8 @@ fn length(vector: &Vector3<f64>) -> (f64, Vector3<f64>) {
     if length > 0.0 { (length, vector / length) } else { (0.0, Vector3::x()) }
 }
 
-/// Returns the signed distance of the point `beyond` from the set of all points without positive components, and its gradient.
+/// Returns the signed distance of the point `beyond` from the set of points without positive components. Also returns the gradient
+/// of that distance.
 fn outside<const N: usize>(beyond: &nalgebra::SVector<f64, N>) -> (f64, nalgebra::SVector<f64, N>) {
     let out = beyond.map(|part| part.max(0.0));
     let distance = out.norm();

@@ -21,9 +21,9 @@ pub enum KeepOutError {
         /// The description of the shape's numbers.
         numbers: &'static str,
     },
-    /// This length is not valid.
+    /// This length of the solid is not valid.
     Length(f64),
-    /// This position is too far away.
+    /// This position of the solid is too far away.
     Far(f64),
     /// A direction or an orientation is invalid.
     Direction,
@@ -160,7 +160,7 @@ impl Solid {
         wrong_numbers(self.name())
     }
 
-    /// Returns the solid after its frame has moved by `by`.
+    /// Returns the solid after a motion of its frame by `by`.
     pub fn moved(&self, by: &Isometry3<f64>) -> Self {
         let place = |point: &Vector3<f64>| by.rotation * point + by.translation.vector;
         let mut moved = self.clone();
@@ -259,7 +259,7 @@ mod tests {
     }
 
     proptest! {
-        /// Bags record keep-outs as text. They must be equal to the last bit when they are read.
+        /// Bags record keep-outs as text, so numbers read from the text must equal the original to the last bit.
         #[test]
         fn the_text_form_is_exact(numbers in numbers(), turn in prop::array::uniform4(-1.0..1.0f64)) {
             let [x, y, z, a, b, c, ..] = numbers;

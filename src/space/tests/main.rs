@@ -87,7 +87,7 @@ fn unknown_frames_and_times_are_reported_by_name() {
     }
 }
 
-/// tf2 accepts a quaternion whose squared norm is within 10e-3 of 1, because people type only two digits.
+/// Like tf2, the tree accepts a quaternion whose squared norm is within 10e-3 of 1, because people type only two digits.
 #[test]
 fn a_quaternion_of_two_digits_is_accepted() {
     let mut tree = FrameTree::default();
@@ -238,7 +238,7 @@ fn endless_publishing_neither_fills_memory_nor_displaces_others() {
 }
 
 proptest! {
-    /// The pose in the tree equals the product of the transforms, apart from rounding.
+    /// The pose found by the tree equals the product of the transforms, apart from rounding.
     #[test]
     fn a_long_path_is_the_product_of_its_transforms(
         numbers in prop::collection::vec((-1.0..1.0_f64, -3.0..3.0_f64), 2..12),

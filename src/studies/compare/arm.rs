@@ -21,7 +21,7 @@ pub struct Arm {
     pub name: String,
     /// The kinematics, joint names, limits, and all other servo parameters of the arm.
     pub parameters: ServoParameters,
-    /// The values from which the parameters were built, and the name of their source.
+    /// The values from which the parameters were built. The next field is the name of their source.
     values: Vec<(String, Value)>,
     source: String,
 }
@@ -87,11 +87,12 @@ impl Arm {
         Self::of(&self.name, self.values.iter().cloned().chain(parameters).collect(), &self.source)
     }
 
-    /// Returns the task `number`. Its start and goal are the poses of random joint positions, between the position limits and
-    /// within half a turn in both directions. Each task has its own stream of random numbers, so the order of runs does not matter.
+    /// Returns the task `number`. Its start and goal are the poses of random joint positions. The positions are between the
+    /// position limits and within half a turn in both directions. Each task has its own stream of random numbers, so the order of
+    /// runs does not matter.
     ///
     /// # Errors
-    /// There is none in practice: there is one position per joint.
+    /// There is no error in practice: there is one position per joint.
     pub fn task(&self, seed: u64, number: u32) -> Result<Task, CompareError> {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         random.set_stream(u64::from(number));

@@ -12,9 +12,9 @@ use std::time::Duration;
 
 /// The time after which a loop that has not settled counts as failed.
 pub const HORIZON: Duration = Duration::from_secs(10);
-/// The time within the 2 % band after which a loop counts as settled.
+/// A loop counts as settled once it has stayed within the 2 % band for this time.
 const DWELL: Duration = Duration::from_millis(500);
-/// The length of the last part of a failed loop, by which its behavior is classified.
+/// The length of the last part of a failed loop. The behavior in this part classifies the failure.
 const LAST: Duration = Duration::from_secs(1);
 /// Joint speeds below this [rad/s] count as standing.
 const STANDING: f64 = 1e-2;
@@ -84,7 +84,7 @@ pub struct ClosedLoop<'a> {
     pub controller: Controller,
     /// The imperfections of the joint states.
     pub plant: Plant,
-    /// Whether the servo drives the arm, with its limits and all rules. Otherwise the law alone does.
+    /// Whether the servo, with its limits and all rules, drives the arm. Otherwise the law alone drives it.
     pub limits: bool,
 }
 
@@ -196,7 +196,7 @@ impl Driver {
         }
     }
 
-    /// Returns whether nothing will move anymore: a servo whose goal has stalled waits for another goal.
+    /// Returns whether nothing will move any more: a servo whose motion has stalled waits for another goal.
     fn is_over(&self) -> bool {
         match self {
             Self::Law(_) => false,
@@ -232,7 +232,7 @@ impl Driver {
     }
 }
 
-/// Measures the real arm, not its joint states.
+/// Measures the figures from the real positions of the arm, not from its joint states.
 struct Watch {
     arms: Arms,
     /// The last real positions \[rad\].
@@ -270,7 +270,7 @@ impl Watch {
         }
     }
 
-    /// Adds a cycle. Returns false if the arm is out of control. `evaluated` is the arm at `theta`, if it is known already.
+    /// Adds a cycle. Returns false if the arm is out of control. `evaluated` is the arm at `theta`, if it was already evaluated.
     fn see(&mut self, evaluated: Option<&Arms>, theta: &[f64], command: &[f64], now: Duration) -> bool {
         if !command.iter().all(|speed| speed.abs() < DIVERGED) {
             return false;
@@ -299,7 +299,7 @@ impl Watch {
         true
     }
 
-    /// Returns the distance and the angle as one number: each is divided by its tolerance.
+    /// Returns the distance and the angle to the goal as one number. Each is divided by its tolerance.
     fn size(&self) -> f64 {
         self.error.position / self.tolerance.linear + self.error.rotation / self.tolerance.angular
     }

@@ -39,7 +39,7 @@ pub const PLANTS: [Plant; 6] = [
     Plant { name: "encoder_noise", latency: 0, noise: COUNT },
 ];
 
-/// Delays joint states and adds noise to them.
+/// Delays joint states and adds noise to the positions.
 pub(super) struct Sensor {
     plant: Plant,
     random: ChaCha8Rng,

@@ -1,5 +1,5 @@
-//! The file of runs, which has one line per run in a fixed order. All cores compute it. After an interruption the program continues
-//! it.
+//! The file of runs, which has one line per run in a fixed order. All cores compute the runs. After an interruption, the program
+//! continues the file.
 
 use super::part::Part;
 use super::record::Record;
@@ -10,7 +10,7 @@ use std::io::{BufRead, BufReader, BufWriter, Seek, SeekFrom, Write};
 use std::ops::Range;
 use std::path::Path;
 
-/// Number of runs that are computed, and then written together. An interruption loses at most this many.
+/// Number of runs that are computed and then written together. An interruption loses at most this number of runs.
 const BATCH: u64 = 2048;
 
 /// The complete lines of a file of runs.
@@ -92,7 +92,7 @@ impl Study {
         }
     }
 
-    /// Calls `each` with the complete lines, after a check that each line is of the expected run.
+    /// Calls `each` with the runs of the complete lines. First checks that each line is of the expected run.
     fn lines(
         &self,
         file: &Path,

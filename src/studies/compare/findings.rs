@@ -33,13 +33,13 @@ pub struct Findings {
     pub cells: Vec<Cell>,
     /// Pairwise comparisons of laws on the same tasks.
     pub comparisons: Vec<Comparison>,
-    /// The results of other programs on the first tasks of each arm, with those of the reference law.
+    /// The results of other programs on the first tasks of each arm, together with those of the reference law.
     pub peers: Vec<Peer>,
-    /// How old joint states may be, for each law.
+    /// How old joint states may be for each law.
     pub ageing: Vec<Ageing>,
     /// The time of a step, for each law.
     pub step_times: Vec<StepTime>,
-    /// One run of each cell, by which a program can check whether it still has the same results.
+    /// One run of each cell. With these runs, a program can check whether its results are still the same.
     pub samples: Vec<Record<'static>>,
 }
 

@@ -13,12 +13,13 @@ use std::ops::Range;
 
 /// The ages that are tried, in cycles: half octaves from 5 ms to 0.32 s.
 const AGES: [usize; 12] = [1, 2, 3, 4, 6, 8, 11, 16, 23, 32, 45, 64];
-/// An age is acceptable for a law if, of the tasks that settle with fresh joint states, at least this percentage also settles at
-/// that age.
+/// An age is acceptable for a law if at least this percentage of tasks settles at that age. Only tasks that settle with fresh joint
+/// states count.
 const HOLDS: f64 = 95.0;
-/// Number of tasks of each arm on which an age is tried first. If the result is in doubt, all tasks are tried.
+/// Number of tasks of each arm on which an age is tried first. If their result is in doubt, all tasks are tried.
 pub(super) const FIRST: u32 = 400;
-/// The result for an age is in doubt if the interval with this quantile of the normal distribution (p < 1e-4) contains 95 %.
+/// The quantile of the normal distribution for a first decision (p < 1e-4). The result for an age is in doubt if the interval with
+/// this quantile contains 95 %.
 const NO_DOUBT: f64 = 4.0;
 
 /// The age of joint states up to which a law works.
@@ -32,11 +33,11 @@ pub struct Ageing {
     pub tasks: usize,
     /// For each tried age \[ms\], the percentage of these tasks that settle at that age.
     pub settled_percent: Vec<(f64, Interval)>,
-    /// The largest age at which at least 95 % of these tasks settle \[ms\]; 0 if there is none.
+    /// The largest age at which at least 95 % of these tasks settle \[ms\]; 0 if there is no such age.
     pub holds_up_to_ms: f64,
     /// The largest age at which certainly at least 95 % settle, because the whole interval is above 95 % \[ms\].
     pub low_ms: f64,
-    /// The smallest age at which certainly fewer than 95 % settle \[ms\]; `None` if it exceeds the tried ages.
+    /// The smallest age at which certainly fewer than 95 % settle \[ms\]; `None` if this age exceeds the tried ages.
     pub high_ms: Option<f64>,
 }
 
@@ -58,10 +59,11 @@ fn known(age: usize) -> Option<&'static Plant> {
     PLANTS.iter().find(|plant| plant.latency == age && plant.noise == 0.0)
 }
 
-/// Determines the ages for every law, with its gain for equal settling time, without and with limits.
+/// Determines the ages for every law, once without and once with the servo's limits. The laws have their gains for equal settling
+/// time.
 ///
 /// # Errors
-/// The first error of a simulated run. There is none in practice.
+/// The first error of a simulated run; none in practice.
 pub(super) fn ageing(study: &Study, summary: &Summary) -> Result<Vec<Ageing>, CompareError> {
     let each = Law::all().flat_map(|law| [false, true].map(|limits| (law, limits)));
     each.map(|(law, limits)| Ages { study, summary, law, limits, tried: BTreeMap::new() }.find()).collect()
@@ -74,7 +76,7 @@ struct ArmTask {
     number: u32,
 }
 
-/// The number of tasks that settle, out of a number of tasks.
+/// The number of tasks that settle, and the number of tasks in total.
 struct Count {
     settled: usize,
     of: usize,
@@ -91,8 +93,8 @@ struct Ages<'a> {
 }
 
 impl Ages<'_> {
-    /// Finds the age by bisection, because fewer tasks settle if joint states are older. From there finds the ages at which the
-    /// result is certain. Tries the ages of the comparison's plants first, because their results are known.
+    /// Finds the largest acceptable age by bisection, because fewer tasks settle if joint states are older. From there finds the
+    /// ages at which the result is certain. Tries the ages of the comparison's plants first, because their results are known.
     fn find(mut self) -> Result<Ageing, CompareError> {
         let (mut holds, mut fails) = (0, AGES.len());
         for place in (0..AGES.len()).filter(|place| known(AGES[*place]).is_some()) {

@@ -22,7 +22,7 @@ named! {
 }
 
 impl Matched {
-    /// Both quantities.
+    /// The settling time and the peak speed.
     pub const ALL: [Self; 2] = [Self::SettlingTime, Self::PeakSpeed];
 }
 
@@ -34,21 +34,22 @@ pub(super) fn others() -> impl Iterator<Item = Law> {
     Law::all().filter(|law| *law != REFERENCE.0)
 }
 
-/// Number of tasks on which gains are chosen, and number of other tasks on which the choice is judged. This is enough for an error
-/// of [`CLOSE`] in the settling times of laws with the damped inverse. Peak speeds vary so much among tasks that ten times as many
-/// would be necessary.
+/// Number of tasks on which gains are chosen. The next number is how many other tasks judge the choice. These are enough for an
+/// error of [`CLOSE`] in the settling times of laws with the damped inverse. Peak speeds vary so much among tasks that ten times as
+/// many tasks would be necessary.
 pub(super) const PILOTS: usize = 1024;
 /// Number of tasks for the coarse search of a gain.
 const FEW: usize = 48;
-/// The seeds of the tasks on which gains are chosen, and of those on which the choice is judged. They differ from the seeds of all
-/// other tasks.
+/// The seed of the tasks on which gains are chosen. The next number is the seed of the tasks that judge the choice. Both differ
+/// from the seeds of all other tasks.
 const PILOT_SEED: u64 = 0x0070_696c_6f74;
 const JUDGE_SEED: u64 = 0x6a75_6467_6573;
-/// Relative difference up to which two targets are the same, apart from rounding.
+/// Two targets count as the same up to this relative difference, because of rounding.
 const ROUNDING: f64 = 1e-6;
 /// Relative error of the target up to which a gain counts as matched.
 pub(super) const CLOSE: f64 = 0.02;
-/// Relative accuracy with which a gain is chosen. Settling times are multiples of a cycle, which is a four hundredth of the target.
+/// Relative accuracy with which a gain is chosen. Settling times are multiples of a cycle, and a cycle is a four hundredth of the
+/// target.
 const CHOSEN: f64 = 0.003;
 /// Largest gain that is tried [1/s].
 const HIGHEST: f64 = 1e4;
@@ -66,7 +67,7 @@ pub struct Gain {
     pub gain: f64,
     /// The value of the reference law, on tasks that were not used to choose gains [s or rad/s].
     pub target: f64,
-    /// The value with this gain on the same tasks; `None` if more than half of them fail.
+    /// The value that this gain reaches on the same tasks; `None` if more than half of the tasks fail.
     pub reached: Option<f64>,
 }
 
@@ -132,7 +133,7 @@ impl<'a> Tasks<'a> {
         Ok(Medians { settling_time: median(Matched::SettlingTime), peak_speed: median(Matched::PeakSpeed) })
     }
 
-    /// Returns the two quantities of `law` with `gain` on the first `count` tasks, each in ascending order.
+    /// Runs `law` with `gain` on the first `count` tasks. Returns the settling times and the peak speeds, each in ascending order.
     pub fn sorted(&self, law: Law, gain: f64, count: usize) -> Result<Sorted, CompareError> {
         let controller = self.arm.parameters.settings.controller.with_law(law, gain);
         let closed_loop = ClosedLoop { arm: self.arm, controller, plant: PLANTS[0], limits: false };
@@ -204,7 +205,7 @@ pub(super) fn gains(arm: &Arm, chosen: impl Fn()) -> Result<Vec<Gain>, CompareEr
 /// Returns whether `kept` are the gains of all laws on these arms, with the targets that this program measures.
 ///
 /// # Errors
-/// The first error of a simulated run. There is none in practice.
+/// The first error of a simulated run; none in practice.
 pub(super) fn are_gains_of(arms: &[Arm], kept: &[Gain]) -> Result<bool, CompareError> {
     let mut kept = kept.iter();
     for arm in arms {
@@ -238,8 +239,8 @@ impl Search<'_> {
         Ok(self.pilots.medians(self.law, gain, self.count)?.of(self.matched))
     }
 
-    /// Doubles or halves the gain until the target lies between two gains, then halves that step. If no gain reaches the target,
-    /// because the loop becomes unstable first, returns the best gain that was tried.
+    /// Doubles or halves the gain until the target lies between the values of two gains. Then halves the interval between these
+    /// gains. If no gain reaches the target, because the loop becomes unstable first, returns the best gain that was tried.
     fn coarse(&self) -> Result<f64, CompareError> {
         let mut tried = Vec::new();
         // Returns whether the gain is high enough.
@@ -267,8 +268,9 @@ impl Search<'_> {
         Ok(best.map_or(gain, |(gain, _)| *gain))
     }
 
-    /// Returns the best of a few gains from `near` on. With k times the gain, a law follows the same path k times as fast, apart
-    /// from the effects of the control period and of gain limits. So each step multiplies the gain by the missing ratio.
+    /// Returns the best of a few gains, starting from `near`. With k times the gain, a law follows the same path k times as fast,
+    /// apart from the effects of the control period and of gain limits. So each step multiplies the gain by the ratio of the value
+    /// to the target.
     fn fine(&self, near: f64) -> Result<f64, CompareError> {
         const STEPS: usize = 5;
         let (mut gain, mut best) = (near, (f64::INFINITY, near));

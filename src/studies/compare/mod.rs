@@ -111,13 +111,13 @@ pub enum CompareError {
         /// The number of the line, counted from 1.
         line: u64,
     },
-    /// The runs of other programs are of other tasks.
+    /// The file has runs of other programs on tasks that are not the study's.
     #[error("{file} does not have runs of the first tasks of each of these arms: run compare_peers.py again")]
     OtherPeers {
         /// The name of the file.
         file: String,
     },
-    /// A line is not a run.
+    /// A line of the file is not a valid run.
     #[error(
         "{file}: line {line} is damaged: delete it and all later lines, then repeat the command, which continues from there"
     )]

@@ -137,7 +137,7 @@ fn why_unmatched(findings: &Findings) -> String {
     why
 }
 
-/// Explains of which tasks the medians are.
+/// Explains on which tasks the medians are computed.
 fn on_common(findings: &Findings, matched: Matched, limits: bool) -> String {
     let cell = |law| findings.cell(matched, law, ALL_ARMS, limits, "ideal");
     let common = Law::all().filter_map(cell).find_map(|cell| Some((cell.common?, cell.runs)));

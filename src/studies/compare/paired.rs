@@ -11,7 +11,7 @@ use std::fmt::Write as _;
 pub struct End {
     /// When the task had settled \[s\]; `None` if it has not.
     pub settled: Option<f64>,
-    /// Whether parts of the arm passed through each other during the motion.
+    /// Whether parts of the arm passed through each other in the motion.
     pub through_itself: bool,
     /// How the task ended, in words.
     pub words: String,
@@ -50,7 +50,7 @@ impl Paired {
         Interval::median(&differences, Z)
     }
 
-    /// Counts the tasks that do not settle under the second condition, by how they ended.
+    /// Counts the tasks that do not settle under the second condition, grouped by how they ended.
     pub fn rest(&self) -> BTreeMap<&str, usize> {
         let mut rest = BTreeMap::new();
         for [_, end] in self.tasks.iter().filter(|[_, end]| end.settled.is_none()) {
@@ -71,9 +71,10 @@ impl Paired {
         paired
     }
 
-    /// Returns a table of the `rows`. `first` and `second` are the names of the two conditions. The columns are the percentages
-    /// that settle with their 95 % intervals, the numbers of tasks that differ, the probability that this is chance, and by how
-    /// much later tasks settle under the second condition.
+    /// Returns a table of the `rows`. `first` and `second` are the names of the two conditions.
+    ///
+    /// The columns are: the percentages of tasks that settle with their 95 % intervals; the numbers of tasks that differ; the
+    /// probability that the difference is chance; and by how much later tasks settle under the second condition.
     pub fn table(rows: &[Self], [first, second]: &[String; 2]) -> String {
         let mut table = format!(
             "| law | arm | tasks | settled, {first} [%] | settled, {second} [%] | only {first}, only {second} | p | {second} later [s] | not \

@@ -48,18 +48,18 @@ pub struct Comparison {
     pub laws: [String; 2],
     /// The number of tasks that are compared.
     pub pairs: usize,
-    /// The number of tasks on which the first law has more, and the number on which the second law has more.
+    /// The number of tasks on which the first law has a larger value, and the number on which the second law has.
     pub more: [usize; 2],
     /// The first law's value less the second law's. For percentages it is the difference in points; for the other quantities it is
     /// the median of the tasks' differences.
     pub difference: Interval,
-    /// The probability of two numbers in `more` that differ at least as much, if neither law is better.
+    /// The probability that chance alone makes the two numbers in `more` at least as different as they are.
     pub p: f64,
     /// The probability `p`, adjusted by Holm (1979) for all comparisons. If it is below 0.05, the laws differ significantly.
     pub p_holm: f64,
 }
 
-/// The level of significance: if there is no difference, 95 of 100 studies find none.
+/// The level of significance: if two laws do not differ, 95 of 100 studies find no difference.
 const TOLD: f64 = 0.05;
 
 impl Comparison {
@@ -82,8 +82,8 @@ impl Comparison {
     }
 }
 
-/// Returns the probability that `a + b` tosses of a coin split at least as unevenly as `a` and `b`. This is the exact sign test. If
-/// `a` and `b` are the numbers of pairs in which only one member has a property, it is also the exact test of McNemar (1947).
+/// Returns the probability that `a + b` tosses of a coin split at least as unevenly as `a` and `b` (the exact sign test). For the
+/// numbers of pairs in which only one member has a property, this is the exact test of McNemar (1947).
 pub fn sign_test(a: usize, b: usize) -> f64 {
     // One half is a valid probability, so the distribution always exists.
     Binomial::new(0.5, (a + b) as u64).map_or(1.0, |tosses| (2.0 * tosses.cdf(a.min(b) as u64)).min(1.0))
@@ -102,9 +102,9 @@ pub fn holm(p: &[f64]) -> Vec<f64> {
 }
 
 impl Interval {
-    /// Returns the difference of two percentages of the same `pairs` \[points\]. In `first` pairs only the first member has the
-    /// property, in `second` pairs only the second. The interval is Wald's after half a pair is added to each of the four kinds
-    /// (Agresti & Min 2005).
+    /// Returns the difference of two percentages of the same pairs \[points\]. `first` is the number of pairs in which only the
+    /// first member has the property; `second`, in which only the second member has it. The interval is Wald's, with half a pair
+    /// added to each cell of the 2×2 table (Agresti & Min 2005).
     pub fn paired_share(first: usize, second: usize, pairs: usize, z: f64) -> Self {
         let (b, c, n) = (first as f64 + 0.5, second as f64 + 0.5, pairs as f64 + 2.0);
         let (center, half) = ((b - c) / n, z * (b + c - (b - c).powi(2) / n).max(0.0).sqrt() / n);
@@ -115,7 +115,7 @@ impl Interval {
 }
 
 /// Makes all comparisons. On all arms together, with gains for equal settling time, compares every pair of laws; otherwise compares
-/// each law with the reference. Adjusts the probabilities of these and of the comparisons `more`.
+/// each law with the reference. Adjusts the probabilities of these comparisons together with those of the comparisons `more`.
 pub(super) fn comparisons(summary: &Summary, arms: &[String], more: Vec<Comparison>) -> Vec<Comparison> {
     let mut all = Vec::new();
     for limits in [false, true] {
@@ -148,7 +148,8 @@ pub(super) fn comparisons(summary: &Summary, arms: &[String], more: Vec<Comparis
     all
 }
 
-/// Compares two laws on the same tasks. The probability is for this comparison alone. `None` if there is nothing to compare.
+/// Compares two laws on the same tasks. The probability is not adjusted for other comparisons. `None` if there is nothing to
+/// compare.
 pub(super) fn compared(
     quantity: Quantity,
     matched: Matched,
@@ -163,8 +164,8 @@ pub(super) fn compared(
     Some(Comparison { quantity, matched, arm, limits, laws, pairs, more, difference, p, p_holm: 1.0 })
 }
 
-/// Returns the number of pairs, the numbers of pairs in which the first and the second member have more, and the difference. `None`
-/// if both laws settle no common task.
+/// Returns the number of pairs, the numbers of pairs in which the first and the second member have the larger value, and the
+/// difference. `None` if the laws have no task that both settle.
 fn compare(
     quantity: Quantity,
     first: &[Option<Row>],

@@ -23,7 +23,7 @@ impl Part {
     /// The part that has all runs.
     pub const WHOLE: Self = Self { number: 1, of: 1 };
 
-    /// Yields all parts in their order, if there are `of` parts.
+    /// Yields all parts in their order, out of `of` parts.
     fn each(of: u64) -> impl Iterator<Item = Self> {
         (1..=of).map(move |number| Self { number, of })
     }
@@ -54,7 +54,7 @@ impl FromStr for Part {
 }
 
 impl Study {
-    /// Merges all `of` parts in `folder` into `file`, after a check that each is complete and belongs to this study.
+    /// Merges all `of` parts in `folder` into `file`. First checks that each part is complete and belongs to this study.
     ///
     /// # Errors
     /// [`CompareError::File`] for a missing part; [`CompareError::Count`] for a part with too few runs;

@@ -1,4 +1,5 @@
-//! Other programs under the arms' limits. They are compared with the reference law if a servo parameter has its second value.
+//! The runs of other programs under the arms' limits. The reference law, with a servo parameter at its second value, is compared
+//! with these programs.
 
 use super::paired::{End, Paired};
 use super::record::Record;
@@ -6,7 +7,7 @@ use super::{CompareError, REFERENCE, Study};
 use std::collections::{BTreeMap, HashSet};
 use std::path::Path;
 
-/// For each program and arm: when the first tasks settled under limits \[s\].
+/// For each program and arm: the times at which the first tasks settled under limits \[s\].
 #[derive(Clone, Debug, Default)]
 pub struct PeerRuns(BTreeMap<(String, String), Vec<Option<f64>>>);
 
@@ -53,8 +54,8 @@ impl PeerRuns {
         Ok(true)
     }
 
-    /// Compares the reference law under its second condition with each program, on the tasks that both have run. Returns, for each
-    /// program, its name and a row for each arm.
+    /// Compares the reference law under its second condition with each program, on the tasks that both have run. Returns the name
+    /// of each program with a row for each arm.
     pub fn beside(&self, rows: &[Paired]) -> Vec<(String, Vec<Paired>)> {
         let mut tables: BTreeMap<&str, Vec<Paired>> = BTreeMap::new();
         for row in rows.iter().filter(|row| row.law == REFERENCE.0.name()) {

@@ -1,5 +1,5 @@
-//! Writes the sentences at the top of the page "What the laws do": which law to take, with which gain, and up to which age of the
-//! joint states. Each sentence has an interval or a p-value.
+//! Writes the sentences at the top of the page "What the laws do". They say which law to take, with which gain, and up to which age
+//! of the joint states. Each sentence has an interval or a p-value.
 
 use super::numbers::{median, percent, probability, range, signed, time};
 use super::tables::age;
@@ -107,7 +107,7 @@ impl Laws<'_> {
         )
     }
 
-    /// Returns sentences about arms on which a law differs from the reference in the opposite direction than on all arms together.
+    /// Returns sentences about the arms on which a law differs from the reference in another direction than on all arms together.
     fn on_each_arm(&self) -> Vec<String> {
         let mut reversed = Vec::new();
         for (arm, law) in self.findings.arms.iter().flat_map(|arm| Law::all().map(move |law| (arm, law))) {

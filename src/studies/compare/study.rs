@@ -28,7 +28,7 @@ pub struct Study {
     pub gains: Vec<Gain>,
 }
 
-/// Writes the whole file at once or not at all, because other machines may be reading it.
+/// Writes the file completely or not at all, because other machines may be reading it.
 fn keep(file: &Path, text: &str) -> std::io::Result<()> {
     let mut kept = NamedTempFile::new_in(file.parent().unwrap_or(Path::new(".")))?;
     kept.write_all(text.as_bytes())?;
@@ -102,8 +102,8 @@ impl Study {
         self.gains.iter().find(chosen).map_or(0.0, |gain| gain.gain)
     }
 
-    /// Writes a line for each task of each arm. It has the joint positions \[rad\] and the tool at the start, and the position
-    /// \[m\] and orientation (x, y, z, w) of the goal.
+    /// Writes a line for each task of each arm. The line has the joint positions \[rad\] and the tool pose at the start, and the
+    /// position \[m\] and orientation (x, y, z, w) of the goal.
     ///
     /// # Errors
     /// [`CompareError::File`] if the file cannot be written.
@@ -151,9 +151,10 @@ impl Study {
         Run { matched, law, arm, gain: self.gain(matched, &arm.name, law), limits, plant, task }
     }
 
-    /// Yields the number of one run of each cell. Each is of another task.
+    /// Yields the number of one run of each cell. Each of these runs is of another task.
     pub(super) fn sampled(&self) -> impl Iterator<Item = u64> + '_ {
-        /// The distance between these tasks. It is prime, so that it has no common factor with usual numbers of tasks.
+        /// The distance between the numbers of these tasks. It is prime, so that it has no common factor with usual numbers of
+        /// tasks.
         const STRIDE: u64 = 7919;
         let tasks = u64::from(self.tasks);
         (0..self.run_count() / tasks).map(move |cell| cell * tasks + cell * STRIDE % tasks)

@@ -33,8 +33,9 @@ impl Interval {
         Self { value: percent(p), low: percent(center - half), high: percent(center + half) }
     }
 
-    /// Returns the median of `sorted`. Its interval lies between the values whose ranks a binomial distribution gives. It assumes
-    /// nothing about the distribution of the values, and agrees with a bootstrap of the median. `None` for an empty list.
+    /// Returns the median of `sorted` with its interval. The ends of the interval are the values at the ranks that a binomial
+    /// distribution gives. The interval assumes nothing about the distribution of the values, and agrees with a bootstrap of the
+    /// median. `None` for an empty list.
     pub fn median(sorted: &[f64], z: f64) -> Option<Self> {
         let n = sorted.len() as f64;
         let at =
@@ -48,7 +49,7 @@ impl Interval {
     }
 }
 
-/// What the runs of a cell have in common.
+/// The conditions that all runs of a cell share.
 #[derive(Clone, Debug, Deserialize, Eq, Ord, PartialEq, PartialOrd, Serialize)]
 pub struct Key {
     /// The quantity that the gains make equal for all laws.
@@ -81,7 +82,7 @@ impl Key {
         }
     }
 
-    /// Returns whether `other` has runs of the same tasks under the same conditions, whatever its law is.
+    /// Returns whether the runs of `other` are of the same tasks under the same conditions. The law may differ.
     fn is_beside(&self, other: &Self) -> bool {
         (&self.matched, &self.arm, self.limits, &self.plant)
             == (&other.matched, &other.arm, other.limits, &other.plant)
@@ -94,7 +95,7 @@ pub const ALL_ARMS: &str = "all";
 /// The results of a cell's runs.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct Cell {
-    /// What the runs have in common.
+    /// The conditions that the runs share.
     #[serde(flatten)]
     pub key: Key,
     /// The number of runs.
@@ -106,8 +107,8 @@ pub struct Cell {
     /// The median settling time to 2 % of all runs \[s\]. A failed run counts as later than the horizon. An end of the interval
     /// that equals the horizon stands for a time beyond it.
     pub settling_s: Option<Interval>,
-    /// The number of tasks for the figures below: the tasks that are settled by every law that settles at least half of all tasks.
-    /// `None` if this cell's law settles fewer than half.
+    /// The number of tasks for the medians below: the tasks that are settled by every law that settles at least half of all tasks.
+    /// `None` if the law of this cell settles fewer than half.
     pub common: Option<usize>,
     /// The median of the path length divided by the straight line.
     pub path_ratio: Option<Interval>,
@@ -123,7 +124,8 @@ pub struct Cell {
 /// in [`Record`].
 pub type Row = [f64; 5];
 
-/// The runs of a cell in the order of tasks; for all arms together, in the order of arms and tasks. `None` for failed runs.
+/// The runs of a cell in the order of tasks, with `None` for failed runs. For all arms together, they are in the order of arms,
+/// then tasks.
 #[derive(Clone, Debug, Default)]
 struct CellRuns {
     rows: Vec<Option<Row>>,
@@ -186,7 +188,8 @@ impl Summary {
         self.cells.insert(key, CellRuns { rows, failures: BTreeMap::new() });
     }
 
-    /// Returns the runs of a cell in the order of tasks; `None` for failed runs. The runs of two laws are of the same tasks.
+    /// Returns the runs of a cell in the order of tasks; `None` for failed runs. The runs of any two laws are of the same tasks, in
+    /// the same order.
     pub fn rows(&self, key: &Key) -> &[Option<Row>] {
         self.cells.get(key).map_or(&[], |cell| &cell.rows)
     }

@@ -13,10 +13,10 @@ pub struct Unmatched {
     /// The gain, with its target and its value.
     #[serde(flatten)]
     pub gain: Gain,
-    /// The value with this gain [s or rad/s], with the 95 % interval of the median. It is at most the horizon.
+    /// The value with this gain [s or rad/s], with the 95 % interval of the median. A settling time is at most the horizon.
     pub median: Interval,
-    /// The median settling times \[s\] with half an octave less and with half an octave more gain; the horizon if more than half of
-    /// the tasks fail. `None` for equal peak speed, which grows with the gain.
+    /// The median settling time with half an octave less gain, and with half an octave more gain \[s\]. The value is the horizon if
+    /// more than half of the tasks fail. `None` for equal peak speed, which grows with the gain.
     pub beside: Option<[f64; 2]>,
 }
 
@@ -31,7 +31,7 @@ impl Unmatched {
         50.0 * (self.median.high - self.median.low) / self.median.value
     }
 
-    /// Returns the number of tasks for which that percentage would be 2 %.
+    /// Returns the number of tasks with which half the interval's width would be 2 % of the median.
     pub fn tasks_needed(&self) -> f64 {
         PILOTS as f64 * (0.01 * self.uncertain_percent() / CLOSE).powi(2)
     }

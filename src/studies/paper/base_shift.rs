@@ -43,7 +43,7 @@ const LAWS: [Law; 3] = [Law::Diffc, Law::Logc, Law::DoubleGeodesic];
 
 /// Returns a figure with a panel for each law, at the same scale. The first panel shows the beginning of diffc's motion.
 fn deviation_chart(lab: &Laboratory, curves: Vec<Vec<Series>>) -> Figure {
-    /// The time from which the paths converge, and the time at which diffc's motion is nearly over \[s\].
+    /// The time from which the paths converge \[s\], and the time at which diffc's motion is nearly over.
     const SOON: (f64, f64) = (2.0, 0.05);
     let most = |series: &[Series]| {
         series.iter().flat_map(|series| &series.points).map(|point| point.1).fold(0.0, f64::max)
@@ -66,7 +66,7 @@ fn deviation_chart(lab: &Laboratory, curves: Vec<Vec<Series>>) -> Figure {
     chart("base_shift_deviation", title, &panels.chunks(2).map(<[_]>::to_vec).collect::<Vec<_>>())
 }
 
-/// Runs the law with the base shifted by `shift`. Returns the poses relative to the base that is not shifted.
+/// Runs the law with the base shifted by `shift`. Returns the poses in the frame of the base without a shift.
 fn shifted(lab: &Laboratory, law: Law, shift: f64) -> Result<SimulatedRun, PaperError> {
     let place = UnitDualQuaternion::from_parts(UnitQuaternion::identity(), Vector3::new(shift, 0.0, 0.0));
     let chain = lab.chain.clone().standing_at(&place);
@@ -104,7 +104,7 @@ fn apart(lab: &Laboratory, law: Law, runs: &[SimulatedRun]) -> Vec<Series> {
     runs.iter().zip(&lab.experiment.base_shift.distances).enumerate().skip(1).map(curve).collect()
 }
 
-/// The line style of each shift.
+/// The line style of the runs with each shift.
 const LINES: [Line; 3] = [Line::Solid, Line::Dashed, Line::Dots];
 
 fn scene(lab: &Laboratory, law: Law, runs: &[SimulatedRun]) -> Scene {

@@ -9,7 +9,7 @@ pub struct Claim {
     pub claim: String,
     /// Whether the claim holds in this program's results.
     pub holds: bool,
-    /// The numbers that show whether it holds.
+    /// The numbers that show whether the claim holds.
     pub evidence: String,
 }
 

@@ -10,8 +10,8 @@ const EQUAL: f64 = 1e-12;
 /// An eigenvalue counts as 0 if it is below this fraction of the largest one.
 const ZERO: f64 = 1e-12;
 
-/// Judges the claim of section 2.3.1. J is 8×n, so the 8×8 product has at most rank 6: errors in the null space of Jᵀ move no
-/// joint.
+/// Judges the claim of section 2.3.1. J is 8×n, so the 8×8 product `J Jᵀ` has at most rank 6. Errors in the null space of Jᵀ move
+/// no joint.
 pub(super) fn is_positive_definite(lab: &Laboratory) -> Result<Claim, PaperError> {
     let mut state = ArmState::new(&lab.chain);
     lab.chain.evaluate(&lab.experiment.theta_initial, &mut state)?;
@@ -64,8 +64,8 @@ pub(super) fn is_the_pose(pose: &PoseEquations) -> Claim {
     )
 }
 
-/// Judges the claim of section 6 about equation 32. The equation takes the sum of the logarithms of the two factors of eq. 31 for
-/// the logarithm of their product. By eq. 34, it is not.
+/// Judges the claim of section 6 about equation 32. The equation uses the sum of the logarithms of the two factors of eq. 31 as the
+/// logarithm of their product. By eq. 34, the sum is not that logarithm.
 pub(super) fn is_the_logarithm(pose: &PoseEquations) -> Claim {
     Claim::new(
         "the logarithm of a pose is ½ θ k + ε ½ t (eq. 32)",

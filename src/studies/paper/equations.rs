@@ -1,5 +1,5 @@
-//! Evaluates equations 13 and 31 to 36 of the paper: which expressions equal the logarithm of a pose or of a product, and which do
-//! not.
+//! Evaluates equations 13 and 31 to 36 of the paper. Shows which expressions equal the logarithm of a pose or of a product, and
+//! which do not.
 
 use dq_algebra::UnitDualQuaternion;
 use nalgebra::{UnitQuaternion, Vector3, Vector6};
@@ -56,8 +56,8 @@ impl LogarithmEquations {
 /// Three interpretations of one pose: by eq. 13, by the exponential of eq. 31, and by the exponential of the logarithm of eq. 32.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct PoseEquations {
-    /// How far the translation of `r exp(ε ½ t)` (eq. 31) is from t \[m\]. It is `R t`, because `r exp(ε ½ t) = r + ε ½ r t`,
-    /// whereas eq. 13 has `r + ε ½ t r`.
+    /// How far the translation of `r exp(ε ½ t)` (eq. 31) is from t \[m\]. This translation is `R t`, because `r exp(ε ½ t) = r + ε
+    /// ½ r t`, whereas eq. 13 has `r + ε ½ t r`.
     pub product_off_m: f64,
     /// How far the translation of the dual quaternion exponential of `½ θ k + ε ½ t` (eq. 32) is from t \[m\].
     pub logarithm_off_m: f64,

@@ -16,7 +16,7 @@ pub struct Swept {
     pub law: &'static str,
     /// The gain of the law [1/s].
     pub gain: f64,
-    /// The gain as a multiple of that in the comparison.
+    /// The gain as a multiple of the law's gain in the comparison.
     pub part: f64,
     /// The largest joint speed [rad/s].
     pub peak_rad_s: f64,

@@ -12,13 +12,13 @@ pub struct Metrics {
     /// The figures of the motion, as [`MotionMeter`] defines them.
     #[serde(flatten)]
     pub figures: Figures,
-    /// The time from which each joint stays within 2 % of its position at the goal; `None` if it does not, or if that position is
-    /// 0.
+    /// The time from which each joint stays within 2 % of its position at the goal. `None` if the joint does not stay there, or if
+    /// that position is 0.
     pub settling_time_2_percent_joints_s: Vec<Option<f64>>,
     /// The distance from start to goal.
     pub distance_m: f64,
     /// Whether the determinant of the Jacobian of six joints changed its sign during the motion. If so, the smallest singular value
-    /// in the figures is 0, because it is arbitrary how near a sample is to the singularity.
+    /// in the figures is 0. The samples would give an arbitrary value, because none of them is exactly at the singularity.
     pub singularity_crossed: bool,
     /// When the determinant changed its sign, to the accuracy of a sample.
     pub singularities_crossed_s: Vec<f64>,

@@ -16,8 +16,8 @@ pub struct Trajectory {
     pub states: Vec<Vec<f64>>,
 }
 
-/// The time between two samples \[s\]. It is short enough for diffc's first hundredth of a second, in which diffc covers a third of
-/// its path.
+/// The time between two samples \[s\]. It is short enough for the first hundredth of a second of diffc's motion, which covers a
+/// third of the path.
 pub const INTERVAL: f64 = 1e-3;
 
 /// The relative and the absolute tolerance of an integration step, for the figures and for the comparison with the reference work.
@@ -57,7 +57,7 @@ pub fn integrate(
     Ok(Trajectory { times, states })
 }
 
-/// Simulates one arm or two under a law for `duration` \[s\], from `start` \[rad\] toward `goal` with its present sign.
+/// Simulates one arm, or two arms, under a law for `duration` \[s\], from `start` \[rad\] toward `goal`. Keeps the sign of `goal`.
 ///
 /// # Errors
 /// [`PaperError::Simulation`] if the integration fails.

@@ -27,13 +27,13 @@ pub struct TaskSpaceLogc {
 pub struct TaskSpaceMetrics {
     /// The half-log pair at the start \[rad, m\].
     pub initial: [f64; 6],
-    /// The time from which each component of the half-log pair stays within 1e-3 of zero \[s\]. `None` if it does not, or if it
-    /// never was outside.
+    /// The time from which each component of the half-log pair stays within 1e-3 of zero \[s\]. `None` if the component does not
+    /// stay there, or was never outside.
     pub last_crossing_s: [Option<f64>; 6],
-    /// The time from which the rotation error stays below 2 % of its initial value \[s\]; `None` if it does not.
+    /// The time from which the rotation error stays below 2 % of its initial value \[s\]; `None` if the error does not.
     #[serde(rename = "settling_time_2_percent_rotation_s")]
     pub settling_time_rotation: Option<f64>,
-    /// The time from which the translation error stays below 2 % of its initial value \[s\]; `None` if it does not.
+    /// The time from which the translation error stays below 2 % of its initial value \[s\]; `None` if the error does not.
     #[serde(rename = "settling_time_2_percent_position_s")]
     pub settling_time_position: Option<f64>,
     /// The path length divided by the distance from start to goal.
@@ -41,7 +41,7 @@ pub struct TaskSpaceMetrics {
 }
 
 /// Returns the rate of the half-log pair, `Ẋ = V + ½ ad_X V + β ad_X² V`, under `V = −(k_ω ψ, (k_ω + k_v) x)` (Bullo & Murray
-/// 1995). It is computed as in the paper's notebooks: the exponential coordinates are half the rotation vector and half the
+/// 1995). The rate is computed as in the paper's notebooks: the exponential coordinates are half the rotation vector and half the
 /// translation.
 ///
 /// Explicitly: `ψ̇ = −k_ω ψ`, `ẋ = −(k_ω + k_v) x − k_v (½ ψ×x + β ψ×(ψ×x))`, `β = (1 − (|ψ|/2) cot(|ψ|/2))/|ψ|²`. The notebooks

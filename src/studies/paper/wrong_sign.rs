@@ -1,5 +1,5 @@
-//! Study (b): diffc starts at its goal, but with the goal's other sign. Without the double-cover rule the tool leaves; with the
-//! rule it stays.
+//! Study (b): diffc starts at its goal, but with the other sign of the goal's quaternion. Without the double-cover rule the tool
+//! leaves the goal. With the rule it stays.
 
 use super::simulation::follow;
 use super::{Laboratory, PaperError};

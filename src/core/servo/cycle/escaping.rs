@@ -1,4 +1,5 @@
-//! Passing through singularities. Detects that a law is stuck at a singularity, and that it continues without help.
+//! Passing through singularities. Detects that a law is stuck at a singularity, and that an escape is over because the law
+//! continues without help.
 
 use super::Servo;
 use super::robot::fastest_of;
@@ -15,13 +16,13 @@ const STUCK: f64 = 1e-2;
 /// A law counts as stuck only if it drives no joint faster than this [rad/s].
 const STANDING: f64 = 0.05;
 
-/// A law counts as stuck only after both conditions have held for this time.
+/// A law counts as stuck only after the conditions [`STUCK`] and [`STANDING`] have been true for this time.
 const PATIENCE: Duration = Duration::from_millis(200);
 
 /// A singularity counts as the cause of a stall if the joints can reduce less than this fraction of the law's error.
 const HELD_UP: f64 = 0.1;
 
-/// A smaller commanded speed is not evidence of a pull [rad/s, prismatic: m/s].
+/// A pull is assumed only at commanded speeds above this [rad/s, prismatic: m/s].
 const PULLED: f64 = 1e-3;
 
 /// Another escape begins only if the error is below this factor times the error at the beginning of the last one. So escapes cannot
@@ -65,7 +66,7 @@ impl Servo {
         self.escape.freedom(self.robot.arms.state(), &self.settings.controller, goal)
     }
 
-    /// Begins the escape that was found, unless the error is as large as at the last escape.
+    /// Begins the escape that was found, unless the error is as large as when the last escape began. Returns whether it begins.
     fn leave(&mut self, error: f64) -> bool {
         let Some(pursuit) = self.mode.pursuit_mut() else { return false };
         let escape = &mut pursuit.watch.escape;
@@ -81,8 +82,8 @@ impl Servo {
         self.escape.find(&self.settings.controller, goal, theta, limits)
     }
 
-    /// Returns the stall [`Stall::Sagging`] if a pull at the joints balances the law: the joint with the largest pull loses most of
-    /// its command to it.
+    /// Returns [`Stall::Sagging`] if a pull at the joints balances the law. Then the joint with the largest pull loses most of its
+    /// command to the pull.
     fn sag(&self) -> Option<Stall> {
         let (joint, pull) = fastest_of(self.robot.link.pulls())?;
         // A standing arm loses all of its command.

@@ -145,7 +145,7 @@ impl Servo {
         Ok(())
     }
 
-    /// Tells the oscillation monitor by how much the change of the goal from `before` has changed the law's error.
+    /// Tells the oscillation monitor how the change of the goal from `before` to the present one has changed the law's error.
     fn tell_oscillation(&mut self, before: Option<Goal>) {
         let after = self.mode.pursuit().map(|pursuit| pursuit.goal);
         let (Some(before), Some(after)) = (before, after.filter(|after| before.as_ref() != Some(after)))
@@ -160,8 +160,8 @@ impl Servo {
         }
     }
 
-    /// Adds the current goal to its stream, and checks whether the tool's motion explains the goal's. Returns how near the tool is
-    /// to the goal if the goal provides new evidence, and `None` otherwise.
+    /// Adds the current goal to its stream, and checks whether the tool's motion explains the motion of the goal. Returns how near
+    /// the tool is to the goal; `None` if the goal provides no new evidence.
     fn explain(&mut self, stamp: i64, now: Duration) -> Option<Nearness> {
         let pursuit = self.mode.pursuit()?;
         let Settings { controller, goal_tolerance: tolerance, .. } = &self.settings;

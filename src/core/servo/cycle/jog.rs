@@ -1,4 +1,4 @@
-//! Jogging: the tool moves by a twist while somebody holds a stick, and stops when the twist ends.
+//! Jogging: the tool moves by twists while somebody sends them, as with a joystick, and stops when the twists end.
 
 use super::Servo;
 use crate::servo::mode::{Jog, Mode};
@@ -13,9 +13,9 @@ impl Servo {
         self
     }
 
-    /// Takes a twist received at `now`. It is in force for `twist_timeout`, and drops the goal. While its publisher continues to
-    /// send, all its twists are one [`MotionRequest`]: somebody holds a stick. A zero twist releases the stick, and does not drop a
-    /// goal. If two publishers send twists, the first one counts.
+    /// Takes a twist received at `now`. The twist is in force for `twist_timeout`, and drops the goal. All twists that its
+    /// publisher sends without a silence are one [`MotionRequest`], as of a user who holds a joystick. A zero twist ends this
+    /// request, as if the joystick were released, and does not drop a goal. If two publishers send twists, the first one counts.
     ///
     /// # Errors
     /// The [`Rejection`], which is counted.
@@ -45,8 +45,8 @@ impl Servo {
         Ok(())
     }
 
-    /// Follows a twist. If the twist's request is revoked, the arm does not move. The request then only serves to report the
-    /// reason, and does not replace the request of another publisher.
+    /// Follows a twist. If the twist's request is revoked, the arm does not move. The servo then only reports the reason, and the
+    /// request of another publisher remains.
     fn jog(&mut self, jog: Jog, request: MotionRequest, now: Duration) {
         let is_first = self.requests.consent().request().is_none_or(|before| before.by == request.by);
         if request.revoked.is_some() && !is_first {
@@ -66,7 +66,7 @@ impl Servo {
         now.saturating_sub(jog.received) <= self.settings.twist_timeout
     }
 
-    /// Ends a twist that has lapsed, and withdraws the consent of a released stick. Ends a zero twist once the arm is at rest, so
+    /// Ends a twist that has lapsed. Withdraws the consent if the stick was released. Ends a zero twist once the arm is at rest, so
     /// that endless zeros do not block goals.
     pub(super) fn watch_jog(&mut self, now: Duration) {
         let is_over = |jog: &Jog| !self.is_fresh(jog, now) || (jog.twist.is_zero() && self.at_rest());

@@ -16,7 +16,7 @@ pub(super) struct JointLine {
     /// The end of the line \[rad, prismatic: m\], one number per joint.
     pub positions: Vec<f64>,
     pub kinds: Vec<JointKind>,
-    /// The arms at a point of the line, and the joint positions at that point.
+    /// The arms at a point of the line. The next field has the joint positions at that point.
     trial: Arms,
     place: Vec<f64>,
     /// The remaining displacement of each joint.
@@ -50,7 +50,8 @@ impl JointLine {
         })
     }
 
-    /// Returns the joint (counted from 0) that takes longest from `from` at its largest speed, and the time that it takes \[s\].
+    /// Returns the joint (counted from 0) that takes the longest time from `from` to the end of the line at its largest speed. Also
+    /// returns this time \[s\].
     pub fn longest(&self, from: &[f64], limits: &Limits) -> (usize, f64) {
         let times = self
             .displacements(from, limits)
@@ -59,8 +60,8 @@ impl JointLine {
         times.enumerate().max_by(|(_, a), (_, b)| a.total_cmp(b)).unwrap_or_default()
     }
 
-    /// Computes the joint velocities [rad/s, prismatic: m/s] along the line from `from`. The joints reach the end together, as fast
-    /// as the slowest one allows. They slow down for the end as for a position limit.
+    /// Computes the joint velocities [rad/s, prismatic: m/s] along the line from `from`. All joints reach the end at the same time,
+    /// as soon as the slowest joint can. They slow down before the end as before a position limit.
     pub fn velocity(&mut self, from: &[f64], limits: &Limits, braking: &Braking, velocity: &mut [f64]) {
         let mut rest = std::mem::take(&mut self.rest);
         rest.iter_mut()

@@ -21,7 +21,7 @@ pub(super) struct Output {
     /// The obstacles to the desired motion in the last cycle.
     pub hindrance: Hindrance,
     interface: Interface,
-    /// Whether the servo sends commands: it does once the arm was first driven or braked.
+    /// Whether the servo sends commands. It sends commands from the first time that the arm is driven or braked.
     begun: bool,
     /// Whether the servo sends nothing because the arm's motion during missed cycles is unknown.
     blind: bool,
@@ -34,7 +34,7 @@ pub(super) struct Hindrance {
     pub at_limit: Option<usize>,
     /// The pair that would come too close to each other.
     pub pair: Option<ClosePair>,
-    /// The closest of the pairs that were checked.
+    /// The closest pair of parts among those that were checked.
     pub closest: Option<ClosePair>,
 }
 
@@ -101,8 +101,8 @@ impl Output {
         self.begun && !self.interface.takes_positions()
     }
 
-    /// Sets whether nothing is sent, because the arm's motion during missed cycles is unknown. The arm then stops by its own
-    /// timeout.
+    /// Sets whether the servo sends nothing, because the arm's motion during missed cycles is unknown. Without commands, the arm
+    /// stops after its own timeout.
     pub fn be_silent(&mut self, blind: bool, hold: &[f64]) {
         self.blind = blind;
         if blind {

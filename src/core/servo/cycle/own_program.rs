@@ -26,8 +26,8 @@ impl Servo {
     /// [`output`](Self::output) does. `now` may be of any clock that never goes back.
     ///
     /// # Errors
-    /// The [`Rejection`] of the joint state, or of the goal set by [`set_goal`](Self::set_goal). It is counted, and the last valid
-    /// input remains. The cycle runs in any case; [`output`](Self::output) returns its output.
+    /// The [`Rejection`] of the joint state, or of the goal set by [`set_goal`](Self::set_goal). The servo counts the rejection,
+    /// and the last valid input remains. The cycle runs in any case; [`output`](Self::output) returns its output.
     pub fn cycle(&mut self, now: Duration, measured: &Measured) -> Result<Option<&[f64]>, Rejection> {
         self.begin(now);
         let state = self.take_measured(measured, now);
@@ -59,7 +59,7 @@ impl Servo {
     }
 
     /// Takes the goal set by [`set_goal`](Self::set_goal), if any. Call it after [`begin`](Self::begin). [`cycle`](Self::cycle) and
-    /// [`cycle_with`](Self::cycle_with) already do so.
+    /// [`cycle_with`](Self::cycle_with) already take this goal.
     ///
     /// # Errors
     /// The errors of [`take_stamped_goal`](Self::take_stamped_goal).

@@ -57,8 +57,8 @@ impl Servo {
     /// Starts the reconfiguration that the search has found for the stalled goal. The request was sent `ago` earlier.
     ///
     /// # Errors
-    /// [`Rejection::NoWayRound`], or [`Rejection::Late`] if the request was sent before the search found the configuration. They
-    /// are counted, and nothing moves.
+    /// [`Rejection::NoWayRound`], or [`Rejection::Late`] if the request was sent before the search found the configuration. The
+    /// servo counts the rejection, and nothing moves.
     pub fn reconfigure(&mut self, ago: Duration) -> Result<(), Rejection> {
         let detour = self.way_round(ago);
         let detour = self.counted(detour)?;

@@ -8,8 +8,8 @@ use dq_link::{ArmFigures, Contact, Disobedience, Hold, JointReading, LinkSetting
 use std::time::Duration;
 
 /// Largest allowed product of the law's fastest rate and the delay. A law of rate λ that feeds back positions predicted over a
-/// delay τ is stable, by the small-gain theorem, while λ times the error of τ is less than 1. So it is stable with any true delay
-/// from 0 to 2 τ.
+/// delay τ is stable, by the small-gain theorem, while λ times the error of τ is less than 1. So the law is stable with any true
+/// delay from 0 to 2 τ.
 const STABLE: f64 = 1.0;
 
 /// A joint sags if it should have stood for `AT_REST` and still moves faster than `SAGGING` [rad/s, prismatic: m/s], which exceeds the
@@ -24,8 +24,8 @@ pub(super) fn fastest_of(speeds: impl Iterator<Item = f64>) -> Option<(usize, f6
 
 impl Servo {
     /// Takes a joint state of the arm number `arm` (0 for a single arm), received at `now`. If there are several in one cycle, the
-    /// last valid one counts. Returns whether its publisher is the one in use: if two publishers send states of one arm, the first
-    /// one is.
+    /// last valid one counts. Returns whether its publisher is the one in use: if two publishers send states of one arm, only those
+    /// of the first one are used.
     ///
     /// # Errors
     /// The [`Rejection`], which is counted. The last valid joint state remains.
@@ -53,7 +53,7 @@ impl Servo {
         self.robot.link.set_listeners(arm, listeners);
     }
 
-    /// Notes whether anyone else sends commands to the arm number `arm`. If so, the arm is not driven.
+    /// Notes whether another publisher sends commands to the arm number `arm`. While it does, the servo does not drive the arm.
     ///
     /// # Panics
     /// If the servo has no arm with this number.
@@ -104,7 +104,8 @@ impl Servo {
     }
 
     /// Applies all revocations of this cycle before anything else is decided. Returns the two publishers of an input that may have
-    /// only one, if there are two.
+    /// Applies all revocations of this cycle before anything else is decided. Returns the two publishers of an input that may have
+    /// only one publisher; `None` if no such input has two.
     pub(super) fn revoke_for_faults(&mut self, now: Duration) -> Option<Rivals> {
         let mut is_elsewhere = false;
         for returned in self.robot.link.returns() {
@@ -254,7 +255,7 @@ impl Servo {
         Some(RateBound { rate, largest, latency, period })
     }
 
-    /// Returns by which factor the delay reduces the law's gain on the way to `goal`.
+    /// Returns the factor to which the delay reduces the law's gain on the way to `goal`.
     pub(super) fn stable_part(&self, goal: &UnitDualQuaternion) -> f64 {
         let part = self.stable_rate() / self.fastest_rate(goal);
         if part < 1.0 { part } else { 1.0 }

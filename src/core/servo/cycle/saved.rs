@@ -1,7 +1,7 @@
 //! Saves and restores the state of a servo. A restored servo computes the same commands, bit for bit, as the saved one.
 //!
-//! The state is all that the next cycle needs from this one. It does not include settings, kinematics, counts of rejections, or
-//! buffers that each cycle overwrites before it reads them.
+//! The state is everything that the next cycle needs from the last one. It does not include settings, kinematics, counts of
+//! rejections, or buffers that each cycle overwrites before it reads them.
 
 use super::output::SavedOutput;
 use super::{Clock, Servo};
@@ -26,7 +26,8 @@ type Saved = (
 );
 
 impl Servo {
-    /// Returns the servo's state for [`restore`](Self::restore). Its encoding has about 60 kB for one arm, mostly past commands.
+    /// Returns the servo's state for [`restore`](Self::restore). The encoded state of one arm has about 60 kB, mostly past
+    /// commands.
     pub fn saved(&self) -> impl Serialize + use<'_> {
         (
             (self.configurations, self.configured, &self.clock, self.motions.count),

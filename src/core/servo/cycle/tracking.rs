@@ -18,7 +18,8 @@ const UNSETTLE: f64 = 2.0;
 /// An arm has arrived only if it would take longer than this to cross the tolerance at its present speed \[s\].
 const LINGERING: f64 = 0.1;
 
-/// The least and the largest time over which the trend of the error is taken \[s\]. In between, it is the law's time constant.
+/// The least and the largest time over which the trend of the error is taken \[s\]. Between these bounds, the time is the law's
+/// time constant.
 const TREND: (f64, f64) = (LINGERING, 0.9);
 
 /// Interval at which the smallest singular value is computed.
@@ -30,7 +31,7 @@ const SIGMA_INTERVAL: Duration = Duration::from_millis(10);
 const STANDS: f64 = 1e-3;
 const CLOSED: Duration = Duration::from_secs(1);
 
-/// A desired velocity counts as zero, apart from rounding, if no joint is faster than this [rad/s, prismatic: m/s].
+/// A desired velocity counts as zero if no joint is faster than this rounding error [rad/s, prismatic: m/s].
 const NOTHING: f64 = 1e-9;
 
 /// The current goal and the arm's error in one cycle.
@@ -100,13 +101,13 @@ impl Servo {
         }
     }
 
-    /// Returns the reason why an oscillating arm stalls: the goal is far beyond reach, which makes the arm oscillate at any gain,
-    /// or the arm only oscillates.
+    /// Returns the reason why an oscillating arm stalls. A goal far beyond reach makes the arm oscillate at any gain; for such a
+    /// goal, the reason is its distance. Otherwise the reason is the oscillation.
     fn stall_of_swings(&self, goal: &Vector3<f64>) -> Stall {
         self.beyond_reach(goal).map_or(Stall::Oscillating, Stall::BeyondReach)
     }
 
-    /// Returns the reason why the arm stalls while it moves to another configuration.
+    /// Returns the reason why the arm stalls on its way to another configuration.
     fn stall_on_the_way(&self) -> Stall {
         match (self.output.hindrance.pair, self.output.hindrance.at_limit) {
             (Some(pair), _) => Stall::Constrained(pair),

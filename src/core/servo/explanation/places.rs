@@ -71,7 +71,7 @@ pub fn noise<'a>(goals: impl Iterator<Item = &'a Place> + Clone) -> [f64; 2] {
     squares.map(|sum: f64| (sum / count.max(1.0)).sqrt())
 }
 
-/// Returns `turn` or its negative, whichever quaternion is nearer to `other`.
+/// Returns `turn` or `−turn`, whichever quaternion is nearer to `other`.
 pub fn alike(turn: &UnitQuaternion<f64>, other: &UnitQuaternion<f64>) -> UnitQuaternion<f64> {
     if turn.coords.dot(&other.coords) < 0.0 {
         UnitQuaternion::new_unchecked(-turn.into_inner())

@@ -8,8 +8,8 @@ use dq_space::space::{Gap, MOST_PAIRS, Near, Placed, Scene};
 /// The distance below which the arm does not close gaps \[m\].
 pub const CLEARANCE: f64 = 0.01;
 
-/// Bounds for the time constant with which a gap approaches the clearance: at least this many cycles, and this many times the
-/// delay, as for a position limit.
+/// The time constant with which a gap approaches the clearance is at least this many cycles. It is also at least the next number
+/// times the delay, as for a position limit.
 const CYCLES: f64 = 20.0;
 const DELAYS: f64 = 5.0;
 
@@ -30,8 +30,8 @@ const AROUND: f64 = 0.05;
 /// Largest number of gaps that constrain the velocity.
 const MOST_GAPS: usize = 200;
 
-/// Replaces the desired velocity by the nearest one with `ḋ ≥ −η (d − d_safe)` for each gap d (Faverjon & Tournassoud 1987). It
-/// also keeps the joints' speed limits, and the limits on speed near position limits.
+/// Replaces the desired velocity by the nearest one with `ḋ ≥ −η (d − d_safe)` for each gap d (Faverjon & Tournassoud 1987). The
+/// velocity also keeps the joints' speed limits, and the limits on speed near position limits.
 ///
 /// If the tool's motion is the aim, the nearest velocity is the one with the nearest tool motion, `min |J (θ̇ − θ̇_w)|² + μ |θ̇ −
 /// θ̇_w|²`. Otherwise it is the one with the nearest joint motion. A standing arm satisfies the constraints of all gaps that are
@@ -114,7 +114,7 @@ impl Constraints {
         }
     }
 
-    /// Adds the constraints of the gaps between near pairs.
+    /// Adds the constraints for the gaps of the pairs that are near.
     fn bound_gaps(&mut self, scene: &Scene, rate: f64) {
         let placed = &self.placed;
         self.owners.clear();
@@ -178,16 +178,16 @@ impl Constraints {
     }
 }
 
-/// Returns whether no joint changes a gap with this slope [m/rad, prismatic: m/m], apart from rounding. Such a gap does not
+/// Returns whether no joint changes a gap with this `slope` [m/rad, prismatic: m/m], apart from rounding. Such a gap does not
 /// constrain the joints.
 fn is_none(slope: &[f64]) -> bool {
     slope.iter().all(|slope| slope.abs() < 1e-9)
 }
 
-/// An arm counts as constrained if its velocity is changed by more than this fraction.
+/// A gap counts as holding the arm if the constraints change the velocity by more than this fraction.
 const HELD: f64 = 0.1;
 
-/// Returns η [1/s]: the fastest rate that braking, the control period and the delay allow.
+/// Returns the rate η [1/s]: the fastest rate that braking, the control period and the delay allow.
 fn rate(input: &FilterInput) -> f64 {
     let limits = &input.settings.limits;
     let braking = &input.joints.braking;

@@ -3,10 +3,11 @@
 use super::{FilterInput, LawGoal};
 use dq_limits::ratio;
 
-/// Turns the law's velocity into its demand. Reduces it to the gain that the delay allows; adds the escape from a singularity, the
-/// feed-forward of a moving goal, and the motion to the posture; and scales the sum to the speed limits.
+/// Turns the law's velocity into its demand. First reduces the velocity to the gain that the delay allows. Then adds the escape
+/// from a singularity, the feed-forward of a moving goal, and the motion to the posture. Finally scales the sum to the speed
+/// limits.
 pub(super) struct LawDemand {
-    /// A velocity to add [rad/s, prismatic: m/s].
+    /// The velocity that is added to the law's velocity [rad/s, prismatic: m/s].
     more: Vec<f64>,
 }
 
@@ -31,8 +32,8 @@ impl LawDemand {
     }
 
     /// Adds the motion to the posture in the null space of the law's inverse. For each joint, it uses only the speed that the
-    /// tool's motion leaves within the limits on speed and position. So it neither slows the tool nor keeps it from its goal. There
-    /// is no such motion while the arm leaves a singularity.
+    /// tool's motion leaves within the limits on speed and position. So the motion to the posture neither slows the tool nor keeps
+    /// it from its goal. There is no such motion while the arm leaves a singularity.
     fn move_to_posture(&mut self, input: &FilterInput, goal: &LawGoal, velocity: &mut [f64]) {
         let (gain, task) = (input.settings.posture.gain, input.settings.controller.aim.components());
         if goal.escape.is_some() || gain <= 0.0 || input.arms.joint_count() <= task {

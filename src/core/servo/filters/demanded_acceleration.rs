@@ -6,7 +6,7 @@ use crate::servo::Arms;
 use dq_algebra::UnitDualQuaternion;
 use dq_limits::{Joints, ratio, scale};
 
-/// The fraction of the jerk limit that the path may require. The rest is for catching up with it.
+/// The fraction of the jerk limit that the path may require. The rest lets a command that lags behind catch up with the path.
 const JERK_SHARE: f64 = 0.25;
 
 /// Scales joint velocities so that the path of the law requires no more than the available acceleration and jerk.
@@ -18,9 +18,9 @@ const JERK_SHARE: f64 = 0.25;
 /// The acceleration is assumed to change at the relative rate of the speed, so the jerk is `|A|²/|v|`. At `s` times the speed, the
 /// path requires `s³` times that jerk.
 ///
-/// The path is nearly that of the law. But while s changes, the speed along the path changes too. That acceleration is not counted,
-/// so the command lags by that much. This bends the path of logc in the paper's motion by 0.01 mm under 50 rad/s², by 1.3 mm under
-/// 5 rad/s² and by 7 mm under 2 rad/s²; other motions by up to four times as much.
+/// The path is nearly that of the law. But while s changes, the speed along the path changes too. The filter does not count that
+/// acceleration, so the command lags a little. The lag bends the path of logc in the paper's motion by 0.01 mm under 50 rad/s², by
+/// 1.3 mm under 5 rad/s² and by 7 mm under 2 rad/s²; other motions by up to four times as much.
 pub(super) struct DemandedAcceleration {
     /// The arm at the end of the next cycle, with its joint positions and the law's velocity there.
     ahead: Arms,

@@ -29,7 +29,7 @@ pub(super) struct FilterInput<'a> {
     pub arms: &'a Arms,
     /// The goal of the law, or `None` if no law drives the arm.
     pub goal: Option<LawGoal<'a>>,
-    /// Whether the tool's motion is the aim, and the joints' motion follows from it.
+    /// Whether the desired motion is one of the tool, from which the joints' motion follows.
     pub by_tool: bool,
     pub link: &'a Link,
 }
@@ -101,7 +101,7 @@ impl Filters {
         self.approach.keep(input.arms.state(), velocity);
     }
 
-    /// Moves from the last command toward the `velocity` of a law, if that is a second-order law.
+    /// If the law is of second order, moves from the last command toward `velocity`, the velocity of the law.
     fn approach(&mut self, input: &FilterInput, velocity: &mut [f64]) {
         let (controller, arm) = (&input.settings.controller, input.arms.state());
         if input.goal.is_some() && self.approach.apply(controller, arm, input.joints.braking.period, velocity)
@@ -117,12 +117,12 @@ impl Filters {
         self.approach.keep(input.arms.state(), velocity);
     }
 
-    /// Returns the state that the next cycle needs.
+    /// Returns the filters' state that the next cycle needs.
     pub fn approach_memory(&self) -> &Approach {
         &self.approach
     }
 
-    /// Restores the state of the last cycle.
+    /// Restores the filters' state of the last cycle.
     pub fn go_on_from(&mut self, approach: Approach) {
         self.approach = approach;
     }
@@ -159,7 +159,7 @@ impl Filters {
     }
 }
 
-/// Scales velocities to a gentle speed until the arm is seen to follow.
+/// Scales velocities to a gentle speed until each joint has followed a command.
 fn keep_probing_speed(input: &FilterInput, velocity: &mut [f64]) {
     scale(velocity, input.link.probing_factor(velocity, &input.settings.limits.joint_acceleration));
 }

@@ -6,7 +6,7 @@ use dq_limits::{Pace, RAMP_TIME, STOP_TIME, scale};
 use dq_space::space::{Gap, MOST_PAIRS, Near, Placed, Scene};
 use std::ops::Range;
 
-/// Every gap on the path of a stop must be at least this wide \[m\]. A gap that is narrower already must not close further, apart
+/// Every gap on the path of a stop must be at least this wide \[m\]. A gap that is already narrower must not close further, apart
 /// from rounding.
 const LEAST: f64 = 0.002;
 const ROUNDING: f64 = 1e-9;
@@ -23,8 +23,8 @@ const DEPTH: usize = 10;
 /// Accepts a velocity if, after it, the arm can be stopped without closing any gap, each joint by its own deceleration. Otherwise
 /// slows down along the present path, or stops.
 ///
-/// All earlier velocities were accepted, too. So a stop never closes a gap, whenever it comes, even if a command acts for one more
-/// cycle than commands did recently. The path of the stop is checked at the arm's position after a number of cycles. If the gaps
+/// Each earlier velocity was accepted in the same way. So a stop at any time closes no gap, even if its last command acts for one
+/// more cycle than recent commands did. The path of the stop is checked at the arm's position after a number of cycles. If the gaps
 /// there do not prove that the path in between is clear, the path is halved and checked at its middle, too (Schwarzer, Saha &
 /// Latombe 2005).
 pub(super) struct Stoppable {
@@ -46,12 +46,12 @@ pub(super) struct Stoppable {
 struct StoppingPath {
     /// The travel of each joint after each cycle. The first cycle is at full speed.
     joints: Vec<Vec<Travel>>,
-    /// The largest decrease of each joint's speed per cycle [rad/s].
+    /// The largest decrease of each joint's speed per cycle [rad/s]. This is the braking of a stop.
     losses: Vec<f64>,
-    /// The nominal and the mean control period \[s\].
+    /// The control period as set. The next field is its recent mean \[s\].
     period: f64,
     cycle: f64,
-    /// The number of cycles of the stop.
+    /// The number of cycles that the stop takes.
     cycles: usize,
 }
 
@@ -62,7 +62,7 @@ struct Travel {
     gone: f64,
     /// The length of the path, including parts back and forth \[rad\].
     length: f64,
-    /// The least and the largest speed so far [rad/s].
+    /// The least speed so far [rad/s]. The next field is the largest speed so far.
     slowest: f64,
     fastest: f64,
 }
@@ -111,8 +111,9 @@ impl StoppingPath {
         self.after(cycles.start).zip(self.after(cycles.end)).map(|(begin, end)| end.length - begin.length)
     }
 
-    /// Returns by how much each joint's position after `cycles` cycles may be less or more than computed \[rad\]. One cycle may
-    /// have lasted twice its time; and the joint may have used the extra time of the mean period at once, or not at all.
+    /// Returns by how much each joint's position after `cycles` cycles may be less, and by how much more, than computed \[rad\].
+    /// One cycle may have lasted twice its time. The joint may also have used the extra time of the mean period at once, or not at
+    /// all.
     fn deviations(&self, cycles: usize) -> impl Iterator<Item = (f64, f64)> + Clone {
         let late = 1.0 - self.period / self.cycle;
         self.after(cycles).map(move |travel| {
@@ -135,7 +136,7 @@ impl StoppingPath {
 struct Open {
     /// The index of the pair in `near`.
     number: usize,
-    /// Lower bounds of the pair's gap at the beginning and at the end of the part \[m\].
+    /// A lower bound of the pair's gap at the beginning of the part \[m\]. The next field is a lower bound at its end.
     here: f64,
     there: f64,
 }
@@ -202,7 +203,7 @@ struct PathCheck<'a> {
     held_by: &'a mut Option<ClosePair>,
 }
 
-/// Returns the least gap that the pair `near` may have on the path. A gap that is narrower already must not close further.
+/// Returns the least gap that the pair `near` may have on the path. A gap that is already narrower must not close further.
 fn least(near: &Near) -> f64 {
     LEAST.min(near.gap.distance) - ROUNDING
 }
@@ -225,8 +226,8 @@ impl PathCheck<'_> {
         gap.distance - self.stop.spare(cycles, self.slope)
     }
 
-    /// Returns a lower bound of a pair's gap, or `None` if the gap is too narrow. Returns a cheap bound if that proves enough for
-    /// the path before and after this point (`is_enough`), otherwise one from the measured gap.
+    /// Returns a lower bound of a pair's gap, or `None` if the gap is too narrow. First computes a bound that takes little time. If
+    /// `is_enough` says that this bound does not prove enough about the path nearby, measures the gap.
     fn check(&mut self, cycles: usize, near: &Near, is_enough: impl Fn(&Self, f64) -> bool) -> Option<f64> {
         let at_least = self.placed.gap_at_least(self.scene, near);
         let at_least = at_least.map(|gap| self.left(cycles, near.pair, &gap));
@@ -277,10 +278,10 @@ impl PathCheck<'_> {
     /// Returns by how much a gap may be narrower between two positions than at both of them \[m\]. At both positions it is at least
     /// `gap`. The two parts move by at most `travel` relative to each other.
     ///
-    /// If a point moves straight past a convex body by w, and is at the distance D from it at both ends, it is nowhere nearer than
-    /// `√(D² − w²/4)`. A point that stays inside a convex body is nowhere nearer to its surface than at the ends. The path of a
-    /// point is not straight: the rotation φ of the joints bends it by at most `φ w/8`, and the joints' different braking by the
-    /// bends of their own paths.
+    /// Let a point move straight by w past a convex body, and let its distance from the body be D at both ends. Then its distance
+    /// is nowhere less than `√(D² − w²/4)`. A point that stays inside a convex body is nowhere nearer to its surface than at the
+    /// ends. The path of a point is not straight: the rotation φ of the joints bends it by at most `φ w/8`, and the joints'
+    /// different braking by the bends of their own paths.
     fn dip(&self, pair: usize, cycles: &Range<usize>, gap: f64, travel: f64) -> f64 {
         let apart = gap + self.scene.radius(pair);
         let square = apart * apart - 0.25 * travel * travel;
@@ -296,7 +297,8 @@ impl PathCheck<'_> {
         straight + 0.125 * turn * travel + self.scene.travel(pair, bends)
     }
 
-    /// Returns whether a gap with these lower bounds at both ends of `cycles` is certainly wide enough in between.
+    /// Returns whether a gap is certainly wide enough during `cycles`, if `here` and `there` are lower bounds of the gap at the
+    /// first and at the last cycle.
     fn knows(&self, near: &Near, cycles: &Range<usize>, [here, there]: [f64; 2]) -> bool {
         let travel = self.scene.travel(near.pair, self.stop.lengths(cycles));
         // A closed gap must only grow from point to point. For an open one, half of the least gap is the margin for unknown
@@ -340,8 +342,8 @@ impl PathCheck<'_> {
     }
 }
 
-/// Sets `slowed` to the slowest velocity along the present path; if the jerk is limited, to the mean of `velocity` and the first
-/// command of a stop.
+/// Sets `slowed` to the slowest velocity along the present path. If the jerk is limited, sets it to the mean of `velocity` and the
+/// first command of a stop.
 fn slow(input: &FilterInput, velocity: &[f64], slowed: &mut [f64]) {
     if input.joints.braking.limits_jerk() {
         input.joints.stop(slowed);

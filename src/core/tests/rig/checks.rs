@@ -8,22 +8,22 @@ use dq_kinematics::control::{Aim, pose_error};
 use dq_plant::Plant;
 use std::time::Duration;
 
-/// The time within which an arm with consent moves, also if it did not follow before.
+/// The time within which an arm with consent must move, even if it did not follow before.
 const MOVES_WITHIN: Duration = Duration::from_millis(1500);
 
-/// The speed [rad/s], a little above the probing speed, that a joint that does not move may be commanded for no longer than
+/// A speed a little above the probing speed [rad/s]. The servo may command it to a joint that does not move for at most
 /// [`REFUSED_WITHIN`].
 const REFUSED: f64 = 0.0501;
 const REFUSED_WITHIN: Duration = Duration::from_millis(800);
 
-/// A measured speed below this is taken for noise [rad/s].
+/// A measured speed below this counts as noise [rad/s].
 const STANDSTILL: f64 = 0.02;
 
 /// The time that the servo may take to measure the speed of a robot that has just come back.
 const KNOWN_WITHIN: Duration = Duration::from_millis(50);
 
 impl Rig {
-    /// Passes what the servo receives to the model of consent.
+    /// Passes the messages that the servo receives to the model of consent.
     pub(super) fn observe(&mut self, arrived: &[Arrived]) {
         for state in arrived {
             for source in [Some(self.source), self.second_source].into_iter().flatten() {
@@ -52,12 +52,12 @@ impl Rig {
         self.check_that_it_moves(verdict, before);
     }
 
-    /// Returns whether the integral was ever on. An arm may stand after the integral has let go of a pull.
+    /// Returns whether the integral was ever on. After the integral has released a pull, the arm may stand.
     pub fn was_held(&self) -> bool {
         self.held > Duration::ZERO
     }
 
-    /// Returns whether the integral holds joints, or is letting go of them.
+    /// Returns whether the integral holds joints, or is releasing them.
     fn is_held(&self) -> bool {
         self.now.saturating_sub(self.held) < REST
     }
@@ -126,7 +126,7 @@ impl Rig {
         Ok(())
     }
 
-    /// Checks that the arm moves if it must, and that a robot that does not move is not pushed.
+    /// Checks that the arm moves if `verdict` says that it must. Checks that the servo does not push a robot that does not move.
     fn check_that_it_moves(&mut self, verdict: Truth, before: Option<&[f64]>) {
         let settings = self.servo.settings();
         let is_patient = settings.progress_timeout.is_none_or(|timeout| timeout > MOVES_WITHIN);
@@ -193,7 +193,8 @@ impl Rig {
         panic!("not arrived: {} {:?}, {}", status.state, status.reason, self.opinion.explain());
     }
 
-    /// Notes which joints do not move. `asked` is the command, `done` what the robot did, and `stays` what it does if it stands.
+    /// Notes which joints do not move. `asked` is the command, `done` is the robot's motion, and `stays` is the robot's motion if
+    /// it stands.
     pub(super) fn note_refusals(&mut self, asked: &[f64], done: &[f64], stays: &[f64]) {
         let refuses = done == stays && asked != stays;
         self.altered = (asked != done).then_some(refuses);

@@ -6,7 +6,7 @@ use dq_core::servo::{Interface, State};
 use dq_kinematics::control::{Aim, Controller, Law, Map};
 use nalgebra::Vector3;
 
-/// How long the servo is in a state before its cycles are counted \[s\]. By then all windows of the monitors are full.
+/// How long the servo is in a state before the test counts allocations \[s\]. By then all windows of the monitors are full.
 const WARM: f64 = 0.5;
 
 fn count(rig: &mut Rig, what: &str, seconds: f64) {

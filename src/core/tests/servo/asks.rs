@@ -13,7 +13,7 @@ use dq_plant::Plant;
 use nalgebra::{UnitQuaternion, Vector3};
 use std::time::Duration;
 
-/// Returns a goal a little to the side of the start of the paper's arm.
+/// Returns a goal a little to the side of the tool's start pose.
 fn beside() -> UnitDualQuaternion {
     let theta: Vec<_> = theta("theta_initial").iter().map(|angle| angle + 0.4).collect();
     puma().forward_kinematics(&theta).unwrap()
@@ -35,7 +35,7 @@ fn stream(rig: &mut Rig, goal: &UnitDualQuaternion, by: u32, every: u32, seconds
     travelled
 }
 
-/// Checks that a publisher that continued after a revocation moves the arm only after it has paused.
+/// Checks that a publisher whose stream continued after a revocation moves the arm only after a pause of the stream.
 fn moves_after_a_pause_only(rig: &mut Rig, goal: &UnitDualQuaternion, every: u32) {
     assert!(stream(rig, goal, 1, every, 3.0) < 1e-9, "it streams on: {}", rig.state());
     assert_eq!(rig.state(), State::Holding);
@@ -147,8 +147,8 @@ fn two_publishers_of_goals_are_rivals_and_one_that_sends_a_single_goal_is_none()
     rig.run_until(State::Settled, 20.0);
 }
 
-/// Streams the tool's pose of `lag` cycles ago, with an offset, at `rate` \[Hz\]. Returns the largest speeds of the tool [m/s,
-/// rad/s].
+/// Streams, as goals, the tool's pose of `lag` cycles ago with an offset, at `rate` \[Hz\]. Returns the largest speeds of the tool
+/// [m/s, rad/s].
 fn fed_back(offset: &UnitDualQuaternion, rate: f64, lag: u32, feed_forward: bool) -> (f64, f64) {
     let mut rig = Rig::with(|settings| settings.feed_forward = feed_forward);
     rig.set_law(Law::Logc);
@@ -191,7 +191,7 @@ fn the_measured_pose_fed_back_as_the_goal_moves_the_arm_no_faster_than_its_law_d
     }
 }
 
-/// Returns an arm in motion after its robot was stopped for `seconds`, while its joint states continued.
+/// Returns a rig whose arm was in motion when its robot was stopped for `seconds`. The joint states continued meanwhile.
 fn stopped_for(interface: Interface, seconds: f64) -> Rig {
     let mut rig = Rig::with(|settings| settings.interface = interface);
     rig.goal("theta_desired");
@@ -323,7 +323,7 @@ fn a_settled_arm_is_sent_zeros() {
     }
 }
 
-/// The servo's thread got no time. The robot stood by its own timeout, and the next command begins there.
+/// The servo's thread did not run for a while. The robot stood by its own timeout, so the next command begins at rest.
 #[test]
 fn after_a_gap_in_the_servo_s_own_cycles_the_ramp_begins_from_the_robot() {
     for missed in [200, 400, 750, 10_000] {

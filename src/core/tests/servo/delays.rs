@@ -9,7 +9,7 @@ use std::time::Duration;
 
 const MS: Duration = Duration::from_millis(1);
 
-/// A lower limit of joint 3 \[rad\], which has to go from 2.36 to 1.05 rad.
+/// A lower limit of joint 3 \[rad\]. On the way to the goal this joint has to go from 2.36 to 1.05 rad.
 const LOWEST: f64 = 1.6;
 
 #[test]
@@ -57,7 +57,7 @@ fn rule_18_position_limits_hold_for_an_arm_that_follows_with_a_lag() {
     }
 }
 
-/// Returns how often a joint changes its direction while it moves faster than 0.05 rad/s, in the `seconds` from now on.
+/// Returns how often a joint changes its direction during the next `seconds`. Changes at speeds below 0.05 rad/s do not count.
 fn turns_to_the_goal(rig: &mut Rig, seconds: f64) -> usize {
     let (mut turns, end) = (0, rig.now + Duration::from_secs_f64(seconds));
     let mut last = [0.0; 6];
@@ -165,7 +165,7 @@ fn rule_18_an_arm_that_oscillates_is_stopped_within_3_s_and_is_never_settled_mea
     rig.run_until(State::Settled, 90.0);
 }
 
-/// Returns the settling time of a motion under `lag`, which the servo has already measured \[s\].
+/// Returns the settling time of a motion \[s\]. The robot has the time constant `lag`, which the servo has already measured.
 fn settling_time(law: Law, lag: Duration) -> f64 {
     let mut rig = Rig::new();
     rig.plants[0].set_realism(Realism { velocity_time_constant: lag, ..Realism::default() });

@@ -11,7 +11,7 @@ use std::time::Duration;
 /// An event that may happen to a servo.
 #[derive(Clone, Debug)]
 pub enum Event {
-    /// A goal: of one of two publishers of streams, or of a publisher that sends only this one.
+    /// A goal of one of two publishers of streams; `None`: of a publisher that sends only this goal.
     Goal(Option<u32>, [f64; 3], [f64; 4]),
     BadGoal(usize),
     Stream(Stream),
@@ -22,30 +22,30 @@ pub enum Event {
     BadJointState(usize),
     Law(usize),
     Gain(f64),
-    /// Twists of one of two publishers: whether they are zero, their number, the cycles between them, and their age on arrival
-    /// \[ms\].
+    /// Twists of one of two publishers. The numbers are the publisher, whether the twists are zero, how many there are, the cycles
+    /// between them, and their age on arrival \[ms\].
     Twists(u32, bool, usize, usize, u64),
     /// A request of `~/pause`, with its age on arrival \[ms\].
     Pause(bool, u64),
-    /// A goal that the arm reaches if its joints move by these fractions of a radian. Its publisher is one of two, or one that
-    /// sends only this goal. Then, how long it was under way, and how long it has waited for its frame \[ms\].
+    /// A goal that the arm reaches if its joints move by these fractions of a radian. `None` stands for a publisher that sends only
+    /// this goal. The last numbers are how long the goal was under way and how long it has waited for its frame \[ms\].
     Near(Option<u32>, [f64; 4], u64, u64),
-    /// TF loses the frame of a stream of goals for this many cycles, while its publisher continues.
+    /// TF loses the frame of a stream of goals for this number of cycles, while the publisher continues.
     FrameAway(u32, usize),
     TwistTimeout(f64),
     GoalTimeout(Option<f64>),
-    /// Somebody moves a joint by hand at once \[rad\].
+    /// Somebody moves this joint by hand at once, by this angle \[rad\].
     Jump(usize, f64),
-    /// Whether the joint states of the last arm arrive.
+    /// Joint states of the last arm begin or cease to arrive.
     ConnectLast(bool),
-    /// Whether another publisher sends commands to the arm or joint states of it.
+    /// Another publisher begins or ceases to send commands to the arm, or joint states of the arm.
     Rival(bool),
     SecondSource(bool),
-    /// The servo misses cycles; the next one runs after the joint states arrive (true) or before.
+    /// The servo misses this number of cycles. The next cycle runs after the joint states arrive (true) or before.
     Gap(u32, bool),
-    /// `integral`, and the pull at a joint [rad/s].
+    /// The value of `integral`, the joint with a pull, and the pull [rad/s].
     Pull(f64, usize, f64),
-    /// Whether joint states have velocities, and the time between them \[ms\].
+    /// Whether joint states have velocities. The number is the time between joint states \[ms\].
     States(bool, u64),
     /// The time constant with which joints follow velocities \[ms\].
     Lag(u64),
@@ -55,7 +55,7 @@ pub enum Event {
     Follow(bool),
     /// Another publisher of joint states.
     Source(u32),
-    /// How much older the stamps are than the messages \[ms\].
+    /// How much older the stamps of joint states are than the joint states \[ms\].
     Stamps(u64),
     /// A parameter changes this many times, every 50 ms.
     Changes(u32),
@@ -232,7 +232,7 @@ fn attack() -> impl Strategy<Value = Event> {
     ]
 }
 
-/// Returns an event between two requests, and the time after the second one. The second request may have been sent before the
+/// Returns an event between two requests, and the time after the second request. The second request may have been sent before the
 /// event.
 fn interruption() -> impl Strategy<Value = Vec<Event>> {
     let turns = || prop::array::uniform4(-0.4..0.4f64);
@@ -256,7 +256,8 @@ fn interruption() -> impl Strategy<Value = Vec<Event>> {
     )
 }
 
-/// Returns sequences of requests and faults. Some interrupt a stream of goals; many begin with a pull that the integral balances.
+/// Returns sequences of requests and faults. Some sequences interrupt a stream of goals. Many begin with a pull that the integral
+/// balances.
 pub fn attacks() -> impl Strategy<Value = Vec<Event>> {
     let pull = (1.0..10.0f64, 0..12usize, -0.15..0.15f64)
         .prop_map(|(integral, joint, pull)| Event::Pull(integral, joint, pull));
@@ -304,7 +305,7 @@ pub fn change_often(rig: &mut Rig, count: u32) {
 }
 
 impl Event {
-    /// Returns whether the servo cannot know the arm's exact position after this event.
+    /// Returns whether the servo cannot know the arm's exact position after the event.
     fn hides_the_arm(&self) -> bool {
         matches!(
             self,
@@ -325,7 +326,7 @@ impl Event {
     }
 }
 
-/// Sends the goal at [`pose_near`]. It is under way for `ago`, and then waits for its frame for `waited`.
+/// Sends the goal at [`pose_near`]. The goal is under way for `ago`, and then waits for its frame for `waited`.
 pub fn near(rig: &mut Rig, by: Option<u32>, turns: [f64; 4], (ago, waited): (Duration, Duration)) {
     let pose = pose_near(rig, turns);
     let sent = Sent { by: by.unwrap_or_else(|| rig.next_publisher()), ago };
@@ -340,7 +341,7 @@ pub fn near(rig: &mut Rig, by: Option<u32>, turns: [f64; 4], (ago, waited): (Dur
     let _: Result<(), Rejection> = rig.take_goal(&GoalReading { waited, sent, ..reading(&pose, 0) });
 }
 
-/// Returns the tool's pose after the joints move by `turns` \[rad\]. The joints take the four numbers in turn.
+/// Returns the tool's pose after the joints move by `turns` \[rad\]. The fifth joint moves by the first number again, and so on.
 fn pose_near(rig: &Rig, turns: [f64; 4]) -> UnitDualQuaternion {
     let places: Vec<_> =
         rig.positions().iter().zip(turns.iter().cycle()).map(|(is, turn)| is + turn).collect();
@@ -349,8 +350,8 @@ fn pose_near(rig: &Rig, turns: [f64; 4]) -> UnitDualQuaternion {
     arms.pose()
 }
 
-/// Sends a stream at 10 Hz whose frame is lost for `cycles` cycles. Its goals wait, and the last one is found when the frame is
-/// back.
+/// Sends a stream of goals at 10 Hz and loses their frame for `cycles` cycles. During this time the goals wait. When the frame is
+/// back, the last goal is found.
 pub fn lose_frame(rig: &mut Rig, by: u32, cycles: usize) {
     let turns = [0.2, -0.2, 0.1, 0.2];
     for _ in 0..6 {

@@ -1,5 +1,5 @@
-//! Rule 3: if the measured pose with an offset is fed back as the goal, the arm follows it like any other goal, and no faster. This
-//! holds for any camera, any network, and any stream before.
+//! Rule 3: if the measured pose with an offset is fed back as the goal, the arm follows this goal like any other goal, and no
+//! faster. The tests try cameras and networks of many kinds, after different streams of goals.
 
 use crate::reference::parameters;
 use crate::sim::{Random, Sim};
@@ -9,27 +9,27 @@ use nalgebra::Vector3;
 
 const START: [f64; 6] = [0.3, -1.0, 0.0, 0.4, 1.4, 0.1];
 
-/// The stream of goals before it consists of measured poses.
+/// The goals that come before the goals from measured poses.
 #[derive(Clone, Copy, PartialEq)]
 enum Before {
     Nothing,
-    /// Stands at the tool for 1 s.
+    /// The goal stands at the tool for 1 s.
     Stands,
     Leaps,
-    /// Moves at 0.05 m/s for 1 s, independently of the tool.
+    /// The goal moves at 0.05 m/s for 1 s, independently of the tool.
     Moves,
 }
 
-/// A stream of measured poses with an offset.
+/// A stream of goals that are measured poses with an offset.
 #[derive(Clone, Copy)]
 struct Camera {
     offset: Vector3<f64>,
     /// The rate of the goals \[Hz\].
     rate: f64,
-    /// The age of a pose when it comes back, and the largest addition to it \[s\].
+    /// The age of a measured pose when it arrives as a goal \[s\]. The next field is the largest random addition to this age.
     lag: f64,
     jitter: f64,
-    /// The standard deviation of each coordinate \[m\].
+    /// The standard deviation of the noise of each coordinate \[m\].
     noise: f64,
     before: Before,
     seed: u64,
@@ -50,7 +50,7 @@ fn moved(pose: &UnitDualQuaternion, by: Vector3<f64>) -> UnitDualQuaternion {
 }
 
 impl Camera {
-    /// Returns the goal of this stream `time` after its beginning \[s\]. `poses` are the tool's poses so far, one per cycle.
+    /// Returns the goal at `time` \[s\] after the beginning of the stream. `poses` are the tool's poses so far, one per cycle.
     fn goal(&self, time: f64, poses: &[UnitDualQuaternion], random: &mut Random) -> UnitDualQuaternion {
         let Self { offset, lag, jitter, noise, before, .. } = *self;
         let aside = match before {
@@ -67,7 +67,7 @@ impl Camera {
         moved(&measured, offset + noise)
     }
 
-    /// Returns the largest speed of the tool [m/s] after the stream has changed to measured poses.
+    /// Returns the largest speed of the tool [m/s] after the goals have become measured poses.
     fn fastest(&self, feed_forward: bool) -> f64 {
         let mut parameters = parameters();
         parameters.settings.feed_forward = feed_forward;
@@ -94,7 +94,7 @@ impl Camera {
     }
 }
 
-/// Checks, for each stream, that the tool with feed-forward is at most a third and 10 mm/s faster than without.
+/// Checks, for each stream, that the tool with feed-forward is at most a third plus 10 mm/s faster than the tool without.
 fn are_no_faster(cameras: impl Iterator<Item = Camera>) {
     for camera in cameras {
         let Camera { offset, rate, lag, jitter, noise, seed, .. } = camera;

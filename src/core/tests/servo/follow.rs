@@ -9,14 +9,14 @@ use dq_kinematics::control::Law;
 use nalgebra::{UnitQuaternion, Vector3};
 use std::time::Duration;
 
-/// The time at which the stamps begin \[ns\]. Their clock is not the servo's.
+/// The time of the first stamps \[ns\]. The clock of the stamps is not the servo's clock.
 pub(super) const EPOCH: i64 = 1_795_242_920_000_000_000;
 
-/// Pseudorandom numbers from −1 to 1, the same in each run.
+/// Pseudorandom numbers from −1 to 1, which are the same in each run.
 pub(super) struct Random(pub(super) u64);
 
 impl Random {
-    /// Returns numbers that differ from those of neighboring seeds, also at first.
+    /// Creates the numbers of a seed. Even the first numbers of neighboring seeds differ.
     fn of(seed: u64) -> Self {
         let mut random = Self(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15));
         for _ in 0..8 {
@@ -42,7 +42,7 @@ pub(super) fn moved(start: &UnitDualQuaternion, by: Vector3<f64>) -> UnitDualQua
     UnitDualQuaternion::from_parts(UnitQuaternion::identity(), by) * *start
 }
 
-/// Moves along y.
+/// Returns the start pose moved along y for `time` \[s\] at `speed` \[m/s\].
 pub(super) fn line(start: &UnitDualQuaternion, speed: f64, time: f64) -> UnitDualQuaternion {
     moved(start, Vector3::new(0.0, speed * time, 0.0))
 }
@@ -54,7 +54,8 @@ pub(super) fn circle(start: &UnitDualQuaternion, speed: f64, time: f64) -> UnitD
     moved(start, RADIUS * Vector3::new(0.0, sin, 1.0 - cos))
 }
 
-/// Returns the parameters and joint positions of an arm whose tool points down, 0.45 m in front of the base.
+/// Returns the parameters and joint positions of an arm whose tool points down. The tool is 0.45 m in front of the base, at `y`
+/// \[m\] to the side.
 pub(super) fn start_of(y: f64) -> (ServoParameters, Vec<f64>) {
     let parameters = parameters();
     let mut rig = Rig::new();
@@ -72,7 +73,7 @@ pub(super) struct Stream {
     pub(super) speed: f64,
     pub(super) rate: f64,
     pub(super) seconds: f64,
-    /// Whether messages are sent and received at uneven intervals, and poses have measurement noise.
+    /// Whether the stream is like a real one: uneven intervals of sending and receiving, and noisy poses.
     pub(super) real: bool,
     pub(super) stamped: bool,
     /// The seed of the uneven intervals and of the measurement noise.
@@ -86,7 +87,7 @@ pub(super) struct Follow {
     pub(super) begin: Duration,
     pub(super) errors: Vec<Vector3<f64>>,
     pub(super) points: Vec<Vector3<f64>>,
-    /// The bits of all commands.
+    /// The bits of all commands so far.
     pub(super) commands: Vec<u64>,
 }
 
@@ -146,8 +147,8 @@ impl Follow {
         }
     }
 
-    /// Runs `cycles` cycles. Every `every` cycles it sends the goal and the stamp that `goal` makes from the start pose and the
-    /// cycle's number.
+    /// Runs `cycles` cycles. Every `every` cycles it sends a goal with a stamp. The function `goal` makes both from the start pose
+    /// and the cycle's number.
     pub(super) fn goals(
         arm: &(ServoParameters, Vec<f64>),
         feed_forward: bool,
@@ -166,7 +167,7 @@ impl Follow {
         follow
     }
 
-    /// Runs with a goal that moves along a line at `speed` [m/s] until `until` \[s\], and calls `send` for it every 20 ms.
+    /// Runs until `until` \[s\]. Every 20 ms it calls `send` for a goal that moves along a line at `speed` [m/s].
     pub(super) fn along_line(
         &mut self,
         speed: f64,
@@ -185,13 +186,13 @@ impl Follow {
         }
     }
 
-    /// Returns the mean distance over the second half \[mm\].
+    /// Returns the mean distance of the tool from the goal over the second half of the run \[mm\].
     pub(super) fn lag(&self) -> f64 {
         let half = &self.errors[self.errors.len() / 2..];
         1e3 * half.iter().map(Vector3::norm).sum::<f64>() / half.len() as f64
     }
 
-    /// Returns the tool's velocities over the second half [mm/s].
+    /// Returns the tool's velocities over the second half of the run [mm/s].
     pub(super) fn velocities(&self) -> Vec<Vector3<f64>> {
         let half = &self.points[self.points.len() / 2..];
         half.windows(2).map(|pair| 1e3 * (pair[1] - pair[0]) / PERIOD.as_secs_f64()).collect()

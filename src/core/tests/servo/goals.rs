@@ -41,7 +41,7 @@ fn the_slack_of_a_settled_arm_is_for_its_goal_and_not_for_the_next() {
     assert_eq!(rig.state(), State::Settled);
 }
 
-/// Returns a rig whose joint 3 cannot reach the goal: it has to go from 2.36 to 1.05 rad, and its limit is 1.6 rad.
+/// Returns a rig whose arm cannot reach its goal. Joint 3 has to go from 2.36 to 1.05 rad, and its limit is 1.6 rad.
 fn held() -> Rig {
     Rig::with(|settings| {
         settings.progress_timeout = Some(Duration::from_secs(1));

@@ -1,4 +1,4 @@
-//! Numbers that are finite but huge, and the last gate.
+//! Numbers that are finite but huge, and the final check of commands.
 
 use crate::reference::parameters;
 use crate::rig::{PERIOD, Rig, at_rest};
@@ -83,7 +83,7 @@ fn rule_12_within_the_bounds_two_arms_command_what_the_gate_lets_pass() {
     }
 }
 
-/// A defective law that returns NaN or infinity at some gains. No gain makes a correct law do so.
+/// A defective law that returns NaN or infinity at some gains. A correct law does not do this at any gain.
 struct Broken;
 
 impl ControlLaw for Broken {

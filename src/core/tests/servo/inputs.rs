@@ -123,7 +123,7 @@ fn a_goal_beyond_reach_is_rejected_unless_the_arm_may_go_as_near_as_it_can() {
     assert!(!rig.servo.status().goal_beyond_reach, "there is no goal any more");
 }
 
-/// A goal is that far away if it is given in millimeters instead of meters. The commands then swing.
+/// A goal that is given in millimeters instead of meters may be hundreds of meters away. The commands of the law then swing.
 #[test]
 fn rule_9_a_goal_however_far_beyond_reach_is_told_with_both_distances() {
     for distance in [3.0, 10.0, 412.0] {

@@ -1,4 +1,4 @@
-//! Rule 6 under limits on jerk: the jerk of motions and stops, and the limits that a joint approaches.
+//! Rule 6 under limits on jerk: the jerk of motions and stops, and joints that approach their position limits.
 
 use crate::rig::{PERIOD, Rig};
 use dq_config::{ForArm, ServoParameters};
@@ -10,7 +10,7 @@ fn rig(jerk: f64) -> Rig {
     Rig::with(|settings| settings.limits.joint_jerk = vec![jerk; 6])
 }
 
-/// Returns the largest jerk of the commands of all joints during this time [rad/s³].
+/// Returns the largest jerk of the commands of all joints during the next `seconds` [rad/s³].
 fn largest_jerk(rig: &mut Rig, seconds: f64) -> f64 {
     let period = PERIOD.as_secs_f64();
     let (mut before, mut steps) = (rig.command.clone(), Vec::<f64>::new());
@@ -56,7 +56,7 @@ fn rule_6_goals_are_reached_under_a_limit_on_jerk() {
     }
 }
 
-/// The servo looks ahead by the length of its stop: no joint passes its limit, although braking takes time to begin.
+/// The servo plans with the whole length of a stop, in which braking takes time to begin. So no joint passes its limit.
 #[test]
 fn rule_7_a_joint_stops_before_its_position_limit_under_a_limit_on_jerk() {
     for jerk in [200.0, 1000.0] {

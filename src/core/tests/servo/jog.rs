@@ -151,8 +151,8 @@ fn singularities_are_damped_for_a_twist_too() {
     assert_eq!(rig.speed(), 0.0);
 }
 
-/// Stops the servo while a user holds a stick. The stick sends a twist every `every` cycles. Returns whether the arm moves within 3
-/// s. If `idle`, another stick sends zeros during this time.
+/// Stops the servo while a publisher sends a twist every `every` cycles. Returns whether the arm moves within 3 s. If `idle`,
+/// another publisher sends zero twists during this time.
 fn moves_after_a_stop(every: usize, idle: bool, hole: usize) -> bool {
     let mut rig = rig(Interface::Velocity);
     let send = |rig: &mut Rig, cycles: usize| {
@@ -289,7 +289,8 @@ fn two_arms_are_jogged_relative_to_each_other() {
     assert!(way.x > 0.02 && way.yz().norm() < 0.1 * way.x, "{way:?}");
 }
 
-/// An arm of a waist, a shoulder, an elbow and a wrist that pitches, with its tool ahead, cannot move sideways without turning.
+/// The arm has a waist, a shoulder, an elbow and a wrist that pitches, and its tool points forward. So the arm cannot move the tool
+/// sideways without turning it.
 #[test]
 fn a_twist_that_the_arm_cannot_follow_names_the_directions_that_it_has() {
     let rows = [(FRAC_PI_2, 0.0, 0.3), (0.0, 0.4, 0.0), (0.0, 0.35, 0.0), (0.0, 0.1, 0.0)];

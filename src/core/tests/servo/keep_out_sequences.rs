@@ -1,5 +1,5 @@
-//! Rule 22 under random arms, keep-outs, keep-ins, goals, twists, stops, pauses, laws and late cycles. `TASKS=100000` runs that
-//! many other tasks.
+//! Rule 22 under random arms, keep-outs, keep-ins, goals, twists, stops, pauses, laws and late cycles. With `TASKS=100000` the test
+//! runs this number of other tasks.
 
 use super::keep_out::scene_within;
 use super::sequences::{arms, first_difference, jerk};
@@ -21,7 +21,7 @@ enum Event {
     Stop,
     Pause,
     Law(usize),
-    /// The servo misses one cycle. Rule 22 allows for one more missed cycle than there were so far.
+    /// The servo misses one cycle. Rule 22 allows for one more missed cycle than there were before.
     Late,
     Twist([f64; 3], [f64; 3]),
 }
@@ -31,7 +31,7 @@ struct Task {
     position: [f64; 3],
     turn: [f64; 4],
     event: Event,
-    /// Number of cycles before the event and after it.
+    /// Number of cycles before the event. The second number is the number of cycles after it.
     cycles: (usize, usize),
 }
 
@@ -87,7 +87,8 @@ fn rig(arm: usize) -> Rig {
     }
 }
 
-/// Returns the arm `arm` at its start, with the keep-outs that it is outside of and the keep-ins that its tools are inside of.
+/// Returns the arm `arm` at its start. Its scene has only the keep-outs that the arm is outside of and the keep-ins that its tools
+/// are inside of.
 fn among(arm: usize, keep_outs: &[String], keep_ins: &[([f64; 3], String)]) -> Rig {
     let mut rig = rig(arm);
     let positions = rig.positions();
@@ -201,7 +202,7 @@ fn no_order_of_events_leads_into_anything() {
     assert!(held.get() > 10, "{} tasks were held up", held.get());
 }
 
-/// The scene keeps its measured gaps from cycle to cycle. The output does not depend on them.
+/// The scene keeps its measured gaps from cycle to cycle. The output must not depend on these gaps.
 #[test]
 fn another_servo_that_knows_what_this_one_knew_goes_on_among_keep_outs_to_the_bit() {
     let config = ProptestConfig { cases: 40, failure_persistence: None, ..ProptestConfig::default() };

@@ -41,7 +41,7 @@ fn rule_6_a_high_gain_neither_overshoots_nor_shakes_under_the_acceleration_limit
     rig.run_until(State::Settled, 40.0);
 }
 
-/// Returns the tool's path to `goal` \[m\], with joint accelerations limited to `acceleration` [rad/s²].
+/// Returns the path of the tool to `goal` under `law` \[m\]. Joint accelerations are limited to `acceleration` [rad/s²].
 fn path(law: Law, goal: &str, acceleration: f64) -> Vec<Vector3<f64>> {
     let mut rig = Rig::with(|settings| {
         settings.limits.joint_acceleration = vec![acceleration; 6];

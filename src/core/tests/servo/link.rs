@@ -11,8 +11,8 @@ fn in_motion() -> Rig {
     rig
 }
 
-/// Checks that the arm stands for a second, and that after `want` it settles at its goal in a new motion. The new motion's figures
-/// include nothing of the old one.
+/// Checks that the arm stands for a second. Then calls `want`, and checks that the arm settles at its goal in a new motion. The
+/// figures of the new motion must include nothing of the old motion.
 fn stands_until(rig: &mut Rig, want: impl FnOnce(&mut Rig)) {
     rig.run(1.0);
     assert_eq!((rig.state(), rig.speed()), (State::Holding, 0.0));
@@ -221,8 +221,8 @@ fn rule_17_one_joint_that_does_not_follow_is_enough() {
     rig.run_until(State::NotFollowing, 0.5);
 }
 
-/// Runs a motion for 20 s with faulty wires. Returns the path of all joints together \[rad\], the largest speed of a joint [rad/s],
-/// and the revocation.
+/// Runs a motion for 20 s with the faulty wires `wires`. Returns the path of all joints together \[rad\], the largest speed of a
+/// joint [rad/s], and the revocation.
 fn run_with_wires(wires: fn(&mut [f64])) -> (f64, f64, Option<Revocation>) {
     let mut rig = Rig::new();
     (rig.wires, rig.check_tools) = (wires, false);
@@ -250,7 +250,7 @@ fn rule_17_a_joint_that_is_wired_wrongly_is_given_up() {
     }
 }
 
-/// The arm's last joint has little to do at first. The servo drives each joint gently until it has seen that joint follow.
+/// The arm's last joint moves little at first. The servo drives each joint gently until this joint has followed.
 #[test]
 fn rule_17_a_last_joint_that_is_inverted_turns_no_farther_than_another() {
     let mut rig = Rig::new();
@@ -372,8 +372,8 @@ fn rule_17_old_states_that_come_after_an_absence_start_nothing() {
     assert_eq!(rig.state(), State::Holding);
 }
 
-/// Joint states at 10 Hz neither move the arm in bursts nor cause repeated warnings. The arm stands, and the reason names the
-/// remedy.
+/// Joint states at 10 Hz neither move the arm in bursts nor cause repeated warnings. The arm stands, and the status explains how to
+/// fix it.
 #[test]
 fn joint_states_that_are_too_rare_for_the_timeout_name_it() {
     for (interval, rate) in

@@ -1,5 +1,5 @@
 //! A frame that TF loses for longer than `rearm_timeout` revokes all earlier requests, streams of goals in that frame included.
-//! After any revocation the publisher of a stream must pause. Goals that wait for their frame are not a pause.
+//! After any revocation, the publisher of a stream must pause. Goals that wait for their frame do not count as a pause.
 
 use crate::reference::{parameters, pose, theta};
 use crate::rig::reading;
@@ -7,8 +7,8 @@ use crate::sim::{Random, Sim};
 use dq_core::servo::{Event, GoalMotion, Reason, Rejection, Revocation, Sent, State};
 use std::time::Duration;
 
-/// Returns an arm in motion to a goal in a frame, after TF has lost the frame for `seconds`. The publisher sends a goal every
-/// `interval` \[s\] throughout.
+/// Returns an arm in motion to a goal in a frame that TF has lost for `seconds`. The publisher sends a goal every `interval` \[s\]
+/// throughout.
 fn lost_for(seconds: f64, interval: f64) -> Sim {
     let mut sim = Sim::new(&parameters(), theta("theta_initial"));
     sim.run(0.1);
@@ -30,14 +30,14 @@ fn wait_for(sim: &mut Sim, seconds: f64, interval: f64) {
     }
 }
 
-/// Finds the frame again, at its old place.
+/// Restores the frame at its old place, so that a waiting goal is found.
 fn find(sim: &mut Sim) {
     let place = reading(&pose("theta_desired"), 0);
     sim.servo.move_goal(&GoalMotion::To(place), sim.now()).unwrap();
 }
 
-/// Sends more goals of the stream every `interval` \[s\] for 3 s; the first one has waited for `waited` \[s\]. Checks that each is
-/// rejected and nothing moves.
+/// Sends more goals of the stream every `interval` \[s\] for 3 s. The first goal has waited for `waited` \[s\]. Checks that the
+/// servo rejects each goal and nothing moves.
 fn nothing_moves(sim: &mut Sim, waited: f64, interval: f64) {
     let before = sim.q.clone();
     for number in 0..(3.0 / interval) as usize {

@@ -21,7 +21,8 @@ fn hulls(away: f64) -> Vec<String> {
     (0..60).map(hull).collect()
 }
 
-/// Returns the largest number of gaps that a cycle measures on the way to a goal among [`hulls`]. The first cycle does not count.
+/// Returns the largest number of gaps that a cycle measures on the way to a goal among [`hulls`]. The first cycle, which measures
+/// all gaps, does not count.
 fn most_measured(away: f64) -> usize {
     let (store, _) = ServoParameters::start("/dq_servo", Vec::new()).unwrap();
     let parameters = ServoParameters::from_store(&store).unwrap();

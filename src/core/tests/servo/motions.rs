@@ -78,7 +78,7 @@ fn goals_of_one_publisher_that_follow_each_other_are_one_motion_which_arrives_on
     assert_eq!(rig.servo.status().figures.path_length, 0.0);
 }
 
-/// The goal moves to and fro by 2 mm each second; the tolerance is 1 mm.
+/// The goal moves back and forth by 2 mm each second. The tolerance is 1 mm.
 #[test]
 fn a_goal_that_moves_with_its_frame_is_arrived_at_though_it_moves() {
     let mut rig = Rig::new();

@@ -1,5 +1,5 @@
-//! Goals that move: the tool's lag and noise, with the goal's motion fed forward and without. This test generates the table of the
-//! guide. Also, what a stream must not do: overshoot at its end, or fling the arm when it jumps.
+//! Goals that move: the tool's lag and noise, with the goal's motion fed forward and without. One test generates the table of the
+//! guide. Other tests check that a stream does not make the arm overshoot at its end, or fling the arm when it jumps.
 
 use super::follow::{EPOCH, Follow, Path, Random, Stream, circle, line, moved, start_of};
 use crate::rig::{PERIOD, reading};
@@ -9,8 +9,8 @@ use dq_core::servo::{GoalMotion, Reason, Revocation, State};
 use nalgebra::{UnitQuaternion, Vector3};
 use std::time::Duration;
 
-/// Returns the root mean square difference between the tool's velocities under a real stream and under an even one without noise
-/// [mm/s].
+/// Returns the root mean square difference of the tool's velocities between two streams: a real stream and an even stream without
+/// noise [mm/s].
 fn shake(real: &Follow, even: &Follow) -> f64 {
     let (one, other) = (real.velocities(), even.velocities());
     let squares = one.iter().zip(&other).map(|(a, b)| (a - b).norm_squared());
@@ -20,14 +20,14 @@ fn shake(real: &Follow, even: &Follow) -> f64 {
 /// Number of streams per row of the guide's table.
 const SEEDS: u64 = 20;
 
-/// Returns the median of `SEEDS` numbers, and the bounds that contain it in 96 of 100 studies. The binomial distribution of 20
-/// trials has 4 % beyond the 6th and the 15th number.
+/// Returns the median of `SEEDS` numbers, and bounds that contain the true median in 96 of 100 studies. For 20 trials, the binomial
+/// distribution has 4 % outside the 6th to the 15th number.
 fn median(mut numbers: Vec<f64>) -> [f64; 3] {
     numbers.sort_by(f64::total_cmp);
     [0.5 * (numbers[9] + numbers[10]), numbers[5], numbers[14]]
 }
 
-/// Returns lag and noise, each without the goal's motion fed forward and with it.
+/// Returns lag and noise, each first without and then with feed-forward of the goal's motion.
 fn figures(arm: &(ServoParameters, Vec<f64>), stream: &Stream) -> [[f64; 3]; 4] {
     let mut figures = [[0.0; 3]; 4];
     for (i, feed_forward) in [false, true].into_iter().enumerate() {
@@ -75,7 +75,7 @@ fn the_tool_keeps_up_with_a_goal_that_moves_as_the_guide_has_it() {
     assert_eq!(missing, "", "rows that the guide has not");
 }
 
-/// Sends the goals of the stream that are due by now, until the time `until`.
+/// Sends the goals of the stream that are due before the time `until`.
 fn send_until(follow: &mut Follow, stream: &Stream, sent: &mut u32, until: f64) {
     while f64::from(*sent) / stream.rate <= follow.time().min(until) {
         let taken = f64::from(*sent) / stream.rate;
@@ -190,7 +190,7 @@ fn a_goal_that_moves_for_long_neither_stalls_nor_arrives() {
     }
 }
 
-/// Runs for `seconds` with a goal that its frame moves at 0.2 m/s, 50 times per second from 0 to `until`.
+/// Runs for `seconds` with a goal whose frame moves at 0.2 m/s. From 0 to `until` \[s\], TF moves the frame 50 times per second.
 fn with_frame(follow: &mut Follow, seconds: f64, until: f64, sent: &mut u32) {
     let end = follow.time() + seconds;
     while follow.time() < end {
@@ -251,8 +251,8 @@ fn a_goal_moves_with_its_frame_and_the_arm_holds_where_the_frame_is_lost() {
     );
 }
 
-/// Follows a goal in a frame for 20 s. TF gives the frame every 20 ms, `late` cycles old, and the tool carries it from the time
-/// `grasped` \[s\] on. Returns the largest joint speed in the last 10 s [rad/s], and the reason why the arm holds.
+/// Follows a goal in a frame for 20 s. TF gives the frame every 20 ms, `late` cycles old. From the time `grasped` \[s\] on, the
+/// tool carries the frame. Returns the largest joint speed in the last 10 s [rad/s], and the reason why the arm holds.
 fn follow_what_the_tool_carries(feed_forward: bool, late: usize, grasped: f64) -> (f64, Option<Reason>) {
     let mut follow = Follow::begin(&start_of(-0.3), feed_forward);
     let goal = moved(&follow.start, Vector3::new(0.1, 0.2, 0.1));
@@ -310,7 +310,7 @@ fn a_goal_that_is_sent_again_is_where_its_sender_says_whatever_its_frame_does() 
     follow.rig.run_until(State::Settled, 10.0);
 }
 
-/// The rig checks that the servo does not move the arm.
+/// The rig checks in every cycle that the servo does not move the arm.
 #[test]
 fn another_tool_finds_no_frame_that_is_lost() {
     let mut follow = with_frame_lost();
@@ -339,7 +339,7 @@ fn a_goal_that_shakes_is_hardly_a_motion() {
     }
 }
 
-/// The tool's error with respect to a goal that turns decays on one screw, seen from the goal.
+/// A goal that turns is followed: the tool's error, seen from the goal, decays on one screw.
 #[test]
 fn the_error_decays_as_towards_a_goal_that_stands() {
     let arm = start_of(-0.3);

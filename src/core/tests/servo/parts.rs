@@ -11,7 +11,7 @@ fn part(rig: &mut Rig, (first, end): (usize, usize), source: u32) -> Result<bool
     rig.take_state(0, &reading)
 }
 
-/// Returns a rig that sends no joint states. The tests send them.
+/// Returns a rig that sends no joint states, so that the tests can send them.
 fn rig() -> Rig {
     let mut rig = Rig::new();
     rig.connect(false);

@@ -54,7 +54,7 @@ fn rule_7_started_outside_inward_is_allowed() {
     rig.run_until(State::Settled, 30.0);
 }
 
-/// Moves to theta_desired with the tool's speed limited to 0.05 m/s and joint `joint` limited to within 0.2 rad of its start.
+/// Moves to theta_desired with the tool's speed limited to 0.05 m/s. Joint `joint` is limited to within 0.2 rad of its start.
 /// Returns the tool's largest speed [m/s].
 fn fastest_beside_a_limit(law: Law, joint: usize) -> f64 {
     let mut rig = Rig::with(|settings| {
@@ -104,8 +104,8 @@ fn what_lies_beside_a_position_lies_inside_the_limits() {
     }
 }
 
-/// Returns how far joint 3 passes its limit \[rad\] if, before each cycle, the servo misses `missed` cycles because its thread gets
-/// no time.
+/// Returns how far joint 3 passes its limit \[rad\] if the servo's thread is delayed. Before each cycle, the servo misses the
+/// number of cycles that `missed` returns.
 fn past_its_limit(mut missed: impl FnMut(u32) -> u32) -> f64 {
     let mut past = 0.0_f64;
     for law in [Law::Diffc, Law::Logc] {

@@ -359,7 +359,7 @@ fn rule_21_a_cycle_that_asks_hears_and_goes_round_allocates_nothing() {
     assert_eq!((rig.state(), rig.allocations), (State::Reconfiguring, 0));
 }
 
-/// The rig checks the invariants in every cycle: speeds, accelerations, position limits, tool speeds.
+/// The rig checks speeds, accelerations, position limits and tool speeds in every cycle.
 #[test]
 fn rule_21_arms_of_the_box_keep_their_limits_on_ways_round() {
     let mut rounds = 0;

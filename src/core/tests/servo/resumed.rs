@@ -1,4 +1,5 @@
-//! `~/pause` (false) requests the goal that was in force when the request was sent, unless a revoked stream of goals continues.
+//! A request of `~/pause` (false) requests the goal that was in force when the request was sent. The request fails if a revoked
+//! stream of goals continues.
 
 use crate::reference::{parameters, pose, theta};
 use crate::rig::Rig;

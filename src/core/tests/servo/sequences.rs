@@ -11,8 +11,8 @@ use proptest::prelude::*;
 use proptest::test_runner::{RngSeed, TestRunner};
 use std::time::Duration;
 
-/// Returns a configuration that runs the same `quick` sequences each time. With `PROPTEST_CASES` set, it runs that many random
-/// ones.
+/// Returns a configuration that runs the same `quick` sequences each time. If `PROPTEST_CASES` is set, runs this number of random
+/// sequences.
 fn cases(quick: u32) -> ProptestConfig {
     let config = ProptestConfig::default();
     match std::env::var_os("PROPTEST_CASES") {
@@ -21,7 +21,7 @@ fn cases(quick: u32) -> ProptestConfig {
     }
 }
 
-/// Returns limits on jerk, and no limit [rad/s³].
+/// Returns random limits on jerk, or no limit [rad/s³].
 pub fn jerk() -> impl Strategy<Value = f64> {
     prop_oneof![1 => Just(f64::INFINITY), 3 => (1.0..5.0f64).prop_map(|exponent| 10f64.powf(exponent))]
 }
@@ -46,8 +46,8 @@ fn apply_all(mut rig: Rig, events: Vec<Event>, jerk: f64) {
     assert_eq!(rig.servo.replaced().last, None);
 }
 
-/// Returns the paper's arm, a UR5e (six joints, standard rows) and a Panda (seven, modified), each in a configuration from which it
-/// can move.
+/// Returns the paper's arm, a UR5e (six joints, standard rows) and a Panda (seven joints, modified rows). Each arm is in a
+/// configuration from which it can move.
 pub fn arms() -> [Rig; 3] {
     let [ur5e, panda] = ["ur5e", "panda"].map(|name| Chain::for_arm(name).unwrap());
     [
@@ -71,7 +71,8 @@ proptest! {
     }
 }
 
-/// Returns the output of each cycle while the events happen. Every `restored_each` cycles another servo takes over.
+/// Returns the output of each cycle while the events happen. Every `restored_each` cycles, another servo continues with the saved
+/// state.
 fn sent(
     mut rig: Rig,
     events: &[Event],
@@ -98,7 +99,7 @@ pub fn first_difference(one: &[Option<Vec<f64>>], other: &[Option<Vec<f64>>]) ->
 proptest! {
     #![proptest_config(cases(150))]
 
-    /// Therefore a replay can begin in any cycle.
+    /// Because another servo continues exactly, a replay can begin in any cycle.
     #[test]
     fn another_servo_that_knows_what_this_one_knew_goes_on_to_the_bit(
         arm in 0..4usize,
@@ -120,8 +121,8 @@ fn error(rig: &Rig) -> f64 {
 proptest! {
     #![proptest_config(cases(60))]
 
-    /// Liveness: after any events, a new request moves the arm. The arm then arrives, keeps getting nearer, or stalls within its
-    /// timeouts, even if a parameter keeps changing meanwhile.
+    /// After any events, a new request moves the arm. The arm then arrives, keeps getting nearer, or stalls within its timeouts,
+    /// even if a parameter keeps changing meanwhile.
     #[test]
     fn whatever_happened_a_fresh_goal_is_gone_to_or_stalls(arm in 0..3usize, events in prop::collection::vec(gentle_event(), 1..15)) {
         let mut rig = arms().into_iter().nth(arm).unwrap();
@@ -197,7 +198,7 @@ proptest! {
     }
 }
 
-/// Arms with narrow limits that may always be reconfigured. Each event comes in the middle of the effects of the one before.
+/// The arms have narrow limits and may always be reconfigured. Each event comes while the effects of the previous event continue.
 #[test]
 fn no_order_of_events_on_ways_round_passes_a_limit() {
     let underway = std::cell::Cell::new(0_u32);
@@ -268,7 +269,7 @@ fn attacked(number: usize, interface: Interface) -> Rig {
     Rig::of_arm_with(chain, start, |settings| settings.interface = interface)
 }
 
-/// Repairs the robot, lets all publishers fall silent, and sends a goal nearby. Checks that the arm arrives.
+/// Repairs the robot, waits until no publisher is heard any more, and sends a goal nearby. Checks that the arm arrives.
 fn is_gone_to_at_last(mut rig: Rig, place: &[f64]) {
     rig.make_sound(place);
     rig.run(4.0);

@@ -1,4 +1,4 @@
-//! Rule 8: a law that stands still at a singularity is led out of it, or the singularity is named.
+//! Rule 8: the servo leads a law out of a singularity at which the law stands still, or names the singularity.
 
 use crate::reference::puma;
 use crate::rig::Rig;
@@ -36,8 +36,8 @@ fn stretched() -> [f64; 6] {
     [0.7, 1.0, elbow(-1.0, -2.5, -0.5), 0.5, -0.7, 2.0]
 }
 
-/// Returns the smallest singular value at `theta`, and the motion that the arm has lost: a unit twist at the tool, along the base's
-/// axes.
+/// Returns the smallest singular value at `theta`. Also returns the motion that the arm has lost: a unit twist at the tool, along
+/// the base's axes.
 fn lost(theta: &[f64]) -> (f64, Vector6<f64>) {
     let state = state(theta);
     let svd = state.body_jacobian().svd(true, false);
@@ -71,7 +71,8 @@ fn rig(law: Law, theta: &[f64]) -> Rig {
     rig
 }
 
-/// A goal that is 0.1 m or 0.4 rad away along the direction that the arm has lost, and the joint that leads out.
+/// A goal that is 0.1 m or 0.4 rad away along the direction that the arm has lost, and the joint whose motion leads out of the
+/// singularity.
 struct Case {
     name: &'static str,
     theta: [f64; 6],
@@ -102,7 +103,7 @@ fn cases() -> Vec<Case> {
     ]
 }
 
-/// Returns 0.1 m along the lost direction, with the sign that leads away from the base.
+/// Returns the distance 0.1 m along the lost direction. Its sign is the one that leads away from the base.
 fn outward(theta: &[f64]) -> f64 {
     let (_, twist) = lost(theta);
     0.1 * state(theta).tool_point().dot(&twist.fixed_rows::<3>(3)).signum()
@@ -215,7 +216,7 @@ fn rule_9_one_joint_whose_goal_is_off_its_path_is_as_near_as_it_comes() {
     }
 }
 
-/// Only a program that uses the library can set this gain. The arm stands without a singularity.
+/// Only a program that uses the library can set a gain of 0. With it the arm stands, although there is no singularity.
 #[test]
 fn rule_9_a_gain_of_zero_makes_no_progress() {
     let mut rig = rig(Law::Logc, &stretched());
@@ -239,7 +240,7 @@ fn rule_9_an_escape_that_position_limits_bar_names_the_joint() {
     assert!(stall.explain(|joint| format!("joint{joint}")).starts_with("joint3 is at its position limit"));
 }
 
-/// Both arms are stretched toward a goal beyond their reach. The next goal is nearer, along the direction that they have lost.
+/// Both arms are stretched toward a goal beyond their reach. The next goal is nearer, along the direction that the arms have lost.
 #[test]
 fn rule_8_two_arms_are_led_out_too() {
     for map in [Map::Transpose, Map::DampedInverse] {

@@ -1,5 +1,5 @@
-//! The largest latency at which each law is stable on its own: measured, and by the formula. This test generates the table of the
-//! guide.
+//! The largest latency at which each law is stable without the rest of the servo: measured, and by the formula. One test generates
+//! the table of the guide.
 
 use crate::reference::{parameters, theta};
 use dq_algebra::UnitDualQuaternion;

@@ -1,4 +1,5 @@
-//! The reasons why the arm stands, and how it resumes: ~/pause, ~/stop, stalls (rule 9), the end (rule 10); all states.
+//! The reasons why the arm stands, and how it resumes: ~/pause, ~/stop, stalls (rule 9) and the end of the program (rule 10). Every
+//! state occurs in a test.
 
 use crate::rig::Rig;
 use dq_core::servo::{Event, State};
@@ -54,7 +55,7 @@ fn a_stop_keeps_a_pause() {
     assert_eq!(rig.state(), State::Tracking);
 }
 
-/// Limits joint 3, which has to go from 2.36 to 1.05 rad, so that it cannot arrive.
+/// Limits joint 3 so that the arm cannot arrive. The joint would have to go from 2.36 to 1.05 rad.
 fn hold_joint_3(settings: &mut dq_core::servo::Settings) {
     settings.limits.position.lower[2] = 1.6;
 }

@@ -14,7 +14,7 @@ fn in_motion() -> Rig {
     rig
 }
 
-/// A cause for the arm to stand: its name, its effect, and the state that follows.
+/// A cause for the arm to stand: its name, the function that causes it, and the state that follows.
 type Reason = (&'static str, fn(&mut Rig), State);
 
 const REASONS: [Reason; 4] = [

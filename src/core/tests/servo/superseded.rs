@@ -1,5 +1,5 @@
-//! Goals that wait for their frames. An event that drops the goal in force, or requests it again, supersedes the goals that arrived
-//! before the event and whose frames are found after it.
+//! Goals that wait for their frames. Some events drop the goal in force or request it again. Such an event supersedes the goals
+//! that arrived before it and whose frames are found after it.
 
 use crate::reference::pose;
 use crate::rig::{Rig, reading, state_of};
@@ -13,8 +13,8 @@ fn found(seconds: f64) -> GoalReading<'static> {
     GoalReading { waited: Duration::from_secs_f64(seconds), ..reading(&pose, 0) }
 }
 
-/// Runs `what` 0.5 s after a goal arrived. Returns the reason why the servo rejects this goal when its frame is found 1.5 s later.
-/// Checks that the arm moves to a goal that arrived after `what`.
+/// Sends a goal that waits for its frame, and runs `what` 0.5 s later. Returns the reason why the servo rejects this goal when its
+/// frame is found after 1.5 s more. Checks that the arm moves to a goal that arrived after `what`.
 fn refusal(rig: &mut Rig, what: impl FnOnce(&mut Rig)) -> Rejection {
     let came = rig.now;
     rig.run(0.5);
@@ -93,7 +93,7 @@ fn rule_15_a_goal_that_waits_for_its_frame_does_not_outlive_the_robot_s_absence_
     assert_eq!((rig.state(), rig.speed()), (State::Holding, 0.0));
 }
 
-/// The goal whose frame is found last arrived earlier. So it does not change the request.
+/// The goal whose frame is found last arrived before the other goal. So it does not change the request.
 #[test]
 fn a_goal_that_is_set_going_while_the_robot_is_away_stays_so_when_an_older_one_is_found() {
     let mut rig = standing();

@@ -1,5 +1,5 @@
-//! Rule 18: commands that oscillate stall the arm within 3 s, whatever restarts other monitors. Noisy goals do not make a stable
-//! arm oscillate.
+//! Rule 18: commands that oscillate stall the arm within 3 s, even if other monitors restart. Noisy goals do not make a stable arm
+//! oscillate.
 
 use super::follow::{Follow, Stream, circle, line, start_of};
 use crate::reference::{parameters, pose, theta};
@@ -13,7 +13,7 @@ use std::time::Duration;
 /// A noisy stream of goals around one place.
 #[derive(Clone, Copy)]
 struct Noisy {
-    /// The standard deviation of each coordinate \[m\].
+    /// The standard deviation of the noise of each coordinate \[m\].
     noise: f64,
     /// The rate of the goals \[Hz\]; 0: a single goal.
     rate: f64,
@@ -21,7 +21,7 @@ struct Noisy {
 }
 
 impl Noisy {
-    /// Streams goals around `goal` for `seconds`. Returns after which time the arm stalls, if it does \[s\].
+    /// Streams goals around `goal` for `seconds`. Returns the time after which the arm stalls \[s\]; `None` if it does not stall.
     fn stalls(&self, sim: &mut Sim, goal: &UnitDualQuaternion, seconds: f64) -> Option<f64> {
         let Self { noise, rate, seed } = *self;
         let mut random = Random::new(seed);

@@ -33,7 +33,7 @@ fn the_tool_s_offset_goes_to_the_goal() {
     }
 }
 
-/// The rig checks every command, and the tool's speed in every cycle, against the limits.
+/// In every cycle the rig checks the command and the tool's speed against the limits.
 #[test]
 fn another_tool_stands_until_somebody_asks_it_to_move() {
     let mut rig = Rig::new();

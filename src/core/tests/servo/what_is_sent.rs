@@ -8,7 +8,7 @@ use dq_kinematics::control::Law;
 use nalgebra::{UnitQuaternion, Vector3};
 use std::time::Duration;
 
-/// A configuration away from singularities \[rad\].
+/// A configuration of the arm that is away from singularities \[rad\].
 const FREE: [f64; 6] = [0.3, -1.0, 0.0, 0.4, 1.4, 0.1];
 
 fn sim_with(start: &[f64], change: impl FnOnce(&mut Settings)) -> Sim {
@@ -91,7 +91,7 @@ fn an_arm_that_was_switched_off_where_it_stood_does_not_leap_by_the_integral() {
     }
 }
 
-/// Turns the tool slowly by a twist for `seconds`. Returns when the arm was first commanded to stand.
+/// Turns the tool by a twist at `speed` [rad/s] for `seconds`. Returns when the arm was first commanded to stand.
 fn turn(sim: &mut Sim, speed: f64, seconds: f64) -> Option<f64> {
     let end = sim.time + seconds;
     let mut stood = None;

@@ -13,7 +13,7 @@ use crate::control::{Aim, AngularLinear, PoseError, Stiffness};
 /// another ½.
 pub struct Diffc;
 
-/// The factor of K if the law feeds back a twist.
+/// The factor by which K is reduced if the law feeds back a twist.
 const QUARTER: f64 = 0.25;
 
 impl ControlLaw for Diffc {
@@ -60,7 +60,7 @@ impl ControlLaw for Diffc {
         }
     }
 
-    /// For a pose, e is `q_d − q`.
+    /// If the aim is a pose, the error e is `q_d − q`.
     fn steepest_descent(&self, input: &LawInput, descent: &mut [f64]) -> f64 {
         let LawInput { arm, base_from_goal, .. } = *input;
         match input.aim {

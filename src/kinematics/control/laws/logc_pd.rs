@@ -5,9 +5,9 @@ use crate::control::{AngularLinear, PoseError};
 
 /// The PD law on SE(3), `V̇ = −K_p log(e) − K_d V` in the tool's axes (paper §10.2; Bullo & Murray 1995, theorem 5).
 ///
-/// It is logc with the gain `K_p/K_d`; the arm's velocity [approaches](ControlLaw::approach_rate) that of logc at the rate `K_d`.
-/// From rest, the tool moves on one screw. Its distance x along the screw obeys `ẍ + K_d ẋ + K_p x = 0`: critically damped at `K_d
-/// = 2√K_p`, with overshoot at a lower K_d. A motion begins with the acceleration `K_p x` instead of a step of the velocity.
+/// The arm's velocity [approaches](ControlLaw::approach_rate) that of logc with the gain `K_p/K_d`, at the rate `K_d`. From rest,
+/// the tool moves on one screw. Its distance x along the screw obeys `ẍ + K_d ẋ + K_p x = 0`: critically damped at `K_d = 2√K_p`,
+/// with overshoot at a lower K_d. A motion begins with the acceleration `K_p x` instead of a step of the velocity.
 pub struct LogcPd;
 
 impl ControlLaw for LogcPd {

@@ -15,7 +15,7 @@ const CLOSE_UP: [f64; 3] = [0.09, 6.5e-4, 1e-3];
 /// The initial part of diffc's motion, which needs its own time axis \[s\].
 const SOON: f64 = 0.5;
 
-/// The paper's names of the joints.
+/// The names of the joints in the paper.
 const JOINTS: [&str; 8] = ["θ1", "θ2", "θ3", "θ4", "θ5", "θ6", "θ7", "θ8"];
 
 /// Creates a panel over the whole time of its curves.
@@ -79,8 +79,8 @@ pub(super) fn joint_angles(lab: &Laboratory, run: &SimulatedRun) -> Figure {
     chart("fig2", &title, &[vec![soon(&whole)], vec![whole]])
 }
 
-/// Draws figure 3, and a figure of the joint angles of both manipulators. Section 4 of the paper announces the latter but does not
-/// show it.
+/// Draws figure 3, and a figure of the joint angles of both manipulators. Section 4 of the paper announces the joint angles but
+/// does not show them.
 pub(super) fn relative_position(lab: &Laboratory) -> Result<[Figure; 2], PaperError> {
     let constants = lab.experiment.relative_position;
     let mut arms = Arms::two(lab.chain.clone(), lab.chain.clone());

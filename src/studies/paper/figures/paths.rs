@@ -34,7 +34,7 @@ fn samples(interval: f64) -> usize {
 /// The time between the dots of a path \[s\].
 const DOT_INTERVAL: f64 = 0.05;
 
-/// The time between the frames along a path \[s\]; also for a path that takes four times as long.
+/// The time between the frames along a path \[s\], even for a path that takes four times as long.
 const FRAME_INTERVAL: f64 = 0.1;
 const LONG_FRAME_INTERVAL: f64 = 1.0;
 
@@ -94,7 +94,7 @@ impl Tool<'_> {
         BOTH_SIDES.map(scene).to_vec()
     }
 
-    /// Returns the percentage of the distance that remains at the end.
+    /// Returns the percentage of the initial distance to the goal that remains at the end.
     fn left_percent(&self) -> f64 {
         let distance = |pose: Option<&UnitDualQuaternion>| {
             pose.map_or(0.0, |pose| (pose.translation() - self.goal.translation()).norm())
