@@ -90,7 +90,7 @@ def case_frozen_servo(servo):
 
 
 def case_starved(servo):
-    """Another process takes the servo's core for 0.5 s, three times in a motion: the plant stops by its own timeout, and the first command
+    """Another process takes the servo's core for 0.5 s, twice in a motion: the plant stops by its own timeout, and the first command
     after that begins at rest. The motion goes on."""
     states = States()
     FOLLOWED.append(states)
@@ -99,7 +99,7 @@ def case_starved(servo):
     for thread in os.listdir(f"/proc/{servo}/task"):
         os.sched_setaffinity(int(thread), [core])
     goals = send_goal()
-    for _ in range(3):
+    for _ in range(2):
         wait("motion", lambda: states.speed() > 0.2)
         busy = subprocess.Popen([sys.executable, "-c", BUSY, str(core)])
         wait("a standstill", lambda: states.speed() == 0.0, 2.0)
