@@ -284,7 +284,10 @@ fn table(Played { motions, joints }: &Played) -> String {
         motions.iter().map(|report| of(&report.cycle_jitter)).fold(0.0, f64::max)
     };
     let (most, latest) = (late(|jitter| jitter.p99), late(|jitter| jitter.max));
-    format!("{table}\n\nCycles woke late by at most {most:.0} µs (99 %) and {latest:.0} µs (all).{}", busy(latest))
+    format!(
+        "{table}\n\nCycles woke late by at most {most:.0} µs (99 %) and {latest:.0} µs (all).{}",
+        busy(latest)
+    )
 }
 
 /// A cycle that woke later than this [µs] has affected the motion: a quarter of the robot's own timeout.
