@@ -75,7 +75,7 @@ mod tests {
         let why = Rejection::Late(Duration::from_secs(5));
         let cycle = std::thread::spawn(move || inbox.recv().map(|reply| reply.refused(why)));
         let answer = ask(&requests, |reply| reply, "done", PATIENCE).await;
-        assert!(!answer.success && answer.message.contains("sent 5.0 s before it came"), "{answer:?}");
+        assert!(!answer.success && answer.message.contains("5.0 s after it was sent"), "{answer:?}");
         assert_eq!(cycle.join().unwrap(), Ok(()));
 
         let (requests, inbox) = channel();

@@ -80,7 +80,7 @@ fn runs_of_other_tasks_are_refused() {
     let more = as_another_program(&lines.replace("\"task\":0,", "\"task\":3,"), "again", 4);
     for bad in [without_the_last, good.replace("puma560", "ur5e"), more, good.clone() + &good] {
         let why = read(&study, folder.path(), &bad).unwrap_err().to_string();
-        assert!(why.contains("peers.jsonl has runs of other tasks"), "{why}");
+        assert!(why.contains("peers.jsonl does not have runs of the first tasks"), "{why}");
     }
     let damaged = good.replacen("\"effort\"", "\"eff\"", 1);
     let why = read(&study, folder.path(), &damaged).unwrap_err().to_string();

@@ -284,5 +284,32 @@ fn table(Played { motions, joints }: &Played) -> String {
         motions.iter().map(|report| of(&report.cycle_jitter)).fold(0.0, f64::max)
     };
     let (most, latest) = (late(|jitter| jitter.p99), late(|jitter| jitter.max));
-    format!("{table}\n\nCycles woke late by at most {most:.0} µs (99 %) and {latest:.0} µs (all).")
+    format!(
+        "{table}\n\nCycles woke late by at most {most:.0} µs (99 %) and {latest:.0} µs (all).{}",
+        busy(latest)
+    )
+}
+
+/// A cycle that woke later than this [µs] has affected the motion: a quarter of the robot's own timeout.
+const BUSY: f64 = 25_000.0;
+
+/// Returns a note for a table whose cycles woke late by up to `latest` [µs].
+fn busy(latest: f64) -> &'static str {
+    if latest > BUSY { "\nThis machine was busy: the figures are others when it is idle." } else { "" }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use dq_messages::messages::Time;
+
+    #[test]
+    fn a_table_of_a_busy_machine_says_that() {
+        let motion = |max| {
+            let report = MotionReport::rejected(&Time::default(), None, String::new());
+            MotionReport { cycle_jitter: CycleJitter { max, ..report.cycle_jitter }, ..report }
+        };
+        let text = |max| table(&Played { motions: vec![motion(max)], joints: Vec::new() });
+        assert!(text(30_000.0).contains("This machine was busy") && !text(900.0).contains("busy"));
+    }
 }

@@ -74,16 +74,23 @@ pub(super) fn motions(before: &[&str], joints: &[JointKind], after: &[&str]) -> 
 pub(super) fn figures(figures: &Figures) -> [String; 9] {
     let known =
         |figure: f64, digits| if figure.is_finite() { format!("{figure:.digits$}") } else { "-".to_owned() };
+    // The error of a component is exactly 0 from the start to the end only if the task leaves the component free.
+    let controlled = |error: f64, settled: Option<f64>| match (error, settled) {
+        (0.0, Some(0.0)) => (f64::NAN, None),
+        other => other,
+    };
+    let (rotation, rotation_settled) = controlled(figures.rotation_error, figures.settling_time_rotation);
+    let (position, position_settled) = controlled(figures.position_error, figures.settling_time_position);
     [
-        seconds(figures.settling_time_rotation),
-        seconds(figures.settling_time_position),
+        seconds(rotation_settled),
+        seconds(position_settled),
         format!("{:.3}", figures.path_length),
         known(figures.path_ratio.unwrap_or(f64::NAN), 3),
         format!("{:.1}", 1e3 * figures.overshoot),
         known(figures.peak_joint_speed, 2),
         known(figures.effort, 1),
-        format!("{:.2}", 1e3 * figures.position_error),
-        format!("{:.2}", 1e3 * figures.rotation_error),
+        known(1e3 * position, 2),
+        known(1e3 * rotation, 2),
     ]
 }
 
@@ -114,6 +121,20 @@ mod tests {
         assert_eq!(in_lines("logc"), "logc");
         assert_eq!(in_lines("double_geodesic"), "double_\ngeodesic");
         assert_eq!(in_lines("transpose relative_position"), "transpose \nrelative_\nposition");
+    }
+
+    #[test]
+    fn a_component_that_the_task_leaves_free_has_no_figures() {
+        let times = [Some(0.0), Some(1.5)];
+        let [settling_time_rotation, settling_time_position] = times;
+        let motion = Figures {
+            settling_time_rotation,
+            settling_time_position,
+            position_error: 1e-3,
+            ..Figures::default()
+        };
+        let cells = figures(&motion);
+        assert_eq!([&cells[0], &cells[1], &cells[7], &cells[8]], ["-", "1.50", "1.00", "-"]);
     }
 
     #[test]
