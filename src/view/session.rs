@@ -126,7 +126,7 @@ impl Session {
     }
 
     async fn malformed(&mut self, why: &str) -> Result<(), Gone> {
-        self.complaints.add(&format!("a browser sent {why}"));
+        self.complaints.add(&format!("a browser's message is {why}"));
         self.send(Answer::refused(why).frame(None)).await
     }
 

@@ -235,11 +235,11 @@ async fn malformed_frames_are_answered_and_logged_and_the_session_goes_on() {
         browser.send(frame).await;
         let answer = browser.frame("answer").await;
         assert_eq!((&answer["ok"], &answer["id"]), (&json!(false), &Value::Null), "{frame}");
-        assert!(answer["text"].as_str().unwrap().starts_with("no request"), "{answer}");
+        assert!(answer["text"].as_str().unwrap().starts_with("not a request"), "{answer}");
     }
     browser.send_bytes(vec![0, 159, 146, 150]).await;
     assert!(browser.frame("answer").await["text"].as_str().unwrap().contains("bytes"));
-    page.warned_of("a browser sent no request").await;
+    page.warned_of("a browser's message is not a request").await;
     assert!(page.warnings.lock().unwrap().len() <= 2, "a flood fills no log");
     page.robot.now.send_replace(r#"{"now":{"time":1}}"#.into());
     assert_eq!(browser.frame("now").await["time"], 1);
