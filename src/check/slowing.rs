@@ -5,11 +5,13 @@ const ROUNDING: f64 = 1e-9;
 
 /// How a joint with limited jerk slows down. All numbers count in the direction that slows the joint [rad/s].
 pub(super) struct Slowing {
-    /// The change of speed in this cycle, and in the next field the change in the previous cycle.
+    /// The change of speed in this cycle.
     pub step: f64,
+    /// The change of speed in the previous cycle.
     pub before: f64,
-    /// The largest change of speed per cycle, and the largest difference between two such changes.
+    /// The largest change of speed per cycle.
     pub most: f64,
+    /// The largest difference between the changes of speed in two successive cycles.
     pub jerk: f64,
 }
 

@@ -9,9 +9,9 @@ use nalgebra::{Matrix4, Point3, Rotation3, Unit, Vector3};
 use roxmltree::{Document, Node, ParsingOptions};
 use std::path::Path;
 
-/// Largest depth of elements, because mesh-loader recurses into nested nodes. The next number is the largest number of placed
-/// geometries.
+/// Largest depth of elements, because mesh-loader recurses into nested nodes.
 const DEEPEST: usize = 100;
+/// Largest number of placed geometries.
 const MOST_PLACES: usize = 10_000;
 
 /// Largest number of elements and attributes.

@@ -24,8 +24,9 @@ pub struct Guess {
 /// Returns the frames of the arm in the URDF document `text`. Keeps a given frame, and guesses a missing one.
 ///
 /// The tool frame is `tool0` or, if there is none, `flange`, with or without a prefix. If there is neither, the tool frame is the
-/// end of the chain with the most joints, before the gripper and after fixed joints. A gripper is a jaw, or it begins at a link
-/// that carries several moving parts, each with at most as many joints as the arm before it. The base frame is `base_link` if that
+/// end of the chain with the most joints. That chain ends where a gripper begins, and includes the fixed joints at its end. The
+/// gripper is a one-sided joint at the end of an arm of more than four joints (a jaw). Otherwise it begins at a link that carries
+/// several moving parts, if none of these has more joints than the arm has up to that link. The base frame is `base_link` if that
 /// link is on the path to the tool, otherwise the root.
 ///
 /// # Errors
@@ -230,7 +231,8 @@ impl<'a> Branches<'a> {
         }
     }
 
-    /// Returns the other links that the joint before `tool` carries rigidly, and the links that the next joints carry.
+    /// Returns the alternatives to `tool`: the links fixed to the same moving joint, and the first link beyond each following
+    /// joint.
     fn fixed_to(&self, from: &'a str, tool: &'a str) -> Vec<&'a str> {
         let parents = self
             .by_parent

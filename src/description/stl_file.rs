@@ -3,10 +3,11 @@
 
 use mesh_loader::{Material, Mesh, Scene};
 
-/// The size of the header of a binary file \[bytes\]. The next numbers are the size of the count of triangles, and the size of each
-/// triangle.
+/// The size of the header of a binary file \[bytes\].
 const HEAD: usize = 80;
+/// The size of the count of triangles \[bytes\].
 const COUNT: usize = 4;
+/// The size of each triangle \[bytes\].
 const TRIANGLE: usize = 50;
 
 /// The size of a triangle's normal, which precedes its corners: three numbers of four bytes.

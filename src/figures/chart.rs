@@ -98,9 +98,9 @@ pub fn over_time(title: &str, time: Axis, label: &str, series: Vec<Series>) -> P
     Panel { title: title.to_owned(), x: time, y: Axis::new(label, range), series, marks: Vec::new() }
 }
 
-/// The margin to the left of the curves \[px\], for numbers and labels. The next number is the margin to the right, for half a
-/// number.
+/// The margin to the left of the curves \[px\], for numbers and labels.
 const LEFT: f64 = 76.0;
+/// The margin to the right of the curves \[px\], for half a number.
 const RIGHT: f64 = 16.0;
 
 impl Panel {

@@ -11,8 +11,9 @@ pub struct LatchedLimits {
     decelerations: Vec<f64>,
     /// The jerks [rad/s³, prismatic: m/s³].
     jerks: Vec<f64>,
-    /// The last command [rad/s, prismatic: m/s], and in the next field its change from the command before.
+    /// The last command [rad/s, prismatic: m/s].
     last: Vec<f64>,
+    /// The change of the last command from the command before it [rad/s, prismatic: m/s].
     steps: Vec<f64>,
     /// Whether each joint stood at the last command.
     stood: Vec<bool>,

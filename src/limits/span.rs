@@ -8,10 +8,11 @@ use crate::{Joints, Pace, Violation, between, ratio};
 pub struct Span {
     /// The joint's speed after the last command, and its change by that command.
     pace: Pace,
-    /// The largest increase of the speed per cycle [rad/s]. The next fields are the largest decrease, and the largest change of
-    /// these from cycle to cycle.
+    /// The largest increase of the speed per cycle [rad/s].
     faster: f64,
+    /// The largest decrease of the speed per cycle [rad/s].
     slower: f64,
+    /// The largest difference between the changes of speed in two successive cycles [rad/s].
     jerk: f64,
     /// The range of speeds from which the joint stops before its position limits.
     positions: (f64, f64),

@@ -13,7 +13,7 @@ const MEMORY: Duration = Duration::from_millis(700);
 #[derive(Serialize, Deserialize)]
 pub(crate) struct CommandHistory {
     joint_count: usize,
-    /// How long each command moves the joints \[s\]; `None` if each moves them until the next command.
+    /// How long each command moves the joints \[s\]; `None` if each command moves the joints until the next command.
     step: Option<f64>,
     /// Longest time for which a command moves the joints \[s\].
     longest: f64,
@@ -25,9 +25,9 @@ pub(crate) struct CommandHistory {
     sums: Vec<f64>,
     /// One row per command: the speed of each joint [rad/s].
     speeds: Vec<f64>,
-    /// Whether the last command moves the joints. The next field is the time at which the last moving command before it ended
-    /// \[s\].
+    /// Whether the last command moves the joints.
     moves: bool,
+    /// When the last moving command before the last command ended \[s\].
     moved_until: f64,
 }
 
@@ -137,7 +137,7 @@ struct Place {
 }
 
 impl Window<'_> {
-    /// Moves both ends back by `by`. Searches only near the old ends.
+    /// Moves both ends of the window back in time by `by`. Searches for the commands in force only near the old ends.
     pub fn move_back(&mut self, by: Duration) {
         for place in [&mut self.from, &mut self.to] {
             place.time -= by.as_secs_f64();
@@ -189,7 +189,7 @@ pub(crate) mod tests {
         for cycle in 0..10 {
             history.note(cycle * 2 * MS, &[f64::from(cycle)], &[0.0]);
         }
-        // The commands are 3 rad/s from 6 to 8 ms and 4 rad/s from 8 to 10 ms. Half of the first one counts.
+        // The commands are 3 rad/s from 6 to 8 ms and 4 rad/s from 8 to 10 ms. Half of the first command counts.
         assert!((travel(&history, 7, 10) - (0.003 + 0.008)).abs() < 1e-14);
         assert_eq!(travel(&history, 7, 7), 0.0);
         assert_eq!(travel(&history, 0, 0), 0.0);

@@ -21,9 +21,9 @@ pub struct Link {
     measured: Vec<f64>,
     predicted: Vec<f64>,
     velocity: Vec<f64>,
-    /// The hold of each joint [rad/s]: the part of its command that balances the pull. The next field is the part of the hold to
-    /// which the joint has responded.
+    /// The hold of each joint [rad/s]: the part of its command that balances the pull.
     hold: Vec<f64>,
+    /// The part of each joint's hold to which the joint has responded [rad/s].
     proven: Vec<f64>,
 }
 
@@ -53,7 +53,8 @@ impl Link {
     }
 
     /// Takes a joint state received at `now` for the next cycle. If there are several, the last valid one counts. Returns whether
-    /// its publisher is the one in use. Another publisher takes over only after the one in use has been silent for `silence`.
+    /// its publisher is the one in use. Another publisher takes over only after the publisher in use has been silent for
+    /// `silence`.
     pub fn take(
         &mut self,
         arm: usize,
@@ -112,7 +113,7 @@ impl Link {
         })
     }
 
-    /// Notes that consent was revoked because an arm disobeyed.
+    /// Drops the losses of arms that disobeyed, because consent was revoked for them.
     pub fn tell(&mut self) {
         for arm in &mut self.arms {
             if arm.following.is_lost() {
@@ -161,7 +162,8 @@ impl Link {
         }
     }
 
-    /// Notes the `command` [rad/s], in force from `now` on. The command includes the hold, which does not move the joints.
+    /// Records the `command` [rad/s] in force from `now` on. Its hold (the part that balances the estimated pull) does not move
+    /// the joints.
     pub fn command(&mut self, now: Duration, command: &[f64]) {
         self.history.note(now, command, &self.hold);
         for arm in &mut self.arms {
@@ -211,7 +213,7 @@ impl Link {
         self.arms.iter().map(|arm| arm.received).min().flatten()
     }
 
-    /// Returns the interval of joint states if those of an arm arrive too rarely for `state_timeout`.
+    /// Returns the interval of an arm's joint states if they arrive too rarely for `state_timeout`.
     pub fn rare_states(&self) -> Option<Duration> {
         self.arms.iter().filter_map(|arm| arm.rarity.interval).max()
     }
@@ -222,8 +224,8 @@ impl Link {
         arms.min_by_key(|(_, arm)| arm.received).map_or(0, |(arm, _)| arm)
     }
 
-    /// Returns an arm with two publishers of joint states, if there is one, and the numbers of both publishers, the earlier one
-    /// first.
+    /// Returns the number of an arm with two publishers of joint states, and the numbers of both publishers, the earlier publisher
+    /// first. `None` if there is no such arm.
     pub fn rivals(&mut self, now: Duration) -> Option<(usize, [u32; 2])> {
         let mut arms = self.arms.iter_mut().enumerate();
         arms.find_map(|(arm, link)| Some((arm, link.sources.rivals(now)?)))
@@ -239,13 +241,13 @@ impl Link {
         self.figures().position(|figures| contacts.contains(&figures.contact))
     }
 
-    /// Returns a joint that does not follow, counted from 1, arm after arm, if there is one.
+    /// Returns the number of a joint that does not follow (from 1, arm after arm), if there is one.
     pub fn lost(&self) -> Option<usize> {
         self.arms.iter().find_map(|arm| Some(arm.joints.start + arm.following.lost()? + 1))
     }
 
-    /// Returns a joint that moves too far, if there is one, counted from 1, arm after arm. Also returns the ratio of its motion to
-    /// the command.
+    /// Returns the number of a joint that moves too far (from 1, arm after arm) and the ratio of its motion to the command, if
+    /// there is one.
     pub fn too_far(&self, now: Duration) -> Option<(usize, f64)> {
         self.arms.iter().find_map(|arm| {
             let (joint, factor) = arm.following.too_far(now)?;
@@ -253,7 +255,7 @@ impl Link {
         })
     }
 
-    /// Drives the arms that did not follow again, without waiting.
+    /// Lets the servo try the arms that did not follow again, without waiting.
     pub fn try_again(&mut self) {
         self.arms.iter_mut().for_each(|arm| arm.following.try_again());
     }

@@ -45,8 +45,9 @@ pub(crate) struct Step<'a> {
     /// When the previous joint state arrived, if there was one.
     pub before: Option<Duration>,
     pub now: Duration,
-    /// The positions in the previous and in the present joint state \[rad, prismatic: m\].
+    /// The positions in the previous joint state \[rad, prismatic: m\].
     pub from: &'a [f64],
+    /// The positions in the present joint state \[rad, prismatic: m\].
     pub to: &'a [f64],
     /// The speed limits of the joints [rad/s].
     pub speeds: &'a [f64],
@@ -62,7 +63,7 @@ pub(crate) struct Step<'a> {
 impl Step<'_> {
     /// Returns the event if the robot appeared, was away for longer than `timeout`, or moved farther than it can within the time.
     pub fn returned(&self, timeout: Duration) -> Option<Return> {
-        // There is nothing to revoke from before the clock began.
+        // Before the clock began there was no request that could be revoked.
         let lately = self.now.checked_sub(timeout);
         let Some(before) = self.before else {
             return Some(Return { since: lately, what: Returned::Came });

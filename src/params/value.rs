@@ -205,8 +205,8 @@ mod tests {
         assert_eq!(Value::StringArray(vec!["a b".into(), "c".into()]).to_string(), "[\"a b\", c]");
     }
 
-    /// PyYAML, which `ros2 param load` uses, reads an exponent only with a decimal point and a sign. rcl reads the words that C
-    /// accepts as numbers, such as `inf` and `nan`, as numbers, too.
+    /// PyYAML, which `ros2 param load` uses, reads an exponent only with a decimal point and a sign. rcl accepts the same words
+    /// for numbers as C does, such as `inf` and `nan`.
     #[test]
     fn numbers_and_words_are_written_so_that_ros_2_tools_read_them() {
         let numbers = [(1e-6, "1.0e-6"), (1.5e-7, "1.5e-7"), (1e16, "1.0e+16"), (-2.5e300, "-2.5e+300")];

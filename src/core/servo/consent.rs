@@ -66,7 +66,7 @@ pub struct Revoked {
 }
 
 impl Revoked {
-    /// Returns the revocation as it applies to a request that was pushed at `pushed`.
+    /// Returns the reason of this revocation, for a request that was pushed at `pushed`.
     fn why_of(&self, pushed: Duration) -> Revocation {
         match self.why {
             Revocation::CameLater(_) => Revocation::CameLater(self.at.saturating_sub(pushed).as_secs_f64()),
@@ -133,7 +133,7 @@ impl Consent {
     }
 }
 
-/// The push of one publisher, and when its first message arrived.
+/// The push of one publisher, and when the first message of the push arrived.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Push {
     request: MotionRequest,

@@ -5,8 +5,9 @@ use nalgebra::Vector6;
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
-/// Number of errors that are kept. The next number is the time between them.
+/// Number of errors that are kept.
 const KEPT: usize = 32;
+/// The time between two errors that are kept.
 const SPACING: Duration = Duration::from_millis(30);
 
 /// The recent errors of a motion to one goal.

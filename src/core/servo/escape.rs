@@ -19,7 +19,7 @@ pub(super) const SPEED: f64 = 0.3;
 /// reduce the error, as at a singular wrist, the curvature is proportional to the square of the error.
 const LEAST_CURVATURE: f64 = 1e-3;
 
-/// Half the distance between the two configurations whose difference yields a curvature \[rad\].
+/// A curvature is computed from `Jᵀ e` at two configurations. This is half the distance between them \[rad\].
 const STEP: f64 = 1e-5;
 
 /// Number of times that a matrix is squared in the search for its largest eigenvalue. Its 2²⁰th power separates eigenvalues that
@@ -53,7 +53,7 @@ impl EscapeDirection {
         self.0.iter().zip(values).map(|(part, value)| part * value).sum()
     }
 
-    /// Returns the first joint with a large component in the direction that is near its position limit on that side.
+    /// Returns the first joint that the escape moves noticeably toward a nearby position limit.
     fn bar(&self, theta: &[f64], limits: &PositionLimits) -> Option<usize> {
         let mut joints = self.0.iter().zip(theta).enumerate();
         joints.find_map(|(joint, (part, angle))| {

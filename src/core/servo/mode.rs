@@ -119,8 +119,8 @@ pub(super) struct Watch {
     /// The error of the arm in the last cycle.
     pub error: GoalError,
     pub progress: Progress,
-    /// The progress of the law's own error by the larger fraction [`BRISK`](super::progress::BRISK), for an arm that need not wait
-    /// for a slow law.
+    /// Monitors the law's own error, which must shrink by the larger fraction [`BRISK`](super::progress::BRISK). Used for an arm
+    /// that need not wait for a slow law.
     pub pace: Progress,
     /// The size of the law's own error.
     pub law_error: f64,
@@ -234,7 +234,7 @@ impl Pursuit {
         }
     }
 
-    /// Moves the goal to the pose `goal`, because the stream or the goal's frame has moved at `now`.
+    /// Moves the goal to the pose `goal`, because the stream or the goal's frame has moved it at `now`.
     pub fn move_to(&mut self, goal: Goal, now: Duration, tolerance: &Tolerance) {
         let carried = |sign: &SignMemory| sign.carried(self.goal.base_from_goal(), goal.base_from_goal());
         self.sign = self.sign.as_ref().map(carried);

@@ -31,11 +31,11 @@ const LARGE_SWING: f64 = 0.5;
 /// The least change of the error's logarithm between two reversals: a twentieth of the error.
 const ERROR_SWING: f64 = 0.05;
 
-/// A change of the error counts only if it exceeds, by this factor, the change that the goal typically causes. The reason is that
-/// the arm follows the goal with a delay.
+/// A change of the error counts only if it exceeds this factor times the change that a moving goal typically causes. The factor
+/// allows for the delay with which the arm follows the goal.
 const CHANGES: f64 = 2.0;
 
-/// The weight of one change in the typical change.
+/// The weight of the newest value in the average of the changes that a moving goal causes.
 const MEMORY: f64 = 0.2;
 
 /// Number of reversals of a joint that one change of the goal may cause.
@@ -162,7 +162,7 @@ mod tests {
     use super::*;
     use std::f64::consts::TAU;
 
-    /// Returns the time at which the monitor detects an oscillation with this frequency \[Hz\] and amplitude [rad/s] \[s\]. The
+    /// Returns the time \[s\] at which the monitor detects an oscillation with this frequency \[Hz\] and amplitude [rad/s]. The
     /// error oscillates by the fraction `part` of its size and shrinks at `rate` [1/s].
     fn seen(frequency: f64, amplitude: f64, part: f64, rate: f64) -> Option<f64> {
         let mut oscillation = Oscillation::default();

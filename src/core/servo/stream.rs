@@ -9,8 +9,9 @@ use std::time::Duration;
 /// The length of the time window whose poses yield the twist \[s\].
 const WINDOW: f64 = 0.12;
 
-/// The least number of poses for an estimate. The next number is the largest. Neither depends on the time that the poses span.
+/// The least number of poses for an estimate, whatever time they span.
 const FEWEST: usize = 3;
+/// The largest number of poses for an estimate, whatever time they span.
 const MOST: usize = 64;
 
 /// The least number of poses, and the least time that they span \[s\], for a goal to count as moving.
@@ -274,7 +275,7 @@ impl Fit {
         basis.dot(&(self.covariance * basis))
     }
 
-    /// Returns the goal `s` \[s\] after its newest pose.
+    /// Returns the goal at the time `s` \[s\] after its newest pose.
     fn after(&self, s: f64) -> MovingGoal {
         let [place, twist, change] = &self.coefficients;
         let log = place + s * twist + 0.5 * s * s * change;

@@ -208,8 +208,8 @@ impl Opinion {
         now <= self.doubtful
     }
 
-    /// Takes a message of the publisher `by`, sent at `sent` and received at `came`. Returns when the publisher's request was
-    /// pushed.
+    /// Takes a message of the publisher `by`, sent at `sent` and received at `came`. Returns the time at which the publisher's
+    /// request was pushed.
     fn hear(&mut self, by: (Kind, u32), sent: Duration, came: Duration, is_usable: bool) -> Span {
         let fresh = Stream { pushed: Span::at(sent), first: came, sent, came, is_usable };
         let stream = self.streams.get(&by).map_or(fresh, |before| {

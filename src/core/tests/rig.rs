@@ -49,8 +49,9 @@ pub struct Rig {
     pub following: bool,
     /// Whether the arms' positions are checked against their limits. If cycles are late, no rule ensures these limits.
     pub check_positions: bool,
-    /// The delay of commands on the way to the robot. The next field is the delay of joint states on the way to the servo.
+    /// The delay of commands on the way to the robot.
     pub command_delay: Duration,
+    /// The delay of joint states on the way to the servo.
     pub state_delay: Duration,
     /// Whether joint states have stamps, by a clock that agrees with the servo's.
     pub stamped: bool,
@@ -73,8 +74,9 @@ pub struct Rig {
     pub check_tools: bool,
     /// The publisher of the joint states.
     pub source: u32,
-    /// The search for other configurations, and in the next field how long an answer takes. `None`: nobody answers.
+    /// The search for other configurations. `None`: nobody answers.
     pub search: Option<Search>,
+    /// How long the search takes to answer.
     pub search_time: Duration,
     answer: Option<Duration>,
     /// Number of memory allocations in the servo's cycles.
@@ -91,13 +93,15 @@ pub struct Rig {
     awaited: Option<Duration>,
     /// Whether the robot stands; `None` while the robot obeys its commands.
     altered: Option<bool>,
-    /// The robot's last command, and in the next field since when each joint has not moved in spite of its command.
+    /// The robot's last command.
     asked: Vec<f64>,
+    /// Since when each joint has not moved in spite of its command.
     refused: Vec<Option<Duration>>,
-    /// The velocities and positions of the last joint states [rad/s, rad]. A further field is the time at which the robot last came
-    /// back.
+    /// The velocities in the last joint states [rad/s].
     shown: Vec<f64>,
+    /// The positions in the last joint states \[rad\].
     seen: Vec<f64>,
+    /// When the robot last came back.
     came: Duration,
     /// The last output that was not `None`.
     last_sent: Vec<f64>,
@@ -120,8 +124,9 @@ pub struct Rig {
     outputs: Outputs,
     /// The largest deceleration of each joint so far [rad/s²].
     steepest: Vec<f64>,
-    /// Measures the gaps between the arms and their obstacles. The next field is the smallest gap so far \[m\].
+    /// Measures the gaps between the arms and their obstacles.
     gaps: Option<Gaps>,
+    /// The smallest gap so far \[m\].
     pub least_gap: f64,
     /// The arms at their real positions. The rig uses them to check the speeds of the tools.
     truth: Arms,
@@ -450,8 +455,8 @@ impl Rig {
         self.pull.fill(0.0);
     }
 
-    /// Skips `missed` cycles of the servo. If `heard`, the next cycle runs after it has received the joint states that are due;
-    /// otherwise it runs before.
+    /// Skips `missed` cycles of the servo. If `heard`, the servo receives the joint states that are due before its next cycle;
+    /// otherwise it receives them after that cycle.
     pub fn gap(&mut self, missed: u32, heard: bool) {
         self.deaf = !heard;
         self.cycle_late(missed);

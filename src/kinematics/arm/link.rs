@@ -90,8 +90,9 @@ pub(super) struct ChainEnd {
     along: f64x2,
     /// The numbers x and y of the quaternion.
     across: f64x2,
-    /// The x and y of the point, and in the next field its z.
+    /// The x and y of the point.
     xy: f64x2,
+    /// The z of the point.
     z: f64,
 }
 

@@ -26,9 +26,9 @@ impl Approach {
         Self { twist: AngularLinear::default(), command: vec![0.0; joints], correction: vec![0.0; joints] }
     }
 
-    /// Sets `theta_dot`, the joint velocities of the law of `controller` at the present positions [rad/s, prismatic: m/s], to the
-    /// next command. The command moves from the last one, sent `period` \[s\] ago, toward the law's velocities. Returns false, and
-    /// changes nothing, if the law is of first order.
+    /// Replaces the law's velocities in `theta_dot` with the next command [rad/s, prismatic: m/s]. On entry, `theta_dot` is the
+    /// velocity of the law of `controller` at the present positions. The next command lies between the last command, sent `period`
+    /// \[s\] ago, and the law's velocities. Returns false, and changes nothing, if the law is of first order.
     pub fn apply(
         &mut self,
         controller: &Controller,

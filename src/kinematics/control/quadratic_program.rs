@@ -17,14 +17,17 @@ pub struct QuadraticProgram {
     active: Vec<usize>,
     multipliers: Vec<f64>,
     normals: Vec<f64>,
-    /// The orthogonalized normals Q, and in the next field the columns of R: `normals = Q R`.
+    /// The orthogonalized normals Q in `normals = Q R`.
     square: Vec<f64>,
+    /// The columns of R in `normals = Q R`.
     upper: Vec<f64>,
-    /// The normal of the constraint to activate. The next fields are its component orthogonal to the active normals, its components
-    /// along Q, and its coefficients in the active normals.
+    /// The normal of the constraint to activate.
     normal: Vec<f64>,
+    /// The component of `normal` orthogonal to the active normals.
     step: Vec<f64>,
+    /// The components of `normal` along Q.
     parts: Vec<f64>,
+    /// The coefficients of `normal` in the active normals.
     relief: Vec<f64>,
     spare: Vec<f64>,
     wanted: Vec<f64>,

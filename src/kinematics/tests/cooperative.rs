@@ -195,7 +195,8 @@ proptest! {
         }
     }
 
-    /// Compares the inverse form with `Jᵀ (J Jᵀ + λ² I)⁻¹ K e` in the rows of the aim, computed by a matrix decomposition.
+    /// Compares the inverse form with `Jᵀ (J Jᵀ + λ² I)⁻¹ K e`, computed by a matrix decomposition. J and e have only the rows
+    /// that the aim controls.
     #[test]
     fn the_inverse_form_is_the_damped_inverse_of_the_rows_of_the_aim(
         theta in prop::collection::vec(-3.0..3.0f64, 12),

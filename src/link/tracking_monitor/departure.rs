@@ -14,8 +14,8 @@ use std::time::Duration;
 /// A joint follows if it moves at least this fraction of the distance that the other joints would move under the same command.
 pub(super) const PART: f64 = 0.2;
 
-/// A robot that moves less than this fraction of the commanded distance does not obey at all. A robot that moves at a larger
-/// fraction was told to be slow.
+/// A robot that moves less than this fraction of the commanded distance does not obey at all. A robot that moves a larger
+/// fraction, but not all, was told to be slow.
 pub(super) const SLOWEST: f64 = 0.02;
 
 /// A joint that moves this many times as far as commanded does not obey.
@@ -62,8 +62,8 @@ fn probe_speed(acceleration: f64) -> f64 {
     PROBE_SPEED.min(PROBE_ACCELERATION * acceleration)
 }
 
-/// Returns how far a joint should have moved that was commanded to move by `asked` \[rad, prismatic: m\]. The pull may reduce this
-/// distance by `pulled`. The pull excuses a joint that moves less, but never demands motion.
+/// Returns how far a joint should have moved if it was commanded to move by `asked` \[rad, prismatic: m\]. The pull may reduce
+/// this distance by `pulled`. The pull excuses a joint that moves less, but never demands motion.
 pub(super) fn due(asked: f64, pulled: f64) -> f64 {
     let left = if asked * pulled > 0.0 { (asked.abs() - pulled.abs()).max(0.0) } else { asked.abs() };
     left.copysign(asked)
@@ -73,7 +73,7 @@ pub(super) fn due(asked: f64, pulled: f64) -> f64 {
 pub(super) struct Failure {
     /// The joint, counted from 0.
     pub joint: usize,
-    /// When it should have moved.
+    /// When the joint should have moved.
     pub since: Duration,
     /// Whether the joint stopped following, or moves in the other direction. Such a joint is tried again only a few times.
     pub counts: bool,
@@ -93,11 +93,13 @@ pub(super) struct Answer<'a> {
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 struct Anchor {
     time: Duration,
-    /// The commanded and the measured displacement of the joint until then \[rad, prismatic: m\].
+    /// The commanded displacement of the joint up to this time \[rad, prismatic: m\].
     asked: f64,
+    /// The measured displacement of the joint up to this time \[rad, prismatic: m\].
     moved: f64,
-    /// The command and the speed of the joint at that time [rad/s, prismatic: m/s].
+    /// The joint's command at this time [rad/s, prismatic: m/s].
     command: f64,
+    /// The joint's speed at this time [rad/s, prismatic: m/s].
     speed: f64,
 }
 
@@ -119,15 +121,17 @@ struct JointResponse {
     /// The last position of the joint \[rad, prismatic: m\].
     position: f64,
     now: Anchor,
-    /// An anchor from a time at which the arm stood. The next field is a later anchor.
+    /// The anchor at a time at which the arm stood.
     stood: Anchor,
+    /// An anchor at a later time than `stood`.
     later: Anchor,
     /// Since when a joint that has responded is stuck; `None` if the joint is not stuck.
     stands_since: Option<Duration>,
-    /// How far the joint should have moved since it last moved [rad, prismatic: m]. The next fields are how far it has moved, and
-    /// the range of its displacement.
+    /// How far the joint should have moved since it last moved [rad, prismatic: m].
     due_distance: f64,
+    /// How far the joint has moved since then [rad, prismatic: m].
     distance: f64,
+    /// The range of the joint's displacement since then [rad, prismatic: m].
     range: (f64, f64),
 }
 
@@ -179,7 +183,7 @@ impl Departure {
         if self.responses[joint].seen { f64::INFINITY } else { probe_speed(acceleration) }
     }
 
-    /// Takes each joint's command and speed in the last window [rad/s, prismatic: m/s].
+    /// Sets each joint's command and measured speed in the last window [rad/s, prismatic: m/s].
     pub fn note_speeds(&mut self, speeds: impl Iterator<Item = (f64, f64)>) {
         for (it, (command, speed)) in self.responses.iter_mut().zip(speeds) {
             (it.now.command, it.now.speed) = (command, speed);
@@ -247,7 +251,7 @@ impl JointResponse {
         (self.due_distance, self.distance, self.range) = (0.0, 0.0, (0.0, 0.0));
     }
 
-    /// Returns when the joint got stuck, if it has responded before and now stands although it is commanded to move.
+    /// If the joint has responded before, and now stands although it is commanded to move, returns the time at which it got stuck.
     fn stands(&mut self, now: Duration, answer: &Answer) -> Option<Duration> {
         let asked = self.due_distance.abs();
         let moves = self.range.1 - self.range.0 >= SEEN + SLOWEST * asked;
@@ -262,7 +266,7 @@ impl JointResponse {
         (now.saturating_sub(since) >= STANDSTILL + answer.response).then_some(since)
     }
 
-    /// Returns when the joint should have responded, if it has failed to respond for too long. Also returns whether the joint moves
+    /// If the joint has failed to respond for too long, returns the time at which it should have responded, and whether it moves
     /// backward. The arm moves the fraction `factor` of its commanded distance.
     fn judge(&mut self, now: Duration, factor: f64, answer: &Answer) -> Option<(Duration, bool)> {
         let is_slow = self.now.command.abs().max(self.now.speed.abs()) < SLOW;

@@ -188,7 +188,7 @@ fn sample(number: u32, ranges: &[(f64, f64)]) -> Vec<f64> {
     ranges.iter().map(place).collect()
 }
 
-/// Returns the coupling and the kind of each link. The drivers are counted among the joints of all arms.
+/// Returns the coupling and the joint kind of each link. `Coupling::driver` is an index into the joints of all arms.
 fn links(chains: &[Chain]) -> Vec<(Coupling, JointKind)> {
     let (mut links, mut before) = (Vec::new(), 0);
     for chain in chains {

@@ -162,7 +162,7 @@ pub struct Scene {
     pub(super) levers: Vec<Vec<f64>>,
     pub(super) meetings: Vec<Meeting>,
     pub(super) left_out: Vec<LeftOut>,
-    /// The coupling and the kind of each link, arm after arm. The drivers are counted among the joints of all arms.
+    /// The coupling and the joint kind of each link, arm after arm. `Coupling::driver` is an index into the joints of all arms.
     pub(super) links: Vec<(Coupling, JointKind)>,
     pub(super) joint_count: usize,
 }

@@ -21,8 +21,9 @@ pub struct Arm {
     pub name: String,
     /// The kinematics, joint names, limits, and all other servo parameters of the arm.
     pub parameters: ServoParameters,
-    /// The values from which the parameters were built. The next field is the name of their source.
+    /// The values from which the parameters were built.
     values: Vec<(String, Value)>,
+    /// The name of the source of `values`.
     source: String,
 }
 

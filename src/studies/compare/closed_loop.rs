@@ -207,7 +207,8 @@ impl Driver {
         }
     }
 
-    /// Describes the servo's final state in words: why it has stalled, or its state, and what it knows of another configuration.
+    /// Describes the servo's final state in words: the reason of a stall or the state, then the result of the search for another
+    /// configuration.
     fn words(&self) -> String {
         match self {
             Self::Law(_) => String::new(),

@@ -35,9 +35,11 @@ pub struct Ageing {
     pub settled_percent: Vec<(f64, Interval)>,
     /// The largest age at which at least 95 % of these tasks settle \[ms\]; 0 if there is no such age.
     pub holds_up_to_ms: f64,
-    /// The largest age at which certainly at least 95 % settle, because the whole interval is above 95 % \[ms\].
+    /// The largest tried age at which the whole confidence interval of the settled share is at or above 95 % \[ms\]; 0 if there is
+    /// no such age.
     pub low_ms: f64,
-    /// The smallest age at which certainly fewer than 95 % settle \[ms\]; `None` if this age exceeds the tried ages.
+    /// The smallest tried age at which the whole confidence interval of the settled share is below 95 % \[ms\]; `None` if there is
+    /// no such age.
     pub high_ms: Option<f64>,
 }
 

@@ -34,22 +34,21 @@ pub(super) fn others() -> impl Iterator<Item = Law> {
     Law::all().filter(|law| *law != REFERENCE.0)
 }
 
-/// Number of tasks on which gains are chosen. The next number is how many other tasks judge the choice. These are enough for an
-/// error of [`CLOSE`] in the settling times of laws with the damped inverse. Peak speeds vary so much among tasks that ten times as
-/// many tasks would be necessary.
+/// Number of tasks on which gains are chosen. These are enough for an error of [`CLOSE`] in the settling times of laws with the
+/// damped inverse. Peak speeds vary so much among tasks that ten times as many tasks would be necessary.
 pub(super) const PILOTS: usize = 1024;
 /// Number of tasks for the coarse search of a gain.
 const FEW: usize = 48;
-/// The seed of the tasks on which gains are chosen. The next number is the seed of the tasks that judge the choice. Both differ
-/// from the seeds of all other tasks.
+/// The seed of the tasks on which gains are chosen. It differs from the seeds of all other tasks.
 const PILOT_SEED: u64 = 0x0070_696c_6f74;
+/// The seed of the tasks that judge the chosen gains. It differs from the seeds of all other tasks.
 const JUDGE_SEED: u64 = 0x6a75_6467_6573;
 /// Two targets count as the same up to this relative difference, because of rounding.
 const ROUNDING: f64 = 1e-6;
 /// Relative error of the target up to which a gain counts as matched.
 pub(super) const CLOSE: f64 = 0.02;
-/// Relative accuracy with which a gain is chosen. Settling times are multiples of a cycle, and a cycle is a four hundredth of the
-/// target.
+/// Relative accuracy of a chosen gain. More accuracy is of no use: settling times are multiples of the 5 ms cycle, about 1/400 of
+/// the reference law's settling time.
 const CHOSEN: f64 = 0.003;
 /// Largest gain that is tried [1/s].
 const HIGHEST: f64 = 1e4;

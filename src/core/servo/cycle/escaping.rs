@@ -25,8 +25,8 @@ const HELD_UP: f64 = 0.1;
 /// A pull is assumed only at commanded speeds above this [rad/s, prismatic: m/s].
 const PULLED: f64 = 1e-3;
 
-/// Another escape begins only if the error is below this factor times the error at the beginning of the last one. So escapes cannot
-/// lead in circles.
+/// Another escape begins only if the error is below this factor times the error at the beginning of the last escape. So escapes
+/// cannot lead in circles.
 const NEARER: f64 = 0.999;
 
 impl Servo {

@@ -86,7 +86,7 @@ impl Servo {
         self.mode.jog().is_some_and(|jog| self.is_fresh(jog, now))
     }
 
-    /// Computes the joint velocity at which the tool moves by the twist.
+    /// Computes the joint velocity at which the tool moves with the twist.
     pub(super) fn obey(&mut self, twist: &Twist) {
         let Twist { linear, angular, in_tool } = *twist;
         let rotation = self.robot.predicted.tool_axes();

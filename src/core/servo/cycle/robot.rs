@@ -104,7 +104,6 @@ impl Servo {
     }
 
     /// Applies all revocations of this cycle before anything else is decided. Returns the two publishers of an input that may have
-    /// Applies all revocations of this cycle before anything else is decided. Returns the two publishers of an input that may have
     /// only one publisher; `None` if no such input has two.
     pub(super) fn revoke_for_faults(&mut self, now: Duration) -> Option<Rivals> {
         let mut is_elsewhere = false;

@@ -29,7 +29,7 @@ pub(super) struct FilterInput<'a> {
     pub arms: &'a Arms,
     /// The goal of the law, or `None` if no law drives the arm.
     pub goal: Option<LawGoal<'a>>,
-    /// Whether the desired motion is one of the tool, from which the joints' motion follows.
+    /// Whether the desired motion is given as a motion of the tool, by a law or a twist, and not as a motion of the joints.
     pub by_tool: bool,
     pub link: &'a Link,
 }
@@ -49,7 +49,7 @@ pub(super) struct LawGoal<'a> {
     pub posture: &'a [f64],
 }
 
-/// The commands that the final check has replaced by those of a stop.
+/// The count of commands that the final check has replaced by a stop.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Replaced {
     /// The number of replaced commands.
@@ -148,12 +148,12 @@ impl Filters {
         self.constraints.held_by.or(self.stoppable.held_by)
     }
 
-    /// Returns the joint (counted from 0) that its position limit stopped in the last cycle in which the arm was driven.
+    /// Returns the joint (counted from 0) that was stopped by its position limit in the last cycle in which the arm was driven.
     pub fn held_back(&self) -> Option<usize> {
         self.envelope.held_back.or(self.constraints.held_back)
     }
 
-    /// Returns the commands that the final check has replaced.
+    /// Returns the count of commands that the final check has replaced, and the last violation.
     pub fn replaced(&self) -> &Replaced {
         &self.replaced
     }

@@ -11,8 +11,8 @@ use std::time::Duration;
 /// The time within which an arm with consent must move, even if it did not follow before.
 const MOVES_WITHIN: Duration = Duration::from_millis(1500);
 
-/// A speed a little above the probing speed [rad/s]. The servo may command it to a joint that does not move for at most
-/// [`REFUSED_WITHIN`].
+/// A speed a little above the probing speed [rad/s]. For at most [`REFUSED_WITHIN`] (plus the delays) the servo may command more
+/// than this to a joint that does not move.
 const REFUSED: f64 = 0.0501;
 const REFUSED_WITHIN: Duration = Duration::from_millis(800);
 
