@@ -11,15 +11,16 @@ const PI_LONG: f64 = 3.141_592_621_803_283_7;
 /// The rest of π.
 const PI_SHORT: f64 = 3.178_650_954_705_639e-8;
 
-/// Adding and subtracting 1.5·2⁵² rounds to an integer. The last bit of the sum is that of the integer.
+/// Adding and then subtracting this number, 1.5·2⁵², rounds to an integer. After the addition, the last bit is the last bit of
+/// that integer.
 const ROUNDER: f64 = 6_755_399_441_055_744.0;
 
 /// Returns the cosines and sines of `½θ + offset` of two angles θ \[rad\]. Each offset is at most π.
 ///
 /// This is fast because both angles take the same steps in one register, without a branch. With libm's `sin_cos`, which computes
-/// them one after the other, this would be half of the time of the kinematics. After k half turns are subtracted, `½θ + offset =
-/// kπ + 2y`. For |y| ≤ ¼π, short polynomials in y² are accurate to the last digit. Then `sin 2y = 2 sin y cos y` and `cos 2y = 1 − 2
-/// sin² y`; an odd k changes both signs. The even and the odd powers of y² are summed in parallel, because each power depends on
+/// one angle after the other, this would be half of the time of the kinematics. After k half turns are subtracted, `½θ + offset =
+/// kπ + 2y`. For |y| ≤ ¼π, short polynomials in y² are accurate to the last digit. Then `sin 2y = 2 sin y cos y` and `cos 2y = 1 −
+/// 2 sin² y`; an odd k changes both signs. The even and the odd powers of y² are summed in parallel, because each power depends on
 /// the previous one. The function is inlined into the calling loop, because two numbers passed through memory would stall it.
 #[inline(always)]
 pub(super) fn half_turns(angles: f64x2, offsets: f64x2) -> (f64x2, f64x2) {

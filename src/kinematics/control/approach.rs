@@ -40,7 +40,7 @@ impl Approach {
         if rate.is_infinite() {
             return false;
         }
-        // At the new positions, the last command would move the tool otherwise, but V must not change.
+        // At the new joint positions, the last command would give the tool another twist, but V must not change.
         let (angular, linear) = rotated(&arm.base_from_tool().rotation(), &self.twist);
         let (angular_here, linear_here) = arm.tool_twist(&self.command);
         let turned = (angular - angular_here, linear - linear_here);

@@ -24,7 +24,7 @@ impl PoseSpace {
         Self { tool, stretch: 0.25 / (1.0 + (1.0 + 0.25 * tool.norm_squared()).sqrt()) }
     }
 
-    /// Returns the column of J that belongs to a joint that gives the tool this twist.
+    /// Returns the column of J for a joint that gives the tool this twist, in the six directions.
     pub fn column(&self, (axis, velocity): &AngularLinear) -> AngularLinear {
         let angular = axis + self.tool * (self.stretch * self.tool.dot(axis));
         (0.5 * angular, 0.5 * (velocity + 0.5 * self.tool.cross(axis)))
