@@ -63,7 +63,7 @@ pub struct Rig {
     pub with_velocities: bool,
     /// A joint that does not move.
     pub stuck_joint: Option<usize>,
-    /// Changes each velocity command on its way to the robot.
+    /// A fault of the wires: a function that changes each velocity command on its way to the robot.
     pub wires: fn(&mut [f64]),
     /// Whether commands are checked against the invariants.
     pub check_commands: bool,
@@ -81,7 +81,7 @@ pub struct Rig {
     answer: Option<Duration>,
     /// Number of memory allocations in the servo's cycles.
     pub allocations: u64,
-    /// The speed by which each joint is slowed down, if it takes velocities [rad/s].
+    /// The speed by which a pull slows each joint down, under commands of velocities [rad/s].
     pub pull: Vec<f64>,
     /// A second publisher of the joint states.
     pub second_source: Option<u32>,
@@ -110,7 +110,7 @@ pub struct Rig {
     initial: Settings,
     /// The publisher of the next single goal. Each `ros2 topic pub --once` is a publisher of its own.
     next_publisher: u32,
-    /// Number of cycles after which another servo takes over with the saved state of this one; 0: never.
+    /// Number of cycles after which another servo takes over with the saved state of the present servo; 0: never.
     pub restored_each: u32,
     /// The output of each cycle, if the test wants it.
     pub sent: Option<Vec<Option<Vec<f64>>>>,
@@ -151,7 +151,7 @@ impl Rig {
         Self::start_at(parameters, starts(&["theta_initial"]), Duration::from_secs(1) / rate)
     }
 
-    /// Returns a rig with another arm, with the built-in settings for each joint.
+    /// Returns a rig with the arm `chain` instead of the paper's arm. Each joint has the built-in settings.
     pub fn of_arm(chain: Chain, start: Vec<f64>) -> Self {
         Self::of_arm_with(chain, start, |_| {})
     }
@@ -543,7 +543,7 @@ impl Rig {
         self.step_plants();
     }
 
-    /// Replaces the servo by another servo with the saved state of the first one.
+    /// Replaces the servo by another servo with the saved state of the replaced servo.
     fn restore(&mut self) {
         let saved = postcard::to_stdvec(&self.servo.saved()).unwrap();
         let settings = self.servo.settings().clone();
@@ -595,7 +595,7 @@ impl Rig {
             let asked = command.clone();
             (self.wires)(&mut command);
             for (joint, command) in command.iter_mut().enumerate() {
-                // A joint that does not obey stands, also against a pull.
+                // A joint that does not obey stands, even if something pulls at it.
                 if !self.following || self.stuck_joint == Some(joint) {
                     *command = stays[joint];
                 } else if !interface.takes_positions() {
@@ -665,9 +665,8 @@ impl Rig {
     }
 }
 
-/// Returns the limits to check. `is_held` tells whether the integral holds joints against a pull, or may have held them. Such
-/// joints may decelerate with the largest deceleration that was ever in force. `steepest` stores the largest deceleration so far
-/// [rad/s²].
+/// Returns the limits to check. `is_held` tells whether joints may have or have had a hold against a pull. Such joints may
+/// decelerate with the largest deceleration that was ever in force. `steepest` stores the largest deceleration so far [rad/s²].
 fn checked(settings: &Settings, is_held: bool, steepest: &mut [f64]) -> Limits {
     let mut limits = settings.limits.clone();
     for (joint, steepest) in steepest.iter_mut().enumerate() {

@@ -230,7 +230,7 @@ impl Sim {
     /// arrived; otherwise they are lost.
     pub fn advance(&mut self, dt: f64, fed: bool) {
         let end = self.time + dt;
-        // The robot publishes states while the servo is away, too.
+        // The robot publishes joint states even while the servo misses cycles.
         while self.time < end - 1e-9 {
             let step = self.period.min(end - self.time);
             self.plant(step);

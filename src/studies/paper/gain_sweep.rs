@@ -1,4 +1,4 @@
-//! Both laws with more gain and with less gain: which figures change, and which do not.
+//! Runs diffc and logc with higher and lower gains, to show which figures change and which do not.
 
 use super::{Laboratory, PaperError, SimulatedRun};
 use dq_algebra::UnitDualQuaternion;

@@ -95,7 +95,7 @@ impl Camera {
     }
 }
 
-/// Checks, for each stream, that the tool with feed-forward is at most a third plus 10 mm/s faster than the tool without.
+/// Checks, for each stream, that feed-forward makes the tool faster by at most a third plus 10 mm/s.
 fn are_no_faster(cameras: impl Iterator<Item = Camera>) {
     for camera in cameras {
         let Camera { offset, rate, lag, jitter, noise, seed, .. } = camera;

@@ -84,7 +84,7 @@ fn rule_15_a_goal_that_waits_for_its_frame_does_not_outlive_the_robot_s_absence_
     assert!(why.to_string().contains("the robot was away for 1.2 s: let it send nothing"), "{why}");
     let why = refusal(&mut standing(), |rig| rig.plants[0].reset());
     assert!(matches!(why, Rejection::Superseded(Revocation::IsElsewhere(..))), "{why}");
-    // The goal is found in the cycle in which the robot jumps.
+    // The goal's frame is found in the cycle in which the robot jumps.
     let mut rig = standing();
     rig.run(0.5);
     rig.plants[0].reset();
