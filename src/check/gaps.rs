@@ -14,7 +14,7 @@ const CLOSED_TOLERANCE: f64 = 1e-3;
 pub struct Gaps {
     scene: Arc<Scene>,
     placed: Placed,
-    /// The smallest overlap so far of the two parts of each pair \[m\]; 0 for a pair that was apart.
+    /// For each pair of parts, the smallest overlap so far \[m\]; 0 for parts that have been apart.
     closed: Option<Vec<f64>>,
 }
 

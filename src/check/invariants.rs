@@ -23,8 +23,8 @@ pub struct Invariants {
     limits: Limits,
     period: Duration,
     last: Option<Command>,
-    /// Until this time the tool may exceed its limits: because the limits were lowered, or because a stop has bent the tool's path.
-    /// In a stop, each joint brakes independently.
+    /// Until this time the tool may exceed its speed limits. It may if the limits were lowered. It may also in a stop, because
+    /// each joint brakes independently, so that the tool leaves its path.
     tool_excused_until: Duration,
     /// How far each joint is allowed to be beyond its position limits \[rad\]; `None` until the first positions.
     beyond: Option<Vec<f64>>,
@@ -50,8 +50,8 @@ impl Invariants {
         Self { limits, period, last: None, tool_excused_until: Duration::ZERO, beyond: None }
     }
 
-    /// Applies other limits, as a change of parameters does. A speed above a lowered limit may come down to it at the joint's
-    /// deceleration.
+    /// Applies other limits, as a change of parameters does. A speed above a lowered limit may decrease to the limit at the
+    /// joint's deceleration.
     pub fn set_limits(&mut self, limits: Limits) {
         self.limits = limits;
         self.excuse_tool();
@@ -74,7 +74,7 @@ impl Invariants {
     /// may be larger accordingly.
     ///
     /// # Errors
-    /// The first [`Violation`] found. The next command is compared with this one in any case.
+    /// The first [`Violation`] found. In any case, the next command is compared with this command.
     pub fn check(&mut self, time: Duration, command: &[f64], standing: bool) -> Result<(), Violation> {
         self.check_numbers(command)?;
         let last = self.last.take();
@@ -193,7 +193,7 @@ impl Invariants {
         Ok(())
     }
 
-    /// Checks the step of a joint under a jerk limit. The step is the joint's change of speed, `change`.
+    /// Checks `change`, the step of a joint's speed, under a jerk limit.
     fn check_jerk(
         &self,
         joint: usize,
@@ -210,7 +210,7 @@ impl Invariants {
         let goes_on = speed * before >= 0.0 && speed.abs() <= before.abs();
         let faster = self.limits.joint_acceleration[joint] * self.period.as_secs_f64();
         let limit = if goes_on { faster.max(most) } else { faster };
-        // A joint above a lowered limit comes down to it as fast as the jerk allows.
+        // A joint above a lowered limit slows down to the limit as fast as the jerk allows.
         if step.abs() > rounded(limit, before) && step.abs() > rounded(last.abs() - jerk, 4.0 * before) {
             return Err(Violation::Acceleration { joint: number, step: step.abs(), limit });
         }

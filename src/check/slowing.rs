@@ -3,7 +3,7 @@
 /// Relative tolerance for rounding.
 const ROUNDING: f64 = 1e-9;
 
-/// How a joint with limited jerk slows down. All numbers count in the direction that slows the joint [rad/s].
+/// How a joint with limited jerk slows down. Changes of speed are positive if they slow the joint down [rad/s].
 pub(super) struct Slowing {
     /// The change of speed in this cycle.
     pub step: f64,
@@ -29,8 +29,8 @@ impl Slowing {
         rising || self.step >= self.most * (1.0 - ROUNDING) || self.slows_by() >= gap - self.slack(gap)
     }
 
-    /// Returns whether the joint can slow down by exactly `gap` after this step, or at least decreases its steps as fast as the
-    /// jerk allows.
+    /// Returns whether the joint, from this step on, need not slow down by more than `gap` [rad/s], or decreases its steps as fast
+    /// as the jerk allows.
     pub fn ends_at(&self, gap: f64) -> bool {
         let falling =
             self.before - self.step >= self.jerk * (1.0 - ROUNDING) - 4.0 * f64::EPSILON * gap.abs();

@@ -77,7 +77,7 @@ impl Branch<'_> {
 
     /// Returns whether the joint opens to one side only, by at most half a turn, as a jaw does and a wrist does not.
     fn is_one_sided(&self) -> bool {
-        /// The largest part of a jaw's range on the other side of zero.
+        /// The largest part of a jaw's range on the other side of zero, as a fraction of the range on its own side.
         const OTHER_SIDE: f64 = 0.25;
         let limit = |name| child_of(self.joint, "limit")?.attribute(name)?.trim().parse::<f64>().ok();
         let (lower, upper) = (limit("lower").unwrap_or(0.0), limit("upper").unwrap_or(0.0));
@@ -91,7 +91,7 @@ struct Branches<'a> {
     by_parent: HashMap<&'a str, Vec<Branch<'a>>>,
     /// For each link, a summary of all links beyond it.
     beyond: HashMap<&'a str, Beyond>,
-    /// All links, each one after its parent.
+    /// All links, each after its parent.
     order: Vec<&'a str>,
 }
 
@@ -113,7 +113,8 @@ impl<'a> Branches<'a> {
             }
         }
         let mut all = Self { by_parent, beyond: HashMap::new(), order: Vec::new() };
-        // A depth-first search, with the joints that lead to each link. It visits a link again after all links beyond it.
+        // A depth-first search, with the joints that lead to each link. The search visits a link again after all links beyond that
+        // link.
         let (mut stack, mut before) = (vec![(from, None, false)], HashSet::new());
         while let Some((link, joint, is_done)) = stack.pop() {
             if is_done {
@@ -247,7 +248,7 @@ impl<'a> Branches<'a> {
         }
         let (mut links, mut next) = (vec![first], 0);
         while let Some(link) = links.get(next) {
-            // Links beyond the next joint's own link do not count.
+            // Beyond the next moving joint, only the first link counts.
             let is_moved = next > 0 && parents.get(link).is_some_and(|(_, branch)| !branch.is_rigid());
             links.extend(self.of(link).iter().filter(|_| !is_moved).map(|branch| branch.child));
             next += 1;

@@ -5,19 +5,19 @@ use dq_kinematics::arm::ToolSpeed;
 use dq_params::Parameters;
 use std::ops::RangeInclusive;
 
-/// Longest time in which a joint comes to rest from its largest speed \[s\]. No acceleration limit makes it longer.
+/// Longest time in which a joint comes to rest from its largest speed \[s\]. No acceleration limit makes the stop longer.
 pub const STOP_TIME: f64 = 1.0;
 
 /// Longest time in which a joint with limited jerk reaches its acceleration \[s\]. The jerk limit makes a stop longer by at most
 /// twice this time.
 pub const RAMP_TIME: f64 = 0.2;
 
-/// The time constant of the approach to a position limit is at least this many cycles, however narrow the margin is. Joint states
-/// are some cycles old, and the joint must not pass the limit meanwhile.
+/// The least time constant of the approach to a position limit, in cycles, however narrow the margin is. Joint states are some
+/// cycles old, and the joint must not pass the limit meanwhile.
 const APPROACH_CYCLES: f64 = 20.0;
 
-/// The time constant of the approach is also at least this many delays (latency plus interval of joint states). An arm with a lag
-/// coasts farther than an arm with a pure delay, and the estimated latency may be only half of the lag.
+/// The least time constant of the approach to a position limit, in delays (latency plus interval of joint states). An arm with a
+/// lag coasts farther than an arm with a pure delay, and the estimated latency may be only half of the lag.
 const APPROACH_DELAYS: f64 = 5.0;
 
 /// The fraction of the deceleration that is used to brake before a limit. The rest is a margin, because joint states are some
@@ -65,7 +65,7 @@ pub struct Limits {
     pub position: PositionLimits,
 }
 
-/// The data by which a joint brakes before a position limit.
+/// The data from which the braking before a position limit is computed.
 #[derive(Clone, Copy, Debug)]
 pub struct Braking<'a> {
     /// The deceleration of each joint [rad/s²].
@@ -76,7 +76,7 @@ pub struct Braking<'a> {
     pub steps: &'a [f64],
     /// The control period \[s\]. A joint's speed can change once per period.
     pub period: f64,
-    /// The largest average time between cycles in the last seconds, over the duration of a stop \[s\].
+    /// The largest time between cycles in the last seconds, averaged over the duration of a stop \[s\].
     pub cycle: f64,
     /// The time from a command to the joint state that shows its effect, plus the interval of joint states, plus the worst recent
     /// lateness of a cycle or a joint state \[s\].
@@ -131,9 +131,9 @@ impl Limits {
 /// How a joint approaches a position that it must not pass.
 #[derive(Clone, Copy, Debug)]
 pub struct Approach {
-    /// The largest fraction of the remaining distance that the joint may travel per second [1/s].
+    /// The speed near the position, divided by the remaining distance [1/s].
     rate: f64,
-    /// The deceleration that the joint has at least [rad/s², prismatic: m/s²].
+    /// The deceleration that is available to the joint [rad/s², prismatic: m/s²].
     pub deceleration: f64,
 }
 

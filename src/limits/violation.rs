@@ -44,7 +44,7 @@ pub enum Violation {
         /// The largest allowed step [rad/s].
         limit: f64,
     },
-    /// A step differs from the previous one by more than the jerk limit allows (rule 6).
+    /// A step differs from the previous step by more than the jerk limit allows (rule 6).
     #[error(
         "joint {joint}: a step changes by {change}, but the limit on jerk allows {limit} [rad/s, prismatic: m/s]"
     )]

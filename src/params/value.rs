@@ -79,7 +79,7 @@ fn yaml(value: impl Serialize) -> Result<String, fmt::Error> {
     Ok(text.trim_end_matches('\n').to_owned())
 }
 
-/// A text. It is written without quotes if every ROS 2 tool reads the result as a text.
+/// A text. The text is written without quotes if every ROS 2 tool reads the result as a text.
 struct Text<'a>(&'a String);
 
 impl Serialize for Text<'_> {
@@ -87,7 +87,7 @@ impl Serialize for Text<'_> {
         let Self(text) = self;
         let is_word = text.bytes().all(|byte| byte.is_ascii_alphanumeric() || b"_./".contains(&byte))
             && text.starts_with(|first: char| first.is_ascii_alphabetic() || first == '/');
-        // rcl, like C, reads this word as a number. The serializer itself quotes all other words that could be read as another
+        // rcl, like C, reads `infinity` as a number. The serializer itself quotes all other words that could be read as another
         // type.
         match is_word && !text.eq_ignore_ascii_case("infinity") {
             true => serializer.serialize_str(text),

@@ -284,7 +284,8 @@ fn a_plant_that_is_reset_stays_at_its_start_until_the_servo_has_seen_that() {
             rig.run(1.0);
             assert_eq!(rig.positions(), start, "{interface}");
             let reason = rig.servo.status().reason;
-            // An arm in motion may have been on the way to that position by itself.
+            // If the arm was in motion, the position after the reset may look like one on its way. Then the reason is
+            // `FellBehind`.
             let is_seen = matches!(
                 reason,
                 Some(Reason::Revoked(Revocation::IsElsewhere(..) | Revocation::FellBehind(..)))
