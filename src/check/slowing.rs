@@ -16,7 +16,8 @@ pub(super) struct Slowing {
 }
 
 impl Slowing {
-    /// Returns the total by which the joint slows down if its steps, from the present one on, decrease as fast as possible.
+    /// Returns the total by which the joint slows down if its steps, from the present step on, decrease as fast as possible
+    /// [rad/s].
     fn slows_by(&self) -> f64 {
         let parts = (self.step / self.jerk).max(0.0);
         let count = parts.floor() + 1.0;

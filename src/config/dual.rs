@@ -11,7 +11,7 @@ use dq_params::{Declarer, ParameterError, Parameters};
 #[derive(Clone, Debug, PartialEq)]
 pub struct DualParameters(pub ServoParameters);
 
-/// The parameters that only the servo of two arms has.
+/// The parameters that only the servo for two arms has.
 #[derive(Parameters)]
 struct TwoArmParameters {
     /// pose of the right arm's base in the left arm's base frame: x y z \[m\], then qx qy qz qw

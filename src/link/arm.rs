@@ -292,8 +292,8 @@ impl ArmLink {
         };
     }
 
-    /// Sets `velocity` to the present velocity of an arm that waits until the other arm's state is known. Uses the reported
-    /// velocity if there is one, otherwise the velocity from the last two states.
+    /// Sets `velocity` to the joint velocities of this arm while it waits for the state of the other arm. Uses the reported
+    /// velocities if there are any, otherwise computes them from the last two joint states.
     fn follow_velocity(&self, has_velocities: bool, now: Duration, measured: &[f64], velocity: &mut [f64]) {
         let moves = has_velocities && self.velocities.iter().any(|speed| speed.abs() >= STANDSTILL);
         let passed = now.saturating_sub(self.received.unwrap_or(now));

@@ -48,18 +48,18 @@ impl Cycles {
         self.gap
     }
 
-    /// Returns the largest lateness of a cycle in the last [`WINDOW`] or two.
+    /// Returns the largest lateness of a cycle in the last 2 to 4 s.
     pub fn latest(&self) -> Duration {
         self.latest.worst()
     }
 
-    /// Returns the largest time between cycles in the last [`WINDOW`] or two, averaged over the duration of a stop.
+    /// Returns the largest time between cycles in the last 2 to 4 s, averaged over the duration of a stop.
     pub fn slowest(&self) -> Duration {
         self.period + self.slowest.worst()
     }
 }
 
-/// The largest lateness of some events in the last [`WINDOW`] or two.
+/// The largest lateness of cycles or joint states in the last 2 to 4 s.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Lateness {
     /// When the newer window began.

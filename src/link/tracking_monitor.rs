@@ -122,7 +122,7 @@ pub(crate) struct TrackingMonitor {
 }
 
 impl TrackingMonitor {
-    /// Creates the monitor of an arm. `joints` are the indices of its joints among the joints of all arms.
+    /// Creates the monitor of an arm. `joints` are the indices of the arm's joints among the joints of all arms.
     pub fn new(joints: Range<usize>) -> Self {
         let joint_count = joints.len();
         Self {

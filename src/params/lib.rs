@@ -18,9 +18,9 @@
 //! assert!(warnings.is_empty());
 //! assert_eq!(store.read::<Follower>()?.gain, 2.0);
 //!
-//! // While the node runs, the store checks all changes together before any of them takes effect. let too_much =
-//! store.with(&[("gain".to_owned(), Value::Double(11.0))]); assert!(too_much.unwrap_err().to_string().ends_with("expected 0 to 10
-//! 1/s"));
+//! // While the node runs, the store checks all changes together before any of them takes effect.
+//! let too_much = store.with(&[("gain".to_owned(), Value::Double(11.0))]);
+//! assert!(too_much.unwrap_err().to_string().ends_with("expected 0 to 10 1/s"));
 //! # Ok::<(), dq_params::ParameterError>(())
 //! ```
 #![warn(clippy::unwrap_used, clippy::expect_used)]

@@ -105,7 +105,7 @@ impl Record {
         Self { peak_speeds: vec![0.0; joint_count], ..Self::default() }
     }
 
-    /// Returns whether the motion has ended.
+    /// Returns whether the motion has ended, by its last recorded outcome.
     pub fn is_over(&self) -> bool {
         self.outcome.is_some_and(|outcome| outcome.is_end())
     }

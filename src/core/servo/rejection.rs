@@ -23,7 +23,7 @@ pub enum Rejection {
     UnknownFrame {
         /// The frame of the goal or twist.
         got: String,
-        /// The frames that the servo knows.
+        /// The names of the frames that the servo accepts.
         expected: Vec<String>,
     },
     /// TF does not have the frame of the goal.

@@ -59,7 +59,7 @@ struct Fit {
     /// Three screw logs as coefficients of powers of the time \[s\]: the fitted pose relative to `pose`, the twist, and the rate of
     /// change of the twist.
     coefficients: [Vector6<f64>; 3],
-    /// The inverse of the normal matrix. Its rows are for powers of the time divided by `span` \[s\].
+    /// The inverse of the normal matrix of the least-squares fit. Its rows belong to powers of the time divided by `span` \[s\].
     covariance: Matrix3<f64>,
     span: f64,
 }

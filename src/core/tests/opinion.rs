@@ -108,7 +108,7 @@ struct Seen {
     came: Option<Duration>,
     measured: Duration,
     positions: Vec<f64>,
-    /// The publishers, each with the times at which it appeared and at which it was last heard.
+    /// The publishers of the arm's joint states: for each, its number, when it appeared, and when it was last heard.
     sources: Vec<(u32, Duration, Duration)>,
 }
 

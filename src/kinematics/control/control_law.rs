@@ -17,7 +17,7 @@ named! {
     }
 }
 
-/// The description of a law's gains. It declares the parameter `gains.<law>`.
+/// The names, defaults, range and unit of a law's gains, from which the parameter `gains.<law>` is declared.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LawGains {
     /// The names of the gains; there are one or two.

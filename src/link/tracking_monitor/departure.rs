@@ -21,8 +21,8 @@ pub(super) const SLOWEST: f64 = 0.02;
 /// A joint that moves this many times as far as commanded does not obey.
 pub(super) const MUCH_TOO_FAR: f64 = 5.0;
 
-/// The largest change of a joint's command until it has responded [rad/s]. The change is also at most the acceleration limit times
-/// [`PROBE_ACCELERATION`] \[s\], because a joint that responds late makes the whole change in one step.
+/// The largest change of a joint's command until the joint has responded [rad/s]. The change is also at most the acceleration
+/// limit times [`PROBE_ACCELERATION`] \[s\], because a joint that responds late makes the whole change in one step.
 const PROBE_SPEED: f64 = 0.05;
 const PROBE_ACCELERATION: f64 = 0.01;
 
@@ -146,7 +146,7 @@ pub(super) struct Departure {
 }
 
 impl Departure {
-    /// Creates the monitor of an arm. `joints` are the indices of its joints among the joints of all arms.
+    /// Creates the monitor of an arm. `joints` are the indices of the arm's joints among the joints of all arms.
     pub fn new(joints: Range<usize>) -> Self {
         let count = joints.len();
         Self {

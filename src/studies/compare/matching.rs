@@ -34,8 +34,8 @@ pub(super) fn others() -> impl Iterator<Item = Law> {
     Law::all().filter(|law| *law != REFERENCE.0)
 }
 
-/// Number of tasks on which gains are chosen. These are enough for an error of [`CLOSE`] in the settling times of laws with the
-/// damped inverse. Peak speeds vary so much among tasks that ten times as many tasks would be necessary.
+/// Number of tasks on which gains are chosen. With this number, the error of the settling times of laws with the damped inverse is
+/// at most [`CLOSE`]. Peak speeds vary so much among tasks that ten times as many tasks would be necessary.
 pub(super) const PILOTS: usize = 1024;
 /// Number of tasks for the coarse search of a gain.
 const FEW: usize = 48;
