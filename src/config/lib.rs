@@ -139,7 +139,7 @@ pub trait NodeParameters: Parameters + Send + 'static {
     }
 
     /// Creates the parameter store of a node with the full name `node` that starts with the values `given`. Later values override
-    /// earlier ones. Returns the store and warnings.
+    /// earlier values. Returns the store and warnings.
     ///
     /// If nothing describes an arm, the built-in arm is used. As soon as `joints` or any `arm.*` is given, nothing of the built-in
     /// arm remains, because a mixture of two arms would move wrongly. A robot description replaces the built-in arm and `arm.*`.

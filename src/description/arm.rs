@@ -170,7 +170,7 @@ pub struct DescribedJoint {
     pub mimic: Option<Mimic>,
 }
 
-/// How a joint follows its driver: its position is `multiplier · position + offset`.
+/// How a joint follows its driver: its position is `multiplier · p + offset` if the driver is at p.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mimic {
     /// The name of the driver, which mimics no other joint.

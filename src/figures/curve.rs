@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-/// Leaves out points of a curve that are less than 1 from the previous one, by `distance`. Keeps the last point.
+/// Leaves out points of a curve whose `distance` from the previous point is less than 1. Keeps the last point.
 pub(super) fn spaced<P: Copy>(points: &[P], distance: impl Fn(&P, &P) -> f64) -> Vec<P> {
     let mut kept: Vec<P> = Vec::new();
     for (i, point) in points.iter().enumerate() {

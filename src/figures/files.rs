@@ -4,7 +4,7 @@ use super::DrawError;
 use std::io::ErrorKind;
 use std::path::Path;
 
-/// Writes a file atomically: readers see either the complete new file or the previous one.
+/// Writes a file atomically: readers see either the complete new file or the previous file.
 ///
 /// # Errors
 /// [`DrawError::Output`].

@@ -396,7 +396,7 @@ impl ArmLink {
             *proven = match probe(joint) {
                 _ if rests => 0.0,
                 f64::INFINITY => *hold,
-                // Never more than the hold: a hold that has ended proves nothing for the next one.
+                // The proven part is never more than the hold: a hold that has ended proves nothing for the next hold.
                 _ => proven.max(hold.min(0.0)).min(hold.max(0.0)),
             };
         }

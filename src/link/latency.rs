@@ -102,7 +102,7 @@ impl Latency {
         }
     }
 
-    /// Notes a joint state that arrived at `now`. The previous one arrived at `before`. Returns the age of the state.
+    /// Notes a joint state that arrived at `now`. The previous joint state arrived at `before`. Returns the age of the state.
     pub fn hear(&mut self, now: Duration, before: Option<Duration>, stamp_age: Option<Duration>) -> Duration {
         if let Some(before) = before {
             let interval = now.saturating_sub(before).min(LONGEST_AGE).as_secs_f64();

@@ -21,7 +21,7 @@ pub(crate) struct Cycles {
     average: f64,
     latest: Lateness,
     slowest: Lateness,
-    /// Whether the last cycle was so late that the robot has stopped by its own timeout.
+    /// Whether the last cycle was so late that the robot has stopped because of its command timeout.
     gap: bool,
 }
 
@@ -43,7 +43,7 @@ impl Cycles {
         self.slowest.note(now, average.saturating_sub(self.period));
     }
 
-    /// Returns whether the last cycle was so late that the robot has stopped by its own timeout.
+    /// Returns whether the last cycle was so late that the robot has stopped because of its command timeout.
     pub fn has_gap(&self) -> bool {
         self.gap
     }

@@ -52,9 +52,9 @@ impl Link {
         }
     }
 
-    /// Takes a joint state received at `now` for the next cycle. If there are several, the last valid one counts. Returns whether
-    /// its publisher is the one in use. Another publisher takes over only after the publisher in use has been silent for
-    /// `silence`.
+    /// Takes a joint state received at `now` for the next cycle. If there are several joint states, the last valid one counts.
+    /// Returns whether its publisher is the one in use. Another publisher takes over only after the publisher in use has been
+    /// silent for `silence`.
     pub fn take(
         &mut self,
         arm: usize,

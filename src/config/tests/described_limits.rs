@@ -132,7 +132,7 @@ fn a_sliding_joint_may_have_no_limit() {
     }
 }
 
-/// If a parameter replaces the limits, there is no warning.
+/// Also checks that there is no warning if parameters replace the limits.
 #[test]
 fn limits_that_look_like_degrees_cause_a_warning() {
     let range = [

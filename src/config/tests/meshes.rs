@@ -192,7 +192,7 @@ fn way_past_a_post(robot: &Path) -> (f64, f64) {
 #[test]
 fn a_paddle_stops_at_a_keep_out_whatever_the_joint_names() {
     let (plain, distance) = way_past_a_post(&data("mesh/paddle_without.urdf"));
-    // The radius of the post is 5 cm, and that of the paddle at least 4 cm. The arm does not complete the quarter turn.
+    // The radius of the post is 5 cm, and the radius of the paddle at least 4 cm. The arm does not complete the quarter turn.
     assert!(distance > 0.09 && plain < 1.4 && plain > 0.3, "{plain} {distance}");
     assert_eq!(way_past_a_post(&data("mesh/paddle_with_spaces.urdf")), (plain, distance));
     let text = std::fs::read_to_string(data("mesh/paddle_without.urdf")).unwrap();

@@ -229,8 +229,8 @@ impl MotionRequests {
         self.pushes.iter().any(|push| push.request.by == by && push.goes_on(now, silence))
     }
 
-    /// Makes `request` the current one. Returns whether it begins a new push. A goal does not change the time of push of a newer request
-    /// that is in force.
+    /// Makes `request` the current request. Returns whether it begins a new push. A goal does not change the time of push of a
+    /// newer request that is in force.
     pub fn take(&mut self, request: MotionRequest) -> bool {
         let newest =
             self.consent.request.filter(|before| before.revoked.is_none() && request.by.is_for_goal());
@@ -240,7 +240,7 @@ impl MotionRequests {
     }
 
     /// Returns two publishers of the same kind that push at the same time. They are rivals if the first publisher was heard again
-    /// after the other one began.
+    /// after the other publisher began.
     pub fn rivals(&self, now: Duration, silence: Duration) -> Option<Rivals> {
         let is_asking = |push: &&Push| {
             let is_valid = matches!(push.request.revoked, None | Some(Revocation::Rivals(_)));

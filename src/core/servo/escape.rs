@@ -22,8 +22,8 @@ const LEAST_CURVATURE: f64 = 1e-3;
 /// A curvature is computed from `Jᵀ e` at two configurations. This is half the distance between them \[rad\].
 const STEP: f64 = 1e-5;
 
-/// Number of times that a matrix is squared in the search for its largest eigenvalue. Its 2²⁰th power separates eigenvalues that
-/// differ by 1e-5 of their size.
+/// Number of times that a matrix is squared in the search for its largest eigenvalue. The 2²⁰th power of the matrix separates
+/// eigenvalues that differ by 1e-5 of their size.
 const SQUARINGS: usize = 20;
 
 /// The result of the search for an escape.

@@ -22,7 +22,7 @@ use std::time::Duration;
 /// The length of the sliding window \[s\].
 const WINDOW: f64 = 0.6;
 
-/// The least interval of the goals that are compared \[s\].
+/// The least time between two goals that are compared \[s\].
 const GOAL_STEP: f64 = 0.019;
 /// The least number of goals for a comparison.
 const FEWEST: usize = 4;
@@ -35,7 +35,7 @@ const LAGS: u32 = 30;
 /// The difference between two successive lags \[s\].
 const LAG_STEP: f64 = 0.05;
 
-/// Number of times that the step is halved to refine the best lag.
+/// Number of times that [`LAG_STEP`] is halved to refine the best lag.
 const HALVINGS: i32 = 4;
 
 /// The interval at which the tool's poses are kept \[s\].
@@ -130,7 +130,7 @@ impl Explanation {
         self.tool.push_back(place);
     }
 
-    /// Compares a goal that arrived at `now` with the tool's motion. `goes_on` tells whether the goal continues the previous one,
+    /// Compares a goal that arrived at `now` with the tool's motion. `goes_on` tells whether the goal continues the previous goal,
     /// without a jump. Returns whether the goal provides new evidence.
     pub fn compare(
         &mut self,

@@ -156,7 +156,7 @@ impl Watch {
         *self = Self { oscillation: std::mem::take(&mut self.oscillation), ..Self::new(goal) };
     }
 
-    /// Returns whether `goal`, the next one of a stream, is so near to the last goal that the monitoring continues.
+    /// Returns whether `goal`, the next goal of a stream, is so near to the last goal that the monitoring continues.
     fn goes_on_for(&self, goal: &Goal, tolerance: &Tolerance) -> bool {
         let reach = Tolerance {
             linear: tolerance.linear.max(LEAST_MOTION * self.error.position),

@@ -112,8 +112,8 @@ impl GoalStream {
         (self.fit, self.noise, self.heard) = (None, [0.0; 2], 0);
     }
 
-    /// Adds a pose that its sender stamped `stamp` \[ns\], received at `now`. Of several poses in one cycle, the last one counts.
-    /// Returns true if the pose continues the earlier ones, false after a jump or a pause.
+    /// Adds a pose that its sender stamped `stamp` \[ns\], received at `now`. Of several poses in one cycle, the last counts.
+    /// Returns true if the pose continues the earlier poses, false after a jump or a pause.
     pub fn add(&mut self, pose: &UnitDualQuaternion, stamp: i64, now: Duration) -> bool {
         let received = nanoseconds(now);
         if self.samples.back().is_some_and(|last| last.received >= received) {
@@ -253,7 +253,7 @@ impl GoalStream {
         moves.then_some(fit)
     }
 
-    /// Returns the largest age that a pose reached before the next one arrived \[s\].
+    /// Returns the largest age that a pose had when the next pose arrived \[s\].
     fn longest_age(&self) -> f64 {
         let ages = self.samples.iter().zip(self.samples.iter().skip(1));
         ages.map(|(one, next)| seconds(next.received.saturating_sub(one.time)))

@@ -404,7 +404,7 @@ impl Rig {
         self.servo.move_goal(motion, self.now)
     }
 
-    /// Gives the servo a joint state in addition to those of the rig's arms.
+    /// Gives the servo a joint state in addition to the joint states of the rig's arms.
     pub fn take_state(&mut self, arm: usize, state: &JointReading) -> Result<bool, Rejection> {
         self.opinion.hears_elsewhere(arm, self.now);
         self.servo.take_joint_state(arm, state, self.now)

@@ -47,7 +47,7 @@ struct Arm {
     state: ArmState,
 }
 
-/// The right one of two arms.
+/// The right arm of two arms, and both arms as one.
 #[derive(Clone, Debug, PartialEq)]
 struct Right {
     arm: Arm,
@@ -84,12 +84,12 @@ impl Arms {
         Self { left, right: Some(Right { arm, relative }) }
     }
 
-    /// Returns the single arm, or the left one of two.
+    /// Returns the single arm, or the left arm of two.
     pub fn chain(&self) -> &Chain {
         &self.left.chain
     }
 
-    /// Yields all arms, the left one first.
+    /// Yields all arms, the left arm first.
     pub fn chains(&self) -> impl Iterator<Item = &Chain> {
         let right = self.right.as_ref().map(|right| &right.arm.chain);
         std::iter::once(&self.left.chain).chain(right)

@@ -291,8 +291,8 @@ impl JointResponse {
             self.wait(now);
             return None;
         }
-        // The pull may have changed. So the motion is compared with a later anchor, too, and then with the next one if there is no
-        // response.
+        // The pull may have changed. So the motion is compared with a later anchor, too, and with a still later anchor if there is
+        // no response.
         if is_late || self.due.is_none() {
             self.later = self.now;
         }

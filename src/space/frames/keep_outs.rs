@@ -9,7 +9,7 @@ use thiserror::Error;
 /// A solid in a TF frame that the arm must stay clear of.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FramedKeepOut {
-    /// The key. A keep-out replaces an earlier one with the same key.
+    /// The key. A keep-out replaces an earlier keep-out with the same key.
     pub key: KeepOutKey,
     /// The solid, in the frame `frame`.
     pub solid: Solid,

@@ -1,4 +1,4 @@
-//! Capsules that are fitted around shapes. Each capsule is the smallest one along one of a few tried axes.
+//! Capsules that are fitted around shapes. Each is the smallest capsule whose axis is one of a few tried lines.
 
 use super::Segment;
 use nalgebra::{Isometry3, Vector3};

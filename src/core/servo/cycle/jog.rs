@@ -15,7 +15,8 @@ impl Servo {
 
     /// Takes a twist received at `now`. The twist is in force for `twist_timeout`, and drops the goal. All twists that its
     /// publisher sends without a silence are one [`MotionRequest`], as of a user who holds a joystick. A zero twist ends this
-    /// request, as if the joystick were released, and does not drop a goal. If two publishers send twists, the first one counts.
+    /// request, as if the joystick were released, and does not drop a goal. If two publishers send twists, the first publisher
+    /// counts.
     ///
     /// # Errors
     /// The [`Rejection`], which is counted.

@@ -30,9 +30,9 @@ const AROUND: f64 = 0.05;
 /// Largest number of gaps that constrain the velocity.
 const MOST_GAPS: usize = 200;
 
-/// Replaces the desired velocity by the nearest one with `ḋ ≥ −η (d − d_safe)` for each gap d (Faverjon & Tournassoud 1987). Here
-/// `d_safe` is the clearance, and η the [`rate`] of approach. The velocity also keeps the joints' speed limits, and the limits on
-/// speed near position limits.
+/// Replaces the desired velocity by the nearest velocity with `ḋ ≥ −η (d − d_safe)` for each gap d (Faverjon & Tournassoud 1987).
+/// Here `d_safe` is the clearance, and η the [`rate`] of approach. The velocity also keeps the joints' speed limits, and the
+/// limits on speed near position limits.
 ///
 /// If the tool's motion is the aim, the nearest velocity is the one with the nearest tool motion, `min |J (θ̇ − θ̇_w)|² + μ |θ̇ −
 /// θ̇_w|²`. Otherwise it is the one with the nearest joint motion. A standing arm satisfies the constraints of all gaps that are
@@ -45,7 +45,7 @@ pub(super) struct Constraints {
     weights: Vec<f64>,
     wanted: Vec<f64>,
     slope: Vec<f64>,
-    /// For each gap constraint, the index of its pair in `near`. The gap constraints follow those of the joints.
+    /// For each gap constraint, the index of its pair in `near`. The gap constraints follow the constraints of the joints.
     owners: Vec<usize>,
     /// The closest of the pairs that were checked.
     pub closest: Option<ClosePair>,
@@ -205,7 +205,7 @@ fn rate(input: &FilterInput) -> f64 {
 }
 
 impl Constraints {
-    /// Replaces `velocity`, one number per joint [rad/s, prismatic: m/s], by the nearest one that satisfies the constraints.
+    /// Replaces `velocity`, one number per joint [rad/s, prismatic: m/s], by the nearest velocity that satisfies the constraints.
     pub fn apply(&mut self, input: &FilterInput, velocity: &mut [f64]) {
         (self.closest, self.held_by, self.held_back) = (None, None, None);
         let Some(scene) = input.settings.scene.as_deref() else { return };

@@ -1,6 +1,6 @@
 //! From the desired velocity to the command, in three steps: the demand, the constraints of the scene, and the envelope.
 //!
-//! The desired velocity is that of a law, of a twist, or of a straight line to another configuration.
+//! The desired velocity comes from a law, from a twist, or from a straight line to another configuration.
 
 mod constraints;
 mod demand;
