@@ -12,7 +12,7 @@ pub enum Stall {
     BeyondReach(Reach),
     /// No small motion of the joints moves the arm nearer to the goal.
     Unreachable,
-    /// The goal lies along a direction that the joints have lost. There was no escape, or it failed.
+    /// The goal lies along a direction that the joints have lost. There was no escape, or the escape failed.
     Singular {
         /// The smallest singular value of the Jacobian.
         sigma: f64,

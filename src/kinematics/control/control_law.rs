@@ -139,8 +139,8 @@ pub trait ControlLaw: Sync {
         }
     }
 
-    /// Returns the [`Stiffness`] at the present positions, which determines how fast errors decay. It is used only for laws with
-    /// the transpose.
+    /// Returns the [`Stiffness`] of the closed loop at the present joint positions. It determines how fast errors decay. The
+    /// controller uses it only for laws with the transpose.
     fn stiffness(&self, input: &LawInput) -> Stiffness {
         stiffness_of_twist(self, input)
     }

@@ -45,7 +45,8 @@ fn check(convention: Convention, rows: &[DhRow], theta: &[f64], goal: &[f64]) {
     check_damped(controller().damping, NEAR, convention, rows, theta, goal);
 }
 
-/// Checks the same as `check` with the given damping. Joint velocities may differ by the fraction `limit` of the largest velocity.
+/// Makes the checks of `check` with the given damping. Joint velocities may differ by the fraction `limit` of the largest
+/// velocity.
 fn check_damped(
     damping: Damping,
     limit: f64,

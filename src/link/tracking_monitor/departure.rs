@@ -49,8 +49,8 @@ const SLOW: f64 = 0.1;
 /// \[rad, prismatic: m\].
 const SLOW_DISTANCE: f64 = 0.01;
 
-/// Largest error of the measured speed before a command [rad/s, prismatic: m/s]: an encoder of 8192 counts per turn moves one count
-/// back and forth within a window.
+/// Largest error of the measured speed before a command [rad/s, prismatic: m/s]. It occurs if an encoder of 8192 counts per turn
+/// jumps by one count within a window.
 const NOISE: f64 = 0.02;
 
 /// The motion of a joint without commands counts for this time.

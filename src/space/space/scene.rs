@@ -239,7 +239,7 @@ impl Scene {
         matches!(self.meetings[number].against, Against::KeepIn(_))
     }
 
-    /// Returns the distance between the segments of a pair at which its gap is 0 \[m\].
+    /// Returns the distance between the segments of a pair at which the pair's gap is 0 \[m\].
     pub fn radius(&self, number: usize) -> f64 {
         self.meetings[number].radius
     }

@@ -32,7 +32,7 @@ pub struct Arm {
 pub struct Task {
     /// Joint angles at the start \[rad\].
     pub start: Vec<f64>,
-    /// The goal of the tool. Of q and −q, it is the one nearer to the start.
+    /// The goal of the tool. Its sign is the one with which it is nearer to the start pose.
     pub base_from_goal: UnitDualQuaternion,
 }
 

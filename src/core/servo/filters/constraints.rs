@@ -1,4 +1,5 @@
-//! Keeps the arm clear of its scene: finds the velocity nearest to the desired one at which no gap closes too fast.
+//! Keeps the arm clear of its scene: of the velocities that close no gap too fast, finds the velocity nearest to the desired
+//! velocity.
 
 use super::FilterInput;
 use crate::servo::{Arms, ClosePair};

@@ -143,7 +143,7 @@ impl Filters {
         self.constraints.closest
     }
 
-    /// Returns the pair that kept the arm from its desired motion in the last cycle in which it was driven.
+    /// Returns the pair that kept the arm from its desired motion in the last cycle in which the arm was driven.
     pub fn held_by(&self) -> Option<ClosePair> {
         self.constraints.held_by.or(self.stoppable.held_by)
     }
