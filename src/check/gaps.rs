@@ -24,8 +24,8 @@ impl Gaps {
         Self { placed: Placed::of(&scene), closed: None, scene }
     }
 
-    /// Checks an arm with its joints at `theta` \[rad, prismatic: m\], arm after arm. No pair may overlap, unless it has overlapped
-    /// from the beginning. Returns the least gap \[m\]; infinity if there are no pairs.
+    /// Checks the arms `chains`. Their joints are at `theta` \[rad, prismatic: m\], arm after arm. No pair of parts may overlap,
+    /// unless the pair has overlapped from the beginning. Returns the least gap \[m\]; infinity if there are no pairs.
     ///
     /// # Errors
     /// The first [`Violation`] found.

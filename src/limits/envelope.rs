@@ -11,9 +11,9 @@ use dq_kinematics::arm::Arms;
 #[derive(Debug)]
 pub struct Envelope {
     spans: Vec<Span>,
-    /// The speed of each joint at which its acceleration will have ended [rad/s].
+    /// The speed of each joint at which its acceleration will have ended [rad/s, prismatic: m/s].
     rest: Vec<f64>,
-    /// A candidate for the command [rad/s].
+    /// A candidate for the command [rad/s, prismatic: m/s].
     other: Vec<f64>,
     /// The first joint (counted from 0) stopped by its position limit.
     pub held_back: Option<usize>,

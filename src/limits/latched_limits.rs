@@ -34,8 +34,8 @@ impl LatchedLimits {
         latched
     }
 
-    /// Updates the latched limits after the `command` [rad/s], which includes the `hold`, under `limits`. A joint that stood for
-    /// two commands takes the new limits.
+    /// Updates the latched limits after the `command` [rad/s, prismatic: m/s], which includes the `hold`, under `limits`. A joint
+    /// that stood for two commands takes the new limits.
     pub fn update(&mut self, limits: &Limits, command: &[f64], hold: &[f64]) {
         for (joint, (speed, hold)) in command.iter().zip(hold).enumerate() {
             let stands = speed == hold;
@@ -49,14 +49,14 @@ impl LatchedLimits {
         }
     }
 
-    /// Forgets the earlier limits of joint number `joint`, which continues from `command` [rad/s].
+    /// Forgets the earlier limits of joint number `joint`, which continues from `command` [rad/s, prismatic: m/s].
     pub fn begin(&mut self, joint: usize, command: f64, stands: bool) {
         (self.last[joint], self.decelerations[joint], self.jerks[joint]) = (command, 0.0, 0.0);
         self.stood[joint] = stands;
     }
 
-    /// Returns three lists with one number per joint: the decelerations [rad/s²], the jerks [rad/s³], and the changes of the
-    /// speeds by the last command [rad/s].
+    /// Returns three lists with one number per joint: the decelerations [rad/s², prismatic: m/s²], the jerks [rad/s³, prismatic:
+    /// m/s³], and the changes of the speeds by the last command [rad/s, prismatic: m/s].
     pub fn each(&self) -> [&[f64]; 3] {
         [&self.decelerations, &self.jerks, &self.steps]
     }

@@ -68,11 +68,11 @@ pub struct Limits {
 /// The data from which the braking before a position limit is computed.
 #[derive(Clone, Copy, Debug)]
 pub struct Braking<'a> {
-    /// The deceleration of each joint [rad/s²].
+    /// The deceleration of each joint [rad/s², prismatic: m/s²].
     pub decelerations: &'a [f64],
-    /// The jerk limit of each joint [rad/s³].
+    /// The jerk limit of each joint [rad/s³, prismatic: m/s³].
     pub jerks: &'a [f64],
-    /// The change of each joint's speed in the last cycle [rad/s].
+    /// The change of each joint's speed in the last cycle [rad/s, prismatic: m/s].
     pub steps: &'a [f64],
     /// The control period \[s\]. A joint's speed can change once per period.
     pub period: f64,
@@ -89,22 +89,22 @@ impl Braking<'_> {
         self.jerks.iter().any(|jerk| jerk.is_finite())
     }
 
-    /// Returns the largest difference between the steps of joint number `joint` in successive cycles [rad/s]. A step is the change
-    /// of the speed in one cycle.
+    /// Returns the largest difference between the steps of joint number `joint` in successive cycles [rad/s, prismatic: m/s]. A
+    /// step is the change of the speed in one cycle.
     pub fn jerk_step(&self, joint: usize) -> f64 {
         self.jerks[joint] * self.period * self.period
     }
 }
 
 impl Limits {
-    /// Returns the deceleration at which joint number `joint` stops [rad/s²]. The deceleration is large enough to stop the joint
-    /// from its velocity limit within [`STOP_TIME`], so that no setting disables the stop.
+    /// Returns the deceleration at which joint number `joint` stops [rad/s², prismatic: m/s²]. The deceleration is large enough to
+    /// stop the joint from its velocity limit within [`STOP_TIME`], so that no setting disables the stop.
     pub fn deceleration(&self, joint: usize) -> f64 {
         self.joint_deceleration[joint].max(self.joint_velocity[joint] / STOP_TIME)
     }
 
-    /// Returns the jerk limit of joint number `joint` [rad/s³]. The limit is large enough that the joint reaches its acceleration
-    /// in [`RAMP_TIME`].
+    /// Returns the jerk limit of joint number `joint` [rad/s³, prismatic: m/s³]. The limit is large enough that the joint reaches
+    /// its acceleration in [`RAMP_TIME`].
     pub fn jerk(&self, joint: usize) -> f64 {
         let largest = self.deceleration(joint).max(self.joint_acceleration[joint]);
         self.joint_jerk[joint].max(largest / RAMP_TIME)
@@ -131,16 +131,16 @@ impl Limits {
 /// How a joint approaches a position that it must not pass.
 #[derive(Clone, Copy, Debug)]
 pub struct Approach {
-    /// The speed near the position, divided by the remaining distance [1/s].
+    /// The allowed speed near the position, divided by the remaining distance [1/s].
     rate: f64,
     /// The deceleration that is available to the joint [rad/s², prismatic: m/s²].
     pub deceleration: f64,
 }
 
 impl Approach {
-    /// Returns the allowed speed [rad/s] at the distance `distance` \[rad\] from the position. Near the position, the speed is
-    /// proportional to the distance, which needs no more than the available deceleration. Farther away, the speed follows the curve
-    /// of constant deceleration. The two curves join smoothly.
+    /// Returns the joint's allowed speed [rad/s, prismatic: m/s] when the joint is `distance` \[rad, prismatic: m\] from the
+    /// position that it must not pass. Near that position, the speed is proportional to the distance, which needs no more than the
+    /// available deceleration. Farther away, the speed follows the curve of constant deceleration. The two curves join smoothly.
     pub fn speed(&self, distance: f64) -> f64 {
         let deceleration = BRAKING_SHARE * self.deceleration;
         let proportional_below = deceleration / (self.rate * self.rate);

@@ -21,14 +21,15 @@ impl Pace {
         Self { speed: -self.speed, step: -self.step }
     }
 
-    /// Returns the travel until the steps have decreased to zero, divided by the control period [rad/s]. The steps decrease as fast
-    /// as `jerk` [rad/s] allows.
+    /// Returns the travel until the steps have decreased to zero, divided by the control period [rad/s, prismatic: m/s]. The steps
+    /// decrease as fast as `jerk` [rad/s, prismatic: m/s] allows.
     pub fn travel_to_rest(self, jerk: f64) -> f64 {
         let cycles = self.step.abs() / jerk;
         cycles * (self.speed + cycles * self.step / 3.0)
     }
 
-    /// Returns the speed after the steps have decreased to zero [rad/s]. The steps decrease as fast as `jerk` [rad/s] allows.
+    /// Returns the speed after the steps have decreased to zero [rad/s, prismatic: m/s]. The steps decrease as fast as `jerk`
+    /// [rad/s, prismatic: m/s] allows.
     pub fn rest(self, jerk: f64) -> f64 {
         let more = (self.step.abs() / jerk).floor();
         if more < 1.0 {
@@ -37,14 +38,15 @@ impl Pace {
         self.speed + (more * (self.step.abs() - 0.5 * jerk * (more + 1.0))).copysign(self.step)
     }
 
-    /// Returns the next speed of a stop [rad/s]. In one cycle, the joint slows down by at most `most`, and the step changes by at
-    /// most `jerk` [rad/s].
+    /// Returns the next speed of a stop [rad/s, prismatic: m/s]. In one cycle, the joint slows down by at most `most`, and the step
+    /// changes by at most `jerk` [rad/s, prismatic: m/s].
     pub fn stopped(self, most: f64, jerk: f64) -> f64 {
         self.speed + self.towards(0.0, most, jerk)
     }
 
     /// Returns the next step toward the speed `wanted`. The step is at most `most`, and differs from the last step by at most
-    /// `jerk` [rad/s]. If the speed could reach `wanted` without overshoot before this step, it still can after this step.
+    /// `jerk` [rad/s, prismatic: m/s]. If the speed could reach `wanted` without overshoot before this step, it still can after
+    /// this step.
     pub fn towards(self, wanted: f64, most: f64, jerk: f64) -> f64 {
         let gap = wanted - self.speed;
         let step = most.min(eased(gap.abs(), jerk)).copysign(gap);

@@ -8,13 +8,13 @@ use crate::{Joints, Pace, Violation, between, ratio};
 pub struct Span {
     /// The joint's speed after the last command, and the change of its speed by that command.
     pace: Pace,
-    /// The largest increase of the speed per cycle [rad/s].
+    /// The largest increase of the speed per cycle [rad/s, prismatic: m/s].
     faster: f64,
-    /// The largest decrease of the speed per cycle [rad/s].
+    /// The largest decrease of the speed per cycle [rad/s, prismatic: m/s].
     slower: f64,
-    /// The largest difference between the changes of speed in two successive cycles [rad/s].
+    /// The largest difference between the changes of speed in two successive cycles [rad/s, prismatic: m/s].
     jerk: f64,
-    /// The range of speeds from which the joint stops before its position limits [rad/s].
+    /// The range of speeds from which the joint stops before its position limits [rad/s, prismatic: m/s].
     positions: (f64, f64),
     /// The range of speeds that the joint may reach in later cycles [rad/s, prismatic: m/s].
     pub range: (f64, f64),

@@ -25,7 +25,7 @@ const LATELY: Duration = Duration::from_millis(250);
 /// How long the link uses a speed scaling that the robot has reported. Afterwards it uses the measured speed scaling.
 const TOLD: Duration = Duration::from_secs(1);
 
-/// Measured speeds below this [rad/s] count as standstill.
+/// Measured speeds below this [rad/s, prismatic: m/s] count as standstill.
 const STANDSTILL: f64 = 0.02;
 
 /// One arm.
@@ -40,9 +40,9 @@ pub(crate) struct ArmLink {
     newest: Option<Newest>,
     positions: Vec<f64>,
     velocities: Vec<f64>,
-    /// The displacement of each joint commanded in the last [`LATELY`] \[rad\].
+    /// The displacement of each joint commanded in the last [`LATELY`] \[rad, prismatic: m\].
     asked: Vec<f64>,
-    /// The mean speed of each joint commanded in the last [`LATELY`] [rad/s].
+    /// The mean speed of each joint commanded in the last [`LATELY`] [rad/s, prismatic: m/s].
     means: Vec<f64>,
     /// The index of each joint of the arm in the last message.
     places: Vec<usize>,
@@ -85,9 +85,9 @@ struct Newest {
 #[derive(Serialize, Deserialize)]
 struct Newcomer {
     since: Duration,
-    /// The positions at the time `since` \[rad\].
+    /// The positions at the time `since` \[rad, prismatic: m\].
     positions: Vec<f64>,
-    /// The velocities before the time `since`, if known [rad/s].
+    /// The velocities before the time `since`, if known [rad/s, prismatic: m/s].
     velocity: Option<Vec<f64>>,
 }
 
@@ -354,8 +354,8 @@ impl ArmLink {
             .for_each(|(rate, ((from, to), kind))| *rate = kind.displacement(*from, *to) / time);
     }
 
-    /// Updates the estimated pull: compares the arm's displacement during `time`, from the positions `measured` on, with its
-    /// commands.
+    /// Updates the estimated pull: compares the arm's displacement during `time` with its commands. `measured` are the positions at
+    /// the start of `time`; the present positions are those at its end.
     fn watch_pull(
         &mut self,
         time: Range<Duration>,

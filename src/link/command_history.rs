@@ -21,9 +21,9 @@ pub(crate) struct CommandHistory {
     capacity: usize,
     /// When each command took effect \[s\], the oldest first.
     times: Vec<f64>,
-    /// One row per command: the displacement of each joint by all earlier commands \[rad\].
+    /// One row per command: the displacement of each joint by all earlier commands \[rad, prismatic: m\].
     sums: Vec<f64>,
-    /// One row per command: the speed of each joint [rad/s].
+    /// One row per command: the speed of each joint [rad/s, prismatic: m/s].
     speeds: Vec<f64>,
     /// Whether the last command moves the joints.
     moves: bool,
@@ -52,7 +52,8 @@ impl CommandHistory {
         }
     }
 
-    /// Adds the joint velocities `command` [rad/s], in force from `now` on. The command includes `hold`, which moves no joint.
+    /// Adds the joint velocities `command` [rad/s, prismatic: m/s], in force from `now` on. The command includes `hold`, which
+    /// moves no joint.
     pub fn note(&mut self, now: Duration, command: &[f64], hold: &[f64]) {
         let now = now.as_secs_f64();
         match self.times.last() {
@@ -82,14 +83,14 @@ impl CommandHistory {
         self.speeds.drain(..forgotten * self.joint_count);
     }
 
-    /// Sets `into` to the commanded displacement of the joints of `range` between two times \[rad\].
+    /// Sets `into` to the commanded displacement of the joints of `range` between two times \[rad, prismatic: m\].
     pub fn travel(&self, range: Range<usize>, from: Duration, to: Duration, into: &mut [f64]) {
         let window = self.window(from, to);
         into.iter_mut().zip(window.distances(range)).for_each(|(slot, distance)| *slot = distance);
     }
 
-    /// Sets `into` to the commanded displacement of the joints of `range` from the first command to `time` \[rad\]. The
-    /// displacement includes that of commands that are no longer kept.
+    /// Sets `into` to the commanded displacement of the joints of `range` from the first command to `time` \[rad, prismatic: m\].
+    /// The displacement includes that of commands that are no longer kept.
     pub fn total(&self, range: Range<usize>, time: Duration, into: &mut [f64]) {
         let InForce { sums, speeds, time } = self.in_force(&self.place(time), &range);
         let joints = into.iter_mut().zip(sums.iter().zip(speeds));
@@ -147,7 +148,7 @@ impl Window<'_> {
         }
     }
 
-    /// Returns the commanded displacement of each joint of `range` \[rad\].
+    /// Returns the commanded displacement of each joint of `range` \[rad, prismatic: m\].
     ///
     /// Reads four lists of equal length together, for speed: each joint state needs about fifty of these windows.
     #[inline]
@@ -163,9 +164,9 @@ impl Window<'_> {
 /// The command in force at a time.
 #[derive(Default)]
 struct InForce<'a> {
-    /// The displacement of each joint by all earlier commands \[rad\].
+    /// The displacement of each joint by all earlier commands \[rad, prismatic: m\].
     sums: &'a [f64],
-    /// The commanded speed of each joint [rad/s].
+    /// The commanded speed of each joint [rad/s, prismatic: m/s].
     speeds: &'a [f64],
     /// How long the command has moved the joints \[s\].
     time: f64,

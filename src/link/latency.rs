@@ -53,7 +53,7 @@ pub(crate) struct Latency {
     response: f64,
     /// The weighted number of compared motions.
     count: f64,
-    /// The sum of each joint's motions \[rad\].
+    /// The sum of each joint's motions \[rad, prismatic: m\].
     moved: Vec<f64>,
     /// The sum of the squares of all motions \[rad²\].
     motion: f64,
@@ -65,7 +65,7 @@ pub(crate) struct Latency {
 struct Candidate {
     /// The motion compared with the commands of one response time earlier.
     comparison: Comparison,
-    /// The sum of each joint's commands \[rad\].
+    /// The sum of each joint's commands \[rad, prismatic: m\].
     asked: Vec<f64>,
 }
 

@@ -21,9 +21,9 @@ pub struct Link {
     measured: Vec<f64>,
     predicted: Vec<f64>,
     velocity: Vec<f64>,
-    /// The hold of each joint [rad/s]: the part of its command that balances the pull.
+    /// The hold of each joint [rad/s, prismatic: m/s]: the part of its command that balances the pull.
     hold: Vec<f64>,
-    /// The part of each joint's hold to which the joint has responded [rad/s].
+    /// The part of each joint's hold to which the joint has responded [rad/s, prismatic: m/s].
     proven: Vec<f64>,
 }
 
@@ -143,7 +143,7 @@ impl Link {
         self.arms.iter().any(|arm| arm.blind_since.is_some())
     }
 
-    /// Returns the joints whose next command must start at their present speed, each with that speed [rad/s].
+    /// Returns the joints whose next command must start at their present speed, each with that speed [rad/s, prismatic: m/s].
     pub fn coasting(&self) -> impl Iterator<Item = (usize, f64)> + '_ {
         let came = self.arms.iter().filter(|arm| arm.figures.came && self.received().is_some());
         came.flat_map(|arm| arm.joints.clone()).map(|joint| (joint, self.velocity[joint]))
@@ -162,8 +162,8 @@ impl Link {
         }
     }
 
-    /// Records the `command` [rad/s] in force from `now` on. Its hold (the part that balances the estimated pull) does not move
-    /// the joints.
+    /// Records the `command` [rad/s, prismatic: m/s] in force from `now` on. Its hold (the part that balances the estimated pull)
+    /// does not move the joints.
     pub fn command(&mut self, now: Duration, command: &[f64]) {
         self.history.note(now, command, &self.hold);
         for arm in &mut self.arms {
@@ -174,7 +174,7 @@ impl Link {
     }
 
     /// Moves the hold of each joint toward the estimated pull, or toward 0 if `what` is [`Hold::Nothing`]. `jerks` are the joints'
-    /// jerk limits [rad/s³], `period` is the control period \[s\].
+    /// jerk limits [rad/s³, prismatic: m/s³], `period` is the control period \[s\].
     pub fn balance(&mut self, what: Hold, limits: &Limits, jerks: &[f64], period: f64) {
         let room = Room { limits, positions: &self.predicted, jerks, period };
         for arm in &mut self.arms {
@@ -260,7 +260,8 @@ impl Link {
         self.arms.iter_mut().for_each(|arm| arm.following.try_again());
     }
 
-    /// Returns the factor by which to scale `target` [rad/s], so that joints that have not yet responded move gently.
+    /// Returns the factor by which to scale `target` [rad/s, prismatic: m/s], so that joints that have not yet responded move
+    /// gently.
     pub fn probing_factor(&self, target: &[f64], accelerations: &[f64]) -> f64 {
         let factors = self.arms.iter().flat_map(|arm| {
             arm.joints.clone().map(|joint| {
@@ -280,7 +281,8 @@ impl Link {
     }
 
     /// Returns the data by which braking before a position limit is computed. The servo has the control period `period` \[s\]. The
-    /// joints have these decelerations [rad/s²], jerks [rad/s³] and last changes of their commands [rad/s].
+    /// joints have these decelerations [rad/s², prismatic: m/s²], jerks [rad/s³, prismatic: m/s³] and last changes of their
+    /// commands [rad/s, prismatic: m/s].
     ///
     /// A command may stay in force for as long as the longest command of the last seconds. Such single delays do not limit the
     /// law's gain.

@@ -8,7 +8,7 @@ use std::time::Duration;
 const LATENESS: f64 = 0.05;
 
 /// Returns the longest plausible travel of a joint between two joint states that are `seconds` apart \[rad, prismatic: m\]. `speed`
-/// is the joint's speed limit [rad/s].
+/// is the joint's speed limit [rad/s, prismatic: m/s].
 pub fn longest_travel(speed: f64, seconds: f64) -> f64 {
     speed * (seconds + LATENESS)
 }
@@ -49,10 +49,10 @@ pub(crate) struct Step<'a> {
     pub from: &'a [f64],
     /// The positions in the present joint state \[rad, prismatic: m\].
     pub to: &'a [f64],
-    /// The speed limits of the joints [rad/s].
+    /// The speed limits of the joints [rad/s, prismatic: m/s].
     pub speeds: &'a [f64],
-    /// The recently commanded displacements \[rad\]. If a limit was lowered meanwhile, they may exceed the displacements that
-    /// `speeds` allow.
+    /// The recently commanded displacements \[rad, prismatic: m\]. If a limit was lowered meanwhile, they may exceed the
+    /// displacements that `speeds` allow.
     pub commanded: &'a [f64],
     /// The kinds of the joints.
     pub kinds: &'a [JointKind],

@@ -118,7 +118,7 @@ impl Pull {
     }
 
     /// Updates the estimate with the motion of the joints within `passed`. The robot moves at the fraction `factor` of its
-    /// commanded speed. The estimate follows at `rate` [1/s]; `largest` are the joints' speed limits [rad/s].
+    /// commanded speed. The estimate follows at `rate` [1/s]; `largest` are the joints' speed limits [rad/s, prismatic: m/s].
     pub fn observe(
         &mut self,
         joints: impl Iterator<Item = Observed>,

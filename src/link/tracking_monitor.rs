@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use std::ops::Range;
 use std::time::Duration;
 
-/// The distance that a joint must be commanded to move within a window before the monitor judges it \[rad\].
+/// The distance that a joint must be commanded to move within a window before the monitor judges it \[rad, prismatic: m\].
 const LEAST_DISTANCE: f64 = 0.01;
 
 /// The monitor reports a joint that moves this many times as far as commanded.
@@ -27,7 +27,7 @@ const SLACK: [Duration; 3] = [Duration::ZERO, Duration::from_millis(50), Duratio
 /// How long a joint must fail to follow before the arm counts as lost.
 const PERSISTENCE: Duration = Duration::from_millis(50);
 
-/// Commands below this speed are too small to show whether the arm follows [rad/s].
+/// Commands below this speed are too small to show whether the arm follows [rad/s, prismatic: m/s].
 const CREEP: f64 = 1e-3;
 
 /// After this time without a visible command, the arm must respond again before it counts as following.
@@ -202,12 +202,12 @@ impl TrackingMonitor {
     }
 
     /// Returns the largest allowed change of the command of joint number `joint`; infinity once the joint has responded.
-    /// `acceleration` is its acceleration limit [rad/s²].
+    /// `acceleration` is its acceleration limit [rad/s², prismatic: m/s²].
     pub fn probe(&self, joint: usize, acceleration: f64) -> f64 {
         self.departure.probe(joint, acceleration)
     }
 
-    /// Notes the `motion` commanded from `now` on: one speed per joint [rad/s].
+    /// Notes the `motion` commanded from `now` on: one speed per joint [rad/s, prismatic: m/s].
     pub fn command(&mut self, now: Duration, motion: impl Iterator<Item = f64>) {
         let mut motion = motion;
         if motion.any(|speed| speed.abs() > CREEP) {
@@ -231,7 +231,7 @@ impl TrackingMonitor {
     }
 
     /// Updates which joints respond. The joints are at `positions` \[rad, prismatic: m\] at `now`. The arm responds after
-    /// `response`; `pull` acts on its joints [rad/s].
+    /// `response`; `pull` acts on its joints [rad/s, prismatic: m/s].
     pub fn watch_responses(
         &mut self,
         now: Duration,
@@ -254,7 +254,7 @@ impl TrackingMonitor {
     }
 
     /// Checks at `now` that an arm in motion still follows. The arm has moved by `motion`, and responds after `response`; `pull`
-    /// acts on its joints [rad/s].
+    /// acts on its joints [rad/s, prismatic: m/s].
     pub fn watch_motion(
         &mut self,
         now: Duration,
@@ -339,8 +339,8 @@ mod tests {
     use dq_limits::Interface;
     use proptest::prelude::*;
 
-    /// Returns the time at which an arm is first judged lost, if ever. Each of `pieces` commands its two joints for 50 ms [rad/s].
-    /// After `delay` \[ms\], the joints move at these speeds times the fractions `parts`.
+    /// Returns the time at which an arm is first judged lost, if ever. Each of `pieces` commands its two joints for 50 ms [rad/s,
+    /// prismatic: m/s]. After `delay` \[ms\], the joints move at these speeds times the fractions `parts`.
     fn lost_after(pieces: &[[f64; 2]], delay: usize, parts: [f64; 2]) -> Option<Duration> {
         let kinds = [JointKind::Revolute; 2];
         let mut history = CommandHistory::new(2, MS, Interface::Velocity);

@@ -26,7 +26,7 @@ pub enum Stall {
     Constrained(ClosePair),
     /// The commands oscillate.
     Oscillating,
-    /// A pull at the joints balances the law, so that the arm stands next to its goal.
+    /// A pull at the joints cancels the law's velocity, so that the arm stands next to its goal.
     Sagging {
         /// The number of the joint with the largest pull.
         joint: usize,

@@ -73,7 +73,8 @@ fn described(description: &str, start: Vec<f64>) -> Arm {
     (Rig::of(parameters, start), chain)
 }
 
-/// Moves the joints by `by` and back, to goals of the task `aim`. The goals are rotated by angles that the task leaves free.
+/// Moves the joints by the displacements `by`, one per joint, and back, to goals of the task `aim`. The goals are rotated by angles
+/// that the task leaves free.
 fn there_and_back((mut rig, chain): Arm, aim: Aim, law: Law, by: &[f64]) {
     rig.change(|settings| (settings.controller.aim, settings.controller.law) = (aim, law));
     let start = rig.positions();

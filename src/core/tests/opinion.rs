@@ -447,7 +447,7 @@ impl Opinion {
         }
     }
 
-    /// Notes that the servo receives joint states of the arm `arm` that this model does not see.
+    /// Notes that the servo receives joint states of arm `arm` from outside the rig. This model does not see those joint states.
     pub fn hears_elsewhere(&mut self, arm: usize, now: Duration) {
         self.arms[arm].came = Some(now);
         self.doubt(now);

@@ -21,20 +21,21 @@ pub(super) const SLOWEST: f64 = 0.02;
 /// A joint that moves this many times as far as commanded does not obey.
 pub(super) const MUCH_TOO_FAR: f64 = 5.0;
 
-/// The largest change of a joint's command until the joint has responded [rad/s]. The change is also at most the acceleration
-/// limit times [`PROBE_ACCELERATION`] \[s\], because a joint that responds late makes the whole change in one step.
+/// The largest change of a joint's command until the joint has responded [rad/s, prismatic: m/s]. The change is also at most the
+/// acceleration limit times [`PROBE_ACCELERATION`] \[s\], because a joint that responds late makes the whole change in one step.
 const PROBE_SPEED: f64 = 0.05;
 const PROBE_ACCELERATION: f64 = 0.01;
 
-/// A joint has responded once it has moved this far in the commanded direction \[rad\]. Encoder noise at standstill is smaller.
+/// A joint has responded once it has moved this far in the commanded direction \[rad, prismatic: m\]. Encoder noise at standstill
+/// is smaller.
 const SEEN: f64 = 2e-4;
 
 /// A joint does not follow if it has not responded for `PATIENCE` after a command to move by [`PROBE_DISTANCE`], or after commands
-/// to move by `LONGEST_PROBE` \[rad\].
+/// to move by `LONGEST_PROBE` \[rad, prismatic: m\].
 const PATIENCE: Duration = Duration::from_millis(400);
 const LONGEST_PROBE: f64 = 0.02;
 
-/// The distance that a joint must be commanded to move before the monitor concludes that it does not respond \[rad\].
+/// The distance that a joint must be commanded to move before the monitor concludes that it does not respond \[rad, prismatic: m\].
 pub(super) const PROBE_DISTANCE: f64 = 2e-3;
 
 /// A joint that has responded counts as stuck if it stands for this time plus the delay after a command to move by
@@ -45,8 +46,8 @@ const STANDSTILL: Duration = Duration::from_millis(150);
 /// speeds it compares changes only.
 const SLOW: f64 = 0.1;
 
-/// The change of a slow joint's travel that must be commanded before the monitor concludes that the joint has stopped responding
-/// \[rad, prismatic: m\].
+/// The smallest change of the commanded motion from which the monitor judges whether a slow joint has stopped responding \[rad,
+/// prismatic: m\]. The change is the commanded distance since the anchor, less the distance at the anchor's command.
 const SLOW_DISTANCE: f64 = 0.01;
 
 /// Largest error of the measured speed before a command [rad/s, prismatic: m/s]. It occurs if an encoder of 8192 counts per turn
@@ -56,8 +57,8 @@ const NOISE: f64 = 0.02;
 /// The motion of a joint without commands counts for this time.
 const MEMORY: Duration = Duration::from_secs(1);
 
-/// Returns the largest change of a joint's command until it has responded [rad/s]. `acceleration` is the joint's acceleration limit
-/// [rad/s²].
+/// Returns the largest change of a joint's command until it has responded [rad/s, prismatic: m/s]. `acceleration` is the joint's
+/// acceleration limit [rad/s², prismatic: m/s²].
 fn probe_speed(acceleration: f64) -> f64 {
     PROBE_SPEED.min(PROBE_ACCELERATION * acceleration)
 }
@@ -127,11 +128,11 @@ struct JointResponse {
     later: Anchor,
     /// Since when a joint that has responded is stuck; `None` if the joint is not stuck.
     stands_since: Option<Duration>,
-    /// How far the joint should have moved since it last moved [rad, prismatic: m].
+    /// How far the joint should have moved since it last moved as commanded \[rad, prismatic: m\].
     due_distance: f64,
-    /// How far the joint has moved since then [rad, prismatic: m].
+    /// How far the joint has moved since it last moved as commanded \[rad, prismatic: m\].
     distance: f64,
-    /// The range of the joint's displacement since then [rad, prismatic: m].
+    /// The range of the joint's displacement since the joint last moved as commanded \[rad, prismatic: m\].
     range: (f64, f64),
 }
 
@@ -178,7 +179,7 @@ impl Departure {
     }
 
     /// Returns the largest allowed change of the command of joint number `joint`; infinity once the joint has responded.
-    /// `acceleration` is its acceleration limit [rad/s²].
+    /// `acceleration` is its acceleration limit [rad/s², prismatic: m/s²].
     pub fn probe(&self, joint: usize, acceleration: f64) -> f64 {
         if self.responses[joint].seen { f64::INFINITY } else { probe_speed(acceleration) }
     }

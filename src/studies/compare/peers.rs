@@ -1,4 +1,4 @@
-//! Other programs on the tasks of the comparison. `tests/benches/compare_peers.py` runs them.
+//! Other programs that run the tasks of the comparison. `tests/benches/compare_peers.py` runs these programs.
 
 use super::pairs::{Comparison, FIGURES, Quantity, compared};
 use super::record::Record;
