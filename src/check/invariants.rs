@@ -7,7 +7,7 @@ use dq_kinematics::arm::ToolSpeed;
 use dq_limits::{Limits, STOP_TIME, Violation};
 use std::time::Duration;
 
-/// How far a joint may pass a position limit, because joint states are some cycles old \[rad\].
+/// How far a joint may pass a position limit, because joint states are some cycles old \[rad, prismatic: m\].
 const POSITION_TOLERANCE: f64 = 1e-3;
 
 /// The fraction by which a tool may exceed its speed limits, because the arm's positions are some cycles old.
@@ -23,10 +23,10 @@ pub struct Invariants {
     limits: Limits,
     period: Duration,
     last: Option<Command>,
-    /// Until this time the tool may exceed its speed limits. It may if the limits were lowered. It may also in a stop, because
-    /// each joint brakes independently, so that the tool leaves its path.
+    /// Until this time the tool may exceed its speed limits, either because the limits were lowered or because the arm stops. In a
+    /// stop each joint brakes independently, so that the tool leaves its path.
     tool_excused_until: Duration,
-    /// How far each joint is allowed to be beyond its position limits \[rad\]; `None` until the first positions.
+    /// How far each joint is allowed to be beyond its position limits \[rad, prismatic: m\]; `None` until the first positions.
     beyond: Option<Vec<f64>>,
 }
 
@@ -36,11 +36,12 @@ struct Command {
     time: Duration,
     speeds: Vec<f64>,
     standing: bool,
-    /// The deceleration that each joint may have after the command [rad/s²]: the largest limit since the joint last stood.
+    /// The deceleration that each joint may have after the command [rad/s², prismatic: m/s²]: the largest limit since the joint
+    /// last stood.
     decelerations: Vec<f64>,
-    /// The jerk that each joint may have after the command [rad/s³]: the largest limit since the joint last stood.
+    /// The jerk that each joint may have after the command [rad/s³, prismatic: m/s³]: the largest limit since the joint last stood.
     jerks: Vec<f64>,
-    /// The change of each joint's speed by this command [rad/s]; `None` if unknown.
+    /// The change of each joint's speed by this command [rad/s, prismatic: m/s]; `None` if unknown.
     steps: Option<Vec<f64>>,
 }
 
@@ -69,9 +70,9 @@ impl Invariants {
         self.tool_excused_until = now + Duration::from_secs_f64(STOP_TIME) + 2 * self.period;
     }
 
-    /// Checks the joint velocities `command` [rad/s] of the cycle at `time`. `standing` tells whether the arm must come to rest,
-    /// for example because it is paused. If more than a period has passed since the last command, commands were lost, and the step
-    /// may be larger accordingly.
+    /// Checks the joint velocities `command` [rad/s, prismatic: m/s] of the cycle at `time`. `standing` tells whether the arm must
+    /// come to rest, for example because it is paused. If more than a period has passed since the last command, commands were lost,
+    /// and the step may be larger accordingly.
     ///
     /// # Errors
     /// The first [`Violation`] found. In any case, the next command is compared with this command.
@@ -113,8 +114,8 @@ impl Invariants {
         }
     }
 
-    /// Checks joint positions \[rad\], in the order of the commands. A joint that is outside its limits at the beginning may stay
-    /// outside and come back, but must not move farther out.
+    /// Checks joint positions \[rad, prismatic: m\], in the order of the commands. A joint that is outside its limits at the
+    /// beginning may stay outside and come back, but must not move farther out.
     ///
     /// # Errors
     /// The first [`Violation`] found.
@@ -233,7 +234,8 @@ impl Invariants {
         }
     }
 
-    /// Returns the largest deceleration [rad/s²] and jerk [rad/s³] in force since the joint last stood for two commands.
+    /// Returns the largest deceleration [rad/s², prismatic: m/s²] and jerk [rad/s³, prismatic: m/s³] in force since the joint last
+    /// stood for two commands.
     fn latched(&self, joint: usize, last: Option<&Command>) -> (f64, f64) {
         let stands = |last: &&Command| {
             last.speeds[joint] == 0.0 && last.steps.as_ref().is_none_or(|steps| steps[joint] == 0.0)

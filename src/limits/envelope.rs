@@ -11,7 +11,7 @@ use dq_kinematics::arm::Arms;
 #[derive(Debug)]
 pub struct Envelope {
     spans: Vec<Span>,
-    /// The speed of each joint at which its acceleration will have ended [rad/s, prismatic: m/s].
+    /// The speed that each joint has once its acceleration has ended [rad/s, prismatic: m/s].
     rest: Vec<f64>,
     /// A candidate for the command [rad/s, prismatic: m/s].
     other: Vec<f64>,
@@ -66,8 +66,8 @@ impl Envelope {
     /// Moves the command along the line from the last command to `velocity`, as far as each joint can change within a cycle. So a
     /// new desired velocity makes the command neither jump nor take a detour.
     ///
-    /// One joint that can hardly accelerate could make the way along this line longer than a stop. Then the joints that should
-    /// slow down brake independently.
+    /// Because of one joint that can hardly accelerate, the change along this line could take longer than a stop. Then the joints
+    /// that should slow down brake independently.
     fn go_towards(&self, velocity: &mut [f64], period: f64) {
         let part = self.part_of_change(velocity);
         for (speed, span) in velocity.iter_mut().zip(&self.spans) {

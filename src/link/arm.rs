@@ -28,7 +28,7 @@ const TOLD: Duration = Duration::from_secs(1);
 /// Measured speeds below this [rad/s, prismatic: m/s] count as standstill.
 const STANDSTILL: f64 = 0.02;
 
-/// One arm.
+/// The link to one arm.
 #[derive(Serialize, Deserialize)]
 pub(crate) struct ArmLink {
     order: JointOrder,

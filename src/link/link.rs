@@ -113,7 +113,7 @@ impl Link {
         })
     }
 
-    /// Drops the losses of arms that disobeyed, because consent was revoked for them.
+    /// Drops the recorded losses of arms that disobeyed, because consent was revoked for these losses.
     pub fn tell(&mut self) {
         for arm in &mut self.arms {
             if arm.following.is_lost() {

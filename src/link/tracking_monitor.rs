@@ -42,8 +42,7 @@ const PULLED: f64 = 4.0;
 /// The weight of a new window in the robot's speed fraction.
 const SMOOTHING: f64 = 0.05;
 
-/// The distance that a joint has moved as a fraction of its commanded distance: the smallest and the largest fraction for all
-/// [`SLACK`]s.
+/// The fraction of its commanded distance that a joint has moved: the smallest and the largest fraction over all [`SLACK`]s.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Part {
     largest: f64,

@@ -262,7 +262,7 @@ impl MotionRequests {
         })
     }
 
-    /// Revokes at `now` every push up to `until`.
+    /// Notes a revocation at `now`, which revokes every push up to the time `until`.
     pub fn revoke(&mut self, until: Duration, now: Duration, why: Revocation) {
         let revoked = Revoked { until, at: now, why };
         self.pushes.iter_mut().for_each(|push| revoked.apply(&mut push.request));

@@ -53,7 +53,7 @@ impl ErrorTrend {
 mod tests {
     use super::*;
 
-    /// Yields, for every cycle from 1 s on, the error `of` that time and the predicted error, in mm along x.
+    /// Yields, for every cycle from 1 s on, the error `of(time)` and the predicted error, in mm along x.
     fn leads(of: impl Fn(f64) -> f64) -> impl Iterator<Item = (f64, f64)> {
         let mut trend = ErrorTrend::default();
         (0..1500).filter_map(move |cycle| {

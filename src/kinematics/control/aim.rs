@@ -114,7 +114,7 @@ impl Aim {
         2.0 * turn.imag().norm().atan2(turn.w)
     }
 
-    /// Projects a twist `(ω, v)` of the tool of `arm` onto the components of the aim [rad/s, m/s]. The twist is along the base's
+    /// Projects a twist `(ω, v)` [rad/s, m/s] of the tool of `arm` onto the components of the aim. The twist is along the base's
     /// axes.
     pub fn part_of(self, arm: &ArmState, twist: &AngularLinear) -> AngularLinear {
         let rows = self.rows(arm);
@@ -189,8 +189,8 @@ impl Rows {
         }
     }
 
-    /// Returns the twist whose components in the rows of the aim are `first` and `second`, and whose other components are 0. In
-    /// each pair of registers, both halves contain the same number.
+    /// Returns the twist whose components in the rows of the aim are `first` and `second`, and whose other components are 0. Both
+    /// halves of each register contain the same number.
     #[inline(always)]
     pub fn twist(&self, (first, second): &Motions) -> Motions {
         match self {

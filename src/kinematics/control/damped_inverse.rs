@@ -37,8 +37,8 @@ impl Damping {
         if smallest_eigenvalue >= begin { 0.0 } else { slope * (begin - smallest_eigenvalue) }
     }
 
-    /// Sets `theta_dot` to the joint velocities for the `twist` of the tool along the base's axes [rad/s]. Components of the twist
-    /// that `aim` leaves free do not count. The result is finite for every finite input.
+    /// Sets `theta_dot` to the joint velocities [rad/s, prismatic: m/s] for the `twist` of the tool along the base's axes.
+    /// Components of the twist that `aim` leaves free do not count. The result is finite for every finite input.
     ///
     /// This is fast because the twist is computed during the inversion of `J Jᵀ`, which takes longest.
     #[inline(always)]

@@ -20,7 +20,7 @@ pub struct Law {
 /// Largest number of laws.
 pub(super) const MOST: usize = 16;
 
-/// The index at which all laws that are not registered have their gains. No registered law has this index.
+/// The index of the gains of all laws that are not registered. No registered law has this index.
 const UNLISTED: usize = MOST - 1;
 
 /// The reason why a law was not registered.

@@ -54,7 +54,7 @@ const SLOW_DISTANCE: f64 = 0.01;
 /// jumps by one count within a window.
 const NOISE: f64 = 0.02;
 
-/// The motion of a joint without commands counts for this time.
+/// If a joint is not commanded to move, its anchors are updated after this time.
 const MEMORY: Duration = Duration::from_secs(1);
 
 /// Returns the largest change of a joint's command until it has responded [rad/s, prismatic: m/s]. `acceleration` is the joint's
@@ -122,7 +122,7 @@ struct JointResponse {
     /// The last position of the joint \[rad, prismatic: m\].
     position: f64,
     now: Anchor,
-    /// The anchor at a time at which the arm stood.
+    /// An anchor at a time when the arm stood.
     stood: Anchor,
     /// An anchor at a later time than `stood`.
     later: Anchor,

@@ -46,7 +46,7 @@ pub(super) struct Stoppable {
 struct StoppingPath {
     /// The travel of each joint after each cycle. The first cycle is at full speed.
     joints: Vec<Vec<Travel>>,
-    /// The largest decrease of each joint's speed per cycle [rad/s]. This is the braking of a stop.
+    /// The largest decrease of each joint's speed per cycle [rad/s, prismatic: m/s]. This is the braking of a stop.
     losses: Vec<f64>,
     /// The control period as set \[s\].
     period: f64,
@@ -59,13 +59,13 @@ struct StoppingPath {
 /// The travel of one joint up to a cycle.
 #[derive(Clone, Copy)]
 struct Travel {
-    /// The displacement \[rad\].
+    /// The displacement \[rad, prismatic: m\].
     gone: f64,
-    /// The length of the path, including parts back and forth \[rad\].
+    /// The length of the path, including parts back and forth \[rad, prismatic: m\].
     length: f64,
-    /// The least speed so far [rad/s].
+    /// The least speed so far [rad/s, prismatic: m/s].
     slowest: f64,
-    /// The largest speed so far [rad/s].
+    /// The largest speed so far [rad/s, prismatic: m/s].
     fastest: f64,
 }
 
@@ -77,7 +77,7 @@ impl StoppingPath {
         }
     }
 
-    /// Computes the travel of one joint from `speed` [rad/s] to rest.
+    /// Computes the travel of one joint from `speed` [rad/s, prismatic: m/s] to rest.
     fn follow(&mut self, input: &FilterInput, joint: usize, speed: f64) {
         let (most, jerk) =
             (input.joints.braking.decelerations[joint] * self.period, input.joints.braking.jerk_step(joint));
@@ -108,14 +108,14 @@ impl StoppingPath {
         self.joints.iter().filter_map(move |travels| travels.get(cycles.min(travels.len() - 1)))
     }
 
-    /// Returns the length of each joint's path during `cycles`, including parts back and forth \[rad\].
+    /// Returns the length of each joint's path during `cycles`, including parts back and forth \[rad, prismatic: m\].
     fn lengths(&self, cycles: &Range<usize>) -> impl Iterator<Item = f64> + Clone {
         self.after(cycles.start).zip(self.after(cycles.end)).map(|(begin, end)| end.length - begin.length)
     }
 
-    /// Returns how far each joint's position after `cycles` cycles may lie below and above the computed position \[rad\]. One
-    /// cycle may have lasted twice its time. The joint may also have used the extra time of the mean period at once, or not at
-    /// all.
+    /// Returns how far each joint's position after `cycles` cycles may lie below and above the computed position \[rad, prismatic:
+    /// m\]. One cycle may have lasted twice its time. The mean time between cycles may exceed the control period: the joint may
+    /// have used this extra time at once, or not at all.
     fn deviations(&self, cycles: usize) -> impl Iterator<Item = (f64, f64)> + Clone {
         let late = 1.0 - self.period / self.cycle;
         self.after(cycles).map(move |travel| {
