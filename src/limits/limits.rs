@@ -13,7 +13,7 @@ pub const STOP_TIME: f64 = 1.0;
 pub const RAMP_TIME: f64 = 0.2;
 
 /// The least time constant of the approach to a position limit, in cycles, however narrow the margin is. Joint states are some
-/// cycles old, and the joint must not pass the limit meanwhile.
+/// cycles old, and the joint must not pass the limit before the servo sees its motion.
 const APPROACH_CYCLES: f64 = 20.0;
 
 /// The least time constant of the approach to a position limit, in delays (latency plus interval of joint states). An arm with a

@@ -217,8 +217,8 @@ impl Explanation {
         })
     }
 
-    /// Considers the goals from number `first` on. Returns the part of their motion that the tool's motion does not explain at the
-    /// best lag \[m, rad\].
+    /// Considers the goals with number `first` or later. Returns the part of their motion that the tool's motion does not explain
+    /// at the best lag \[m, rad\].
     fn least_unexplained(&self, first: usize) -> [f64; 2] {
         let mut best = [(0.0, f64::INFINITY); 2];
         let look = |lag: f64, best: &mut [(f64, f64); 2]| {
@@ -239,8 +239,8 @@ impl Explanation {
         best.map(|(_, left)| left)
     }
 
-    /// Considers the goals from number `first` on. Returns the part of their motion that the tool's motion `lag` \[s\] earlier
-    /// does not explain [m, rad]. The offset between tool and goal is constant along the axes of the base or of the tool.
+    /// Considers the goals with number `first` or later. Returns the part of their motion that the tool's motion `lag` \[s\]
+    /// earlier does not explain [m, rad]. The offset between tool and goal is constant along the axes of the base or of the tool.
     fn unexplained(&self, first: usize, lag: f64) -> [f64; 2] {
         let (mut by_base, mut by_tool) = (Spread::default(), Spread::default());
         for (point, turn, back) in self.goals.range(first..).filter_map(|goal| self.seen_from_tool(goal, lag))

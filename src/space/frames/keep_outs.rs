@@ -146,7 +146,7 @@ impl FramedKeepOut {
 }
 
 impl Placed {
-    /// Moves the keep-out with its frame. If the frame is no longer known, returns the reason, and only once.
+    /// Moves the keep-out with its frame. Returns the reason if the frame is no longer known, but only the first time.
     fn follow(&mut self, look: &Look) -> Option<KeepOutRefused> {
         let Look { tree, base, now, patience } = *look;
         let frame = self.keep_out.frame(base);

@@ -95,7 +95,7 @@ struct Ages<'a> {
 }
 
 impl Ages<'_> {
-    /// Finds the largest acceptable age by bisection, because fewer tasks settle if joint states are older. From there finds the
+    /// Finds the largest acceptable age by bisection: the older the joint states are, the fewer tasks settle. From there finds the
     /// ages at which the result is certain. Tries the ages of the comparison's plants first, because their results are known.
     fn find(mut self) -> Result<Ageing, CompareError> {
         let (mut holds, mut fails) = (0, AGES.len());

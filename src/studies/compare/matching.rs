@@ -269,7 +269,7 @@ impl Search<'_> {
 
     /// Returns the best of a few gains, starting from `near`. With k times the gain, a law follows the same path k times as fast,
     /// apart from the effects of the control period and of gain limits. So each step multiplies the gain by the measured value
-    /// divided by the target (for a settling time) or by the inverse.
+    /// divided by the target (for a settling time), or by the inverse of this ratio (for a peak speed).
     fn fine(&self, near: f64) -> Result<f64, CompareError> {
         const STEPS: usize = 5;
         let (mut gain, mut best) = (near, (f64::INFINITY, near));

@@ -1,5 +1,5 @@
-//! The runs of other programs under the arms' limits, which are compared with the reference law at the second value of a servo
-//! parameter.
+//! The runs of other programs under the arms' limits. They are compared with runs of the reference law at the second value of a
+//! servo parameter.
 
 use super::paired::{End, Paired};
 use super::record::Record;

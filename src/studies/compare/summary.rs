@@ -104,8 +104,9 @@ pub struct Cell {
     pub settled_percent: Interval,
     /// The number of failed runs for each reason.
     pub failures: BTreeMap<String, usize>,
-    /// The median settling time to 2 % of all runs \[s\]. A failed run counts as later than the horizon. An end of the interval
-    /// that equals the horizon stands for a time beyond the horizon.
+    /// The median settling time of all runs \[s\]; a run has settled when its errors stay below 2 % of their initial values. A
+    /// failed run counts as later than the horizon. An end of the interval that equals the horizon stands for a time beyond the
+    /// horizon.
     pub settling_s: Option<Interval>,
     /// The number of tasks for the medians of path, overshoot, effort and speed. These are the tasks that every law settles,
     /// except laws that settle fewer than half of all tasks. `None` if the law of this cell is such a law.

@@ -56,7 +56,7 @@ fn components(
     names.iter().enumerate().map(series).collect()
 }
 
-/// Returns the curves of the positions of `count` joints, from the index `first` on.
+/// Returns the curves of the positions of `count` joints. The first joint has the index `first`.
 fn angles(trajectory: &Trajectory, first: usize, count: usize) -> Vec<Series> {
     let names = &JOINTS[..count.min(JOINTS.len())];
     components(names, COMPONENTS.len(), &trajectory.times, |k, i| trajectory.states[k][first + i])
