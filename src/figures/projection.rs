@@ -56,7 +56,7 @@ impl Projection {
         (self.sheet_from_space * (point - self.center)).z
     }
 
-    /// Returns the corners of the box. Each bit of the index stands for the upper end of an axis.
+    /// Returns the corners of the box. If a bit of a corner's index is set, the corner is at the upper end of the bit's axis.
     fn corners(&self) -> [Vector3<f64>; 8] {
         std::array::from_fn(|i| {
             let end = |axis: usize| match i & (1 << axis) {

@@ -8,11 +8,10 @@ const LARGEST: f64 = 1e6;
 
 /// The long part of π. It has so few digits that its product with a number of half turns is exact.
 const PI_LONG: f64 = 3.141_592_621_803_283_7;
-/// The rest of π.
+/// The rest of π, which `PI_LONG` leaves out.
 const PI_SHORT: f64 = 3.178_650_954_705_639e-8;
 
-/// Adding and then subtracting this number, 1.5·2⁵², rounds to an integer. After the addition, the last bit is the last bit of
-/// that integer.
+/// Adding and then subtracting this number, 1.5·2⁵², rounds to an integer. The last bit of the sum is the last bit of that integer.
 const ROUNDER: f64 = 6_755_399_441_055_744.0;
 
 /// Returns the cosines and sines of `½θ + offset` of two angles θ \[rad\]. Each offset is at most π.

@@ -72,7 +72,8 @@ impl LinkPair {
     }
 }
 
-/// Returns the length of (x, y), and its angle in [−½π, ½π]. A negative length stands for the other half of the angles.
+/// Returns the length of (x, y), and its angle in [−½π, ½π]. If the angle of (x, y) is outside this range, the returned length is
+/// negative, and the returned angle is that of (−x, −y).
 fn polar(x: f64, y: f64) -> (f64, f64) {
     let sign = 1.0_f64.copysign(x);
     (sign * x.hypot(y), (sign * y).atan2(sign * x))

@@ -41,7 +41,7 @@ pub(super) struct LawGoal<'a> {
     pub pose: UnitDualQuaternion,
     /// The goal's motion, if it moves and its velocity is fed forward.
     pub moving: Option<MovingGoal>,
-    /// The largest rate of the law that the robot's delay allows.
+    /// The largest rate that the robot's delay allows the law.
     pub allowed: AllowedRate,
     /// The direction out of a singularity, if the law stands still at one.
     pub escape: Option<&'a EscapeDirection>,
