@@ -58,7 +58,7 @@ figures! {
     position_error: f64 = "position_error_m",
     /// Angle to the goal \[rad\].
     rotation_error: f64 = "rotation_error_rad",
-    /// Largest joint speed commanded [rad/s].
+    /// Largest joint speed commanded [rad/s, prismatic: m/s].
     peak_joint_speed: f64 = "peak_joint_speed_rad_s",
     /// How far the tool went past the goal \[m\]. It is measured along the line to the goal from the tool's position at the time
     /// when the goal last moved or, if the goal never moved, when the motion began.

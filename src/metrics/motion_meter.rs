@@ -117,7 +117,7 @@ impl MotionMeter {
         }
     }
 
-    /// Adds a sample: the tool at `point` \[m\], its error, and the commanded joint velocities [rad/s].
+    /// Adds a sample: the tool at `point` \[m\], its error, and the commanded joint velocities [rad/s, prismatic: m/s].
     pub fn update(&mut self, now: Duration, point: Vector3<f64>, error: &GoalError, theta_dot: &[f64]) {
         let elapsed = now.saturating_sub(self.started);
         self.rotation.update(elapsed, error.rotation);

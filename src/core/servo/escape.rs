@@ -12,14 +12,14 @@ use dq_kinematics::control::Controller;
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
-/// The least speed of an escape, as the norm over all joints [rad/s].
+/// The least speed of an escape, as the norm over all joints [rad/s, prismatic: m/s].
 pub(super) const SPEED: f64 = 0.3;
 
 /// The least curvature of the error at which there is an escape, as a fraction of the squared error. If two joints have to move to
 /// reduce the error, as at a singular wrist, the curvature is proportional to the square of the error.
 const LEAST_CURVATURE: f64 = 1e-3;
 
-/// A curvature is computed from `Jᵀ e` at two configurations. This is half the distance between them \[rad\].
+/// A curvature is computed from `Jᵀ e` at two configurations. This is half the distance between them \[rad, prismatic: m\].
 const STEP: f64 = 1e-5;
 
 /// Number of times that a matrix is squared in the search for its largest eigenvalue. The 2²⁰th power of the matrix separates
@@ -42,7 +42,7 @@ pub(super) enum FoundEscape {
 pub(super) struct EscapeDirection(DVector<f64>);
 
 impl EscapeDirection {
-    /// Raises the component of `theta_dot` [rad/s] along the direction to the least speed of an escape.
+    /// Raises the component of `theta_dot` [rad/s, prismatic: m/s] along the direction to the least speed of an escape.
     pub fn lead(&self, theta_dot: &mut [f64]) {
         let missing = (SPEED - self.along(theta_dot)).max(0.0);
         theta_dot.iter_mut().zip(&self.0).for_each(|(speed, part)| *speed += missing * part);
@@ -104,7 +104,7 @@ impl Escape {
         Freedom { error, part, fall: self.direction.along(&self.descent) / error }
     }
 
-    /// Finds an escape at the joint positions `theta` \[rad\].
+    /// Finds an escape at the joint positions `theta` \[rad, prismatic: m\].
     pub fn find(
         &mut self,
         controller: &Controller,
