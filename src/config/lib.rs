@@ -27,7 +27,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! A node gets the same from parameters in files and arguments:
+//! A node gets its parameters from files and arguments:
 //!
 //! ```
 //! use dq_config::{NodeParameters, ServoParameters};

@@ -9,7 +9,7 @@ use std::ops::Range;
 /// The direction to the viewer \[°\].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Viewpoint {
-    /// The angle about z, from x on.
+    /// The angle about z, measured from the x axis.
     pub azimuth: f64,
     /// The angle above the xy plane.
     pub elevation: f64,
