@@ -338,8 +338,8 @@ mod tests {
     use dq_limits::Interface;
     use proptest::prelude::*;
 
-    /// Returns the time at which an arm is first judged lost, if ever. Each of `pieces` commands its two joints for 50 ms [rad/s,
-    /// prismatic: m/s]. After `delay` \[ms\], the joints move at these speeds times the fractions `parts`.
+    /// Returns the time at which an arm is first judged lost, if ever. Each of `pieces` commands its two revolute joints for 50 ms
+    /// [rad/s]. After `delay` \[ms\], the joints move at these speeds times the fractions `parts`.
     fn lost_after(pieces: &[[f64; 2]], delay: usize, parts: [f64; 2]) -> Option<Duration> {
         let kinds = [JointKind::Revolute; 2];
         let mut history = CommandHistory::new(2, MS, Interface::Velocity);
